@@ -1,0 +1,122 @@
+"""Fast tracking of deformable linear objects (cables, ropes, hoses) as B-splines.
+
+A whole program::
+
+    import dloftbs
+
+    for d in dloftbs.detect(mask):            # one mask, no memory
+        print(d.curve.sample(100))            # (100, 2) px
+
+    red = dloftbs.HsvRange.parse("170:10,80:255,60:255")
+    config = dloftbs.Config(segmentation=dloftbs.SegmentationConfig(hsv=(red,)))
+    for result in dloftbs.track(dloftbs.sources.open("cable.mp4"), config):
+        for t in result.tracks:               # identities and directions are kept
+            print(t.id, t.curve.sample(100))
+
+The names load on first use, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from dloftbs._version import __version__
+
+if TYPE_CHECKING:
+    from dloftbs import evaluation, sinks, sources, viz
+    from dloftbs.camera import PinholeCamera
+    from dloftbs.centerline import Centerline, Joint, JointKind, Segment
+    from dloftbs.config import (
+        CleaningConfig,
+        Config,
+        FittingConfig,
+        HsvRange,
+        LiftingConfig,
+        LinkingConfig,
+        SegmentationConfig,
+        SegmentsConfig,
+        TrackingConfig,
+    )
+    from dloftbs.curve import BSplineCurve
+    from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
+    from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState
+    from dloftbs.pipeline import Pipeline, detect, track
+    from dloftbs.tracking import Tracker
+
+_HOME = {
+    "PinholeCamera": "camera",
+    **dict.fromkeys(("Centerline", "Joint", "JointKind", "Segment"), "centerline"),
+    **dict.fromkeys(
+        (
+            "CleaningConfig",
+            "Config",
+            "FittingConfig",
+            "HsvRange",
+            "LiftingConfig",
+            "LinkingConfig",
+            "SegmentationConfig",
+            "SegmentsConfig",
+            "TrackingConfig",
+        ),
+        "config",
+    ),
+    "BSplineCurve": "curve",
+    **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
+    **dict.fromkeys(("Detection", "Frame", "FrameResult", "Track", "TrackState"), "frame"),
+    **dict.fromkeys(("Pipeline", "detect", "track"), "pipeline"),
+    "Tracker": "tracking",
+}
+_SUBMODULES = ("evaluation", "sinks", "sources", "viz")
+
+__all__ = [
+    "BSplineCurve",
+    "Centerline",
+    "CleaningConfig",
+    "Config",
+    "ConfigError",
+    "Detection",
+    "DloftbsError",
+    "FittingConfig",
+    "Frame",
+    "FrameResult",
+    "HsvRange",
+    "InputError",
+    "Joint",
+    "JointKind",
+    "LiftingConfig",
+    "LinkingConfig",
+    "PinholeCamera",
+    "Pipeline",
+    "Segment",
+    "SegmentationConfig",
+    "SegmentsConfig",
+    "SinkError",
+    "SourceError",
+    "Track",
+    "TrackState",
+    "Tracker",
+    "TrackingConfig",
+    "__version__",
+    "detect",
+    "evaluation",
+    "sinks",
+    "sources",
+    "track",
+    "viz",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(importlib.import_module(f"dloftbs.{_HOME[name]}"), name)
+    elif name in _SUBMODULES:
+        value = importlib.import_module(f"dloftbs.{name}")
+    else:
+        raise AttributeError(f"module 'dloftbs' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,170 @@
+"""What lies between the skeleton and the curve: segments, the joints between them, and the centre line they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray, as_points, as_vector, frozen
+from dloftbs.errors import InputError
+
+
+class JointKind(str, Enum):
+    """What lies under a joint."""
+
+    CROSSING = "crossing"
+    """The mask goes on from one end to the other: the joint runs through a junction of the skeleton."""
+    GAP = "gap"
+    """The mask is interrupted: this part of the object was inferred, not seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A run of skeleton pixels without branches.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 2)
+        The pixels' centres in order, ``(x, y)`` px.
+    radius : array_like, shape (n,)
+        Half the width of the mask at each of them, px.
+
+    Raises
+    ------
+    InputError
+        If the shapes disagree.
+    """
+
+    points: FloatArray
+    radius: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", as_points("points", self.points, (2,)))
+        object.__setattr__(self, "radius", as_vector("radius", self.radius, len(self.points)))
+
+    @classmethod
+    def trusted(cls, points: FloatArray, radius: FloatArray) -> Segment:
+        """Wrap arrays that are known to be right and that nobody else will change."""
+        segment = cls.__new__(cls)
+        object.__setattr__(segment, "points", frozen(points))
+        object.__setattr__(segment, "radius", frozen(radius))
+        return segment
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def reversed(self) -> Segment:
+        """Return the segment run the other way."""
+        return self.trusted(self.points[::-1], self.radius[::-1])
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What joins the end of one segment to the start of the next.
+
+    Parameters
+    ----------
+    kind : JointKind
+        Whether the mask goes on underneath.
+    u : (float, float)
+        The span of the curve's parameter that it covers.
+    cost : float
+        What the link cost; for the published method ``J`` (equation in section III-D).
+    margin : float
+        How much more the next best choice would have cost, leaving both ends open included; at least 0.
+    """
+
+    kind: JointKind
+    u: tuple[float, float]
+    cost: float
+    margin: float
+
+    @property
+    def certainty(self) -> float:
+        """``1 - cost / (cost + margin)``: 1 where nothing competes, 0 where the next best choice is as good."""
+        return 1.0 if self.cost == 0.0 else self.margin / (self.cost + self.margin)
+
+    def reversed(self) -> Joint:
+        """Return the joint as it lies on the reversed centre line."""
+        return Joint(self.kind, (1.0 - self.u[1], 1.0 - self.u[0]), self.cost, self.margin)
+
+
+@dataclass(frozen=True, eq=False)
+class Centerline:
+    """Segments in the order and direction in which one object runs through them.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        At least one.
+    joints : tuple of Joint
+        One less than there are segments: ``joints[i]`` lies between ``segments[i]`` and ``segments[i + 1]``.
+    closed : bool
+        Whether the object is a loop without ends; then it is one segment, whose last pixel touches its first.
+
+    Raises
+    ------
+    InputError
+        If the counts disagree.
+    """
+
+    segments: tuple[Segment, ...]
+    joints: tuple[Joint, ...] = ()
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "segments", tuple(self.segments))
+        object.__setattr__(self, "joints", tuple(self.joints))
+        if not self.segments:
+            raise InputError("a centre line needs at least one segment")
+        if len(self.joints) != len(self.segments) - 1:
+            raise InputError(f"{len(self.segments)} segments need {len(self.segments) - 1} joints, got {len(self.joints)}")
+        if self.closed and len(self.segments) != 1:
+            raise InputError(f"a closed centre line is one segment, got {len(self.segments)}")
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """All pixels in order, shape (n, 2), ``(x, y)`` px."""
+        if len(self.segments) == 1:
+            return self.segments[0].points
+        return frozen(np.concatenate([s.points for s in self.segments]))
+
+    @cached_property
+    def radius(self) -> FloatArray:
+        """Half the width of the mask at each pixel, shape (n,), px."""
+        if len(self.segments) == 1:
+            return self.segments[0].radius
+        return frozen(np.concatenate([s.radius for s in self.segments]))
+
+    @cached_property
+    def u(self) -> FloatArray:
+        """The curve's parameter at each pixel, shape (n,): see `arc_parameter`."""
+        return frozen(arc_parameter(self.points, self.closed))
+
+
+def arc_parameter(points: npt.NDArray[np.float64], closed: bool = False) -> FloatArray:
+    """Return the normalised cumulative distance along points, from 0 to 1.
+
+    The parameter ``t`` of the paper (section III-E): Euclidean distances between neighbours, within segments and across the
+    gaps between them alike, summed and divided by the total.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, shape (n, d)
+    closed : bool
+        Whether the way from the last point back to the first counts; then the last value is below 1.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,)
+        All zeros where all points are the same.
+    """
+    steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    parameter = np.zeros(len(points))
+    np.cumsum(steps, out=parameter[1:])
+    total = parameter[-1] + (float(np.linalg.norm(points[0] - points[-1])) if closed else 0.0)
+    return parameter / total if total > 0.0 else parameter

@@ -1,0 +1,328 @@
+"""The configuration: one frozen, validated section per stage; every default of the package stands here, once.
+
+Lengths in pixels end in ``_px``; the letters of the paper (Kicki, Szymko, Walas, ICRA 2023) stand in the docstrings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from dloftbs.errors import ConfigError
+
+HUE_MAX = 179
+"""Largest hue in OpenCV's 8-bit HSV (half degrees)."""
+
+
+class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base of the sections: immutable, compared by value, unknown keys refused."""
+
+
+def _require(condition: bool, name: str, expected: str, value: object) -> None:
+    if not condition:
+        raise ConfigError(f"{name} must be {expected}, got {value!r}")
+
+
+def _is_int(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
+
+
+def _check_range(name: str, bounds: Sequence[int], top: int, *, wraps: bool = False) -> None:
+    expected = f"two integers in 0..{top}" + ("" if wraps else ", low before high")
+    valid = len(bounds) == 2 and all(_is_int(b) and 0 <= b <= top for b in bounds)
+    _require(valid and (wraps or bounds[0] <= bounds[1]), name, expected, bounds)
+
+
+class HsvRange(Section, frozen=True):
+    """A box in OpenCV's 8-bit HSV space, bounds included.
+
+    Parameters
+    ----------
+    hue : (int, int)
+        Low and high hue in 0..179 (half degrees). Where low exceeds high the range wraps around 0: red is ``(170, 10)``.
+    saturation, value : (int, int)
+        Low and high in 0..255.
+    """
+
+    hue: tuple[int, int]
+    saturation: tuple[int, int] = (0, 255)
+    value: tuple[int, int] = (0, 255)
+
+    def __post_init__(self) -> None:
+        _check_range("hue", self.hue, HUE_MAX, wraps=True)
+        _check_range("saturation", self.saturation, 255)
+        _check_range("value", self.value, 255)
+
+    @classmethod
+    def parse(cls, text: str) -> HsvRange:
+        """Read ``"H0:H1[,S0:S1[,V0:V1]]"``, as the command line takes it.
+
+        Raises
+        ------
+        ConfigError
+            If the text has another form, or a bound is out of range.
+        """
+        parts = [part.split(":") for part in text.split(",")]
+        try:
+            bounds = [(int(low), int(high)) for low, high in parts]
+        except ValueError:
+            bounds = []
+        if not 1 <= len(bounds) <= 3:
+            raise ConfigError(f"expected an HSV range such as '170:10,80:255,60:255', got {text!r}")
+        names = ("hue", "saturation", "value")
+        return cls(**dict(zip(names, bounds)))  # type: ignore[arg-type]
+
+
+class SegmentationConfig(Section, frozen=True):
+    """Colour image to mask.
+
+    Parameters
+    ----------
+    hsv : tuple of HsvRange
+        A pixel is cable where any of the ranges holds it. Empty: frames must bring a mask, or the pipeline a segmenter.
+    """
+
+    hsv: tuple[HsvRange, ...] = ()
+
+    def __post_init__(self) -> None:
+        valid = isinstance(self.hsv, tuple) and all(isinstance(box, HsvRange) for box in self.hsv)
+        _require(valid, "hsv", "a tuple of HsvRange", self.hsv)
+
+
+class CleaningConfig(Section, frozen=True):
+    """Morphology on the mask.
+
+    Parameters
+    ----------
+    open_px : int
+        Side of the square of the morphological opening; the paper's is 3. 1 turns it off (a cable of one or two pixels).
+    close_px : int
+        Side of the square of a closing before it, which fills pin-holes; 1, the paper's, is none.
+    """
+
+    open_px: int = 3
+    close_px: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("open_px", "close_px"):
+            side = getattr(self, name)
+            _require(_is_int(side) and 1 <= side <= 99 and side % 2 == 1, name, "an odd integer in 1..99", side)
+
+
+class SegmentsConfig(Section, frozen=True):
+    """Skeleton to segments.
+
+    Parameters
+    ----------
+    min_length_px : int
+        The paper's ``p``: segments of fewer pixels are dropped. At least 2, since one pixel has no direction.
+    max_segments : int
+        More than this many segments is no cable but noise: the frame is refused with a reason, which bounds its cost.
+    """
+
+    min_length_px: int = 10
+    max_segments: int = 1000
+
+    def __post_init__(self) -> None:
+        _require(
+            _is_int(self.min_length_px) and self.min_length_px >= 2,
+            "min_length_px",
+            "an integer of at least 2",
+            self.min_length_px,
+        )
+        _require(
+            _is_int(self.max_segments) and self.max_segments >= 1, "max_segments", "a positive integer", self.max_segments
+        )
+
+
+class LinkingConfig(Section, frozen=True):
+    """Segments to centre lines.
+
+    Parameters
+    ----------
+    distance_weight : float
+        The paper's ``m`` in ``J = m J_d + (1 - m) J_o``, in 0..1.
+    max_cost : float
+        The paper's ``J_th``, for which it gives no value: two ends are joined only while ``J < max_cost``.
+    direction_px : int
+        Number of pixels over which the direction of a segment's end is taken; the paper gives none.
+    """
+
+    distance_weight: float = 0.05
+    max_cost: float = 8.0
+    direction_px: int = 10
+
+    def __post_init__(self) -> None:
+        m = self.distance_weight
+        _require(_is_number(m) and 0.0 <= m <= 1.0, "distance_weight", "a number in 0..1", m)
+        _require(_is_number(self.max_cost) and self.max_cost >= 0.0, "max_cost", "a number of at least 0", self.max_cost)
+        _require(
+            _is_int(self.direction_px) and self.direction_px >= 2,
+            "direction_px",
+            "an integer of at least 2",
+            self.direction_px,
+        )
+
+
+class FittingConfig(Section, frozen=True):
+    """Centre line to B-spline.
+
+    Parameters
+    ----------
+    knots : int
+        The paper's ``k``: distinct knots, both ends included, equidistant in element number. A centre line with too few
+        points for them gets fewer.
+    """
+
+    knots: int = 25
+
+    def __post_init__(self) -> None:
+        _require(_is_int(self.knots) and 2 <= self.knots <= 1000, "knots", "an integer in 2..1000", self.knots)
+
+
+class LiftingConfig(Section, frozen=True):
+    """Depth image to metres.
+
+    Parameters
+    ----------
+    integer_unit_m : float
+        Metres per count of an integer depth image (0.001: millimetres). Floating-point depth is in metres.
+    min_depth_m, max_depth_m : float
+        Depth outside of this range, 0, NaN and infinity count as missing.
+    """
+
+    integer_unit_m: float = 0.001
+    min_depth_m: float = 0.0
+    max_depth_m: float = 20.0
+
+    def __post_init__(self) -> None:
+        unit = self.integer_unit_m
+        _require(_is_number(unit) and 0.0 < unit < math.inf, "integer_unit_m", "a positive number", unit)
+        low, high = self.min_depth_m, self.max_depth_m
+        valid = _is_number(low) and _is_number(high) and 0.0 <= low < high
+        _require(valid, "min_depth_m, max_depth_m", "numbers with 0 <= min < max", (low, high))
+
+
+class TrackingConfig(Section, frozen=True):
+    """Detections to tracks.
+
+    Parameters
+    ----------
+    gate : float
+        A detection is the same object as a track only while their mean distance is below this share of the longer one's
+        length.
+    min_hits : int
+        Frames in a row in which an object must be seen before its track is confirmed.
+    max_misses : int
+        Frames that a confirmed track outlives its last detection, coasting.
+    """
+
+    gate: float = 0.25
+    min_hits: int = 2
+    max_misses: int = 15
+
+    def __post_init__(self) -> None:
+        _require(_is_number(self.gate) and self.gate > 0.0, "gate", "a positive number", self.gate)
+        _require(_is_int(self.min_hits) and self.min_hits >= 1, "min_hits", "a positive integer", self.min_hits)
+        _require(_is_int(self.max_misses) and self.max_misses >= 0, "max_misses", "an integer of at least 0", self.max_misses)
+
+
+class Config(Section, frozen=True):
+    """The whole configuration, a section per stage.
+
+    Examples
+    --------
+    >>> Config().replace({"fitting.knots": 40}).fitting.knots
+    40
+    """
+
+    segmentation: SegmentationConfig = SegmentationConfig()
+    cleaning: CleaningConfig = CleaningConfig()
+    segments: SegmentsConfig = SegmentsConfig()
+    linking: LinkingConfig = LinkingConfig()
+    fitting: FittingConfig = FittingConfig()
+    lifting: LiftingConfig = LiftingConfig()
+    tracking: TrackingConfig = TrackingConfig()
+
+    @classmethod
+    def paper(cls) -> Config:
+        """Return the published method with the published parameters (section IV: ``m = 0.05``, ``p = 10``, ``k = 25``)."""
+        return cls(
+            cleaning=CleaningConfig(open_px=3, close_px=1),
+            segments=SegmentsConfig(min_length_px=10),
+            linking=LinkingConfig(distance_weight=0.05, max_cost=8.0, direction_px=10),
+            fitting=FittingConfig(knots=25),
+        )
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Config:
+        """Build a configuration from nested dictionaries; what is left out keeps its default.
+
+        Raises
+        ------
+        ConfigError
+            On an unknown key, a wrong type or a value out of range, with the path of the culprit.
+        """
+        try:
+            return msgspec.convert(data, cls)
+        except msgspec.ValidationError as error:
+            raise ConfigError(str(error)) from error
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Config:
+        """Read a YAML file.
+
+        Raises
+        ------
+        ConfigError
+            If the file cannot be read, is no YAML, or says what `from_dict` refuses.
+        """
+        try:
+            data = msgspec.yaml.decode(Path(path).read_bytes())
+        except (OSError, msgspec.DecodeError) as error:
+            raise ConfigError(f"cannot read the configuration {str(path)!r}: {error}") from error
+        try:
+            return cls.from_dict({} if data is None else data)
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {error}") from error
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return nested dictionaries of plain Python values, as `from_dict` takes them."""
+        result: dict[str, Any] = msgspec.to_builtins(self)
+        return result
+
+    def to_yaml(self) -> str:
+        """Return the configuration as YAML text, every value stated."""
+        return msgspec.yaml.encode(self).decode()
+
+    def replace(self, changes: dict[str, Any]) -> Config:
+        """Return a copy with the values at dotted paths replaced, checked as a whole.
+
+        Parameters
+        ----------
+        changes : dict of str to value
+            For example ``{"linking.max_cost": 5.0}``.
+
+        Raises
+        ------
+        ConfigError
+            As `from_dict`.
+        """
+        data = self.to_dict()
+        for path, value in changes.items():
+            *parents, key = path.split(".")
+            section = data
+            for parent in parents:
+                section = section.get(parent) if isinstance(section, dict) else None  # type: ignore[assignment]
+            if not isinstance(section, dict) or key not in section:
+                raise ConfigError(f"unknown configuration key {path!r}")
+            section[key] = value
+        return type(self).from_dict(data)

@@ -1,0 +1,216 @@
+"""The result of everything: one cubic B-spline in the plane or in space."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import BSpline
+
+from dloftbs._arrays import FloatArray, as_points, as_vector, frozen
+from dloftbs.errors import InputError
+
+# Five Gauss-Legendre nodes a knot span integrate the speed of a cubic to far below the noise of a pixel.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+class BSplineCurve:
+    """A B-spline curve with a parameter ``u`` from 0 to 1: the normalised distance along the object, gaps counted in.
+
+    Immutable; its arrays are read-only.
+
+    Parameters
+    ----------
+    knots : array_like, shape (n + degree + 1,)
+        Non-decreasing; the base interval ``knots[degree]`` to ``knots[n]`` must be 0 to 1.
+    control_points : array_like, shape (n, 2) or (n, 3)
+        In pixels ``(x, y)`` or in metres ``(x, y, z)``.
+    degree : int
+        Polynomial degree, 3 throughout this package.
+    closed : bool
+        Whether the curve is periodic: a loop without ends.
+
+    Raises
+    ------
+    InputError
+        If the shapes disagree, the knots decrease, or the base interval is not 0 to 1.
+    """
+
+    __slots__ = ("__dict__", "_closed", "_control_points", "_degree", "_knots")
+
+    def __init__(
+        self, knots: npt.ArrayLike, control_points: npt.ArrayLike, degree: int = 3, *, closed: bool = False
+    ) -> None:
+        control = as_points("control_points", control_points)
+        if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or degree < 1:
+            raise InputError(f"degree must be an integer of at least 1, got {degree!r}")
+        if len(control) < degree + 1:
+            raise InputError(f"a curve of degree {degree} needs {degree + 1} control points or more, got {len(control)}")
+        vector = as_vector("knots", knots, len(control) + degree + 1)
+        if (np.diff(vector) < 0).any():
+            raise InputError("knots must not decrease")
+        ends = (float(vector[degree]), float(vector[len(control)]))
+        if not np.allclose(ends, (0.0, 1.0), rtol=0.0, atol=1e-9):
+            raise InputError(f"knots must span 0 to 1 between knots[{degree}] and knots[{len(control)}], got {ends}")
+        self._set(vector, control, int(degree), closed)
+
+    @classmethod
+    def trusted(cls, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> BSplineCurve:
+        """Wrap arrays that are known to be right and that nobody else will change; nothing is checked or copied."""
+        curve = cls.__new__(cls)
+        curve._set(frozen(knots), frozen(control_points), degree, closed)
+        return curve
+
+    def _set(self, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> None:
+        self._knots = knots
+        self._control_points = control_points
+        self._degree = degree
+        self._closed = closed
+
+    @property
+    def knots(self) -> FloatArray:
+        """The knot vector, shape (n + degree + 1,)."""
+        return self._knots
+
+    @property
+    def control_points(self) -> FloatArray:
+        """The control points, shape (n, ndim), in pixels or in metres."""
+        return self._control_points
+
+    @property
+    def degree(self) -> int:
+        """The polynomial degree."""
+        return self._degree
+
+    @property
+    def closed(self) -> bool:
+        """Whether the curve is a loop without ends."""
+        return self._closed
+
+    @property
+    def ndim(self) -> int:
+        """2 in the image, 3 in space."""
+        return int(self._control_points.shape[1])
+
+    @cached_property
+    def spline(self) -> BSpline:
+        """The same curve as a `scipy.interpolate.BSpline`."""
+        extrapolate: bool | str = "periodic" if self._closed else True
+        return BSpline.construct_fast(self._knots, self._control_points, self._degree, extrapolate)
+
+    @cached_property
+    def length(self) -> float:
+        """Arc length, in the unit of the control points."""
+        breaks = np.unique(self._knots[self._degree : len(self._control_points) + 1])
+        half = np.diff(breaks)[:, None] / 2.0
+        u = breaks[:-1, None] + half * (1.0 + _NODES)
+        speed = np.linalg.norm(self(u.ravel(), 1), axis=1).reshape(u.shape)
+        return float((speed * half * _WEIGHTS).sum())
+
+    def __call__(self, u: npt.ArrayLike, derivative: int = 0) -> FloatArray:
+        """Evaluate the curve or a derivative by ``u``.
+
+        Parameters
+        ----------
+        u : array_like, shape (...)
+            Parameters; on an open curve those outside of 0..1 extrapolate.
+        derivative : int
+            0 for the points, 1 for the first derivative by ``u``, and so on.
+
+        Returns
+        -------
+        numpy.ndarray, shape (..., ndim)
+        """
+        result: FloatArray = self.spline(np.asarray(u, dtype=np.float64), nu=derivative)
+        return result
+
+    def sample(self, n: int) -> FloatArray:
+        """Return `n` points at evenly spaced ``u`` from 0 to 1, both included, shape (n, ndim).
+
+        Raises
+        ------
+        InputError
+            If `n` is less than 2.
+        """
+        if n < 2:
+            raise InputError(f"n must be at least 2, got {n}")
+        return self(np.linspace(0.0, 1.0, n))
+
+    def tangent(self, u: npt.ArrayLike) -> FloatArray:
+        """Return unit tangents in the direction of growing ``u``, shape (..., ndim); zero where the curve stands still."""
+        velocity = self(u, 1)
+        speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
+        return np.divide(velocity, speed, out=np.zeros_like(velocity), where=speed > 0)
+
+    def curvature(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the curvature (1 / radius), shape (...), in one over the unit of the control points.
+
+        ``|c' x c''| / |c'|^3``; without sign, in the plane as in space; 0 where the curve stands still.
+        """
+        first, second = self(u, 1), self(u, 2)
+        squared_speed = (first**2).sum(axis=-1)
+        # |a x b|^2 = |a|^2 |b|^2 - (a . b)^2 holds in any dimension.
+        squared_cross = squared_speed * (second**2).sum(axis=-1) - (first * second).sum(axis=-1) ** 2
+        cross = np.sqrt(np.maximum(squared_cross, 0.0))
+        return np.divide(cross, squared_speed**1.5, out=np.zeros_like(cross), where=squared_speed > 0)
+
+    def reversed(self) -> BSplineCurve:
+        """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""
+        knots = np.ascontiguousarray((1.0 - self._knots)[::-1])
+        return self.trusted(knots, np.ascontiguousarray(self._control_points[::-1]), self._degree, self._closed)
+
+    def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike) -> BSplineCurve:
+        """Return the curve under the affine map ``p -> matrix @ p + offset``, exactly.
+
+        Parameters
+        ----------
+        matrix : array_like, shape (m, ndim)
+        offset : array_like, shape (m,)
+        """
+        control = self._control_points @ np.asarray(matrix, dtype=np.float64).T + np.asarray(offset, dtype=np.float64)
+        return self.trusted(self._knots, np.ascontiguousarray(control), self._degree, self._closed)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain lists and numbers, ready for JSON; `from_dict` takes them back without loss."""
+        return {
+            "degree": self._degree,
+            "closed": self._closed,
+            "knots": self._knots.tolist(),
+            "control_points": self._control_points.tolist(),
+            "length": self.length,
+        }
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> BSplineCurve:
+        """Build a curve from what `to_dict` gave.
+
+        Raises
+        ------
+        InputError
+            If a key is missing or a value is wrong.
+        """
+        try:
+            knots, control_points, degree = data["knots"], data["control_points"], data["degree"]
+            closed = data["closed"]
+        except KeyError as error:
+            raise InputError(f"a curve needs the key {error.args[0]!r}, got {sorted(data)}") from error
+        return cls(knots, control_points, degree, closed=bool(closed))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, BSplineCurve):
+            return NotImplemented
+        return (
+            self._degree == other._degree
+            and self._closed == other._closed
+            and np.array_equal(self._knots, other._knots)
+            and np.array_equal(self._control_points, other._control_points)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self._degree, self._closed, self._knots.tobytes(), self._control_points.tobytes()))
+
+    def __repr__(self) -> str:
+        kind = "closed" if self._closed else "open"
+        return f"BSplineCurve({kind}, {self.ndim}D, {len(self._control_points)} control points, length {self.length:.4g})"
