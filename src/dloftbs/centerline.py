@@ -122,7 +122,9 @@ class Centerline:
         if not self.segments:
             raise InputError("a centre line needs at least one segment")
         if len(self.joints) != len(self.segments) - 1:
-            raise InputError(f"{len(self.segments)} segments need {len(self.segments) - 1} joints, got {len(self.joints)}")
+            raise InputError(
+                f"{len(self.segments)} segments need {len(self.segments) - 1} joints, got {len(self.joints)}"
+            )
         if self.closed and len(self.segments) != 1:
             raise InputError(f"a closed centre line is one segment, got {len(self.segments)}")
 
@@ -149,8 +151,8 @@ class Centerline:
 def arc_parameter(points: npt.NDArray[np.float64], closed: bool = False) -> FloatArray:
     """Return the normalised cumulative distance along points, from 0 to 1.
 
-    The parameter ``t`` of the paper (section III-E): Euclidean distances between neighbours, within segments and across the
-    gaps between them alike, summed and divided by the total.
+    The parameter ``t`` of the paper (section III-E): Euclidean distances between neighbours, within segments and across
+    the gaps between them alike, summed and divided by the total.
 
     Parameters
     ----------

@@ -35,6 +35,10 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
 
 
+def _check_int(name: str, value: object, low: int) -> None:
+    _require(_is_int(value) and value >= low, name, f"an integer of at least {low}", value)  # type: ignore[operator]
+
+
 def _check_range(name: str, bounds: Sequence[int], top: int, *, wraps: bool = False) -> None:
     expected = f"two integers in 0..{top}" + ("" if wraps else ", low before high")
     valid = len(bounds) == 2 and all(_is_int(b) and 0 <= b <= top for b in bounds)
@@ -47,7 +51,7 @@ class HsvRange(Section, frozen=True):
     Parameters
     ----------
     hue : (int, int)
-        Low and high hue in 0..179 (half degrees). Where low exceeds high the range wraps around 0: red is ``(170, 10)``.
+        Low and high hue in 0..179 (half degrees). Where low exceeds high it wraps around 0: red is ``(170, 10)``.
     saturation, value : (int, int)
         Low and high in 0..255.
     """
@@ -78,7 +82,7 @@ class HsvRange(Section, frozen=True):
         if not 1 <= len(bounds) <= 3:
             raise ConfigError(f"expected an HSV range such as '170:10,80:255,60:255', got {text!r}")
         names = ("hue", "saturation", "value")
-        return cls(**dict(zip(names, bounds)))  # type: ignore[arg-type]
+        return cls(**dict(zip(names, bounds, strict=False)))
 
 
 class SegmentationConfig(Section, frozen=True):
@@ -103,7 +107,7 @@ class CleaningConfig(Section, frozen=True):
     Parameters
     ----------
     open_px : int
-        Side of the square of the morphological opening; the paper's is 3. 1 turns it off (a cable of one or two pixels).
+        Side of the square of the morphological opening; the paper's is 3, and 1 is none (for cables of one or two pixels).
     close_px : int
         Side of the square of a closing before it, which fills pin-holes; 1, the paper's, is none.
     """
@@ -132,15 +136,8 @@ class SegmentsConfig(Section, frozen=True):
     max_segments: int = 1000
 
     def __post_init__(self) -> None:
-        _require(
-            _is_int(self.min_length_px) and self.min_length_px >= 2,
-            "min_length_px",
-            "an integer of at least 2",
-            self.min_length_px,
-        )
-        _require(
-            _is_int(self.max_segments) and self.max_segments >= 1, "max_segments", "a positive integer", self.max_segments
-        )
+        _check_int("min_length_px", self.min_length_px, 2)
+        _check_int("max_segments", self.max_segments, 1)
 
 
 class LinkingConfig(Section, frozen=True):
@@ -163,13 +160,10 @@ class LinkingConfig(Section, frozen=True):
     def __post_init__(self) -> None:
         m = self.distance_weight
         _require(_is_number(m) and 0.0 <= m <= 1.0, "distance_weight", "a number in 0..1", m)
-        _require(_is_number(self.max_cost) and self.max_cost >= 0.0, "max_cost", "a number of at least 0", self.max_cost)
         _require(
-            _is_int(self.direction_px) and self.direction_px >= 2,
-            "direction_px",
-            "an integer of at least 2",
-            self.direction_px,
+            _is_number(self.max_cost) and self.max_cost >= 0.0, "max_cost", "a number of at least 0", self.max_cost
         )
+        _check_int("direction_px", self.direction_px, 2)
 
 
 class FittingConfig(Section, frozen=True):
@@ -231,8 +225,8 @@ class TrackingConfig(Section, frozen=True):
 
     def __post_init__(self) -> None:
         _require(_is_number(self.gate) and self.gate > 0.0, "gate", "a positive number", self.gate)
-        _require(_is_int(self.min_hits) and self.min_hits >= 1, "min_hits", "a positive integer", self.min_hits)
-        _require(_is_int(self.max_misses) and self.max_misses >= 0, "max_misses", "an integer of at least 0", self.max_misses)
+        _check_int("min_hits", self.min_hits, 1)
+        _check_int("max_misses", self.max_misses, 0)
 
 
 class Config(Section, frozen=True):
@@ -254,7 +248,7 @@ class Config(Section, frozen=True):
 
     @classmethod
     def paper(cls) -> Config:
-        """Return the published method with the published parameters (section IV: ``m = 0.05``, ``p = 10``, ``k = 25``)."""
+        """Return the published method with its parameters (section IV: ``m = 0.05``, ``p = 10``, ``k = 25``)."""
         return cls(
             cleaning=CleaningConfig(open_px=3, close_px=1),
             segments=SegmentsConfig(min_length_px=10),

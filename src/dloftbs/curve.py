@@ -47,7 +47,9 @@ class BSplineCurve:
         if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or degree < 1:
             raise InputError(f"degree must be an integer of at least 1, got {degree!r}")
         if len(control) < degree + 1:
-            raise InputError(f"a curve of degree {degree} needs {degree + 1} control points or more, got {len(control)}")
+            raise InputError(
+                f"a curve of degree {degree} needs {degree + 1} control points or more, got {len(control)}"
+            )
         vector = as_vector("knots", knots, len(control) + degree + 1)
         if (np.diff(vector) < 0).any():
             raise InputError("knots must not decrease")
@@ -139,7 +141,7 @@ class BSplineCurve:
         return self(np.linspace(0.0, 1.0, n))
 
     def tangent(self, u: npt.ArrayLike) -> FloatArray:
-        """Return unit tangents in the direction of growing ``u``, shape (..., ndim); zero where the curve stands still."""
+        """Return unit tangents towards growing ``u``, shape (..., ndim); zero where the curve stands still."""
         velocity = self(u, 1)
         speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
         return np.divide(velocity, speed, out=np.zeros_like(velocity), where=speed > 0)
@@ -213,4 +215,6 @@ class BSplineCurve:
 
     def __repr__(self) -> str:
         kind = "closed" if self._closed else "open"
-        return f"BSplineCurve({kind}, {self.ndim}D, {len(self._control_points)} control points, length {self.length:.4g})"
+        return (
+            f"BSplineCurve({kind}, {self.ndim}D, {len(self._control_points)} control points, length {self.length:.4g})"
+        )

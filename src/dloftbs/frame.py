@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Centerline, Joint, JointKind
+from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 
@@ -67,7 +68,9 @@ class Frame:
         for name in ("image", "mask", "depth"):
             array = getattr(self, name)
             if array is not None and array.shape[:2] != self.size:
-                raise InputError(f"{name} must have the frame's size {self.size} (rows, columns), got {array.shape[:2]}")
+                raise InputError(
+                    f"{name} must have the frame's size {self.size} (rows, columns), got {array.shape[:2]}"
+                )
 
     @property
     def size(self) -> tuple[int, int]:
@@ -293,3 +296,30 @@ class FrameResult:
         }
 
 
+@dataclass(frozen=True, eq=False)
+class StageTrace:
+    """Everything between a frame and its curves, for pictures and for finding out what went wrong.
+
+    Points are ``(x, y)`` px in the frame.
+
+    Parameters
+    ----------
+    frame : Frame
+    mask, cleaned : numpy.ndarray, shape (H, W), bool
+        As segmented or given, and after the morphology.
+    skeleton, endpoints, branch_points : numpy.ndarray, shape (n, 2)
+        All skeleton pixels; those with one neighbour; those with more than two.
+    segments, short_segments : tuple of Segment
+        What the walks found: the ones kept, and the ones too short.
+    result : FrameResult
+    """
+
+    frame: Frame
+    mask: npt.NDArray[np.bool_]
+    cleaned: npt.NDArray[np.bool_]
+    skeleton: FloatArray
+    endpoints: FloatArray
+    branch_points: FloatArray
+    segments: tuple[Segment, ...]
+    short_segments: tuple[Segment, ...]
+    result: FrameResult
