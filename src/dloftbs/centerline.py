@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -61,6 +62,10 @@ class Segment:
         """Return the segment run the other way."""
         return self.trusted(self.points[::-1], self.radius[::-1])
 
+    def transformed(self, matrix: FloatArray, offset: FloatArray) -> Segment:
+        """Return the segment under the rigid map ``p -> matrix @ p + offset`` with matrix (2, 2) and offset (2,)."""
+        return self.trusted(self.points @ matrix.T + offset, self.radius)
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -75,7 +80,8 @@ class Joint:
     cost : float
         What the link cost; for the published method ``J`` (equation in section III-D).
     margin : float
-        How much more the next best choice would have cost, leaving both ends open included; at least 0.
+        How much more the next best choice would have cost, leaving both ends open included; at least 0, infinite where
+        there is no other choice.
     """
 
     kind: JointKind
@@ -86,7 +92,10 @@ class Joint:
     @property
     def certainty(self) -> float:
         """``1 - cost / (cost + margin)``: 1 where nothing competes, 0 where the next best choice is as good."""
-        return 1.0 if self.cost == 0.0 else self.margin / (self.cost + self.margin)
+        next_best = self.cost + self.margin
+        if math.isinf(next_best):
+            return 1.0
+        return self.margin / next_best if next_best > 0.0 else 0.0
 
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
@@ -127,6 +136,25 @@ class Centerline:
             )
         if self.closed and len(self.segments) != 1:
             raise InputError(f"a closed centre line is one segment, got {len(self.segments)}")
+
+    @classmethod
+    def trusted(cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool) -> Centerline:
+        """Wrap parts that are known to fit together."""
+        line = cls.__new__(cls)
+        object.__setattr__(line, "segments", segments)
+        object.__setattr__(line, "joints", joints)
+        object.__setattr__(line, "closed", closed)
+        return line
+
+    def reversed(self) -> Centerline:
+        """Return the centre line run the other way."""
+        segments = tuple(segment.reversed() for segment in reversed(self.segments))
+        return self.trusted(segments, tuple(joint.reversed() for joint in reversed(self.joints)), self.closed)
+
+    def transformed(self, matrix: FloatArray, offset: FloatArray) -> Centerline:
+        """Return the centre line under the rigid map ``p -> matrix @ p + offset``; its joints stay as they are."""
+        segments = tuple(segment.transformed(matrix, offset) for segment in self.segments)
+        return self.trusted(segments, self.joints, self.closed)
 
     @cached_property
     def points(self) -> FloatArray:

@@ -107,7 +107,7 @@ class CleaningConfig(Section, frozen=True):
     Parameters
     ----------
     open_px : int
-        Side of the square of the morphological opening; the paper's is 3, and 1 is none (for cables of one or two pixels).
+        Side of the square of the morphological opening; the paper's is 3, and 1 is none (for the thinnest cables).
     close_px : int
         Side of the square of a closing before it, which fills pin-holes; 1, the paper's, is none.
     """
@@ -219,7 +219,7 @@ class TrackingConfig(Section, frozen=True):
         Frames that a confirmed track outlives its last detection, coasting.
     """
 
-    gate: float = 0.25
+    gate: float = 0.1
     min_hits: int = 2
     max_misses: int = 15
 

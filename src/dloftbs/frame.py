@@ -175,11 +175,8 @@ class Detection:
 
     def reversed(self) -> Detection:
         """Return the same object run the other way."""
-        line = self.centerline
-        segments = tuple(segment.reversed() for segment in reversed(line.segments))
-        flipped = Centerline(segments, tuple(joint.reversed() for joint in reversed(line.joints)), line.closed)
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
-        return Detection(flipped, self.curve.reversed(), curve_3d, self.no_3d_reason)
+        return Detection(self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

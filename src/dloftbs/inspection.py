@@ -1,0 +1,48 @@
+"""What the stages made of a frame, turned back into the image for pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray
+from dloftbs.centerline import Segment
+from dloftbs.frame import AnyArray, Frame, FrameResult, StageTrace
+from dloftbs.patch import Patch, Skeleton
+from dloftbs.stages.segments import Walks, make_segments
+
+
+def trace_stages(
+    frame: Frame,
+    mask: AnyArray,
+    patch: Patch | None,
+    skeleton: Skeleton | None,
+    walks: Walks | None,
+    result: FrameResult,
+) -> StageTrace:
+    """Gather the trace of one frame; stages that were not reached leave empty arrays."""
+    cleaned = np.zeros(frame.size, dtype=np.bool_)
+    if patch is None or skeleton is None or walks is None:
+        nothing = np.empty((0, 2))
+        return StageTrace(frame, mask != 0, cleaned, nothing, nothing, nothing, (), (), result)
+    (x, y), (h, w) = patch.origin, patch.size
+    cleaned[y : y + h, x : x + w] = patch.pixels[1 : h + 1, 1 : w + 1]
+
+    def points(which: Any) -> FloatArray:
+        return patch.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
+
+    def segments(runs: list[FloatArray]) -> tuple[Segment, ...]:
+        return tuple(segment.transformed(*patch.image_transform) for segment in make_segments(patch, runs))
+
+    return StageTrace(
+        frame,
+        mask != 0,
+        cleaned,
+        points(slice(None)),
+        points(skeleton.is_endpoint),
+        points(skeleton.is_branch_point),
+        segments(walks.open + walks.loops),
+        segments(walks.short),
+        result,
+    )

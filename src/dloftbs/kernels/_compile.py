@@ -1,0 +1,51 @@
+"""How the kernels are compiled: when their module is imported, for stated types, into numba's cache on disk.
+
+Stated types keep a kernel from being compiled again in mid-stream, for an array with another layout or one that is
+read-only. Kernels that call each other stand in one file: numba would not notice a change in another one.
+"""
+
+from __future__ import annotations
+
+import functools
+import logging
+from collections.abc import Callable
+from typing import TypeVar
+
+from numba import njit, types
+
+_Function = TypeVar("_Function", bound=Callable[..., object])
+
+_log = logging.getLogger("dloftbs.kernels")
+
+
+def read(scalar: types.Type, ndim: int, layout: str = "A") -> types.Array:
+    """Return the type of an array that is only read: any strides, or C order where `layout` is "C"."""
+    return types.Array(scalar, ndim, layout, readonly=True)
+
+
+def write(scalar: types.Type, ndim: int, layout: str = "A") -> types.Array:
+    """Return the type of an array that is written."""
+    return types.Array(scalar, ndim, layout)
+
+
+def kernel(*signature: types.Type) -> Callable[[_Function], _Function]:
+    """Compile a function for these argument types now, or load it from the cache; it releases the GIL while it runs."""
+
+    def decorate(function: _Function) -> _Function:
+        compiled = njit(signature, cache=True, nogil=True)(function)
+        statistics = getattr(compiled, "stats", None)  # absent where compilation is turned off
+        if statistics is not None and statistics.cache_misses:
+            _announce()
+        return compiled
+
+    return decorate
+
+
+def helper(function: _Function) -> _Function:
+    """Compile a function as a part of the kernels of its file that call it."""
+    return njit(nogil=True)(function)
+
+
+@functools.cache
+def _announce() -> None:
+    _log.warning("compiling the kernels, once for this machine and version; this takes up to a minute")

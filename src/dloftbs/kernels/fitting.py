@@ -1,0 +1,159 @@
+"""Least-squares cubic B-splines: normal equations with four bands, solved by Cholesky's method."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64
+
+from dloftbs.kernels._compile import helper, kernel, read
+
+ORDER = 4
+"""Of a cubic: the number of basis functions that are not zero in a knot span."""
+
+
+@helper
+def evaluate_basis(knots: npt.NDArray[np.float64], span: int, u: float, values: npt.NDArray[np.float64]) -> None:
+    """Evaluate the four cubic basis functions of one knot span, by the recursion of Cox and de Boor.
+
+    Parameters
+    ----------
+    knots : (n + 4,) float64
+    span : int
+        ``knots[span] <= u <= knots[span + 1]``, the two different.
+    u : float
+    values : (4,) float64
+        Written: the functions ``span - 3`` to ``span``.
+    """
+    values[0] = 1.0
+    for degree in range(1, ORDER):
+        carry = 0.0
+        for r in range(degree):
+            right = knots[span + r + 1]
+            left = knots[span + r + 1 - degree]
+            share = values[r] / (right - left)
+            values[r] = carry + (right - u) * share
+            carry = (u - left) * share
+        values[degree] = carry
+
+
+@kernel(read(float64, 1), read(float64, 2), read(float64, 1))
+def fit_open(
+    u: npt.NDArray[np.float64], points: npt.NDArray[np.float64], knots: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Fit a cubic B-spline to points by least squares, each coordinate by itself with the same knots.
+
+    Not checked: `u` ascends within the base interval of the knots, and the Schoenberg-Whitney conditions hold.
+
+    Parameters
+    ----------
+    u : (m,) float64
+    points : (m, d) float64
+    knots : (n + 4,) float64
+        Each end four times.
+
+    Returns
+    -------
+    (n, d) float64
+        Control points.
+    """
+    m, dims = points.shape
+    n = len(knots) - ORDER
+    band = np.zeros((n, ORDER))  # band[i, k] is the normal matrix at (i, i + k)
+    right = np.zeros((n, dims))
+    values = np.empty(ORDER)
+    span = ORDER - 1
+    for i in range(m):
+        while span < n - 1 and u[i] >= knots[span + 1]:
+            span += 1
+        evaluate_basis(knots, span, u[i], values)
+        first = span - ORDER + 1
+        for a in range(ORDER):
+            for b in range(a, ORDER):
+                band[first + a, b - a] += values[a] * values[b]
+            for d in range(dims):
+                right[first + a, d] += values[a] * points[i, d]
+
+    # Cholesky: the matrix is L L', with L stored by columns, L[i + k, i] = band[i, k].
+    for i in range(n):
+        pivot = np.sqrt(band[i, 0])
+        band[i, 0] = pivot
+        reach = min(ORDER, n - i)
+        for k in range(1, reach):
+            band[i, k] /= pivot
+        for k in range(1, reach):
+            for j in range(k, reach):
+                band[i + k, j - k] -= band[i, k] * band[i, j]
+    for d in range(dims):
+        for i in range(n):
+            right[i, d] /= band[i, 0]
+            for k in range(1, min(ORDER, n - i)):
+                right[i + k, d] -= band[i, k] * right[i, d]
+        for i in range(n - 1, -1, -1):
+            for k in range(1, min(ORDER, n - i)):
+                right[i, d] -= band[i, k] * right[i + k, d]
+            right[i, d] /= band[i, 0]
+    return right
+
+
+@kernel(read(float64, 1), read(float64, 2), read(float64, 1))
+def fit_closed(
+    u: npt.NDArray[np.float64], points: npt.NDArray[np.float64], knots: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Fit a periodic cubic B-spline to the points of a loop by least squares.
+
+    The matrix is dense, since the loop couples its first and last control points; there are few of them. Not checked:
+    as `fit_open`, and there are four spans or more.
+
+    Parameters
+    ----------
+    u : (m,) float64
+        In [0, 1).
+    points : (m, d) float64
+    knots : (s + 7,) float64
+        Of period 1: three before 0, ``s + 1`` from 0 to 1, three after 1.
+
+    Returns
+    -------
+    (s + 3, d) float64
+        Control points; the last three repeat the first three.
+    """
+    m, dims = points.shape
+    n = len(knots) - 2 * ORDER + 1
+    matrix = np.zeros((n, n))
+    right = np.zeros((n, dims))
+    values = np.empty(ORDER)
+    span = ORDER - 1
+    for i in range(m):
+        while span < n + ORDER - 2 and u[i] >= knots[span + 1]:
+            span += 1
+        evaluate_basis(knots, span, u[i], values)
+        first = span - ORDER + 1
+        for a in range(ORDER):
+            row = (first + a) % n
+            for b in range(ORDER):
+                matrix[row, (first + b) % n] += values[a] * values[b]
+            for d in range(dims):
+                right[row, d] += values[a] * points[i, d]
+
+    for j in range(n):
+        for k in range(j):
+            matrix[j, j] -= matrix[j, k] * matrix[j, k]
+        matrix[j, j] = np.sqrt(matrix[j, j])
+        for i in range(j + 1, n):
+            for k in range(j):
+                matrix[i, j] -= matrix[i, k] * matrix[j, k]
+            matrix[i, j] /= matrix[j, j]
+    control = np.empty((n + ORDER - 1, dims))
+    for d in range(dims):
+        for i in range(n):
+            for k in range(i):
+                right[i, d] -= matrix[i, k] * right[k, d]
+            right[i, d] /= matrix[i, i]
+        for i in range(n - 1, -1, -1):
+            for k in range(i + 1, n):
+                right[i, d] -= matrix[k, i] * right[k, d]
+            right[i, d] /= matrix[i, i]
+    control[:n] = right
+    control[n:] = right[: ORDER - 1]
+    return control

@@ -1,0 +1,197 @@
+"""From skeleton pixels to runs without branches, and how wide the mask is along them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int32, int64, uint8, uint64
+
+from dloftbs.kernels._compile import helper, kernel, read, write
+
+
+@kernel(read(uint8, 2, "C"), read(uint64, 2, "C"))
+def find_pixels(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64]) -> npt.NDArray[np.int32]:
+    """List the foreground pixels, ascending.
+
+    Not checked: the mask is C-contiguous, its width is a multiple of 8, and it has fewer than 2**31 pixels.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    words : (H, W / 8) uint64
+        The same memory, eight pixels a word.
+
+    Returns
+    -------
+    (n,) int32
+        Flat indices.
+    """
+    flat = mask.ravel()
+    flat_words = words.ravel()
+    pixels = np.empty(4096, dtype=np.int32)
+    count = 0
+    for k in range(flat_words.size):
+        if flat_words[k] == 0:
+            continue
+        if count + 8 > pixels.size:
+            larger = np.empty(2 * pixels.size, dtype=np.int32)
+            larger[:count] = pixels[:count]
+            pixels = larger
+        for p in range(8 * k, 8 * k + 8):
+            if flat[p] != 0:
+                pixels[count] = p
+                count += 1
+    return pixels[:count]
+
+
+@helper
+def _count_neighbours(grid: npt.NDArray[np.uint8], row: int, column: int) -> int:
+    count = -1
+    for r in range(row - 1, row + 2):
+        for c in range(column - 1, column + 2):
+            if grid[r, c] != 0:
+                count += 1
+    return count
+
+
+@kernel(read(uint8, 2), read(int32, 2))
+def count_neighbours(grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
+    """Count the foreground pixels among the eight neighbours of each pixel.
+
+    Not checked: the outermost rows and columns of the grid are 0, and the pixels are foreground.
+
+    Parameters
+    ----------
+    grid : (H, W) uint8
+    pixels_rc : (n, 2) int32
+
+    Returns
+    -------
+    (n,) uint8
+    """
+    degrees = np.empty(len(pixels_rc), dtype=np.uint8)
+    for i in range(len(pixels_rc)):
+        degrees[i] = _count_neighbours(grid, pixels_rc[i, 0], pixels_rc[i, 1])
+    return degrees
+
+
+@kernel(write(uint8, 2), read(int32, 2))
+def trace(
+    grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], int]:
+    """Walk pixel by pixel from every endpoint to the other end, then around every loop.
+
+    Starts are taken in the order of `pixels_rc`. Not checked: the outermost rows and columns of the grid are 0, no
+    pixel has more than two neighbours, and the list is complete.
+
+    Parameters
+    ----------
+    grid : (H, W) uint8
+        0 and 1; all 0 afterwards.
+    pixels_rc : (n, 2) int32
+        Its foreground.
+
+    Returns
+    -------
+    points : (n, 2) float64
+        ``(x, y)``, that is column and row, run after run.
+    offsets : (runs + 1,) int64
+        Where each run starts in `points`, and the end.
+    n_open : int
+        The first `n_open` runs have ends, the rest are loops.
+    """
+    n = len(pixels_rc)
+    points = np.empty((n, 2), dtype=np.float64)
+    offsets = np.empty(n + 1, dtype=np.int64)
+    offsets[0] = 0
+    runs = 0
+    n_open = 0
+    count = 0
+    for sweep in range(2):
+        for i in range(n):
+            row, column = pixels_rc[i, 0], pixels_rc[i, 1]
+            if grid[row, column] == 0 or (sweep == 0 and _count_neighbours(grid, row, column) > 1):
+                continue
+            walking = True
+            while walking:
+                grid[row, column] = 0
+                points[count, 0] = column
+                points[count, 1] = row
+                count += 1
+                walking = False
+                # Sides before corners, so that a walk never cuts across to a pixel and leaves its neighbour behind.
+                for dr, dc in ((-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
+                    if grid[row + dr, column + dc] != 0:
+                        row += dr
+                        column += dc
+                        walking = True
+                        break
+            runs += 1
+            offsets[runs] = count
+        if sweep == 0:
+            n_open = runs
+    return points, offsets[: runs + 1], n_open
+
+
+@helper
+def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to half a pixel."""
+    t = 0.0
+    while mask[int(np.floor(y + t * dy + 0.5)), int(np.floor(x + t * dx + 0.5))] != 0:
+        t += 0.5
+    return t - 0.25  # the edge lies between the last two steps
+
+
+@kernel(read(uint8, 2), read(float64, 2), int64)
+def measure_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
+    """Measure half the mask's width across the run at each of its points.
+
+    Not checked: the outermost rows and columns of the mask are 0, and the points lie inside.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    points : (n, 2) float64
+        One run, ``(x, y)``.
+    reach : int
+        The direction at a point is that from the point `reach` before to the one `reach` after.
+
+    Returns
+    -------
+    (n,) float64
+        Pixels.
+    """
+    n = len(points)
+    radius = np.empty(n, dtype=np.float64)
+    for i in range(n):
+        before, after = max(i - reach, 0), min(i + reach, n - 1)
+        dx = points[after, 0] - points[before, 0]
+        dy = points[after, 1] - points[before, 1]
+        norm = np.sqrt(dx * dx + dy * dy)
+        if norm == 0.0:
+            dx, dy, norm = 1.0, 0.0, 1.0
+        dx /= norm
+        dy /= norm
+        x, y = points[i, 0], points[i, 1]
+        radius[i] = 0.5 * (_reach(mask, x, y, -dy, dx) + _reach(mask, x, y, dy, -dx))
+    return radius
+
+
+@kernel(read(uint8, 2), read(float64, 1), read(float64, 1))
+def is_covered(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], end: npt.NDArray[np.float64]) -> bool:
+    """Tell whether the straight line between two points runs over foreground only, looked at every half pixel.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    start, end : (2,) float64
+        ``(x, y)`` inside the mask.
+    """
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    steps = int(2.0 * np.sqrt(dx * dx + dy * dy)) + 1
+    for i in range(steps + 1):
+        x = start[0] + dx * i / steps
+        y = start[1] + dy * i / steps
+        if mask[int(np.floor(y + 0.5)), int(np.floor(x + 0.5))] == 0:
+            return False
+    return True

@@ -1,0 +1,166 @@
+"""The part of the mask that holds the objects, cut out and turned into a canonical pose, and its skeleton.
+
+A skeleton depends on the order in which the sides are peeled, and greedy choices depend on the order in which equal
+candidates come. To make the result move along when a mask is transposed, flipped or rotated by 90 degrees, everything
+from the skeleton to the linked centre lines happens in a pose that is chosen from the mask itself, so that all eight
+versions of a mask become one and the same problem. No pixel is moved for this: the pose is a view with other strides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """One of the eight symmetries of the square: flip the columns, flip the rows, then transpose."""
+
+    flip_x: bool
+    flip_y: bool
+    transpose: bool
+
+    def view(self, array: npt.NDArray[_Scalar]) -> npt.NDArray[_Scalar]:
+        """Return the array in this pose, as a view."""
+        turned = array[:: -1 if self.flip_y else 1, :: -1 if self.flip_x else 1]
+        return turned.T if self.transpose else turned
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A cleaned, non-empty mask, cut to its bounding box with an empty margin of one pixel.
+
+    Made by the cleaning stage; nothing is checked. Coordinates in the patch's pose are called "posed".
+
+    Parameters
+    ----------
+    pixels : numpy.ndarray, shape (h + 2, stride), uint8
+        0 and 1, C-contiguous, with a stride that is a multiple of 8; column and row 1 hold the box's first pixels.
+    size : (int, int)
+        ``(h, w)`` of the bounding box.
+    origin : (int, int)
+        ``(x, y)`` in the image of the box's top left pixel.
+    border : numpy.ndarray, shape (n,), int32
+        Flat indices into `pixels` of the foreground pixels that have background on a side.
+    area : int
+        Number of foreground pixels.
+    pose : Pose
+    """
+
+    pixels: npt.NDArray[np.uint8]
+    size: tuple[int, int]
+    origin: tuple[int, int]
+    border: npt.NDArray[np.int32]
+    area: int
+    pose: Pose
+
+    def posed(self, pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+        """Return an array with the shape of `pixels` in the patch's pose, cut to the box and its margin; a view."""
+        h, w = self.size
+        return self.pose.view(pixels[: h + 2, : w + 2])
+
+    def posed_rc(self, flat: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+        """Turn flat indices into `pixels` into posed ``(row, column)``, ascending, shape (n, 2)."""
+        row, column = np.divmod(flat, np.int32(self.pixels.shape[1]))
+        h, w = self.size
+        if self.pose.flip_y:
+            row = h + 1 - row
+        if self.pose.flip_x:
+            column = w + 1 - column
+        if self.pose.transpose:
+            row, column = column, row
+        order = np.argsort(row.astype(np.int64) * (max(h, w) + 2) + column)
+        return np.stack((row, column), axis=1)[order].astype(np.int32)
+
+    @property
+    def image_transform(self) -> tuple[FloatArray, FloatArray]:
+        """Matrix (2, 2) and offset (2,) that turn a posed ``(x, y)`` into the image's: ``matrix @ p + offset``."""
+        (h, w), (x0, y0) = self.size, self.origin
+        sign_x, sign_y = (-1.0 if self.pose.flip_x else 1.0), (-1.0 if self.pose.flip_y else 1.0)
+        matrix = np.diag([sign_x, sign_y])
+        if self.pose.transpose:
+            matrix = matrix[:, ::-1]
+        offset_x = x0 + w if self.pose.flip_x else x0 - 1
+        offset_y = y0 + h if self.pose.flip_y else y0 - 1
+        return np.ascontiguousarray(matrix), np.array([offset_x, offset_y], dtype=np.float64)
+
+    def to_image(self, points: FloatArray) -> FloatArray:
+        """Turn posed points ``(x, y)`` into the image's, shape (n, 2)."""
+        matrix, offset = self.image_transform
+        return points @ matrix.T + offset
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """The skeleton of a patch, in its pose.
+
+    Parameters
+    ----------
+    grid : numpy.ndarray, shape (H, W), uint8
+        0 and 1, the outermost rows and columns 0.
+    pixels_rc : numpy.ndarray, shape (n, 2), int32
+        Its foreground, ascending.
+    degrees : numpy.ndarray, shape (n,), uint8
+        The number of neighbours of each.
+    """
+
+    grid: npt.NDArray[np.uint8]
+    pixels_rc: npt.NDArray[np.int32]
+    degrees: npt.NDArray[np.uint8]
+
+    @property
+    def is_endpoint(self) -> npt.NDArray[np.bool_]:
+        """Which pixels have one neighbour."""
+        return self.degrees == 1
+
+    @property
+    def is_branch_point(self) -> npt.NDArray[np.bool_]:
+        """Which pixels have more than two neighbours."""
+        return self.degrees > 2
+
+
+def canonical_pose(pixels: npt.NDArray[np.uint8], border_rc: npt.NDArray[Any]) -> Pose:
+    """Choose the pose of a mask: all eight versions of a mask look the same in theirs.
+
+    Moments of the border pixels about the middle of the box decide: the wider side becomes the columns, the heavier
+    half the high coordinates. Where they do not tell the sides apart, the remaining poses are compared pixel by pixel;
+    poses that are equal even then show the same mask, so any will do.
+
+    Parameters
+    ----------
+    pixels : numpy.ndarray, shape (h, w), uint8
+        The mask, cut to its bounding box.
+    border_rc : numpy.ndarray, shape (n, 2)
+        ``(row, column)`` of its border pixels in it.
+    """
+    h, w = pixels.shape
+    # Twice the distance from the middle keeps whole numbers, so that equal sums are exactly equal.
+    y, x = (2 * border_rc.astype(np.int64) - (h - 1, w - 1)).T
+    xx, yy = x * x, y * y
+    odd_x = _first_nonzero(int(x.sum()), int((x * yy).sum()), int((x * xx).sum()))
+    odd_y = _first_nonzero(int(y.sum()), int((y * xx).sum()), int((y * yy).sum()))
+    wide = _first_nonzero(w - h, int(xx.sum() - yy.sum()), abs(odd_x) - abs(odd_y))
+    candidates = list(_poses(odd_x, odd_y, wide))
+    if len(candidates) == 1:
+        return candidates[0]
+    return max(candidates, key=lambda pose: np.packbits(pose.view(pixels)).tobytes())
+
+
+def _first_nonzero(*values: int) -> int:
+    return next((value for value in values if value), 0)
+
+
+def _poses(odd_x: int, odd_y: int, wide: int) -> Iterator[Pose]:
+    """Yield the poses that the signs of the moments leave open; 0 leaves both choices open."""
+    choices = [(False, True) if sign == 0 else (sign < 0,) for sign in (odd_x, odd_y, wide)]
+    for flip_x, flip_y, transpose in product(*choices):
+        yield Pose(flip_x, flip_y, transpose)

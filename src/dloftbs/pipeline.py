@@ -1,0 +1,261 @@
+"""The order of the stages, from a frame to its curves.
+
+Importing this module loads the compiled kernels, and compiles them if this machine has not done so yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.centerline import Centerline
+from dloftbs.config import Config
+from dloftbs.curve import BSplineCurve
+from dloftbs.errors import InputError
+from dloftbs.frame import AnyArray, Detection, Frame, FrameResult, StageTrace, Track, check_mask
+from dloftbs.inspection import trace_stages
+from dloftbs.patch import Patch, Skeleton
+from dloftbs.stages.cleaning import clean
+from dloftbs.stages.fitting import fit
+from dloftbs.stages.lifting import MIN_POINTS, lift
+from dloftbs.stages.linking import link
+from dloftbs.stages.segmentation import HsvSegmenter
+from dloftbs.stages.segments import Walks, make_segments, walk
+from dloftbs.stages.skeleton import skeletonize
+from dloftbs.tracking import Tracker
+
+Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
+"""Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
+
+
+@dataclass
+class StageRun:
+    """What the stages made of one frame, as far as they came, and how long each took."""
+
+    mask: AnyArray
+    stage_ms: dict[str, float] = field(default_factory=dict)
+    patch: Patch | None = None
+    skeleton: Skeleton | None = None
+    walks: Walks | None = None
+    detections: tuple[Detection, ...] = ()
+    reason: str | None = None
+
+
+class Pipeline:
+    """From frames to curves, with identities and directions kept from frame to frame.
+
+    A pipeline belongs to one thread; several pipelines do not disturb each other.
+
+    Parameters
+    ----------
+    config : Config, optional
+    segmenter : callable, optional
+        From an image (H, W, 3) to a mask (H, W), in the place of `SegmentationConfig.hsv`.
+
+    Examples
+    --------
+    >>> mask = np.zeros((100, 200), np.uint8)
+    >>> mask[48:53, 20:180] = 255
+    >>> result = Pipeline().process(Frame(mask=mask))
+    >>> result.tracks[0].id, result.detections[0].width
+    (1, 5.0)
+    """
+
+    def __init__(self, config: Config | None = None, *, segmenter: Segmenter | None = None) -> None:
+        self._config = Config() if config is None else config
+        if segmenter is None and self._config.segmentation.hsv:
+            segmenter = HsvSegmenter(self._config.segmentation)
+        self._segmenter = segmenter
+        self._tracker = Tracker(self._config.tracking)
+
+    @property
+    def config(self) -> Config:
+        """The configuration."""
+        return self._config
+
+    def process(self, frame: Frame) -> FrameResult:
+        """Find the objects of one frame and follow them from the frames before.
+
+        Raises
+        ------
+        InputError
+            If the frame has no mask and there is neither a colour range nor a segmenter, or if the segmenter returns
+            no mask of the frame's size.
+        """
+        run = run_stages(frame, self._config, self._segmenter)
+        since = perf_counter()
+        tracks = self._tracker.update(run.detections)
+        run.stage_ms["tracking"] = 1e3 * (perf_counter() - since)
+        return _result(frame, run, tracks)
+
+    def reset(self) -> None:
+        """Forget all tracks, as at the cut to another scene."""
+        self._tracker.reset()
+
+    def trace(self, frame: Frame) -> StageTrace:
+        """Run the stages on a frame and keep what each of them made; the tracks stay as they are.
+
+        Raises
+        ------
+        InputError
+            As `process`.
+        """
+        run = run_stages(frame, self._config, self._segmenter)
+        return trace_stages(frame, run.mask, run.patch, run.skeleton, run.walks, _result(frame, run, ()))
+
+
+def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> StageRun:
+    """Take one frame through all stages but tracking.
+
+    Raises
+    ------
+    InputError
+        As `Pipeline.process`.
+    """
+    clock = _Clock()
+    run = StageRun(_mask(frame, segmenter), clock.stage_ms)
+    clock.lap("segmentation")
+    run.patch = clean(run.mask, config.cleaning)
+    clock.lap("cleaning")
+    if run.patch is None:
+        run.reason = _why_nothing_is_left(run.mask, config)
+        return run
+    run.skeleton = skeletonize(run.patch)
+    clock.lap("skeleton")
+    run.walks = walk(run.skeleton, config.segments)
+    clock.lap("segments")
+    run.reason = _why_no_segments(run.walks, config)
+    if run.reason is not None:
+        return run
+    lines = link(run.patch, make_segments(run.patch, run.walks.open), config.linking)
+    lines += [Centerline.trusted((loop,), (), closed=True) for loop in make_segments(run.patch, run.walks.loops)]
+    lines = [line.transformed(*run.patch.image_transform) for line in lines]
+    clock.lap("linking")
+    curves = [fit(line.points, line.u, line.closed, config.fitting) for line in lines]
+    clock.lap("fitting")
+    lifted = [_lift(line, frame, config) for line in lines]
+    clock.lap("lifting")
+    run.detections = tuple(
+        Detection(line, curve, curve_3d, why)
+        for line, curve, (curve_3d, why) in zip(lines, curves, lifted, strict=True)
+    )
+    return run
+
+
+def detect(
+    mask: npt.ArrayLike,
+    config: Config | None = None,
+    *,
+    depth: npt.ArrayLike | None = None,
+    camera: PinholeCamera | None = None,
+) -> list[Detection]:
+    """Find the objects in one mask, without memory.
+
+    Parameters
+    ----------
+    mask : array_like, shape (H, W) or (H, W, 1), bool or any integer type
+        Any non-zero is cable. Never changed.
+    config : Config, optional
+    depth : array_like, shape (H, W), optional
+        See `Frame`.
+    camera : PinholeCamera, optional
+
+    Returns
+    -------
+    list of Detection
+        Empty where there is nothing; `Pipeline.process` says why.
+
+    Raises
+    ------
+    InputError
+        If shapes or types are wrong or disagree.
+    """
+    frame = Frame(mask=check_mask(mask), depth=None if depth is None else np.asarray(depth), camera=camera)
+    return list(run_stages(frame, Config() if config is None else config, None).detections)
+
+
+def track(
+    frames: Iterable[Frame], config: Config | None = None, *, segmenter: Segmenter | None = None
+) -> Iterator[FrameResult]:
+    """Follow the objects through a stream, one result a frame, as the frames come.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        A source, as `dloftbs.sources.open` makes it, or any other.
+    config, segmenter
+        As `Pipeline` takes them.
+
+    Yields
+    ------
+    FrameResult
+    """
+    pipeline = Pipeline(config, segmenter=segmenter)
+    for frame in frames:
+        yield pipeline.process(frame)
+
+
+class _Clock:
+    """Books the time since the last lap to a stage."""
+
+    def __init__(self) -> None:
+        self.stage_ms: dict[str, float] = {}
+        self._since = perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = perf_counter()
+        self.stage_ms[stage] = 1e3 * (now - self._since)
+        self._since = now
+
+
+def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
+    if frame.mask is not None:
+        return frame.mask
+    if segmenter is None:
+        raise InputError(
+            "the frame has an image but no mask: set segmentation.hsv, pass a segmenter, or give the frame a mask"
+        )
+    assert frame.image is not None  # a frame has one or the other
+    mask = check_mask(segmenter(frame.image))
+    if mask.shape != frame.size:
+        raise InputError(f"the segmenter's mask must have the frame's size {frame.size}, got {mask.shape}")
+    return mask
+
+
+def _lift(line: Centerline, frame: Frame, config: Config) -> tuple[BSplineCurve | None, str | None]:
+    """Return the curve in space, or None and the reason why there is none."""
+    if frame.depth is None:
+        return None, "the frame has no depth"
+    if frame.camera is None:
+        return None, "the frame has depth, but no camera to turn it into metres"
+    points_m, seen = lift(line.points, frame.depth, frame.camera, config.lifting)
+    if len(points_m) < MIN_POINTS:
+        return None, f"only {len(points_m)} of {len(seen)} pixels of the centre line have depth"
+    return fit(points_m, line.u[seen], line.closed and bool(seen.all()), config.fitting), None
+
+
+def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
+    if not mask.any():
+        return "the mask is empty"
+    side = config.cleaning.open_px
+    return f"nothing of the mask is left after the opening by {side} x {side} px"
+
+
+def _why_no_segments(walks: Walks, config: Config) -> str | None:
+    found, limit = len(walks.open) + len(walks.loops), config.segments.max_segments
+    if found > limit:
+        return f"{found} segments are more than segments.max_segments = {limit}: this mask is noise"
+    if found == 0:
+        return f"all {len(walks.short)} segments are shorter than {config.segments.min_length_px} px"
+    return None
+
+
+def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResult:
+    return FrameResult(
+        run.detections, tracks, run.reason, frame.size, run.stage_ms, frame.index, frame.stamp, frame.name
+    )

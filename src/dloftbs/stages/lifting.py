@@ -1,0 +1,45 @@
+"""Stage 7: depth to metres: each pixel of the centre line brings its depth (paper, section III-F)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.camera import PinholeCamera
+from dloftbs.config import LiftingConfig
+
+MIN_POINTS = 4
+"""Points with depth that a curve in space needs."""
+
+
+def lift(
+    points: FloatArray, depth: npt.NDArray[Any], camera: PinholeCamera, config: LiftingConfig
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Lift the pixels of a centre line into space.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, shape (n, 2)
+        Pixel centres inside the depth image.
+    depth : numpy.ndarray, shape (H, W)
+        Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
+    camera : PinholeCamera
+    config : LiftingConfig
+
+    Returns
+    -------
+    points_m : numpy.ndarray, shape (m, 3)
+        Those with depth, in the camera's frame, metres.
+    seen : numpy.ndarray, shape (n,), bool
+        Which points have depth: finite, not 0 and within the range of the configuration.
+    """
+    column, row = np.rint(points).astype(np.intp).T
+    sampled = depth[row, column]
+    unit = 1.0 if np.issubdtype(depth.dtype, np.floating) else config.integer_unit_m
+    metres = sampled.astype(np.float64) * unit
+    with np.errstate(invalid="ignore"):
+        seen = np.isfinite(metres) & (metres > 0.0) & (metres >= config.min_depth_m) & (metres <= config.max_depth_m)
+    return camera.deproject(points[seen], metres[seen]), seen

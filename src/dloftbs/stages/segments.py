@@ -1,0 +1,62 @@
+"""Stage 4: skeleton to segments: branch points removed, walks from endpoint to endpoint (paper, section III-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+from dloftbs._arrays import FloatArray
+from dloftbs.centerline import Segment
+from dloftbs.config import SegmentsConfig
+from dloftbs.kernels import tracing
+from dloftbs.patch import Patch, Skeleton
+
+_CHORD_REACH_PX = 4  # of the chord that the width is measured across: beyond the staircase, below any bend
+
+
+@dataclass(frozen=True, eq=False)
+class Walks:
+    """What the walks found, as arrays of points (n, 2), posed ``(x, y)``.
+
+    Parameters
+    ----------
+    open : list of numpy.ndarray
+        With two ends each, of at least `SegmentsConfig.min_length_px` points.
+    loops : list of numpy.ndarray
+        Without ends, as long; the last point touches the first.
+    short : list of numpy.ndarray
+        The rest.
+    """
+
+    open: list[FloatArray]
+    loops: list[FloatArray]
+    short: list[FloatArray]
+
+
+def walk(skeleton: Skeleton, config: SegmentsConfig) -> Walks:
+    """Remove the branch points, walk what remains, and drop what is shorter than ``p`` pixels.
+
+    Without branch points no pixel has more than two neighbours, so every walk is unambiguous. What has no endpoint is a
+    closed loop and is walked around once, from its first pixel.
+    """
+    grid = skeleton.grid.copy()
+    branch = skeleton.is_branch_point
+    branch_rc = skeleton.pixels_rc[branch]
+    grid[branch_rc[:, 0], branch_rc[:, 1]] = 0
+    points, offsets, n_open = tracing.trace(grid, skeleton.pixels_rc[~branch])
+    runs = [points[start:stop] for start, stop in pairwise(offsets.tolist())]
+    p = config.min_length_px
+    return Walks(
+        open=[run for run in runs[:n_open] if len(run) >= p],
+        loops=[run for run in runs[n_open:] if len(run) >= p],
+        short=[run for run in runs if len(run) < p],
+    )
+
+
+def make_segments(patch: Patch, runs: list[FloatArray]) -> list[Segment]:
+    """Give each run its radius, still in the patch's pose.
+
+    The radius is half the distance between the edges of the mask to both sides of the run.
+    """
+    mask = patch.posed(patch.pixels)
+    return [Segment.trusted(run, tracing.measure_radius(mask, run, _CHORD_REACH_PX)) for run in runs]

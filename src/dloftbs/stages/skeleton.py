@@ -1,0 +1,37 @@
+"""Stage 3: patch to skeleton, one pixel wide (paper, section III-B)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dloftbs.kernels import thinning, tracing
+from dloftbs.patch import Patch, Pose, Skeleton
+
+_PEELING_ORDER = (thinning.NORTH, thinning.SOUTH, thinning.WEST, thinning.EAST)  # in the patch's pose
+
+
+def skeletonize(patch: Patch) -> Skeleton:
+    """Thin a patch to lines one pixel wide, with as many pieces and holes as it has.
+
+    Returns
+    -------
+    Skeleton
+    """
+    state = patch.pixels.copy()
+    sides = np.array([_unposed_side(side, patch.pose) for side in _PEELING_ORDER], dtype=np.uint8)
+    thinning.thin(state, patch.border, patch.area, sides, thinning.DELETION_TABLE)
+    grid = patch.posed(state)
+    pixels_rc = patch.posed_rc(tracing.find_pixels(state, state.view(np.uint64)))
+    return Skeleton(grid, pixels_rc, tracing.count_neighbours(grid, pixels_rc))
+
+
+def _unposed_side(side: int, pose: Pose) -> int:
+    """Return which side of the patch as it lies in memory is `side` in its pose."""
+    dy, dx = {thinning.NORTH: (-1, 0), thinning.SOUTH: (1, 0), thinning.WEST: (0, -1), thinning.EAST: (0, 1)}[side]
+    if pose.transpose:
+        dy, dx = dx, dy
+    if pose.flip_y:
+        dy = -dy
+    if pose.flip_x:
+        dx = -dx
+    return {(-1, 0): thinning.NORTH, (1, 0): thinning.SOUTH, (0, -1): thinning.WEST, (0, 1): thinning.EAST}[dy, dx]
