@@ -251,7 +251,10 @@ def _why_no_segments(walks: Walks, config: Config) -> str | None:
     if found > limit:
         return f"{found} segments are more than segments.max_segments = {limit}: this mask is noise"
     if found == 0:
-        return f"all {len(walks.short)} segments are shorter than {config.segments.min_length_px} px"
+        longest = max((len(run) for run in walks.short), default=0)
+        return (
+            f"the longest segment has {longest} px, fewer than segments.min_length_px = {config.segments.min_length_px}"
+        )
     return None
 
 

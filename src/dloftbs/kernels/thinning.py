@@ -14,8 +14,6 @@ from dloftbs.kernels._compile import kernel, read, write
 NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
 """Bits of the four sides from which pixels are peeled."""
 
-_IDLE, _QUEUED, _CHANGED = 1, 2, 4  # a pixel's state: foreground, and in the work list, and beside a deletion
-
 
 def deletion_table() -> npt.NDArray[np.uint8]:
     """Return, for each neighbourhood, the sides from which a pixel with it may be peeled off.
@@ -70,9 +68,12 @@ def find_border(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64]) -> t
     rows, columns = mask.shape
     flat = mask.ravel()
     full = np.uint64(0x0101010101010101)
-    border = np.empty(4096, dtype=np.int32)
-    count = 0
     area = 0
+    for row in range(rows):
+        for k in range(words.shape[1]):
+            area += np.int64((words[row, k] * full) >> np.uint64(56))  # the sum of the eight bytes
+    border = np.empty(area, dtype=np.int32)
+    count = 0
     for row in range(1, rows - 1):
         for k in range(words.shape[1]):
             word = words[row, k]
@@ -81,19 +82,13 @@ def find_border(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64]) -> t
             first = row * columns + 8 * k
             inside = word == full and words[row - 1, k] == full and words[row + 1, k] == full
             if inside and flat[first - 1] & flat[first + 8]:
-                area += 8
                 continue
-            if count + 8 > border.size:
-                larger = np.empty(2 * border.size, dtype=np.int32)
-                larger[:count] = border[:count]
-                border = larger
             for p in range(first, first + 8):
-                if flat[p] != 0:
-                    area += 1
-                    if flat[p - 1] & flat[p + 1] & flat[p - columns] & flat[p + columns] == 0:
-                        border[count] = p
-                        count += 1
-    return border[:count], area
+                surrounded = flat[p - 1] & flat[p + 1] & flat[p - columns] & flat[p + columns]
+                if flat[p] != 0 and surrounded == 0:
+                    border[count] = p
+                    count += 1
+    return border[:count].copy(), area
 
 
 @kernel(write(uint8, 2, "C"), read(int32, 1), int64, read(uint8, 1), read(uint8, 1))
@@ -106,8 +101,8 @@ def thin(
 ) -> None:
     """Peel the foreground from four sides in turn, in place, until nothing can go.
 
-    In each turn all pixels that may go from its side go at once, so the order of the work list does not matter. A pixel
-    is looked at again only after one of its neighbours went.
+    In each turn all pixels that may go from its side go at once, so the order of the work lists does not matter. Each
+    side has a list of the pixels that are open to it; a pixel comes onto it when its neighbour on that side goes.
 
     Not checked: as `find_border`, whose results `border` and `area` are.
 
@@ -125,45 +120,42 @@ def thin(
     columns = state.shape[1]
     flat = state.ravel()
     offsets = np.array([-columns, -columns + 1, 1, columns + 1, columns, columns - 1, -1, -columns - 1], dtype=np.int32)
-    work = np.empty(area, dtype=np.int32)
+    open_to = np.empty((4, area), dtype=np.int32)  # the work lists, by side // 2
+    counts = np.zeros(4, dtype=np.int64)
     leaving = np.empty(area, dtype=np.int32)
-    count = border.size
-    for i in range(count):
-        work[i] = border[i]
-        flat[border[i]] = _IDLE | _QUEUED
+    for p in border:
+        for s in range(4):
+            if flat[p + offsets[2 * s]] == 0:
+                open_to[s, counts[s]] = p
+                counts[s] += 1
 
-    while count > 0:
+    going = True
+    while going:
+        going = False
         for side in sides:
-            towards = offsets[side]
-            bit = np.uint8(1 << (side >> 1))
+            s = side >> 1
+            n_kept = 0
             n_leaving = 0
-            for i in range(count):
-                p = work[i]
-                if flat[p] == 0 or flat[p + towards] != 0:
+            for i in range(counts[s]):
+                p = open_to[s, i]
+                if flat[p] == 0:
                     continue
                 code = 0
                 for k in range(8):
-                    code |= (flat[p + offsets[k]] & 1) << k
-                if table[code] & bit:
+                    code |= flat[p + offsets[k]] << k
+                if table[code] >> s & 1:
                     leaving[n_leaving] = p
                     n_leaving += 1
+                else:
+                    open_to[s, n_kept] = p
+                    n_kept += 1
+            counts[s] = n_kept
+            going |= n_leaving > 0
             for i in range(n_leaving):
                 flat[leaving[i]] = 0
             for i in range(n_leaving):
-                for k in range(8):
-                    q = leaving[i] + offsets[k]
+                for t in range(4):
+                    q = leaving[i] - offsets[2 * t]  # its neighbour on side t is gone
                     if flat[q] != 0:
-                        if flat[q] & _QUEUED == 0:
-                            work[count] = q
-                            count += 1
-                        flat[q] = _IDLE | _QUEUED | _CHANGED
-        kept = 0
-        for i in range(count):
-            p = work[i]
-            if flat[p] & _CHANGED:
-                flat[p] = _IDLE | _QUEUED
-                work[kept] = p
-                kept += 1
-            elif flat[p] != 0:
-                flat[p] = _IDLE
-        count = kept
+                        open_to[t, counts[t]] = q
+                        counts[t] += 1

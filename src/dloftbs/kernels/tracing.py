@@ -9,8 +9,8 @@ from numba import float64, int32, int64, uint8, uint64
 from dloftbs.kernels._compile import helper, kernel, read, write
 
 
-@kernel(read(uint8, 2, "C"), read(uint64, 2, "C"))
-def find_pixels(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64]) -> npt.NDArray[np.int32]:
+@kernel(read(uint8, 2, "C"), read(uint64, 2, "C"), int64)
+def find_pixels(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64], limit: int) -> npt.NDArray[np.int32]:
     """List the foreground pixels, ascending.
 
     Not checked: the mask is C-contiguous, its width is a multiple of 8, and it has fewer than 2**31 pixels.
@@ -20,28 +20,28 @@ def find_pixels(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64]) -> n
     mask : (H, W) uint8
     words : (H, W / 8) uint64
         The same memory, eight pixels a word.
+    limit : int
+        At least the number of foreground pixels.
 
     Returns
     -------
     (n,) int32
         Flat indices.
     """
+    rows, columns = mask.shape
     flat = mask.ravel()
-    flat_words = words.ravel()
-    pixels = np.empty(4096, dtype=np.int32)
+    pixels = np.empty(limit, dtype=np.int32)
     count = 0
-    for k in range(flat_words.size):
-        if flat_words[k] == 0:
-            continue
-        if count + 8 > pixels.size:
-            larger = np.empty(2 * pixels.size, dtype=np.int32)
-            larger[:count] = pixels[:count]
-            pixels = larger
-        for p in range(8 * k, 8 * k + 8):
-            if flat[p] != 0:
-                pixels[count] = p
-                count += 1
-    return pixels[:count]
+    for row in range(rows):
+        for k in range(words.shape[1]):
+            if words[row, k] == 0:
+                continue
+            first = row * columns + 8 * k
+            for p in range(first, first + 8):
+                if flat[p] != 0:
+                    pixels[count] = p
+                    count += 1
+    return pixels[:count].copy()
 
 
 @helper
@@ -137,14 +137,16 @@ def trace(
 def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
     """Return how far the mask goes from a point along a unit vector, to half a pixel."""
     t = 0.0
-    while mask[int(np.floor(y + t * dy + 0.5)), int(np.floor(x + t * dx + 0.5))] != 0:
+    while mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] != 0:  # coordinates are not negative: this rounds
         t += 0.5
     return t - 0.25  # the edge lies between the last two steps
 
 
-@kernel(read(uint8, 2), read(float64, 2), int64)
-def measure_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
-    """Measure half the mask's width across the run at each of its points.
+@kernel(read(uint8, 2), read(float64, 2), read(int64, 1), int64)
+def measure_radius(
+    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64], reach: int
+) -> npt.NDArray[np.float64]:
+    """Measure half the mask's width across the runs at each of their points.
 
     Not checked: the outermost rows and columns of the mask are 0, and the points lie inside.
 
@@ -152,46 +154,57 @@ def measure_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64],
     ----------
     mask : (H, W) uint8
     points : (n, 2) float64
-        One run, ``(x, y)``.
+        ``(x, y)``, run after run.
+    offsets : (runs + 1,) int64
+        Where each run starts in `points`, and the end.
     reach : int
-        The direction at a point is that from the point `reach` before to the one `reach` after.
+        The direction at a point is that from the point `reach` before to the one `reach` after, within the run.
 
     Returns
     -------
     (n,) float64
         Pixels.
     """
-    n = len(points)
-    radius = np.empty(n, dtype=np.float64)
-    for i in range(n):
-        before, after = max(i - reach, 0), min(i + reach, n - 1)
-        dx = points[after, 0] - points[before, 0]
-        dy = points[after, 1] - points[before, 1]
-        norm = np.sqrt(dx * dx + dy * dy)
-        if norm == 0.0:
-            dx, dy, norm = 1.0, 0.0, 1.0
-        dx /= norm
-        dy /= norm
-        x, y = points[i, 0], points[i, 1]
-        radius[i] = 0.5 * (_reach(mask, x, y, -dy, dx) + _reach(mask, x, y, dy, -dx))
+    radius = np.empty(len(points), dtype=np.float64)
+    for run in range(len(offsets) - 1):
+        first, last = offsets[run], offsets[run + 1] - 1
+        for i in range(first, last + 1):
+            before, after = max(i - reach, first), min(i + reach, last)
+            dx = points[after, 0] - points[before, 0]
+            dy = points[after, 1] - points[before, 1]
+            norm = np.sqrt(dx * dx + dy * dy)
+            if norm == 0.0:
+                dx, norm = 1.0, 1.0
+            dx /= norm
+            dy /= norm
+            x, y = points[i, 0], points[i, 1]
+            radius[i] = 0.5 * (_reach(mask, x, y, -dy, dx) + _reach(mask, x, y, dy, -dx))
     return radius
 
 
-@kernel(read(uint8, 2), read(float64, 1), read(float64, 1))
-def is_covered(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], end: npt.NDArray[np.float64]) -> bool:
-    """Tell whether the straight line between two points runs over foreground only, looked at every half pixel.
+@kernel(read(uint8, 2), read(float64, 2), read(float64, 2))
+def are_covered(
+    mask: npt.NDArray[np.uint8], starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64]
+) -> npt.NDArray[np.bool_]:
+    """Tell whether straight lines run over foreground only, looked at every half pixel.
 
     Parameters
     ----------
     mask : (H, W) uint8
-    start, end : (2,) float64
+    starts, ends : (n, 2) float64
         ``(x, y)`` inside the mask.
+
+    Returns
+    -------
+    (n,) bool
     """
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    steps = int(2.0 * np.sqrt(dx * dx + dy * dy)) + 1
-    for i in range(steps + 1):
-        x = start[0] + dx * i / steps
-        y = start[1] + dy * i / steps
-        if mask[int(np.floor(y + 0.5)), int(np.floor(x + 0.5))] == 0:
-            return False
-    return True
+    covered = np.ones(len(starts), dtype=np.bool_)
+    for line in range(len(starts)):
+        x, y = starts[line]
+        dx, dy = ends[line, 0] - x, ends[line, 1] - y
+        steps = int(2.0 * np.sqrt(dx * dx + dy * dy)) + 1
+        for i in range(steps + 1):
+            if mask[int(y + dy * i / steps + 0.5), int(x + dx * i / steps + 0.5)] == 0:
+                covered[line] = False
+                break
+    return covered

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.config import LinkingConfig
 from dloftbs.kernels import linking as kernels
-from dloftbs.kernels.tracing import is_covered
+from dloftbs.kernels.tracing import are_covered
 from dloftbs.patch import Patch
 
-_Links = dict[int, tuple[int, float, float]]  # from an end to the end it is joined to, with cost and margin
+_Links = dict[int, tuple[int, JointKind, float, float]]  # from an end to its partner, the kind, cost and margin
 
 
 def link(patch: Patch, segments: list[Segment], config: LinkingConfig) -> list[Centerline]:
@@ -35,12 +34,14 @@ def link(patch: Patch, segments: list[Segment], config: LinkingConfig) -> list[C
         return []
     ends, directions = _ends(segments, config.direction_px)
     pairs, costs, margins = kernels.link_greedily(ends, directions, config.distance_weight, config.max_cost)
+    covered = are_covered(patch.posed(patch.pixels), ends[pairs[:, 0]], ends[pairs[:, 1]])
     links: _Links = {}
-    for (i, j), cost, margin in zip(pairs.tolist(), costs.tolist(), margins.tolist(), strict=True):
-        links[i] = (j, cost, margin)
-        links[j] = (i, cost, margin)
-    mask = patch.posed(patch.pixels)
-    return [_centerline(mask, segments, chain, links) for chain in _chains(len(segments), links)]
+    for (i, j), seen, cost, margin in zip(
+        pairs.tolist(), covered.tolist(), costs.tolist(), margins.tolist(), strict=True
+    ):
+        kind = JointKind.CROSSING if seen else JointKind.GAP
+        links[i], links[j] = (j, kind, cost, margin), (i, kind, cost, margin)
+    return [_centerline(segments, chain, links) for chain in _chains(len(segments), links)]
 
 
 def _ends(segments: list[Segment], direction_px: int) -> tuple[FloatArray, FloatArray]:
@@ -70,14 +71,13 @@ def _chains(n_segments: int, links: _Links) -> list[list[int]]:
     return chains
 
 
-def _centerline(mask: npt.NDArray[np.uint8], segments: list[Segment], chain: list[int], links: _Links) -> Centerline:
+def _centerline(segments: list[Segment], chain: list[int], links: _Links) -> Centerline:
     ordered = tuple(segments[end // 2] if end % 2 == 0 else segments[end // 2].reversed() for end in chain)
-    bare = Centerline.trusted(ordered, (), closed=False)
-    stops = np.cumsum([len(segment) for segment in ordered])[:-1].tolist()
+    u = Centerline.trusted(ordered, (), closed=False).u
     joints = []
-    for stop, end in zip(stops, chain[1:], strict=True):
-        _, cost, margin = links[end]
-        covered = is_covered(mask, bare.points[stop - 1], bare.points[stop])
-        kind = JointKind.CROSSING if covered else JointKind.GAP
-        joints.append(Joint(kind, (float(bare.u[stop - 1]), float(bare.u[stop])), cost, margin))
+    stop = 0
+    for segment, end in zip(ordered[:-1], chain[1:], strict=True):
+        stop += len(segment)
+        _, kind, cost, margin = links[end]
+        joints.append(Joint(kind, (float(u[stop - 1]), float(u[stop])), cost, margin))
     return Centerline.trusted(ordered, tuple(joints), closed=False)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Segment
 from dloftbs.config import SegmentsConfig
@@ -59,4 +61,9 @@ def make_segments(patch: Patch, runs: list[FloatArray]) -> list[Segment]:
     The radius is half the distance between the edges of the mask to both sides of the run.
     """
     mask = patch.posed(patch.pixels)
-    return [Segment.trusted(run, tracing.measure_radius(mask, run, _CHORD_REACH_PX)) for run in runs]
+    offsets = np.cumsum([0, *map(len, runs)])
+    points = np.concatenate([np.empty((0, 2)), *runs])
+    radius = tracing.measure_radius(mask, points, offsets, _CHORD_REACH_PX)
+    return [
+        Segment.trusted(run, radius[start:stop]) for run, (start, stop) in zip(runs, pairwise(offsets), strict=True)
+    ]

@@ -21,7 +21,7 @@ def skeletonize(patch: Patch) -> Skeleton:
     sides = np.array([_unposed_side(side, patch.pose) for side in _PEELING_ORDER], dtype=np.uint8)
     thinning.thin(state, patch.border, patch.area, sides, thinning.DELETION_TABLE)
     grid = patch.posed(state)
-    pixels_rc = patch.posed_rc(tracing.find_pixels(state, state.view(np.uint64)))
+    pixels_rc = patch.posed_rc(tracing.find_pixels(state, state.view(np.uint64), patch.area))
     return Skeleton(grid, pixels_rc, tracing.count_neighbours(grid, pixels_rc))
 
 
