@@ -39,6 +39,10 @@ class BSplineCurve:
     """
 
     __slots__ = ("__dict__", "_closed", "_control_points", "_degree", "_knots")
+    _knots: FloatArray
+    _control_points: FloatArray
+    _degree: int
+    _closed: bool
 
     def __init__(
         self, knots: npt.ArrayLike, control_points: npt.ArrayLike, degree: int = 3, *, closed: bool = False
@@ -66,10 +70,18 @@ class BSplineCurve:
         return curve
 
     def _set(self, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> None:
-        self._knots = knots
-        self._control_points = control_points
-        self._degree = degree
-        self._closed = closed
+        fields = {"_knots": knots, "_control_points": control_points, "_degree": degree, "_closed": closed}
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a curve is immutable: cannot set {name!r}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a curve is immutable: cannot delete {name!r}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self).trusted, (self._knots, self._control_points, self._degree, self._closed)
 
     @property
     def knots(self) -> FloatArray:
@@ -100,7 +112,8 @@ class BSplineCurve:
     def spline(self) -> BSpline:
         """The same curve as a `scipy.interpolate.BSpline`."""
         extrapolate: bool | str = "periodic" if self._closed else True
-        return BSpline.construct_fast(self._knots, self._control_points, self._degree, extrapolate)
+        # Copies, since scipy 1.10 does not evaluate read-only arrays.
+        return BSpline.construct_fast(self._knots.copy(), self._control_points.copy(), self._degree, extrapolate)
 
     @cached_property
     def length(self) -> float:
@@ -211,7 +224,8 @@ class BSplineCurve:
         )
 
     def __hash__(self) -> int:
-        return hash((self._degree, self._closed, self._knots.tobytes(), self._control_points.tobytes()))
+        # Adding 0.0 turns -0.0 into 0.0, which it equals.
+        return hash((self._degree, self._closed, (self._knots + 0.0).tobytes(), (self._control_points + 0.0).tobytes()))
 
     def __repr__(self) -> str:
         kind = "closed" if self._closed else "open"

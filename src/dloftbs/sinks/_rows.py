@@ -1,0 +1,50 @@
+"""The rows of the tabular sinks: one per object and frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from dloftbs.curve import BSplineCurve
+from dloftbs.frame import Detection, FrameResult
+
+NO_TRACK = 0
+"""The track id of a row that is only a detection; tracks count from 1."""
+NO_DETECTION = -1
+"""The detection number of a track that no detection of its frame belongs to."""
+
+
+@dataclass(frozen=True)
+class ObjectRow:
+    """One object in one frame: a track where the result has tracks, else a detection."""
+
+    track_id: int
+    number: int
+    state: str
+    curve: BSplineCurve
+    curve_3d: BSplineCurve | None
+    detection: Detection | None
+
+
+def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
+    """Yield the rows of a result, in its order."""
+    if result.tracks:
+        for track in result.tracks:
+            number = _number(result.detections, track.detection)
+            yield ObjectRow(track.id, number, track.state.value, track.curve, track.curve_3d, track.detection)
+    else:
+        for number, detection in enumerate(result.detections):
+            yield ObjectRow(NO_TRACK, number, "", detection.curve, detection.curve_3d, detection)
+
+
+def _number(detections: tuple[Detection, ...], wanted: Detection | None) -> int:
+    """Return which detection a track holds; it may hold it run the other way, which is another object."""
+    if wanted is not None:
+        control = wanted.curve.control_points
+        for number, detection in enumerate(detections):
+            candidate = detection.curve.control_points
+            if np.array_equal(candidate, control) or np.array_equal(candidate[::-1], control):
+                return number
+    return NO_DETECTION

@@ -1,0 +1,80 @@
+"""H.264 in a fragmented MP4, which stays readable when the process is killed; OpenCV cannot write one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from dloftbs.errors import SinkError
+from dloftbs.sinks._files import AppendFile
+from dloftbs.sinks._images import BgrImage
+
+CODEC = "libx264"
+# Without look-ahead and with a fragment per picture, a killed process loses the last picture and no more.
+_CODEC_OPTIONS = {"preset": "veryfast", "tune": "zerolatency", "crf": "23"}
+_FILE_OPTIONS = {"movflags": "frag_every_frame+empty_moov+default_base_moof", "flush_packets": "1"}
+
+
+class H264Mp4:
+    """A video in .mp4 or .mov that browsers play, valid after every picture.
+
+    Odd sizes get a black row or column, since H.264 wants even ones.
+
+    Parameters
+    ----------
+    file : AppendFile
+        Empty; stays with the caller, who closes it.
+    size : (int, int)
+        ``(H, W)`` px of every picture.
+    rate : Fraction
+        Pictures per second.
+    container : str
+        ``"mp4"`` or ``"mov"``.
+    """
+
+    def __init__(self, file: AppendFile, size: tuple[int, int], rate: Fraction, container: str) -> None:
+        import av
+
+        self._av: Any = av
+        self._path = file.path
+        height, width = size
+        self._padding = ((0, height % 2), (0, width % 2), (0, 0))
+        with self._sink_errors():
+            self._container = self._av.open(_Output(file), "w", format=container, options=_FILE_OPTIONS)
+            self._stream = self._container.add_stream(CODEC, rate=rate, options=_CODEC_OPTIONS)
+        self._stream.height, self._stream.width = height + height % 2, width + width % 2
+        self._stream.pix_fmt = "yuv420p"
+
+    def add(self, image: BgrImage) -> None:
+        """Append a picture (H, W, 3)."""
+        picture = self._av.VideoFrame.from_ndarray(np.pad(image, self._padding), format="bgr24")
+        with self._sink_errors():
+            self._container.mux(self._stream.encode(picture))
+
+    def finish(self) -> None:
+        """Write the pictures that the encoder still holds."""
+        with self._sink_errors():
+            self._container.mux(self._stream.encode())
+            self._container.close()
+
+    @contextmanager
+    def _sink_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except self._av.FFmpegError as error:
+            raise SinkError(f"cannot write {str(self._path)!r}: {error}") from error
+
+
+class _Output:
+    """What PyAV writes to."""
+
+    def __init__(self, file: AppendFile) -> None:
+        self._file = file
+
+    def write(self, data: bytes) -> int:
+        self._file.append(bytes(data))
+        return len(data)

@@ -1,0 +1,161 @@
+"""What every sink promises, and writing to several at once."""
+
+from __future__ import annotations
+
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import TypeVar
+
+from dloftbs.errors import InputError, SinkError
+from dloftbs.frame import Frame, FrameResult
+
+logger = logging.getLogger("dloftbs.sinks")
+
+SinkType = TypeVar("SinkType", bound="Sink")
+
+
+class Sink(ABC):
+    """A place where results go; a context manager that closes itself, whatever ends the block.
+
+    What `write` returned for stays readable whatever happens next, a killed process included; each sink says in what
+    form.
+    """
+
+    @abstractmethod
+    def write(self, frame: Frame, result: FrameResult) -> None:
+        """Write what was found in a frame.
+
+        Raises
+        ------
+        SinkError
+            If it cannot be written, or the sink is closed.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Finish and release what is open; closing again does nothing.
+
+        Raises
+        ------
+        SinkError
+            If the rest cannot be written.
+        """
+
+    def __enter__(self: SinkType) -> SinkType:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class PathSink(Sink):
+    """A sink that writes to one path: knows whether it is closed, and turns system errors into `SinkError`.
+
+    Subclasses open what they need in their constructor and implement `_write` and `_close`.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = Path(path)
+        self._closed = False
+
+    @property
+    def path(self) -> Path:
+        """Where the results go."""
+        return self._path
+
+    def write(self, frame: Frame, result: FrameResult) -> None:
+        """Write what was found in a frame.
+
+        Raises
+        ------
+        SinkError
+            If it cannot be written, or the sink is closed.
+        """
+        if self._closed:
+            raise SinkError(f"cannot write to {str(self._path)!r}: the sink is closed")
+        self._write(frame, result)
+
+    def close(self) -> None:
+        """Finish and release what is open; closing again does nothing.
+
+        Raises
+        ------
+        SinkError
+            If the rest cannot be written.
+        """
+        if not self._closed:
+            self._closed = True
+            self._close()
+
+    @abstractmethod
+    def _write(self, frame: Frame, result: FrameResult) -> None: ...
+
+    @abstractmethod
+    def _close(self) -> None: ...
+
+
+class MultiSink(Sink):
+    """Several sinks as one.
+
+    A sink that fails costs the others nothing: each frame goes to all of them, all are closed, and only then is the
+    first error raised.
+
+    Parameters
+    ----------
+    sinks : iterable of Sink
+        Owned from now on: closing this closes them.
+
+    Raises
+    ------
+    InputError
+        If one of them is no sink.
+    """
+
+    def __init__(self, sinks: Iterable[Sink]) -> None:
+        self._sinks = tuple(sinks)
+        self._closed = False
+        for sink in self._sinks:
+            if not isinstance(sink, Sink):
+                raise InputError(f"MultiSink takes sinks, got {type(sink).__name__}")
+
+    def write(self, frame: Frame, result: FrameResult) -> None:
+        """Write a frame to every sink, in order.
+
+        Raises
+        ------
+        SinkError
+            If this is closed, or as the first sink that failed.
+        """
+        if self._closed:
+            raise SinkError("cannot write: the sink is closed")
+        self._each(lambda sink: sink.write(frame, result))
+
+    def close(self) -> None:
+        """Close every sink, in order; closing again does nothing.
+
+        Raises
+        ------
+        SinkError
+            As the first sink that failed.
+        """
+        if not self._closed:
+            self._closed = True
+            self._each(lambda sink: sink.close())
+
+    def _each(self, action: Callable[[Sink], None]) -> None:
+        first: BaseException | None = None
+        for sink in self._sinks:
+            try:
+                action(sink)
+            except BaseException as error:  # noqa: BLE001 - Ctrl-C must not leave the sinks out of step either
+                if first is None or not isinstance(error, Exception):
+                    first = error
+                else:
+                    logger.error("%s", error)  # only one can be raised
+        if first is not None:
+            raise first

@@ -1,0 +1,88 @@
+"""Results as JSON lines: one object per frame and line, everything that was found."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from dloftbs.errors import SourceError
+from dloftbs.frame import Frame, FrameResult
+from dloftbs.sinks._files import AppendFile
+from dloftbs.sinks.base import PathSink
+
+logger = logging.getLogger("dloftbs.sinks")
+
+
+class JsonLinesSink(PathSink):
+    """Writes `FrameResult.to_dict` of each frame as one line of JSON; NaN and infinity become null.
+
+    Each line is on its way to the disk before `write` returns: whenever the process dies, the file holds every frame
+    written, and at worst a part of one more line, which `read_json_lines` leaves out.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; missing folders are made, an older file is replaced.
+
+    Raises
+    ------
+    SinkError
+        If the file cannot be opened.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(path)
+        self._encoder = msgspec.json.Encoder(enc_hook=_plain)
+        self._file = AppendFile(self._path)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        self._file.append(self._encoder.encode(result.to_dict()) + b"\n")
+
+    def _close(self) -> None:
+        self._file.close()
+
+
+def _plain(value: object) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"cannot write {type(value).__name__} as JSON")
+
+
+def read_json_lines(path: str | Path) -> Iterator[dict[str, Any]]:
+    """Read back what a `JsonLinesSink` wrote, frame by frame.
+
+    A part of a line at the end, which a killed process may leave, ends the records with a warning in the log.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Yields
+    ------
+    dict
+        As `FrameResult.to_dict` gave it; `BSplineCurve.from_dict` takes the curves.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, or a whole line is not a JSON object; the message has its number.
+    """
+    decoder = msgspec.json.Decoder(dict[str, Any])
+    try:
+        with Path(path).open("rb") as file:
+            for number, line in enumerate(file, start=1):
+                try:
+                    yield decoder.decode(line)
+                except msgspec.DecodeError as error:
+                    if line.endswith(b"\n"):
+                        raise SourceError(f"{str(path)!r}, line {number}: {error}") from error
+                    logger.warning("%s: line %d is cut off; what came before it is whole", path, number)
+    except SourceError:
+        raise
+    except OSError as error:
+        raise SourceError(f"cannot read {str(path)!r}: {error}") from error

@@ -1,0 +1,148 @@
+"""The stream with the results drawn on it, as a video or as one picture per frame."""
+
+from __future__ import annotations
+
+import logging
+import math
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame, FrameResult, check_image
+from dloftbs.sinks._files import AppendFile, replacing, sink_errors
+from dloftbs.sinks._images import Fitter, encode
+from dloftbs.sinks._video import H264Mp4
+from dloftbs.sinks.base import PathSink
+
+logger = logging.getLogger("dloftbs.sinks")
+
+Draw = Callable[[Frame, FrameResult], npt.NDArray[np.uint8]]
+"""Frame and result to a picture (H, W, 3), BGR."""
+
+VIDEO_SUFFIXES = (".mp4", ".mov")
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
+
+
+def _default_draw(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
+    from dloftbs import viz
+
+    return viz.draw(frame, result)
+
+
+class OverlayVideoSink(PathSink):
+    """Writes a video of the frames with the results drawn on them.
+
+    The pictures are H.264, which every player and browser plays, in fragments of one picture each: whenever the process
+    dies, the video plays with every frame for which `write` returned, but the last. The video has the size of its first
+    picture; later ones of another size are scaled into it, with black bars and one warning in the log. A sink that got
+    no frame leaves no file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, ``.mp4`` or ``.mov``; missing folders are made, an older file is replaced.
+    fps : float
+        Frames per second of the video, 0.01 to 1000.
+    draw : callable, optional
+        ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another or `fps` is out of range; in `write`, if `draw` returned something else.
+    SinkError
+        If the file cannot be opened.
+    """
+
+    def __init__(self, path: str | Path, fps: float = 30.0, draw: Draw = _default_draw) -> None:
+        super().__init__(path)
+        self._suffix = self._path.suffix.lower()
+        if self._suffix not in VIDEO_SUFFIXES:
+            raise InputError(f"a video's name must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
+        if not isinstance(fps, (int, float)) or not math.isfinite(fps) or not 0.01 <= fps <= 1000.0:
+            raise InputError(f"fps must be a number in 0.01..1000, got {fps!r}")
+        self._rate = Fraction(fps).limit_denominator(1001)
+        self._draw = draw
+        self._video: H264Mp4 | None = None
+        self._fit = Fitter((0, 0))
+        self._file = AppendFile(self._path)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        image = check_image(self._draw(frame, result))
+        if self._video is None:
+            self._fit = Fitter((image.shape[0], image.shape[1]))
+            self._video = H264Mp4(self._file, self._fit.size, self._rate, self._suffix[1:])
+        self._video.add(self._fit(image))
+
+    def _close(self) -> None:
+        try:
+            if self._video is not None:
+                self._video.finish()
+        finally:
+            self._file.close()
+        if self._video is None:
+            with sink_errors(self._path):
+                self._path.unlink(missing_ok=True)
+
+
+class OverlayImagesSink(PathSink):
+    """Writes one picture per frame, with the results drawn on it.
+
+    A picture is named as its frame, without folder and suffix, or by the frame's index in six digits where it has no
+    name; what comes a second time under the same name gets ``_1`` and so on. Pictures of an earlier run are replaced.
+    Each appears as a whole or not at all, whenever the process dies. The names used stay in memory.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made where it is missing.
+    draw : callable, optional
+        ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
+    suffix : str
+        The format: ``.png``, ``.jpg``, ``.bmp``, ``.tif`` or ``.webp``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another; in `write`, if `draw` returned something else.
+    SinkError
+        If the folder cannot be made.
+    """
+
+    def __init__(self, folder: str | Path, draw: Draw = _default_draw, suffix: str = ".png") -> None:
+        super().__init__(folder)
+        if suffix not in IMAGE_SUFFIXES:
+            raise InputError(f"suffix must be one of {', '.join(IMAGE_SUFFIXES)}, got {suffix!r}")
+        self._draw = draw
+        self._suffix = suffix
+        self._repeats: dict[str, int] = {}
+        with sink_errors(self._path):
+            self._path.mkdir(parents=True, exist_ok=True)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        data = encode(check_image(self._draw(frame, result)), self._suffix)
+        target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
+        with sink_errors(target), replacing(target) as temporary:
+            temporary.write_bytes(data)
+
+    def _unused(self, stem: str) -> str:
+        name = stem
+        while name.casefold() in self._repeats:  # some file systems take a.png for A.png
+            self._repeats[stem.casefold()] += 1
+            name = f"{stem}_{self._repeats[stem.casefold()]}"
+        self._repeats[name.casefold()] = 0
+        return name
+
+    def _close(self) -> None:
+        """Every picture is complete already."""
+
+
+def _stem(frame: Frame) -> str:
+    """Return a name that every file system takes."""
+    stem = re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", Path(frame.name).stem).strip(". ")
+    return stem or f"{frame.index:06d}"

@@ -1,0 +1,27 @@
+"""Writes to one sink of each kind until it is killed; says after each frame how many there are."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from pathlib import Path
+
+import sink_examples as examples
+
+from dloftbs import sinks
+
+NAMES = ("a.jsonl", "a.npz", "a.csv", "a.mp4", "pictures/")
+
+
+def main(folder: str) -> None:
+    options = {".mp4": {"draw": examples.draw}, "": {"draw": examples.draw}}
+    opened = [sinks.open(f"{folder}/{name}", **options.get(Path(name).suffix, {})) for name in NAMES]
+    with sinks.MultiSink(opened) as sink:
+        for i in itertools.count():
+            sink.write(examples.frame(i), examples.detected(i, in_space=i % 2 == 0))
+            sys.stdout.write(f"{i + 1}\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+import sink_examples as examples
+
+from dloftbs.errors import InputError
+from dloftbs.sinks import CsvSink
+
+
+def table(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_detections_with_and_without_metres(tmp_path):
+    path = tmp_path / "new" / "Kabel ł 電.csv"
+    results = [examples.detected(3, 1, in_space=True), examples.nothing(4), examples.detected(5)]
+    with CsvSink(path, samples=11) as sink:
+        for result in results:
+            sink.write(examples.frame(), result)
+    rows = table(path)
+    assert [row["frame"] for row in rows] == ["3"] * 11 + ["5"] * 22
+    assert [row["object"] for row in rows] == ["0"] * 22 + ["1"] * 11
+    assert [row["i"] for row in rows] == [str(i) for i in range(11)] * 3
+    assert float(rows[0]["stamp"]) == 0.1
+    assert rows[0]["state"] == ""
+    points = np.array([[float(row["x_px"]), float(row["y_px"])] for row in rows[:11]])
+    assert points == pytest.approx(results[0].detections[0].curve.sample(11), abs=5.1e-4)
+    metres = np.array([[float(row[f"{axis}_m"]) for axis in "xyz"] for row in rows[:11]])
+    assert metres == pytest.approx(results[0].detections[0].curve_3d.sample(11), abs=5.1e-7)
+    assert {rows[11][f"{axis}_m"] for axis in "xyz"} == {""}
+    assert [float(row["u"]) for row in rows[:11]] == pytest.approx(np.linspace(0, 1, 11))
+    assert [row["inferred"] for row in rows[:11]] == list("00000100000")  # the gap spans u = 0.4 to 0.6
+
+
+def test_tracks(tmp_path):
+    with CsvSink(tmp_path / "a.csv", samples=2) as sink:
+        sink.write(examples.frame(), examples.tracked(1))
+    rows = table(tmp_path / "a.csv")
+    assert [row["object"] for row in rows] == ["3", "3", "4", "4", "9", "9"]
+    assert [row["state"] for row in rows[::2]] == ["confirmed", "tentative", "coasting"]
+    assert {row["stamp"] for row in rows} == {""}
+    assert [row["inferred"] for row in rows] == ["0", "0", "0", "0", "1", "1"]
+
+
+def test_whole_after_every_frame(tmp_path):
+    with CsvSink(tmp_path / "a.csv", samples=5) as sink:
+        assert (
+            (tmp_path / "a.csv").read_text().startswith("frame,stamp,object,state,i,u,x_px,y_px,x_m,y_m,z_m,inferred\n")
+        )
+        sink.write(examples.frame(), examples.detected())
+        assert len(table(tmp_path / "a.csv")) == 10
+
+
+@pytest.mark.parametrize("samples", [1, 2.5, True, "many"])
+def test_samples_out_of_range(tmp_path, samples):
+    with pytest.raises(InputError, match="samples"):
+        CsvSink(tmp_path / "a.csv", samples=samples)
+    assert not (tmp_path / "a.csv").exists()

@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+import shutil
+import zipfile
+
+import numpy as np
+import pytest
+import sink_examples as examples
+
+from dloftbs.curve import BSplineCurve
+from dloftbs.errors import SinkError, SourceError
+from dloftbs.frame import FrameResult
+from dloftbs.sinks import NpzSink, _growing, read_npz
+
+
+def write(path, results):
+    with NpzSink(path) as sink:
+        for result in results:
+            sink.write(examples.frame(), result)
+
+
+def test_the_arrays_as_promised(tmp_path):
+    results = [examples.detected(0, in_space=True), examples.nothing(1), examples.detected(2)]
+    path = tmp_path / "new" / "Kabel ł 電.npz"
+    write(path, results)
+    with np.load(path) as file:
+        arrays = dict(file)
+    assert arrays["frame"].tolist() == [0, 0, 2, 2]
+    assert arrays["track_id"].tolist() == [0] * 4
+    assert arrays["detection"].tolist() == [0, 1, 0, 1]
+    assert arrays["stamp"].tolist() == [0.0, 0.0, 2 / 30, 2 / 30]
+    assert arrays["state"].tolist() == [""] * 4
+    assert arrays["n_control"].tolist() == [6, 7, 6, 7]
+    assert arrays["degree"].tolist() == [3] * 4
+    assert arrays["closed"].dtype == np.bool_
+    assert arrays["width_px"].tolist() == [5.0] * 4
+    assert arrays["confidence"].tolist() == [0.75] * 4
+    assert arrays["offsets"].tolist() == [0, 6, 13, 19, 26]
+    assert arrays["offsets_3d"].tolist() == [0, 9, 19, 19, 19]
+    assert arrays["control_points"].shape == (26, 2)
+    assert arrays["control_points_3d"].shape == (19, 3)
+    assert arrays["knots"].shape == (arrays["knot_offsets"][-1],)
+    expected = results[2].detections[1].curve
+    assert np.array_equal(arrays["control_points"][19:26], expected.control_points)
+    assert np.array_equal(arrays["knots"][slice(*arrays["knot_offsets"][3:5])], expected.knots)
+
+
+def test_detections_come_back_as_curves(tmp_path):
+    result = examples.detected(4, in_space=True)
+    write(tmp_path / "a.npz", [result])
+    for number, (row, detection) in enumerate(zip(read_npz(tmp_path / "a.npz"), result.detections, strict=True)):
+        assert (row.frame, row.stamp, row.track_id, row.state) == (4, 4 / 30, None, None)
+        assert (row.detection, row.width_px, row.confidence) == (number, 5.0, 0.75)
+        assert row.curve == detection.curve
+        assert row.curve_3d == detection.curve_3d
+
+
+def test_tracks_come_back_with_their_detections(tmp_path):
+    result = examples.tracked(4)
+    write(tmp_path / "a.npz", [result])
+    rows = read_npz(tmp_path / "a.npz")
+    assert [row.track_id for row in rows] == [3, 4, 9]
+    assert [row.detection for row in rows] == [1, 0, None]
+    assert [row.state for row in rows] == ["confirmed", "tentative", "coasting"]
+    assert [row.width_px for row in rows] == [5.0, 5.0, None]
+    assert [row.stamp for row in rows] == [None] * 3
+    assert [row.curve for row in rows] == [track.curve for track in result.tracks]
+    assert [row.curve_3d for row in rows] == [track.curve_3d for track in result.tracks]
+
+
+def test_a_closed_curve_of_another_degree(tmp_path):
+    closed = BSplineCurve(np.linspace(-0.5, 1.5, 9), np.ones((6, 2)), 2, closed=True)
+    detection = examples.detection()
+    write(tmp_path / "a.npz", [FrameResult((type(detection)(detection.centerline, closed),), (), None, (48, 64))])
+    assert read_npz(tmp_path / "a.npz")[0].curve == closed
+
+
+def test_without_any_object_the_arrays_are_empty(tmp_path):
+    write(tmp_path / "a.npz", [examples.nothing()])
+    assert read_npz(tmp_path / "a.npz") == []
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert arrays["control_points"].shape == (0, 2)
+        assert arrays["offsets"].tolist() == [0]
+
+
+def test_readable_between_any_two_writes_to_the_disk(tmp_path, monkeypatch):
+    path, copy, put = tmp_path / "a.npz", tmp_path / "copy.npz", _growing._put
+    monkeypatch.setattr(_growing, "SPARE_BYTES", 1 << 13)  # so that the room is used up several times
+    counts = []
+
+    def put_and_look(file, offset, data):
+        put(file, offset, data)
+        shutil.copy(path, copy)
+        counts.append(len(read_npz(copy)))
+
+    with NpzSink(path) as sink:
+        for i in range(8):
+            sink.write(examples.frame(), examples.detected(i))
+        monkeypatch.setattr(_growing, "_put", put_and_look)
+        for i in range(8, 16):
+            sink.write(examples.frame(), examples.detected(i, in_space=True))
+    assert counts == sorted(counts)
+    assert set(counts) == set(range(16, 33, 2))
+
+
+def test_long_streams_cost_in_proportion_and_end_without_slack(tmp_path, monkeypatch):
+    copied = []
+    copy_column = _growing.GrowingNpz._copy_column
+
+    def counting(npz, archive, number, room):
+        copied.append(npz._rows[number] * npz._columns[number].row_bytes)
+        copy_column(npz, archive, number, room)
+
+    monkeypatch.setattr(_growing.GrowingNpz, "_copy_column", counting)
+    results = [examples.detected(i, in_space=i >= 1500) for i in range(2000)]
+    write(tmp_path / "a.npz", results)
+    rows = read_npz(tmp_path / "a.npz")
+    assert len(rows) == 4000
+    assert rows[3999].curve_3d == results[1999].detections[1].curve_3d
+    with zipfile.ZipFile(tmp_path / "a.npz") as archive:
+        assert archive.testzip() is None
+        content = sum(info.file_size for info in archive.infolist())
+    size = (tmp_path / "a.npz").stat().st_size
+    assert size - content < 18 * 200
+    assert sum(copied) < 5 * size
+    assert len(copied) < 10 * 18
+    assert [child.name for child in tmp_path.iterdir()] == ["a.npz"]
+
+
+def test_ctrl_c_in_the_middle_of_a_frame_leaves_that_frame_out(tmp_path, monkeypatch):
+    put, path = _growing._put, tmp_path / "a.npz"
+    for interrupted in range(0, 36, 7):
+        with NpzSink(path) as sink:
+            sink.write(examples.frame(), examples.detected(0))
+            calls = iter(range(100))
+
+            def put_or_stop(file, offset, data, calls=calls, interrupted=interrupted):
+                if next(calls) == interrupted:
+                    raise KeyboardInterrupt
+                put(file, offset, data)
+
+            with monkeypatch.context() as patch:
+                patch.setattr(_growing, "_put", put_or_stop)
+                with pytest.raises(KeyboardInterrupt):
+                    sink.write(examples.frame(), examples.detected(1, in_space=True))
+            sink.write(examples.frame(), examples.detected(2))
+        assert [row.frame for row in read_npz(path)] == [0, 0, 2, 2]
+
+
+def test_what_is_no_such_file_is_a_source_error(tmp_path):
+    (tmp_path / "text.npz").write_text("no zip")
+    (tmp_path / "empty.npz").write_bytes(b"")
+    np.savez(tmp_path / "other.npz", a=np.zeros(3))
+    write(tmp_path / "spoilt.npz", [examples.detected()])
+    with np.load(tmp_path / "spoilt.npz") as arrays:
+        spoilt = dict(arrays) | {"knots": np.zeros(3)}
+    np.savez(tmp_path / "spoilt.npz", **spoilt)
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    (tmp_path / "array.npy").rename(tmp_path / "array.npz")
+    for name in ("none", "text", "empty", "other", "spoilt", "array"):
+        with pytest.raises(SourceError, match=name):
+            read_npz(tmp_path / f"{name}.npz")
+
+
+def test_a_file_that_vanished_is_a_sink_error(tmp_path):
+    sink = NpzSink(tmp_path / "a" / "a.npz")
+    sink.write(examples.frame(), examples.detected())
+    shutil.rmtree(tmp_path / "a")
+    with pytest.raises(SinkError, match=r"a\.npz"):
+        sink.close()
+    sink.close()

@@ -1,0 +1,168 @@
+"""What all sinks share: opening by name, failing to open or to write, several at once."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+import sink_examples as examples
+
+from dloftbs import sinks
+from dloftbs.errors import InputError, SinkError
+
+FILES = {
+    "a.jsonl": sinks.JsonLinesSink,
+    "a.ndjson": sinks.JsonLinesSink,
+    "a.npz": sinks.NpzSink,
+    "a.CSV": sinks.CsvSink,
+    "a.mp4": sinks.OverlayVideoSink,
+    "a.mov": sinks.OverlayVideoSink,
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_suffix_says_which_sink(tmp_path, name):
+    with sinks.open(tmp_path / name) as sink:
+        assert type(sink) is FILES[name]
+        assert sink.path == tmp_path / name
+
+
+def test_folders_get_pictures(tmp_path):
+    (tmp_path / "run.1").mkdir()
+    for name in (tmp_path / "new", f"{tmp_path}/v1.2/", tmp_path / "run.1"):
+        with sinks.open(name, suffix=".jpg") as sink:
+            assert type(sink) is sinks.OverlayImagesSink
+            assert sink.path.is_dir()
+
+
+def test_an_unknown_suffix_lists_the_known_ones(tmp_path):
+    with pytest.raises(InputError, match=r"\.jsonl, .*\.npz.*folder"):
+        sinks.open(tmp_path / "a.xlsx")
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_folder_in_the_place_of_the_file(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(SinkError, match=name):
+        sinks.open(tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+@pytest.mark.parametrize("name", [*FILES, "pictures"])
+def test_a_file_in_the_place_of_the_folder(tmp_path, name):
+    (tmp_path / "folder").write_text("precious")
+    with pytest.raises(SinkError, match=name):
+        sinks.open(tmp_path / "folder" / name)
+    assert (tmp_path / "folder").read_text() == "precious"
+
+
+@pytest.fixture
+def nobody():
+    """Take away root's rights for a while, since nothing is forbidden to root."""
+    if not hasattr(os, "seteuid"):
+        pytest.skip("needs POSIX permissions")
+    user = os.geteuid()
+    if user == 0:
+        os.seteuid(65534)
+    yield
+    os.seteuid(user)
+
+
+@pytest.mark.parametrize("name", [*FILES, "pictures"])
+def test_no_permission(tmp_path, name, request):
+    tmp_path.chmod(0o500)
+    request.getfixturevalue("nobody")
+    with pytest.raises(SinkError, match="denied"):
+        sinks.open(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_the_system_forbids_is_a_sink_error_and_the_older_file_stays(tmp_path, name, monkeypatch):
+    (tmp_path / name).write_text("precious")
+
+    def refuse(path, *args, **options):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", refuse)
+        patch.setattr("os.replace", refuse)
+        with pytest.raises(SinkError, match="Permission denied") as caught:
+            sinks.open(tmp_path / name)
+    assert isinstance(caught.value.__cause__, PermissionError)
+    assert (tmp_path / name).read_text() == "precious"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("name", ["a.jsonl", "a.csv", "a.mp4"])
+def test_a_full_disk_is_a_sink_error(tmp_path, name):
+    (tmp_path / name).symlink_to("/dev/full")
+    options = {"draw": examples.draw} if name == "a.mp4" else {}
+
+    def write():
+        with sinks.open(tmp_path / name, **options) as sink:
+            sink.write(examples.frame(), examples.detected())
+
+    with pytest.raises(SinkError, match=r"a\..*space"):
+        write()
+
+
+@pytest.mark.parametrize("name", [*FILES, "pictures"])
+def test_closing_twice_is_closing_once_and_then_nothing_is_written(tmp_path, name):
+    sink = sinks.open(tmp_path / name)
+    sink.close()
+    sink.close()
+    with pytest.raises(SinkError, match="closed"):
+        sink.write(examples.frame(), examples.nothing())
+
+
+class Recorder(sinks.Sink):
+    def __init__(self, error=None):
+        self.error, self.written, self.closed = error, 0, 0
+
+    def write(self, frame, result):
+        if self.error is not None:
+            raise self.error
+        self.written += 1
+
+    def close(self):
+        self.closed += 1
+        if self.error is not None:
+            raise self.error
+
+
+def test_several_sinks_all_get_the_frame_and_all_are_closed(caplog):
+    good = Recorder(), Recorder()
+    first, second = SinkError("first"), SinkError("second")
+    several = sinks.MultiSink([good[0], Recorder(first), Recorder(second), good[1]])
+    for action in (lambda: several.write(examples.frame(), examples.nothing()), several.close):
+        with pytest.raises(SinkError) as caught:
+            action()
+        assert caught.value is first
+    assert "second" in caplog.text
+    several.close()
+    assert [(sink.written, sink.closed) for sink in good] == [(1, 1), (1, 1)]
+    with pytest.raises(SinkError, match="closed"):
+        several.write(examples.frame(), examples.nothing())
+
+
+def test_ctrl_c_goes_before_other_errors():
+    last = Recorder()
+    several = sinks.MultiSink([Recorder(SinkError("disk")), Recorder(KeyboardInterrupt()), last])
+    with pytest.raises(KeyboardInterrupt):
+        several.close()
+    assert last.closed == 1
+
+
+def test_only_sinks_are_taken():
+    with pytest.raises(InputError, match="str"):
+        sinks.MultiSink(["a.csv"])
+
+
+def test_importing_the_sinks_does_not_load_opencv():
+    import subprocess
+
+    code = "import sys, dloftbs.sinks; sys.exit('cv2' in sys.modules or 'av' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import logging
+
+import cv2
+import numpy as np
+import pytest
+import sink_examples as examples
+
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame
+from dloftbs.sinks import OverlayImagesSink, OverlayVideoSink, overlay
+
+VIDEOS = ["a.mp4", "a.mov", "A.MP4"]
+
+
+def read(path):
+    capture = cv2.VideoCapture(str(path))
+    count, fps = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+    pictures = []
+    while True:
+        there, picture = capture.read()
+        if not there:
+            break
+        pictures.append(picture)
+    assert len(pictures) == count
+    return pictures, fps
+
+
+@pytest.mark.parametrize("name", VIDEOS)
+def test_a_video_comes_back(tmp_path, name):
+    path = tmp_path / "neu ł 電" / name
+    with OverlayVideoSink(path, fps=12.5, draw=examples.draw) as sink:
+        for i in range(10):
+            sink.write(examples.frame(i), examples.detected(i))
+    pictures, fps = read(path)
+    assert fps == pytest.approx(12.5, rel=1e-3)
+    assert [round(float(picture.mean())) for picture in pictures] == pytest.approx(
+        [40 + 3 * i for i in range(10)], abs=5
+    )
+
+
+@pytest.mark.parametrize("name", VIDEOS[:2])
+def test_the_first_size_holds_and_others_get_bars(tmp_path, name, caplog):
+    with OverlayVideoSink(tmp_path / name, draw=examples.draw) as sink:
+        for size in ((48, 64), (96, 128), (48, 32), (10, 100), (48, 64)):
+            sink.write(Frame(image=np.full((*size, 3), 200, np.uint8)), examples.nothing())
+    pictures, _ = read(tmp_path / name)
+    assert {picture.shape for picture in pictures} == {(48, 64, 3)}
+    left, middle = pictures[2][:, :12], pictures[2][:, 24:40]
+    assert left.max() < 30
+    assert middle.min() > 170
+    assert pictures[1].min() > 170
+    assert pictures[3][:16].max() < 30
+    warnings = [record for record in caplog.records if record.levelno == logging.WARNING]
+    assert len(warnings) == 1
+
+
+@pytest.mark.parametrize("name", VIDEOS[:2])
+def test_odd_sizes(tmp_path, name):
+    with OverlayVideoSink(tmp_path / name, draw=examples.draw) as sink:
+        for i in range(3):
+            sink.write(examples.frame(i, (47, 63)), examples.nothing())
+    pictures, _ = read(tmp_path / name)
+    assert pictures[2][:46, :62].mean() == pytest.approx(46, abs=4)
+
+
+@pytest.mark.parametrize("name", VIDEOS[:2])
+def test_without_frames_there_is_no_file(tmp_path, name):
+    with OverlayVideoSink(tmp_path / name):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("fps", [0, -1.0, float("nan"), float("inf"), "30"])
+def test_fps_out_of_range(tmp_path, fps):
+    with pytest.raises(InputError, match="fps"):
+        OverlayVideoSink(tmp_path / "a.mp4", fps=fps)
+
+
+def test_suffixes_that_no_video_or_picture_has(tmp_path):
+    with pytest.raises(InputError, match=r"\.mp4"):
+        OverlayVideoSink(tmp_path / "a.gif")
+    with pytest.raises(InputError, match=r"\.png"):
+        OverlayImagesSink(tmp_path, suffix="gif")
+
+
+@pytest.mark.parametrize("kind", [OverlayVideoSink, OverlayImagesSink])
+@pytest.mark.parametrize("picture", [np.zeros((4, 4), np.uint8), np.zeros((4, 4, 3)), None])
+def test_a_draw_that_returns_no_picture(tmp_path, kind, picture):
+    with kind(tmp_path / "a.mp4", draw=lambda frame, result: picture) as sink, pytest.raises(InputError, match="image"):
+        sink.write(examples.frame(), examples.nothing())
+
+
+def test_pictures_are_named_after_their_frames_and_never_replace_each_other(tmp_path):
+    names = ["left/a.png", "right/a.png", "A.jpg", "a_1.png", "", "", "cam: 1?.png", "..", "Kabel ł 電.png"]
+    with OverlayImagesSink(tmp_path / "new" / "folder", draw=examples.draw) as sink:
+        for i, name in enumerate(names):
+            sink.write(examples.frame(i, name=name), examples.nothing())
+    found = {path.stem: path for path in sink.path.iterdir()}
+    wanted = ["a", "a_1", "A_2", "a_1_1", "000004", "000005", "cam_ 1_", "000007", "Kabel ł 電"]
+    assert set(found) == set(wanted)
+    for i, stem in enumerate(wanted):
+        picture = cv2.imdecode(np.fromfile(found[stem], np.uint8), cv2.IMREAD_COLOR)
+        assert picture.mean() == 40 + 3 * i
+
+
+@pytest.mark.parametrize("suffix", overlay.IMAGE_SUFFIXES)
+def test_formats_of_pictures(tmp_path, suffix):
+    with OverlayImagesSink(tmp_path, draw=examples.draw, suffix=suffix) as sink:
+        sink.write(examples.frame(2), examples.nothing())
+    assert cv2.imread(str(tmp_path / f"000002{suffix}")).mean() == pytest.approx(46, abs=2)
+
+
+def test_the_default_draws(tmp_path):
+    with OverlayImagesSink(tmp_path) as sink:
+        sink.write(examples.frame(), examples.detected())
+    picture = cv2.imread(str(tmp_path / "000000.png"))
+    assert picture.shape == (48, 64, 3)
+    assert picture.std() > 0
