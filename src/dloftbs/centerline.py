@@ -37,7 +37,7 @@ class Segment:
     Raises
     ------
     InputError
-        If the shapes disagree.
+        If the shapes disagree or there is no point.
     """
 
     points: FloatArray
@@ -46,6 +46,8 @@ class Segment:
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", as_points("points", self.points, (2,)))
         object.__setattr__(self, "radius", as_vector("radius", self.radius, len(self.points)))
+        if len(self.points) == 0:
+            raise InputError("a segment needs at least one point, got none")
 
     @classmethod
     def trusted(cls, points: FloatArray, radius: FloatArray) -> Segment:

@@ -6,7 +6,6 @@ Lengths in pixels end in ``_px``; the letters of the paper (Kicki, Szymko, Walas
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +38,9 @@ def _check_int(name: str, value: object, low: int) -> None:
     _require(_is_int(value) and value >= low, name, f"an integer of at least {low}", value)  # type: ignore[operator]
 
 
-def _check_range(name: str, bounds: Sequence[int], top: int, *, wraps: bool = False) -> None:
-    expected = f"two integers in 0..{top}" + ("" if wraps else ", low before high")
-    valid = len(bounds) == 2 and all(_is_int(b) and 0 <= b <= top for b in bounds)
+def _check_range(name: str, bounds: tuple[int, int], top: int, *, wraps: bool = False) -> None:
+    expected = f"a tuple of two integers in 0..{top}" + ("" if wraps else ", low before high")
+    valid = isinstance(bounds, tuple) and len(bounds) == 2 and all(_is_int(b) and 0 <= b <= top for b in bounds)
     _require(valid and (wraps or bounds[0] <= bounds[1]), name, expected, bounds)
 
 
@@ -245,6 +244,11 @@ class Config(Section, frozen=True):
     fitting: FittingConfig = FittingConfig()
     lifting: LiftingConfig = LiftingConfig()
     tracking: TrackingConfig = TrackingConfig()
+
+    def __post_init__(self) -> None:
+        for name, default in zip(self.__struct_fields__, self.__struct_defaults__, strict=True):
+            kind = type(default)
+            _require(isinstance(getattr(self, name), kind), name, f"a {kind.__name__}", getattr(self, name))
 
     @classmethod
     def paper(cls) -> Config:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -179,7 +180,7 @@ class Detection:
         return Detection(self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON."""
+        """Return plain values, ready for JSON, which has no infinity: an infinite margin becomes None."""
         return {
             "curve": self.curve.to_dict(),
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
@@ -187,7 +188,12 @@ class Detection:
             "width_px": self.width,
             "confidence": self.confidence,
             "joints": [
-                {"kind": joint.kind.value, "u": list(joint.u), "cost": joint.cost, "margin": joint.margin}
+                {
+                    "kind": joint.kind.value,
+                    "u": list(joint.u),
+                    "cost": joint.cost,
+                    "margin": joint.margin if math.isfinite(joint.margin) else None,
+                }
                 for joint in self.joints
             ],
         }

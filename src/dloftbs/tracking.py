@@ -5,6 +5,7 @@ The only place with memory; it remembers what it published.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,6 +17,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, Track, TrackState
 
 _SAMPLES = 32  # points of a curve that stand for it in comparisons
+_PLACES = 32  # places along a whole curve where a visible part of it is tried
 
 
 class Tracker:
@@ -118,11 +120,20 @@ def _distances(old: Sequence[BSplineCurve], new: Sequence[BSplineCurve]) -> Floa
 
 
 def _runs_backwards(curve: BSplineCurve, published: BSplineCurve) -> bool:
-    """Tell whether a curve must be reversed to run as the published one does."""
-    a, b = curve.sample(_SAMPLES), published.sample(_SAMPLES)
+    """Tell whether a curve must be reversed to run as the published one does.
+
+    The shorter one is laid along the longer one wherever it may lie, point by point, in both directions.
+    """
     if curve.closed and published.closed:
-        return _signed_area(a) * _signed_area(b) < 0.0
-    return float(np.linalg.norm(a[::-1] - b, axis=1).sum()) < float(np.linalg.norm(a - b, axis=1).sum())
+        return _signed_area(curve.sample(_SAMPLES)) * _signed_area(published.sample(_SAMPLES)) < 0.0
+    part, whole = sorted((curve, published), key=lambda c: (c.closed, c.length))  # of an open one and a loop, the loop
+    share = min(part.length / whole.length, 1.0)
+    slack = 1.0 if whole.closed else 1.0 - share
+    starts = np.linspace(0.0, slack, 1 + math.ceil(slack * _PLACES))
+    places = whole(starts[:, None] + share * np.linspace(0.0, 1.0, _SAMPLES))
+    points = part.sample(_SAMPLES)
+    forwards, backwards = (np.linalg.norm(places - p, axis=-1).sum(axis=1).min() for p in (points, points[::-1]))
+    return bool(backwards < forwards)
 
 
 def _signed_area(points: FloatArray) -> float:

@@ -74,6 +74,6 @@ def _bounding_box(mask: npt.NDArray[np.uint8]) -> tuple[int, int, int, int] | No
 
 def _grow(box: tuple[int, int, int, int], config: CleaningConfig, shape: tuple[int, ...]) -> tuple[int, int, int, int]:
     """Widen the box by what the morphology reaches over, so that only the image's own border acts as one."""
-    margin = config.open_px // 2 + config.close_px // 2
+    margin = config.open_px // 2 + 2 * (config.close_px // 2)  # a closing grows first, then looks as far again
     x0, y0, x1, y1 = box
     return max(x0 - margin, 0), max(y0 - margin, 0), min(x1 + margin, shape[1]), min(y1 + margin, shape[0])

@@ -1,0 +1,34 @@
+"""The command ``dloftbs``.
+
+Exit codes: 0; 1 for bad input, with a message on standard error; 2 for bad usage; 130 after Ctrl-C. Results go to
+standard output or to files, messages to standard error.
+
+Only click and the package's errors are imported here: what is heavy loads in the command that needs it, so that
+``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import click
+
+from dloftbs._version import __version__
+from dloftbs.cli.commands.config import config
+from dloftbs.cli.commands.demo import demo
+from dloftbs.cli.commands.detect import detect
+from dloftbs.cli.commands.track import track
+from dloftbs.cli.commands.warmup import warmup
+from dloftbs.cli.shell import Shell, messages_to_stderr
+
+__all__ = ["main"]
+
+
+@click.group(cls=Shell, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="dloftbs", message="%(prog)s %(version)s")
+@click.pass_context
+def main(context: click.Context) -> None:
+    """Find and follow cables, ropes and hoses in images and video, as B-splines."""
+    context.with_resource(messages_to_stderr())
+
+
+for command in (detect, track, demo, config, warmup):
+    main.add_command(command)

@@ -1,0 +1,1 @@
+"""The commands of ``dloftbs``, a file each."""

@@ -1,0 +1,99 @@
+"""``dloftbs track``: a stream in, curves with identities out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.options import STANDARD_OUTPUT, InputOptions, check_overlay, config_options, input_options, out_option
+from dloftbs.errors import SourceError
+
+if TYPE_CHECKING:
+    from dloftbs.config import Config
+    from dloftbs.sinks import Sink
+
+
+@click.command()
+@click.argument("where", metavar="INPUT")
+@out_option
+@click.option(
+    "--overlay", metavar="VIDEO|FOLDER", callback=check_overlay, help="Draw the curves over the frames: .mp4, .avi, ..."
+)
+@click.option("--limit", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
+@click.option(
+    "--fps",
+    type=click.FloatRange(0.01, 1000.0),
+    help="Frames per second of the input, where it does not say; 30 in a video of overlays if nobody does.",
+)
+@input_options
+@config_options
+def track(
+    where: str,
+    outs: tuple[str, ...],
+    overlay: str | None,
+    limit: int | None,
+    fps: float | None,
+    inputs: InputOptions,
+    config: Config,
+) -> None:
+    """Follow the cables through a stream, each with its identity and direction.
+
+    INPUT is a video, a folder or a glob of images or masks in their natural order, an .npy or .npz file,
+    the index of a camera, or the address of a stream. Without --out and --overlay, results are JSON lines
+    on standard output. Progress and a summary of the timing go to standard error. Ctrl-C ends the run:
+    files are closed, the summary is printed, and the exit code is 130.
+
+    \b
+    dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
+    dloftbs track masks/ --kind mask --fps 30 --out curves.npz
+    """
+    from dloftbs.cli.frames import UsableFrames
+    from dloftbs.cli.outputs import write_config_beside
+    from dloftbs.cli.progress import open_progress
+    from dloftbs.cli.report import RunReport
+    from dloftbs.pipeline import Pipeline
+
+    if not outs and overlay is None:
+        outs = (STANDARD_OUTPUT,)
+    pipeline = Pipeline(config)
+    with inputs.open(where, fps) as source:
+        frames = UsableFrames(source, config, inputs)
+        length = min((n for n in (source.length, limit) if n is not None), default=None)
+        report = RunReport()
+        try:
+            with ExitStack() as stack:
+                sink = stack.enter_context(_open_sink(outs, overlay, config, source.fps))
+                write_config_beside((*outs, overlay), config)
+                progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
+                for frame in islice(frames, limit):
+                    result = pipeline.process(frame)
+                    sink.write(frame, result)
+                    report.skipped = frames.skipped
+                    report.add(result)
+                    progress.tick(report)
+        finally:
+            report.skipped = frames.skipped
+            if report.frames:
+                click.echo(report.summary(), err=True)
+        if not report.frames:
+            raise SourceError(f"{source.name}: no frame could be read")
+
+
+def _open_sink(outs: Sequence[str], overlay: str | None, config: Config, fps: float | None) -> Sink:
+    from dloftbs import sinks
+    from dloftbs.cli.outputs import open_outputs
+
+    if overlay is None:
+        return open_outputs(outs, config)
+    drawn = sinks.open(overlay)
+    if isinstance(drawn, sinks.OverlayVideoSink):
+        drawn = sinks.OverlayVideoSink(overlay, fps=fps or 30.0)
+    return open_outputs(outs, config, drawn)
+
+
+def _prints_to_terminal(outs: Sequence[str]) -> bool:
+    return STANDARD_OUTPUT in outs and click.get_text_stream("stdout").isatty()

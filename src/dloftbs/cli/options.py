@@ -1,0 +1,281 @@
+"""Options that several commands share, and what they turn into."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dloftbs.errors import ConfigError, InputError
+
+if TYPE_CHECKING:
+    from dloftbs.camera import PinholeCamera
+    from dloftbs.config import Config, HsvRange
+    from dloftbs.sources import Source
+    from dloftbs.sources.pixels import Kind
+
+Command = Callable[..., None]
+
+DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv")
+VIDEO_SUFFIXES = (".mp4", ".mov", ".avi")
+STANDARD_OUTPUT = "-"
+
+
+class HsvType(click.ParamType):
+    """A colour range, as `HsvRange.parse` reads it."""
+
+    name = "H0:H1[,S0:S1[,V0:V1]]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> HsvRange:
+        """Parse the text; what cannot be parsed is bad usage."""
+        from dloftbs.config import HsvRange
+
+        if isinstance(value, HsvRange):
+            return value
+        try:
+            return HsvRange.parse(value)
+        except ConfigError as error:
+            self.fail(str(error), param, ctx)
+
+
+class CameraType(click.ParamType):
+    """Intrinsics of a pinhole camera."""
+
+    name = "FX,FY,CX,CY"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PinholeCamera:
+        """Parse four numbers; anything else is bad usage."""
+        from dloftbs.camera import PinholeCamera
+
+        if isinstance(value, PinholeCamera):
+            return value
+        try:
+            numbers = [float(part) for part in value.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != 4:
+            self.fail(f"expected four numbers FX,FY,CX,CY in pixels, got {value!r}", param, ctx)
+        try:
+            return PinholeCamera(*numbers)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
+class SizeType(click.ParamType):
+    """Width and height of an image, held as ``(H, W)``."""
+
+    name = "WxH"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Parse two integers; anything else is bad usage."""
+        if isinstance(value, tuple):
+            return value
+        width, _, height = value.lower().partition("x")
+        if not (width.isdecimal() and height.isdecimal()):
+            self.fail(f"expected a width and a height such as 1280x720, got {value!r}", param, ctx)
+        return int(height), int(width)
+
+
+def config_options(command: Command) -> Command:
+    """Add the options that choose the configuration; the command gets the `Config` as `config`.
+
+    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv`` overrides what comes before.
+    """
+
+    @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
+    @click.option(
+        "--config",
+        "config_file",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Read settings from a YAML file, as `dloftbs config print` writes it; what it leaves out stays as it is.",
+    )
+    @click.option(
+        "--set",
+        "changes",
+        multiple=True,
+        metavar="SECTION.KEY=VALUE",
+        callback=_parse_changes,
+        help="Change one setting, e.g. linking.max_cost=5; the value is YAML. Repeatable.",
+    )
+    @click.option(
+        "--hsv",
+        multiple=True,
+        type=HsvType(),
+        help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
+        "Hue wraps: 170:10 is red. Repeatable; a pixel in any of them is cable.",
+    )
+    @functools.wraps(command)
+    def with_config(
+        *args: Any,
+        paper: bool,
+        config_file: Path | None,
+        changes: dict[str, Any],
+        hsv: tuple[HsvRange, ...],
+        **kwargs: Any,
+    ) -> None:
+        command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
+
+    return with_config
+
+
+def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tuple[HsvRange, ...]) -> Config:
+    """Return the configuration that the options ask for, the later ones overriding the earlier.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, or a key or a value is wrong.
+    """
+    from dloftbs.config import Config
+
+    config = Config.paper() if paper else Config()
+    if file is not None:
+        config = config.replace(_stated_in(file))
+    config = config.replace(changes)
+    return config.replace({"segmentation.hsv": hsv}) if hsv else config
+
+
+def _stated_in(file: Path) -> dict[str, Any]:
+    """Return what a file states, by dotted path: what it leaves out is not the default but what came before."""
+    import msgspec
+
+    from dloftbs.config import Config
+
+    Config.from_yaml(file)  # whose messages name the file
+    sections = msgspec.yaml.decode(file.read_bytes()) or {}
+    return {f"{section}.{key}": value for section, values in sections.items() for key, value in values.items()}
+
+
+def _parse_changes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+    if not texts:
+        return {}
+    import msgspec
+
+    changes = {}
+    for text in texts:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise click.BadParameter(f"expected SECTION.KEY=VALUE, got {text!r}", context, parameter)
+        try:
+            changes[key.strip()] = msgspec.yaml.decode(value)
+        except msgspec.DecodeError as error:
+            raise click.BadParameter(f"{value!r} is no YAML value: {error}", context, parameter) from error
+    return changes
+
+
+@dataclass(frozen=True)
+class InputOptions:
+    """How frames are read: the arguments of `dloftbs.sources.open`."""
+
+    kind: Kind
+    depth: str | None
+    masks: str | None
+    camera: PinholeCamera | None
+
+    def open(self, where: str, fps: float | None = None) -> Source:
+        """Open an input with these options.
+
+        Raises
+        ------
+        InputError, SourceError
+            As `dloftbs.sources.open`.
+        """
+        from dloftbs import sources
+
+        return sources.open(where, kind=self.kind, depth=self.depth, masks=self.masks, camera=self.camera, fps=fps)
+
+    @property
+    def rules(self) -> list[str]:
+        """The naming rules among the paths."""
+        return [where for where in (self.depth, self.masks) if where is not None and "{stem}" in where]
+
+
+def input_options(command: Command) -> Command:
+    """Add the options that say how frames are read; the command gets them as `inputs`, an `InputOptions`."""
+
+    @click.option(
+        "--kind",
+        type=click.Choice(("auto", "image", "mask")),
+        default="auto",
+        show_default=True,
+        help="What the frames are; auto: grey image files are masks, in which any non-zero is cable.",
+    )
+    @click.option(
+        "--depth",
+        metavar="PATH|RULE",
+        help='Depth registered to the frames: a file or folder, or a naming rule such as "{stem}_depth.png".',
+    )
+    @click.option(
+        "--masks", metavar="PATH|RULE", help="Masks for the frames, in the same ways, in place of a colour."
+    )
+    @click.option("--camera", type=CameraType(), help="Intrinsics in pixels; with depth, curves are in metres too.")
+    @functools.wraps(command)
+    def with_inputs(
+        *args: Any, kind: Kind, depth: str | None, masks: str | None, camera: PinholeCamera | None, **kwargs: Any
+    ) -> None:
+        if masks is not None and kind == "mask":
+            raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
+        command(*args, inputs=InputOptions(kind, depth, masks, camera), **kwargs)
+
+    return with_inputs
+
+
+def check_data_paths(context: click.Context, parameter: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+    """Let only names pass that say in which form data are to be written, each once.
+
+    Raises
+    ------
+    click.BadParameter
+        On any other.
+    """
+    for path in paths:
+        if path != STANDARD_OUTPUT and Path(path).suffix.lower() not in DATA_SUFFIXES:
+            raise click.BadParameter(f"must end in {', '.join(DATA_SUFFIXES)}, got {path!r}", context, parameter)
+    if len(set(paths)) < len(paths):
+        raise click.BadParameter("names the same file twice", context, parameter)
+    return paths
+
+
+def check_folder(context: click.Context, parameter: click.Parameter, path: str | None) -> str | None:
+    """Let only the name of a folder pass.
+
+    Raises
+    ------
+    click.BadParameter
+        If it is the name of a file.
+    """
+    if path is not None and (Path(path).suffix.lower() in DATA_SUFFIXES + VIDEO_SUFFIXES or Path(path).is_file()):
+        raise click.BadParameter(f"must be a folder, into which pictures go, got {path!r}", context, parameter)
+    return path
+
+
+def check_overlay(context: click.Context, parameter: click.Parameter, path: str | None) -> str | None:
+    """Let only the name of a video or a folder pass.
+
+    Raises
+    ------
+    click.BadParameter
+        On any other.
+    """
+    if path is not None and Path(path).suffix and not Path(path).is_dir():
+        if Path(path).suffix.lower() not in VIDEO_SUFFIXES:
+            known = ", ".join(VIDEO_SUFFIXES)
+            raise click.BadParameter(f"must be a video ({known}) or a folder, got {path!r}", context, parameter)
+    return path
+
+
+out_option = click.option(
+    "--out",
+    "-o",
+    "outs",
+    multiple=True,
+    metavar="FILE",
+    callback=check_data_paths,
+    help="Write curves to a file: .jsonl, .npz or .csv; - is JSON lines on standard output. Repeatable. "
+    "The configuration used is written beside the first file, as NAME.config.yaml.",
+)

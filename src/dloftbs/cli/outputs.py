@@ -1,0 +1,84 @@
+"""Where results go, as the options say, and the configuration beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+import msgspec
+
+from dloftbs import sinks
+from dloftbs._version import __version__
+from dloftbs.cli.options import STANDARD_OUTPUT
+from dloftbs.config import Config
+from dloftbs.errors import ConfigError, SinkError
+from dloftbs.frame import Frame, FrameResult
+from dloftbs.sinks import MultiSink, Sink
+
+_SIGNATURE = "# The configuration of dloftbs"
+
+
+class StandardOutput(Sink):
+    """Prints `FrameResult.to_dict` of each frame as one line of JSON."""
+
+    def write(self, frame: Frame, result: FrameResult) -> None:
+        """Print a frame's line."""
+        click.echo(msgspec.json.encode(result.to_dict()))
+
+    def close(self) -> None:
+        """Every line is out already."""
+
+
+def open_outputs(paths: Sequence[str], config: Config, *more: Sink) -> MultiSink:
+    """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
+
+    Raises
+    ------
+    InputError, SinkError
+        As `dloftbs.sinks.open`; then all are closed.
+    """
+    with ExitStack() as stack:
+        opened = [stack.enter_context(sink) for sink in more]
+        for path in paths:
+            sink = StandardOutput() if path == STANDARD_OUTPUT else sinks.open(path)
+            opened.append(stack.enter_context(sink))
+        stack.pop_all()
+    return MultiSink(opened)
+
+
+def write_config_beside(paths: Sequence[str | None], config: Config) -> None:
+    """Write the configuration beside the first path that is a file or a folder, as ``NAME.config.yaml``.
+
+    Raises
+    ------
+    SinkError
+        If it cannot be written, or would replace a file that this function did not write.
+    """
+    first = next((path for path in paths if path not in (None, STANDARD_OUTPUT)), None)
+    if first is None:
+        return
+    beside = Path(first).resolve()
+    target = beside.with_name(f"{beside.stem}.config.yaml")
+    if _says(target, config):
+        return
+    try:
+        if target.exists() and not target.read_text("utf-8", "replace").startswith(_SIGNATURE):
+            raise SinkError(
+                f"{target} is not by dloftbs and says something else than the configuration used: "
+                "it is not replaced; choose another name for the results"
+            )
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(f"{_SIGNATURE} {__version__} for {beside.name}\n{config.to_yaml()}", "utf-8")
+    except OSError as error:
+        if isinstance(error, SinkError):
+            raise
+        raise SinkError(f"cannot write {str(target)!r}: {error}") from error
+
+
+def _says(file: Path, config: Config) -> bool:
+    try:
+        return Config.from_yaml(file) == config
+    except ConfigError:  # missing, or no configuration
+        return False

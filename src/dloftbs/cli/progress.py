@@ -1,0 +1,72 @@
+"""Progress on standard error: a bar on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import monotonic
+
+import click
+
+from dloftbs.cli.report import RunReport
+
+_BAR_EVERY_S = 0.1
+_LINE_EVERY_S = 5.0
+
+
+class Progress:
+    """Shows how a run stands, but not more often than is useful.
+
+    Parameters
+    ----------
+    show : callable
+        Takes the report.
+    every_s : float
+        Seconds that pass at least before the first time, and from one time to the next.
+    """
+
+    def __init__(self, show: Callable[[RunReport], None], every_s: float) -> None:
+        self._show = show
+        self._every_s = every_s
+        self._next = monotonic() + every_s
+
+    def tick(self, report: RunReport) -> None:
+        """Show the report if it is time to."""
+        now = monotonic()
+        if now >= self._next:
+            self._next = now + self._every_s
+            self._show(report)
+
+
+@contextmanager
+def open_progress(length: int | None, *, shares_terminal: bool) -> Iterator[Progress]:
+    """Open the progress of a run.
+
+    Parameters
+    ----------
+    length : int or None
+        Number of frames, None where unknown.
+    shares_terminal : bool
+        Whether results are printed to the terminal at the same time: a bar would be torn apart by them.
+    """
+    if sys.stderr.isatty() and not shares_terminal:
+        with _bar(length) as show:
+            yield Progress(show, _BAR_EVERY_S)
+    else:
+        yield Progress(lambda report: click.echo(report.line(length), err=True), _LINE_EVERY_S)
+
+
+@contextmanager
+def _bar(length: int | None) -> Iterator[Callable[[RunReport], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as RichProgress
+
+    columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
+    # Standard output belongs to the results; messages on standard error are lifted above the bar.
+    with RichProgress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
+        task = bar.add_task("", total=length)
+        yield lambda report: bar.update(
+            task, completed=report.frames + report.skipped, description=report.line(length)
+        )

@@ -1,0 +1,71 @@
+"""How commands end and how they talk: exit codes, and messages on standard error."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any
+
+import click
+
+from dloftbs.errors import DloftbsError
+
+BAD_INPUT = 1
+INTERRUPTED = 130
+"""128 + SIGINT, as shells report a process that Ctrl-C ended."""
+
+
+class Failure(click.ClickException):
+    """Bad input: a message on standard error, and no traceback."""
+
+    exit_code = BAD_INPUT
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        """Print the message as all errors of the command look."""
+        report_error(self.message)
+
+
+class Shell(click.Group):
+    """A group of commands that turns the package's errors and Ctrl-C into exit codes."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command.
+
+        Raises
+        ------
+        Failure
+            In place of any `DloftbsError`.
+        click.exceptions.Exit
+            In place of KeyboardInterrupt.
+        """
+        try:
+            return super().invoke(ctx)
+        except DloftbsError as error:
+            raise Failure(str(error)) from error
+        except KeyboardInterrupt as interrupt:
+            click.echo("interrupted", err=True)
+            raise click.exceptions.Exit(INTERRUPTED) from interrupt
+
+
+def report_error(message: object) -> None:
+    """Print an error in a line on standard error."""
+    click.echo(f"error: {message}", err=True)
+
+
+class _MessageHandler(logging.Handler):
+    """Prints log records as short lines on standard error as it is at the moment: a progress bar redirects it."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        click.echo(f"{record.levelname.lower()}: {record.getMessage()}", err=True)
+
+
+@contextmanager
+def messages_to_stderr() -> Iterator[None]:
+    """Show the package's warnings on standard error for as long as the command runs."""
+    logger, handler = logging.getLogger("dloftbs"), _MessageHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)

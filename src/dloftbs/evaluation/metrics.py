@@ -1,0 +1,192 @@
+"""The criteria of the paper (Kicki, Szymko, Walas, ICRA 2023, section V): how far found curves are from the truth.
+
+Points are ``(x, y)`` px or ``(x, y, z)`` m; the results have the same unit. A set without points has no distance: the
+functions refuse it, and a table counts it as missing instead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from dloftbs._arrays import FloatArray, as_points
+from dloftbs.errors import InputError
+
+_TINY = np.finfo(np.float64).tiny
+
+
+def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
+    """Mean minimal distance of one set of points from another (section V, criteria).
+
+    ``MMD(X, Y) = 1 / |X| * sum over x in X of min over y in Y of |x - y|``; not symmetric.
+
+    Parameters
+    ----------
+    x : array_like, shape (n, d)
+    y : array_like, shape (m, d)
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        If a set is empty, its shape is wrong, or a value is not finite.
+    """
+    points, targets = _pair(("x", x), ("y", y), least=1)
+    distance, _ = cKDTree(targets).query(points)
+    return float(distance.mean())
+
+
+def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
+    """How far the mask's pixels are from the curve (section V, criterion 1): grows with what the curve missed.
+
+    ``L1 = MMD(mask pixels, curve points)``. A perfect centre line scores a quarter of the object's width, not 0.
+
+    Parameters
+    ----------
+    mask_pixels : array_like, shape (n, d)
+        Pixels ``(x, y)``, or points in space, of the object.
+    curve_points : array_like, shape (m, d)
+        Points along the found curve, dense.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        As `mmd`.
+    """
+    pixels, points = _pair(("mask_pixels", mask_pixels), ("curve_points", curve_points), least=1)
+    return mmd(pixels, points)
+
+
+def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
+    """How far the curve is from the mask's pixels (section V, criterion 2): grows with what the curve invented.
+
+    ``L2 = MMD(curve points, mask pixels)``.
+
+    Parameters
+    ----------
+    curve_points : array_like, shape (m, d)
+        Points along the found curve, dense.
+    mask_pixels : array_like, shape (n, d)
+        Pixels ``(x, y)``, or points in space, of the object.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        As `mmd`.
+    """
+    points, pixels = _pair(("curve_points", curve_points), ("mask_pixels", mask_pixels), least=1)
+    return mmd(points, pixels)
+
+
+def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
+    """Mean distance of one ordered curve from another at equal arc lengths (section V, the ``F`` of criterion 3).
+
+    ``F(X, Y) = 1 / |X| * sum over i of d(X(i), segment Y(k(i)) Y(k(i) + 1))``, where ``k(i)`` brackets the normalised
+    arc length of ``X(i)`` and never decreases.
+
+    Parameters
+    ----------
+    x : array_like, shape (n, d)
+        At least two points, in order.
+    y : array_like, shape (m, d)
+        At least two points, in order.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        If a curve has less than two points, its shape is wrong, or a value is not finite.
+    """
+    return _f(*_pair(("x", x), ("y", y), least=2))
+
+
+def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
+    """How far a found curve is from the reference, order and direction included (section V, criterion 3).
+
+    ``L3 = (F(C, R) + F(R, C)) / 2``; symmetric.
+
+    Parameters
+    ----------
+    c : array_like, shape (n, d)
+        The found curve, at least two points in order.
+    r : array_like, shape (m, d)
+        The reference, at least two points in order.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        As `f_distance`.
+    """
+    found, reference = _pair(("c", c), ("r", r), least=2)
+    return (_f(found, reference) + _f(reference, found)) / 2.0
+
+
+def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
+    """`l3` where it does not matter at which end a curve begins: the smaller one of both directions of `r`.
+
+    Parameters
+    ----------
+    c : array_like, shape (n, d)
+        The found curve, at least two points in order.
+    r : array_like, shape (m, d)
+        The reference, at least two points in order.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        As `f_distance`.
+    """
+    found, reference = _pair(("c", c), ("r", r), least=2)
+    return min(l3(found, reference), l3(found, reference[::-1]))
+
+
+def _f(x: FloatArray, y: FloatArray) -> float:
+    # Both arc lengths grow, and so does k.
+    k = np.clip(np.searchsorted(_arc(y), _arc(x), side="right") - 1, 0, len(y) - 2)
+    side = y[k + 1] - y[k]
+    from_start = x - y[k]
+    squared = (side**2).sum(axis=1)
+    along = (from_start * side).sum(axis=1)
+    part = np.clip(np.divide(along, squared, out=np.zeros_like(along), where=squared > _TINY), 0.0, 1.0)
+    return float(np.linalg.norm(from_start - part[:, None] * side, axis=1).mean())
+
+
+def _arc(points: FloatArray) -> FloatArray:
+    """Return the normalised arc length at each point, shape (n,); zeros where the points are all one."""
+    arc = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    return arc / arc[-1] if arc[-1] > 0 else arc
+
+
+def _pair(first: tuple[str, npt.ArrayLike], second: tuple[str, npt.ArrayLike], least: int) -> list[FloatArray]:
+    checked = [as_points(name, value) for name, value in (first, second)]
+    for (name, _), points in zip((first, second), checked, strict=True):
+        if len(points) < least:
+            raise InputError(f"{name} must have {least} or more points, got {len(points)}")
+    if checked[0].shape[1] != checked[1].shape[1]:
+        raise InputError(
+            f"{first[0]} and {second[0]} must have the same dimension, got {checked[0].shape} and {checked[1].shape}"
+        )
+    return checked

@@ -1,0 +1,175 @@
+"""Where frames come from: image files, folders, videos, cameras, streams, arrays.
+
+>>> with dloftbs.sources.open("frames/", depth="{stem}_depth.png") as source:  # doctest: +SKIP
+...     for frame in source:
+...         print(frame.index, frame.name, frame.size)
+
+Frames are read one at a time. What cannot be read is skipped with a warning of the logger ``dloftbs.sources``, leaves a
+hole in the indices, and is counted in `Source.skipped`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import DloftbsError, InputError, SourceError
+from dloftbs.sources.arrays import STACK_EXTENSIONS, ArraySource, from_array, from_file
+from dloftbs.sources.base import Source
+from dloftbs.sources.files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
+from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
+from dloftbs.sources.pixels import KINDS, Kind
+from dloftbs.sources.video import LiveSource, VideoSource
+
+__all__ = ["ArraySource", "FileSource", "LiveSource", "PairedSource", "Source", "VideoSource", "open"]
+
+PathLike = str | os.PathLike[str]
+Where = PathLike | int | npt.NDArray[Any] | Sequence[PathLike]
+
+
+def open(
+    where: Where,
+    *,
+    kind: Kind = "auto",
+    depth: PathLike | None = None,
+    masks: PathLike | None = None,
+    camera: PinholeCamera | None = None,
+    fps: float | None = None,
+) -> Source:
+    """Open whatever frames come from.
+
+    Parameters
+    ----------
+    where : str, path, int, numpy.ndarray or sequence of paths
+        An image file, a folder or a glob of such (in natural order: img2 before img10), a video file, a .npy or .npz
+        file, the address of a stream (``"rtsp://..."``), or the index of a camera (0, ``"0"``). An array is a stack of
+        images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), bool or integer. A .npz holds `images`, `masks` or both,
+        and may hold `depth` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy.
+    kind : {"auto", "image", "mask"}
+        What the frames are. "auto": image files with one channel, or with equal channels, are masks, in which any
+        non-zero is cable; other files, videos and cameras are images; arrays are what their shape or key says. In masks
+        from JPEG and video, cable begins at half brightness, since their codecs ring around edges.
+    depth : str or path, optional
+        Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) with as many frames, or a
+        naming rule such as ``"{stem}_depth.png"`` or ``"../depth/{stem}.npy"``, relative to the folder of each colour
+        file. Files are 16-bit or floating-point images, or .npy (H, W). Where one is missing or cannot be read,
+        there is a warning, and the frame goes without.
+    masks : str or path, optional
+        Masks to go with images, in the same ways; the key in a .npz file is `masks`.
+    camera : PinholeCamera, optional
+        Goes with every frame, in place of what a .npz file says.
+    fps : float, optional
+        Frames per second: the stamps are then ``index / fps``. Without it, files and arrays have no stamps of their own
+        (a .npz file may), and videos have the container's times.
+
+    Returns
+    -------
+    Source
+        To be iterated over and closed. All but cameras and streams can be iterated over again.
+
+    Raises
+    ------
+    InputError
+        If an argument is of a wrong type or value.
+    SourceError
+        If there is nothing there, it cannot be opened, or depth or masks differ from the frames in number.
+    """
+    _check_options(kind, masks, camera, fps)
+    if masks is not None:
+        kind = "image"
+    paired: dict[What, str] = {}
+    for what, partner in (("depth", depth), ("mask", masks)):
+        if partner is not None:
+            paired[cast(What, what)] = _path_text(what, partner)
+    if _is_live(where):
+        if paired or fps is not None:
+            raise InputError(f"{' and '.join(paired) or 'fps'} cannot go with a camera or a stream")
+        return LiveSource(_live_address(where), kind=kind, camera=camera)
+    source = _open_recorded(where, kind, camera, fps, rules=[text for text in paired.values() if is_rule(text)])
+    return _pair(source, paired) if paired else source
+
+
+def _pair(source: Source, paired: dict[What, str]) -> Source:
+    beside = source.paths if isinstance(source, FileSource) else None
+    try:
+        return PairedSource(source, {what: open_partner(what, text, beside) for what, text in paired.items()})
+    except DloftbsError:
+        source.close()
+        raise
+
+
+def _open_recorded(
+    where: Where, kind: Kind, camera: PinholeCamera | None, fps: float | None, rules: Sequence[str]
+) -> Source:
+    if isinstance(where, np.ndarray):
+        return from_array(where, "array", kind, camera, fps)
+    if isinstance(where, (str, os.PathLike)):
+        return _open_path(Path(where).expanduser(), kind, camera, fps, rules)
+    if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
+        raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
+    paths = [Path(item).expanduser() for item in where]
+    for path in paths:
+        _check_exists(path)
+    return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps)
+
+
+def _open_path(path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None, rules: Sequence[str]) -> Source:
+    if is_glob(str(path)) or path.is_dir():
+        paths = list_files(str(path), IMAGE_EXTENSIONS)
+        for rule in rules:
+            paths = without_partners(paths, rule)
+        if not paths:
+            raise SourceError(f"{path}: every image is the partner of another under {' and '.join(rules)}")
+        return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps)
+    _check_exists(path)
+    if path.suffix.lower() in IMAGE_EXTENSIONS:
+        return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
+    if path.suffix.lower() in STACK_EXTENSIONS:
+        return from_file(path, kind, camera, fps)
+    return VideoSource(path, kind=kind, camera=camera, fps=fps)
+
+
+def _check_exists(path: Path) -> None:
+    if not path.exists():
+        raise SourceError(f"there is no file or folder {str(path)!r}")
+
+
+def _is_live(where: object) -> bool:
+    if isinstance(where, str):
+        return re.fullmatch(r"[0-9]+|[A-Za-z][A-Za-z0-9+.-]+://.*", where) is not None
+    return isinstance(where, (int, np.integer)) and not isinstance(where, bool)
+
+
+def _live_address(where: object) -> int | str:
+    text = str(where)
+    if "://" in text:
+        return text
+    if int(text) < 0:
+        raise InputError(f"the index of a camera must be at least 0, got {text}")
+    return int(text)
+
+
+def _path_text(what: str, where: object) -> str:
+    if not isinstance(where, (str, os.PathLike)):
+        raise InputError(f"{what} must be a path or a naming rule, got {where!r}")
+    return os.fspath(where)
+
+
+def _check_options(kind: object, masks: object, camera: object, fps: object) -> None:
+    if kind not in KINDS:
+        raise InputError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
+    if masks is not None and kind == "mask":
+        raise InputError("kind must be 'image' where masks are given, got 'mask'")
+    if camera is not None and not isinstance(camera, PinholeCamera):
+        raise InputError(f"camera must be a PinholeCamera, got {camera!r}")
+    valid = isinstance(fps, (int, float)) and not isinstance(fps, bool) and math.isfinite(fps) and fps > 0
+    if fps is not None and not valid:
+        raise InputError(f"fps must be a positive number, got {fps!r}")

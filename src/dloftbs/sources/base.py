@@ -1,0 +1,73 @@
+"""What every source of frames has in common."""
+
+from __future__ import annotations
+
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from types import TracebackType
+from typing import TypeVar
+
+from dloftbs.errors import SourceError
+from dloftbs.frame import Frame
+
+logger = logging.getLogger("dloftbs.sources")
+
+S = TypeVar("S", bound="Source")
+
+
+class Source(ABC):
+    """A stream of frames: iterate over it, and close it, or let ``with`` do so.
+
+    A subclass sets the attributes, and gives `__iter__`. Frames come one at a time; none is kept.
+
+    Attributes
+    ----------
+    name : str
+        For messages: a path, an address, ``"camera 0"``.
+    fps : float or None
+        Frames per second, None where unknown.
+    length : int or None
+        Number of frames, None where unknown.
+    skipped : int
+        Frames that could not be read so far, counted afresh by each iteration. Each leaves a hole in the indices, and
+        is reported by a warning of the logger ``dloftbs.sources``.
+    """
+
+    name: str
+    fps: float | None = None
+    length: int | None = None
+    skipped: int = 0
+    _closed: bool = False
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames, from the beginning where the source can go back to it."""
+
+    def close(self) -> None:
+        """Let go of files and devices; an iteration under way ends. Closing twice does no harm."""
+        self._closed = True
+
+    def __enter__(self: S) -> S:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _begin(self) -> None:
+        """Start an iteration.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed.
+        """
+        if self._closed:
+            raise SourceError(f"{self.name} is closed")
+        self.skipped = 0
+
+    def _skip(self, what: str, why: object, count: int = 1) -> None:
+        self.skipped += count
+        logger.warning("skipped %s: %s", what, why)

@@ -1,0 +1,226 @@
+"""Depth and masks from files beside the colour: which file belongs to which frame."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal, Protocol
+
+from dloftbs.errors import InputError, SourceError
+from dloftbs.frame import Frame
+from dloftbs.sources.arrays import STACK_EXTENSIONS, Stack, check_stack
+from dloftbs.sources.base import Source, logger
+from dloftbs.sources.files import IMAGE_EXTENSIONS, is_glob, list_files
+from dloftbs.sources.npz import NpzMember, read_whole
+from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
+
+What = Literal["depth", "mask"]
+"""What goes with a frame, by the name of its field."""
+STEM = "{stem}"
+
+_READERS: dict[What, Callable[[Path], AnyArray]] = {"depth": read_depth, "mask": read_mask}
+_STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks"}
+
+
+class Partner(Protocol):
+    """What goes with a stream, frame by frame."""
+
+    count: int
+
+    def read(self, index: int) -> AnyArray | None:
+        """Return what goes with the frame (H, W), or None where it is missing, which is reported."""
+
+    def close(self) -> None:
+        """Let go of files."""
+
+
+class _Files:
+    def __init__(self, what: What, paths: Sequence[Path]) -> None:
+        self.count = len(paths)
+        self._what = what
+        self._paths = paths
+
+    def read(self, index: int) -> AnyArray | None:
+        try:
+            return _READERS[self._what](self._paths[index])
+        except SourceError as error:
+            logger.warning("frame %d goes without %s: %s", index, self._what, error)
+            return None
+
+    def close(self) -> None:
+        """There is nothing open between two reads."""
+
+
+class _Stacked:
+    def __init__(self, stack: Stack) -> None:
+        self.count = int(stack.shape[0])
+        self._stack: Stack | None = stack
+
+    def read(self, index: int) -> AnyArray | None:
+        return None if self._stack is None else self._stack[index]
+
+    def close(self) -> None:
+        if isinstance(self._stack, NpzMember):
+            self._stack.close()
+        self._stack = None
+
+
+class PairedSource(Source):
+    """Frames of a source, with what goes with them; what the source itself brings of the kind is replaced.
+
+    Parameters
+    ----------
+    source : Source
+        Belongs to this one from now on, and is closed with it.
+    partners : dict of {"depth", "mask"} to Partner
+
+    Raises
+    ------
+    SourceError
+        If there are more or fewer of them than frames.
+    """
+
+    def __init__(self, source: Source, partners: dict[What, Partner]) -> None:
+        self.name, self.fps, self.length = source.name, source.fps, source.length
+        self._source = source
+        self._partners = partners
+        for what, partner in partners.items():
+            if self.length not in (None, partner.count):
+                raise SourceError(
+                    f"{what} must have as many frames as {self.name}, which has {self.length}; got {partner.count}"
+                )
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames. One whose depth or mask is missing goes without.
+
+        Raises
+        ------
+        SourceError
+            As the source itself, and if a stack turns out to be corrupt.
+        """
+        self._begin()
+        return self._frames(iter(self._source))
+
+    def close(self) -> None:
+        """Close the source and what goes with it."""
+        super().close()
+        self._source.close()
+        for partner in self._partners.values():
+            partner.close()
+
+    def _frames(self, frames: Iterator[Frame]) -> Iterator[Frame]:
+        try:
+            for frame in frames:
+                self.skipped = self._source.skipped
+                paired = frame
+                for what, partner in self._partners.items():
+                    paired = _with(paired, what, partner)
+                yield paired
+        finally:
+            self.skipped = self._source.skipped
+
+
+def _with(frame: Frame, what: What, partner: Partner) -> Frame:
+    without = _give(frame, what, None)
+    if frame.index >= partner.count:
+        logger.warning("frame %d goes without %s: there are only %d", frame.index, what, partner.count)
+        return without
+    try:
+        return _give(without, what, partner.read(frame.index))
+    except InputError as error:
+        logger.warning("frame %d goes without %s: %s", frame.index, what, error)
+        return without
+
+
+def _give(frame: Frame, what: What, array: AnyArray | None) -> Frame:
+    return replace(frame, depth=array) if what == "depth" else replace(frame, mask=array)
+
+
+def is_rule(where: str | None) -> bool:
+    """Whether this is a naming rule, and not a path."""
+    return where is not None and STEM in where
+
+
+def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partner:
+    """Open depth or masks.
+
+    Parameters
+    ----------
+    what : {"depth", "mask"}
+    where : str
+        A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
+        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth" or "masks".
+    beside : sequence of Path or None
+        The colour files, None where the source is something else.
+
+    Raises
+    ------
+    InputError
+        If a naming rule is given for a source that is not made of files.
+    SourceError
+        If there is nothing there, or it cannot be read.
+    """
+    if is_rule(where):
+        if beside is None:
+            raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
+        return _Files(what, [_partner_of(path, where) for path in beside])
+    path = Path(where).expanduser()
+    if is_glob(str(path)) or path.is_dir():
+        return _Files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".npy")))
+    if not path.exists():
+        raise SourceError(f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
+    if path.suffix.lower() in STACK_EXTENSIONS:
+        return _Stacked(_open_stack(path, _STACK_KEYS[what]))
+    return _Files(what, [path])
+
+
+def _open_stack(path: Path, key: str) -> Stack:
+    if path.suffix.lower() == ".npy":
+        array = load_npy(path)
+        stack: Stack = array[None] if array.ndim == 2 else array
+    else:
+        keys, _ = read_whole(path, ())
+        if key not in keys:
+            raise SourceError(f"{path}: needs the array {key!r}; found {', '.join(keys) or 'none'}")
+        stack = NpzMember(path, key)
+    try:
+        check_stack(key, stack)
+    except InputError as error:
+        raise SourceError(f"{path}: {error}") from error
+    return stack
+
+
+def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
+    """Return the colour files: those that are no other's partner under the rule.
+
+    A file that is named like a partner, but belongs to nothing, is left out with a warning.
+    """
+    partners = {_partner_of(path, rule) for path in paths}
+    colour = []
+    for path in paths:
+        normal = _normal(path)
+        if normal in partners:
+            continue
+        if _named_like_partner(path, rule) and not _partner_of(path, rule).exists():
+            logger.warning("left out %s: it is named by the rule %r, and no file goes with it", path, rule)
+            continue
+        colour.append(path)
+    return colour
+
+
+def _partner_of(path: Path, rule: str) -> Path:
+    return _normal(path.parent / rule.replace(STEM, path.stem))
+
+
+def _named_like_partner(path: Path, rule: str) -> bool:
+    folder, name = os.path.split(rule)
+    before, _, after = name.partition(STEM)
+    inside = _normal(path.parent / folder) == _normal(path.parent)
+    longer = len(path.name) > len(before) + len(after)
+    return inside and longer and path.name.startswith(before) and path.name.endswith(after)
+
+
+def _normal(path: Path) -> Path:
+    return Path(os.path.normpath(path))

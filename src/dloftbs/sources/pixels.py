@@ -1,0 +1,180 @@
+"""From files to pixels, and from pixels to an image or a mask."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.errors import SourceError
+
+AnyArray = npt.NDArray[Any]
+Kind = Literal["auto", "image", "mask"]
+KINDS: tuple[str, ...] = get_args(Kind)
+
+JPEG_EXTENSIONS = (".jpg", ".jpeg")
+HALF = 128
+"""Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
+
+
+def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:
+    """Read an image file as `image_or_mask` says; in a JPEG mask, cable begins at half brightness.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is not what `kind` asks for.
+    """
+    try:
+        return image_or_mask(read_pixels(path), kind, lossy=path.suffix.lower() in JPEG_EXTENSIONS)
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
+
+
+def read_mask(path: Path) -> AnyArray:
+    """Read a mask (H, W) from an image file or a .npy file.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is no mask.
+    """
+    if path.suffix.lower() != ".npy":
+        _, mask = read_image_or_mask(path, "mask")
+        assert mask is not None  # what was asked for
+        return mask
+    mask = load_npy(path)
+    if mask.ndim != 2 or not _is_countable(mask.dtype):
+        raise SourceError(f"{path}: a mask must be (H, W) of bool or integers, got {mask.shape} of {mask.dtype}")
+    return mask
+
+
+def read_depth(path: Path) -> AnyArray:
+    """Read a depth image (H, W) from a 16-bit or floating-point image file, or from a .npy file.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is no depth.
+    """
+    if path.suffix.lower() == ".npy":
+        depth = load_npy(path)
+        wanted = np.issubdtype(depth.dtype, np.number)
+    else:
+        try:
+            depth = read_pixels(path)
+        except SourceError as error:
+            raise SourceError(f"{path}: {error}") from error
+        wanted = depth.dtype != np.uint8  # 8 bits are a picture of depth, not depth
+    if depth.ndim != 2 or not wanted:
+        raise SourceError(
+            f"{path}: depth must have one channel of 16 bits or floating point, got {depth.shape} of {depth.dtype}"
+        )
+    return depth
+
+
+def load_npy(path: Path) -> AnyArray:
+    """Map a .npy file into memory, read-only; no pixel is read before it is looked at.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, is cut off, or holds Python objects.
+    """
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise SourceError(f"{path}: cannot be read as a .npy file: {error}") from error
+    if not isinstance(array, np.ndarray):
+        array.close()
+        raise SourceError(f"{path}: is an archive of arrays; name it .npz")
+    return array
+
+
+def read_pixels(path: Path) -> AnyArray:
+    """Decode an image file without its alpha channel, at the depth of bits that it has.
+
+    Raises
+    ------
+    SourceError
+        If there is no such file, or it is corrupt or cut off.
+    """
+    import cv2
+
+    try:
+        data = path.read_bytes()  # cv2.imread does not take every path on Windows, and prints
+    except OSError as error:
+        raise SourceError(f"cannot be read: {error.strerror or error}") from error
+    if not data:
+        raise SourceError("the file is empty")
+    try:
+        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+    except cv2.error as error:
+        raise SourceError(f"cannot be decoded as an image: {error.err}") from error
+    if pixels is None:
+        raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are corrupt, cut off or no image")
+    if data.startswith(b"\xff\xd8") and _jpeg_is_cut(data):
+        raise SourceError(f"cannot be decoded as an image: the JPEG is cut off after {len(data)} bytes")
+    return pixels
+
+
+def image_or_mask(pixels: AnyArray, kind: Kind, *, lossy: bool) -> tuple[AnyArray | None, AnyArray | None]:
+    """Return ``(image, None)`` or ``(None, mask)``.
+
+    Parameters
+    ----------
+    pixels : numpy.ndarray, shape (H, W) or (H, W, 3)
+    kind : {"auto", "image", "mask"}
+        "auto" takes one channel, or channels that are all equal, for a mask.
+    lossy : bool
+        In 8-bit masks, cable begins at half brightness rather than at 1.
+
+    Raises
+    ------
+    SourceError
+        If the pixels do not suit the kind.
+    """
+    if kind == "mask" or (kind == "auto" and _is_grey(pixels)):
+        return None, _to_mask(pixels, lossy=lossy)
+    return _to_image(pixels), None
+
+
+def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
+    if not _is_countable(pixels.dtype):
+        raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}")
+    if pixels.ndim == 3:
+        pixels = pixels[..., 0] | pixels[..., 1] | pixels[..., 2]
+    return pixels >= HALF if lossy and pixels.dtype == np.uint8 else pixels
+
+
+def _to_image(pixels: AnyArray) -> AnyArray:
+    if pixels.dtype != np.uint8:
+        raise SourceError(f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, or use it as a mask")
+    return pixels if pixels.ndim == 3 else np.repeat(pixels[:, :, None], 3, axis=2)
+
+
+def _is_grey(pixels: AnyArray) -> bool:
+    if pixels.ndim == 2:
+        return True
+    # Nearly every colour image shows itself in a few pixels.
+    return all(
+        bool((part[..., 0] == part[..., 1]).all() and (part[..., 0] == part[..., 2]).all())
+        for part in (pixels[::16, ::16], pixels)
+    )
+
+
+def _is_countable(dtype: np.dtype[Any]) -> bool:
+    return bool(dtype == np.bool_ or np.issubdtype(dtype, np.integer))
+
+
+def _jpeg_is_cut(data: bytes) -> bool:
+    """Whether the end marker is missing: OpenCV 4 fills what is missing with grey and says nothing.
+
+    The headers are stepped over, since a thumbnail in them has an end marker of its own.
+    """
+    at = 2
+    while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] != 0xDA:
+        at += 1 if data[at + 1] == 0xFF else 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    return data.find(b"\xff\xd9", at) < 0

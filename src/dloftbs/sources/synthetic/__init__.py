@@ -1,0 +1,9 @@
+"""Generated sequences: cables on a workbench, rendered with the truth beside them."""
+
+from __future__ import annotations
+
+from dloftbs.sources.synthetic.demo import DemoSequence, SceneTruth
+from dloftbs.sources.synthetic.strand import random_curve
+from dloftbs.sources.synthetic.tube import draw_tube_mask
+
+__all__ = ["DemoSequence", "SceneTruth", "draw_tube_mask", "random_curve"]

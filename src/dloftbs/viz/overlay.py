@@ -1,0 +1,256 @@
+"""What was found, drawn over the picture that it was found in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.centerline import Joint, JointKind
+from dloftbs.curve import BSplineCurve
+from dloftbs.errors import InputError
+from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
+from dloftbs.viz import shapes
+from dloftbs.viz.labels import Box, place
+from dloftbs.viz.path import Path, Span, complement, dashes, repeats
+from dloftbs.viz.shapes import Picture, Shape
+from dloftbs.viz.style import Colour, Style, dimmed, is_light
+from dloftbs.viz.text import Text, note
+from dloftbs.viz.view import View
+
+_DIM = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Item:
+    """One curve to draw.
+
+    Parameters
+    ----------
+    curve : BSplineCurve
+        In the picture, px.
+    label : str
+    colour : colour
+    joints : tuple of Joint
+    width : float, optional
+        Of the object, px; None where it is not known.
+    coasting : bool
+        Whether the whole curve is remembered rather than seen.
+    """
+
+    curve: BSplineCurve
+    label: str
+    colour: Colour
+    joints: tuple[Joint, ...] = ()
+    width: float | None = None
+    coasting: bool = False
+
+    def seen_in(self, view: View) -> Item:
+        """Return the item as it lies in a view of its picture."""
+        width = None if self.width is None else self.width * view.zoom
+        return replace(self, curve=view.curve(self.curve), width=width)
+
+
+def draw(
+    image_or_frame: Frame | npt.ArrayLike,
+    result: FrameResult,
+    *,
+    style: Style = Style(),  # noqa: B008  frozen
+    control_points: bool = False,
+) -> Picture:
+    """Draw the curves of a result over its picture.
+
+    Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
+    place in the order. A dot is the start (``u = 0``), a ring the end, arrows point from the one to the other. Dashed
+    is what was inferred: across gaps of the mask, and the whole of a coasting track, which is dimmer too. A diamond
+    is a crossing that the curve was linked through.
+
+    Parameters
+    ----------
+    image_or_frame : Frame or array_like, shape (H, W, 3), uint8, or shape (H, W), bool or any integer type
+        The picture to draw on, or a mask, of which any non-zero shows as grey. A frame without an image shows its mask.
+    result : FrameResult
+        Of that frame. Where it has a reason why nothing was found, that is written into the lower left corner.
+    style : Style
+    control_points : bool
+        Whether to draw the control polygons.
+
+    Returns
+    -------
+    numpy.ndarray, shape (H, W, 3), uint8
+        BGR, a new picture.
+
+    Raises
+    ------
+    InputError
+        If the picture has another size than the result, or a wrong shape or type.
+    """
+    if not isinstance(result, FrameResult):
+        raise InputError(f"result must be a FrameResult, got {type(result).__name__}")
+    picture = as_picture(image_or_frame, style)
+    if picture.shape[:2] != tuple(result.size):
+        raise InputError(f"the picture must have the result's size {result.size} (H, W), got {picture.shape[:2]}")
+    pen = style.scaled(picture.shape)
+    paint_items(picture, items_of(result, style), pen, control_points=control_points)
+    write_reason(picture, result, pen)
+    return picture
+
+
+def as_picture(image_or_frame: Frame | npt.ArrayLike, style: Style) -> Picture:
+    """Return a new BGR picture (H, W, 3) of a frame, an image or a mask.
+
+    Raises
+    ------
+    InputError
+        If it has another shape or type, or no pixels.
+    """
+    if isinstance(image_or_frame, Frame):
+        source = image_or_frame.image if image_or_frame.image is not None else image_or_frame.mask
+        assert source is not None  # the frame saw to it
+    else:
+        source = np.asarray(image_or_frame)
+    if source.ndim == 3 and source.shape[2] != 1:
+        picture = np.array(check_image(source), order="C")
+    else:
+        picture = grey(check_mask(source) != 0, style)
+    if picture.size == 0:
+        raise InputError(f"a picture must have at least one pixel, got shape {picture.shape}")
+    return picture
+
+
+def grey(mask: npt.NDArray[np.bool_], style: Style) -> Picture:
+    """Return the mask (H, W) as a dim picture (H, W, 3)."""
+    picture = np.empty((*mask.shape, 3), np.uint8)
+    picture[:] = style.ink
+    picture[mask] = style.mask
+    return picture
+
+
+def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
+    """Return what is to be drawn of a result: its tracks, or else its detections.
+
+    Raises
+    ------
+    InputError
+        If a curve is not in the image.
+    """
+    if result.tracks:
+        items = [_of_track(track, style) for track in result.tracks]
+    else:
+        items = [_of_detection(d, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
+    for item in items:
+        if item.curve.ndim != 2:
+            raise InputError(f"curves to draw must be in the image (ndim 2), got ndim {item.curve.ndim}")
+    return tuple(items)
+
+
+def _of_detection(detection: Detection, label: str, colour: Colour) -> Item:
+    return Item(detection.curve, label, colour, detection.joints, detection.width)
+
+
+def _of_track(track: Track, style: Style) -> Item:
+    label, colour = f"#{track.id}", style.colour(track.id - 1)
+    if track.detection is None or track.state is TrackState.COASTING:
+        return Item(track.curve, label, dimmed(colour, style.ink, _DIM), coasting=True)
+    return Item(track.curve, label, colour, track.detection.joints, track.detection.width)
+
+
+def paint_items(picture: Picture, items: Sequence[Item], pen: Style, *, control_points: bool = False) -> None:
+    """Draw items into a picture, with the style as it is at its scale."""
+    paths = [Path.of(item.curve) for item in items]
+    drawn: list[Shape] = []
+    if control_points:
+        drawn += [shape for item in items for shape in _control_polygon(item, pen)]
+    for item, path in zip(items, paths, strict=True):
+        drawn += _line(item, path, pen)
+    for item, path in zip(items, paths, strict=True):
+        drawn += _markers(item, path, pen)
+    shapes.paint(picture, drawn, pen)
+    _labels(picture, items, paths, drawn, pen)
+
+
+def write_reason(picture: Picture, result: FrameResult, pen: Style) -> None:
+    """Write why nothing was found, if so, into a corner."""
+    if result.reason is not None:
+        note(picture, result.reason, pen.text_px, pen.paper, pen.ink)
+
+
+def _line_width(item: Item, pen: Style) -> float:
+    return pen.line_px if item.width is None else max(1.0, min(pen.line_px, item.width / 3.0))
+
+
+def _line(item: Item, path: Path, pen: Style) -> list[Shape]:
+    width = _line_width(item, pen)
+    unseen = [(0.0, path.length)] if item.coasting else _gaps(item, path)
+    # The ring at the end stays hollow.
+    end = path.length if item.curve.closed else max(path.length - _ring_radius(pen), 0.0)
+    unseen = [(low, min(high, end)) for low, high in unseen if low < end]
+    spans = complement(unseen, end)
+    # Round caps and halos eat into the space between dashes from both sides.
+    space = pen.dash_px + width + 2.0 * pen.halo_px
+    for span in unseen:
+        spans += dashes(span, pen.dash_px, space)
+    return [shapes.line(path.piece(span), item.colour, width) for span in spans]
+
+
+def _gaps(item: Item, path: Path) -> list[Span]:
+    gaps = ((path.arc_at(j.u[0]), path.arc_at(j.u[1])) for j in item.joints if j.kind is JointKind.GAP)
+    return [(low, high) for low, high in gaps if high > low]
+
+
+def _markers(item: Item, path: Path, pen: Style) -> list[Shape]:
+    width = _line_width(item, pen)
+    crossings = [path.arc_at(sum(j.u) / 2.0) for j in item.joints if j.kind is JointKind.CROSSING]
+    markers = [shapes.diamond(path.point(s), 1.6 * pen.marker_px, item.colour, width) for s in crossings]
+    # An arrow in a diamond would be a blot, and one on a gap would hide its dashes.
+    taken = [(s, s) for s in crossings] + _gaps(item, path)
+    markers += [
+        shapes.arrow(path.point(s), path.direction(s, pen.arrow_px / 2.0), pen.arrow_px + width, item.colour)
+        for s in _arrow_places(path, taken, pen)
+    ]
+    if not item.curve.closed:
+        markers.append(shapes.disc(path.points[0], pen.marker_px, item.colour))
+        markers.append(shapes.ring(path.points[-1], _ring_radius(pen), item.colour, pen.line_px))
+    return markers
+
+
+def _arrow_places(path: Path, taken: Sequence[Span], pen: Style) -> list[float]:
+    count = repeats(path.length / pen.arrow_spacing_px)
+    places = [path.length * (i + 0.5) / count for i in range(count)]
+    room = pen.arrow_px + 2.0 * pen.marker_px
+    return [s for s in places if all(s < low - room or s > high + room for low, high in taken)]
+
+
+def _ring_radius(pen: Style) -> float:
+    return 1.2 * pen.marker_px
+
+
+def _control_polygon(item: Item, pen: Style) -> list[Shape]:
+    points = item.curve.control_points
+    colour = dimmed(item.colour, pen.paper, 0.5)
+    polygon = [shapes.line(points, colour, 1.0)]
+    return polygon + [shapes.square(point, 0.45 * pen.marker_px, colour, 1.0) for point in points]
+
+
+def _labels(picture: Picture, items: Sequence[Item], paths: Sequence[Path], drawn: list[Shape], pen: Style) -> None:
+    height, width = picture.shape[:2]
+    busy = shapes.bounds(drawn)
+    taken: list[Box] = []
+    for item, path in zip(items, paths, strict=True):
+        visible = _inside(path.points, width, height)
+        if not len(visible):
+            continue
+        text = Text(item.label, pen.text_px)
+        box = place(visible[0], 2.0 * pen.marker_px, text.size, busy=busy, taken=taken, room=(0, 0, width, height))
+        taken.append(box)
+        left, top = box[:2]
+        picture[top : top + box[3], left : left + box[2]] = item.colour
+        text.write(picture, left, top, pen.ink if is_light(item.colour) else pen.paper)
+
+
+def _inside(points: FloatArray, width: int, height: int) -> FloatArray:
+    x, y = points[:, 0], points[:, 1]
+    return points[(x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)]

@@ -1,0 +1,66 @@
+"""The banded fit against scipy's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline, make_lsq_spline
+
+from dloftbs.kernels.fitting import fit_closed, fit_open
+from dloftbs.stages.fitting import closed_knots, open_knots
+
+
+def walk(seed: int, n: int, dims: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return parameters and points of a random walk with some long gaps, as a centre line has them."""
+    rng = np.random.default_rng(seed)
+    steps = rng.choice([1.0, np.sqrt(2.0), 60.0], size=n - 1, p=[0.6, 0.38, 0.02])
+    u = np.concatenate(([0.0], np.cumsum(steps)))
+    return u / u[-1], rng.normal(size=(n, dims)).cumsum(axis=0)
+
+
+@given(st.integers(0, 2**31), st.integers(4, 400), st.integers(2, 60), st.sampled_from([2, 3]))
+def test_open_fit_agrees_with_scipy(seed: int, n: int, k: int, dims: int) -> None:
+    u, points = walk(seed, n, dims)
+    knots = open_knots(u, k)
+    expected = make_lsq_spline(u, points, knots, 3).c
+    np.testing.assert_allclose(fit_open(u, points, knots), expected, rtol=1e-6, atol=1e-6 * np.abs(points).max())
+
+
+def dense_periodic_fit(u: np.ndarray, points: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Evaluate the periodic basis functions one by one and solve the least squares densely."""
+    n = len(knots) - 7
+    basis = np.empty((len(u), n))
+    for i in range(n):
+        control = np.zeros(n + 3)
+        control[i] = 1.0
+        control[n:] = control[:3]
+        basis[:, i] = BSpline(knots, control, 3)(u)
+    control = np.linalg.lstsq(basis, points, rcond=None)[0]
+    return np.concatenate((control, control[:3]))
+
+
+@given(st.integers(0, 2**31), st.integers(8, 300), st.integers(2, 40))
+def test_closed_fit_agrees_with_a_dense_solution(seed: int, n: int, k: int) -> None:
+    angle = np.arange(n) / n
+    rng = np.random.default_rng(seed)
+    points = 50 * np.stack((np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)), axis=1) + rng.normal(size=(n, 2))
+    knots = closed_knots(angle, k)
+    np.testing.assert_allclose(
+        fit_closed(angle, points, knots), dense_periodic_fit(angle, points, knots), rtol=1e-6, atol=1e-5
+    )
+
+
+def test_a_cubic_is_fitted_exactly() -> None:
+    u = np.linspace(0.0, 1.0, 50)
+    points = np.stack((u**3 - u, 2.0 - 3.0 * u**2), axis=1)
+    knots = open_knots(u, 7)
+    np.testing.assert_allclose(BSpline(knots, fit_open(u, points, knots), 3)(u), points, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [4, 5, 6, 9, 10, 25, 26, 51, 52])
+def test_few_points_give_finite_control_points(n: int) -> None:
+    u = np.linspace(0.0, 1.0, n)
+    control = fit_open(u, np.stack((u, u), axis=1), open_knots(u, 25))
+    np.testing.assert_allclose(control[[0, -1]], [[0.0, 0.0], [1.0, 1.0]], atol=1e-9)

@@ -1,0 +1,124 @@
+"""Walks along the skeleton, widths and lines over the mask."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from drawings import draw_cable, mask_from_text, random_mask, random_masks, wave
+from hypothesis import given
+from scipy import ndimage
+from skeletons import fast_skeleton, padded
+
+from dloftbs.kernels.tracing import are_covered, count_neighbours, find_pixels, measure_radius, trace
+
+
+def pixels_rc(grid: np.ndarray) -> np.ndarray:
+    return np.argwhere(grid).astype(np.int32)
+
+
+def slow_degrees(grid: np.ndarray) -> np.ndarray:
+    """The number of neighbours, by convolution."""
+    return ndimage.convolve(grid.astype(int), np.ones((3, 3), int), mode="constant") - grid
+
+
+def without_branch_points(mask: np.ndarray) -> np.ndarray:
+    skeleton = fast_skeleton(mask)
+    skeleton[slow_degrees(skeleton) > 2] = 0
+    return skeleton
+
+
+@given(random_masks)
+def test_find_pixels_lists_the_foreground(mask: np.ndarray) -> None:
+    frame = padded(mask)
+    found = find_pixels(frame, frame.view(np.uint64), int(mask.sum()))
+    assert found.tolist() == np.flatnonzero(frame).tolist()
+
+
+@given(random_masks)
+def test_degrees_agree_with_convolution(mask: np.ndarray) -> None:
+    frame = padded(mask)
+    listed = pixels_rc(frame)
+    np.testing.assert_array_equal(count_neighbours(frame, listed), slow_degrees(frame)[tuple(listed.T)])
+
+
+@given(random_masks)
+def test_walks_cover_every_pixel_once_in_unbroken_steps(mask: np.ndarray) -> None:
+    grid = without_branch_points(mask)
+    degrees = slow_degrees(grid)
+    pieces, n_pieces = ndimage.label(grid, np.ones((3, 3), int))
+    points, offsets, n_open = trace(grid.copy(), pixels_rc(grid))
+    assert len(offsets) - 1 == n_pieces
+    assert sorted(map(tuple, points[:, ::-1].tolist())) == sorted(map(tuple, np.argwhere(grid).tolist()))
+    for run in range(len(offsets) - 1):
+        walk = points[offsets[run] : offsets[run + 1]]
+        columns, rows = walk.astype(int).T
+        assert len(set(pieces[rows, columns].tolist())) == 1
+        assert (np.abs(np.diff(walk, axis=0)).max(axis=1) == 1).all()
+        if run < n_open:
+            assert degrees[rows[0], columns[0]] <= 1
+            assert degrees[rows[-1], columns[-1]] <= 1
+        else:
+            assert (degrees[rows, columns] == 2).all()
+            assert np.abs(walk[0] - walk[-1]).max() == 1
+
+
+def test_a_walk_starts_at_the_first_endpoint_listed() -> None:
+    grid = padded(mask_from_text("####..\n....##"))
+    points, offsets, n_open = trace(grid, pixels_rc(grid))
+    assert (offsets.tolist(), n_open) == ([0, 6], 1)
+    assert points[:, 0].tolist() == [1, 2, 3, 4, 5, 6]
+    assert not grid.any()
+
+
+def test_a_loop_is_walked_around_once() -> None:
+    grid = padded(mask_from_text(".##.\n#..#\n#..#\n.##."))
+    points, offsets, n_open = trace(grid, pixels_rc(grid))
+    assert (offsets.tolist(), n_open) == ([0, 8], 0)
+    assert points[0].tolist() == [2, 1]
+    assert (np.abs(np.diff(points, axis=0, append=points[:1])).max(axis=1) == 1).all()
+
+
+def test_nothing_to_walk() -> None:
+    points, offsets, n_open = trace(np.zeros((3, 8), dtype=np.uint8), np.empty((0, 2), dtype=np.int32))
+    assert (points.shape, offsets.tolist(), n_open) == ((0, 2), [0], 0)
+
+
+@pytest.mark.parametrize("width", [3, 7, 12, 25, 40])
+def test_radius_is_half_the_width(width: int) -> None:
+    frame = padded(draw_cable(wave((300, 500), 1.0), width, (300, 500)))
+    skeleton = fast_skeleton(frame[1:301, 1:501])
+    points, offsets, _ = trace(skeleton, pixels_rc(skeleton))
+    radius = measure_radius(frame, points, offsets, 4)
+    exact = cv2.distanceTransform(frame, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[
+        points[:, 1].astype(int), points[:, 0].astype(int)
+    ]
+    inner = slice(width, -width)
+    assert abs(2 * np.median(radius) - 2 * np.median(exact)) <= 1.5
+    # The distance transform measures to the nearest pixel outside, the radius to the edge on both sides.
+    assert np.abs(radius[inner] - exact[inner]).mean() < 1.0
+
+
+def test_radius_of_a_single_pixel_and_of_no_run() -> None:
+    frame = padded(np.ones((1, 1), dtype=np.uint8))
+    assert measure_radius(frame, np.array([[1.0, 1.0]]), np.array([0, 1]), 4).tolist() == [0.5 - 0.25]
+    assert measure_radius(frame, np.empty((0, 2)), np.array([0]), 4).shape == (0,)
+
+
+def slow_is_covered(mask: np.ndarray, start: np.ndarray, end: np.ndarray) -> bool:
+    steps = int(2 * np.linalg.norm(end - start)) + 1
+    columns, rows = np.floor(start[:, None] + np.outer(end - start, np.arange(steps + 1) / steps) + 0.5).astype(int)
+    return bool(mask[rows, columns].all())
+
+
+def test_lines_over_the_mask_agree_with_their_slow_twin() -> None:
+    rng = np.random.default_rng(0)
+    seen = []
+    for seed in range(300):
+        frame = padded(random_mask(seed, largest=30))
+        last = np.array(frame.shape[::-1]) - 1
+        starts, ends = (rng.integers(0, last + 1, (6, 2)).astype(float) for _ in range(2))
+        expected = [slow_is_covered(frame, a, b) for a, b in zip(starts, ends, strict=True)]
+        assert are_covered(frame, starts, ends).tolist() == expected
+        seen += expected
+    assert 0.02 < np.mean(seen) < 0.98  # the comparison saw both answers

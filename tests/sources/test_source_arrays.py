@@ -1,0 +1,218 @@
+"""Arrays in memory, .npy and .npz: shapes, keys, corrupt files, memory."""
+
+from __future__ import annotations
+
+import tracemalloc
+import zipfile
+
+import numpy as np
+import pytest
+
+from dloftbs import sources
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import InputError, SourceError
+
+RNG = np.random.default_rng(1)
+IMAGES = RNG.integers(0, 256, (5, 8, 9, 3), dtype=np.uint8)
+MASKS = RNG.integers(0, 2, (5, 8, 9), dtype=np.uint8)
+DEPTH = RNG.uniform(0.5, 2.0, (5, 8, 9)).astype(np.float32)
+CAMERA = PinholeCamera(100, 101, 4, 5)
+
+
+def test_images():
+    with sources.open(IMAGES, camera=CAMERA, fps=4) as source:
+        assert (source.name, source.length, source.fps) == ("array", 5, 4)
+        for index, frame in enumerate(source):
+            np.testing.assert_array_equal(frame.image, IMAGES[index])
+            assert np.shares_memory(frame.image, IMAGES)
+            assert frame.mask is None
+            assert (frame.index, frame.name, frame.stamp) == (index, f"array#{index}", index / 4)
+            assert frame.camera is CAMERA
+        assert index == 4
+        assert len(list(source)) == 5
+
+
+@pytest.mark.parametrize("dtype", [bool, np.uint8, np.int32])
+def test_masks(dtype):
+    with sources.open(MASKS.astype(dtype)) as source:
+        frames = list(source)
+    assert all(frame.image is None and frame.stamp is None for frame in frames)
+    np.testing.assert_array_equal([frame.mask for frame in frames], MASKS)
+
+
+def test_one_mask():
+    with sources.open(MASKS[0]) as source:
+        (frame,) = source
+    np.testing.assert_array_equal(frame.mask, MASKS[0])
+
+
+def test_kind_overrules_the_shape():
+    with sources.open(IMAGES, kind="mask") as source:
+        np.testing.assert_array_equal(next(iter(source)).mask != 0, (IMAGES[0] != 0).any(axis=2))
+    with sources.open(MASKS, kind="image") as source:
+        np.testing.assert_array_equal(next(iter(source)).image, np.dstack([MASKS[0]] * 3))
+
+
+@pytest.mark.parametrize(
+    ("array", "kind", "message"),
+    [
+        (IMAGES[0], "auto", r"\(N, H, W, 3\), got \(8, 9, 3\).*array\[None\]"),
+        (IMAGES.astype(np.float32), "auto", r"uint8.*float32"),
+        (IMAGES[..., :2], "auto", r"\(5, 8, 9, 2\)"),
+        (DEPTH, "auto", r"bool or integers.*float32"),
+        (MASKS[:0], "auto", "at least one frame"),
+        (np.zeros(4), "auto", r"\(4,\)"),
+        (MASKS.astype(bool), "image", "uint8.*bool"),
+    ],
+)
+def test_wrong_arrays(array, kind, message):
+    with pytest.raises(InputError, match=message):
+        sources.open(array, kind=kind)
+
+
+def test_npy(tmp_path):
+    np.save(tmp_path / "a.npy", IMAGES)
+    with sources.open(tmp_path / "a.npy") as source:
+        assert (source.name, source.length) == ("a.npy", 5)
+        frames = list(source)
+        assert frames[3].name == "a.npy#3"
+        np.testing.assert_array_equal(frames[3].image, IMAGES[3])
+        base = frames[3].image
+        while isinstance(base.base, np.ndarray):
+            base = base.base
+        assert isinstance(base, np.memmap)
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_npz(tmp_path, save):
+    stamps = np.array([0.0, 0.1, 0.3, 0.4, 0.9])
+    save(
+        tmp_path / "a.npz",
+        images=IMAGES, masks=MASKS, depth=DEPTH, stamps=stamps, camera=[100, 101, 4, 5], more=["ignored"],
+    )  # fmt: skip
+    with sources.open(tmp_path / "a.npz") as source:
+        for _ in range(2):  # it can be read again
+            frames = list(source)
+            np.testing.assert_array_equal([frame.image for frame in frames], IMAGES)
+            np.testing.assert_array_equal([frame.mask for frame in frames], MASKS)
+            np.testing.assert_array_equal([frame.depth for frame in frames], DEPTH)
+            assert [frame.stamp for frame in frames] == stamps.tolist()
+            assert frames[0].camera == CAMERA
+
+
+def test_explicit_arguments_come_first(tmp_path):
+    np.savez(tmp_path / "a.npz", images=IMAGES, masks=MASKS, stamps=np.zeros(5), camera=[1, 1, 1, 1])
+    with sources.open(tmp_path / "a.npz", camera=CAMERA, fps=2, kind="image") as source:
+        frame = list(source)[1]
+    assert (frame.camera, frame.stamp, frame.mask) == (CAMERA, 0.5, None)
+    with sources.open(tmp_path / "a.npz", kind="mask") as source:
+        frame = next(iter(source))
+    assert frame.image is None
+    np.testing.assert_array_equal(frame.mask, MASKS[0])
+
+
+@pytest.mark.parametrize("read", ["read", "abandoned"])
+def test_npz_is_streamed(tmp_path, read):
+    images = np.zeros((64, 240, 320, 3), np.uint8)
+    images[:, 5] = np.arange(64)[:, None, None]
+    np.savez_compressed(tmp_path / "a.npz", images=images)
+    size = images.nbytes
+    del images
+    tracemalloc.start()
+    try:
+        with sources.open(tmp_path / "a.npz") as source:
+            for frame in source:
+                assert frame.image[5, 0, 0] == frame.index
+                if read == "abandoned":
+                    break
+        assert tracemalloc.get_traced_memory()[1] < size / 8
+    finally:
+        tracemalloc.stop()
+
+
+def test_npz_without_frames(tmp_path):
+    np.savez(tmp_path / "a.npz", picture=IMAGES, depth=DEPTH)
+    with pytest.raises(SourceError, match=r"a\.npz.*found picture, depth; expected images \(N, H, W, 3\) uint8; masks"):
+        sources.open(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"images": IMAGES, "masks": MASKS[:4]}, r"agree.*'images': \(5, 8, 9\), 'masks': \(4, 8, 9\)"),
+        ({"masks": MASKS, "depth": DEPTH[:, :5]}, "agree"),
+        ({"masks": MASKS, "stamps": [0.0, 1.0]}, r"stamps must be 5 finite numbers, got \(2,\)"),
+        ({"masks": MASKS, "stamps": [0, 1, 2, 3, np.nan]}, "finite"),
+        ({"masks": MASKS, "camera": [1.0, 2.0]}, r"fx, fy, cx, cy, got \(2,\)"),
+        ({"masks": MASKS, "camera": [-1.0, 2.0, 3.0, 4.0]}, "positive"),
+        ({"masks": np.array([None])}, "Python objects"),
+        ({"masks": np.asfortranarray(MASKS)}, "Fortran order.*ascontiguousarray"),
+        ({"masks": np.float32(1)}, r"\(N, H, W\)"),
+    ],
+)
+def test_wrong_npz(tmp_path, arrays, message):
+    np.savez(tmp_path / "a.npz", **arrays)
+    with pytest.raises(SourceError, match=r"(?s)a\.npz.*" + message):
+        sources.open(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("extension", ["npy", "npz"])
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.9])
+def test_cut_off_file(tmp_path, extension, share):
+    path = tmp_path / f"a.{extension}"
+    np.save(path, MASKS) if extension == "npy" else np.savez(path, masks=MASKS)
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(SourceError, match=rf"a\.{extension}: cannot be read as a \.{extension} file"):
+        sources.open(path)
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_npz_damaged_within(tmp_path, save):
+    noise = np.random.default_rng(2).integers(0, 256, (5, 64, 64), dtype=np.uint8)
+    save(tmp_path / "a.npz", masks=noise)
+    data = bytearray((tmp_path / "a.npz").read_bytes())
+    data[9000:9010] = bytes(10)
+    (tmp_path / "a.npz").write_bytes(data)
+    with sources.open(tmp_path / "a.npz") as source, pytest.raises(SourceError, match="'masks' cannot be read"):
+        list(source)
+
+
+def test_npz_with_a_member_that_is_no_array(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("masks.npy", "no array")
+    with pytest.raises(SourceError, match=r"a\.npz: the array 'masks' cannot be read"):
+        sources.open(tmp_path / "a.npz")
+
+
+def test_depth_alone_is_no_source():
+    with pytest.raises(InputError, match="images or masks must be given"):
+        sources.ArraySource("x", depth=DEPTH)
+
+
+def test_pickles_are_refused(tmp_path):
+    np.save(tmp_path / "a.npy", np.array([{"a": 1}], dtype=object))
+    with pytest.raises(SourceError, match="cannot be read"):
+        sources.open(tmp_path / "a.npy")
+
+
+def test_names_that_lie(tmp_path):
+    np.savez(tmp_path / "a.npz", masks=MASKS)
+    (tmp_path / "a.npz").rename(tmp_path / "a.npy")
+    with pytest.raises(SourceError, match=r"name it \.npz"):
+        sources.open(tmp_path / "a.npy")
+    np.save(tmp_path / "b.npy", MASKS)
+    (tmp_path / "b.npy").rename(tmp_path / "b.npz")
+    with pytest.raises(SourceError, match=r"b\.npz: cannot be read as a \.npz file"):
+        sources.open(tmp_path / "b.npz")
+
+
+def test_closing_ends_the_iteration(tmp_path):
+    np.savez(tmp_path / "a.npz", masks=MASKS)
+    source = sources.open(tmp_path / "a.npz")
+    frames = iter(source)
+    next(frames)
+    source.close()
+    assert list(frames) == []
+    with pytest.raises(SourceError, match="closed"):
+        iter(source)

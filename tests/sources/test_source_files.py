@@ -1,0 +1,245 @@
+"""Image files: kinds by content, order, what cannot be read."""
+
+from __future__ import annotations
+
+import logging
+import zlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from dloftbs import sources
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import SourceError
+from dloftbs.sources.files import natural_key
+
+COLOUR = np.zeros((12, 16, 3), np.uint8)
+COLOUR[4:6, 2:14] = (10, 200, 30)
+MASK = COLOUR[..., 1]
+
+
+def save(path: Path, pixels: np.ndarray, *options: int) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    done, data = cv2.imencode(path.suffix, pixels, options)
+    assert done
+    path.write_bytes(data.tobytes())
+    return path
+
+
+def only(source: sources.Source) -> sources.Frame:
+    with source:
+        (frame,) = source
+    return frame
+
+
+def test_colour_file_is_an_image(tmp_path):
+    camera = PinholeCamera(500, 500, 8, 6)
+    frame = only(sources.open(save(tmp_path / "a.png", COLOUR), camera=camera))
+    np.testing.assert_array_equal(frame.image, COLOUR)
+    assert (frame.mask, frame.depth, frame.stamp) == (None, None, None)
+    assert (frame.index, frame.name, frame.camera) == (0, "a.png", camera)
+
+
+@pytest.mark.parametrize(
+    "pixels", [MASK, np.dstack([MASK] * 3), MASK.astype(np.uint16) * 257], ids=["grey", "equal channels", "16 bit"]
+)
+def test_grey_file_is_a_mask(tmp_path, pixels):
+    frame = only(sources.open(str(save(tmp_path / "a.png", pixels))))
+    assert frame.image is None
+    np.testing.assert_array_equal(frame.mask != 0, MASK != 0)
+
+
+def test_one_coloured_pixel_makes_an_image(tmp_path):
+    # Off the grid of the quick look, so that the thorough one has to find it.
+    pixels = np.zeros((40, 40, 3), np.uint8)
+    pixels[17, 21] = (0, 0, 1)
+    assert only(sources.open(save(tmp_path / "a.png", pixels))).image is not None
+
+
+def test_kind_overrules_content(tmp_path):
+    grey, colour = save(tmp_path / "grey.png", MASK), save(tmp_path / "colour.png", COLOUR)
+    np.testing.assert_array_equal(only(sources.open(grey, kind="image")).image, np.dstack([MASK] * 3))
+    np.testing.assert_array_equal(only(sources.open(colour, kind="mask")).mask != 0, MASK != 0)
+
+
+def test_faint_cable_in_png_counts(tmp_path):
+    frame = only(sources.open(save(tmp_path / "a.png", MASK // 200)))
+    assert (frame.mask != 0).sum() == 24
+
+
+def test_ringing_in_jpeg_does_not_count(tmp_path):
+    pixels = np.zeros((32, 32), np.uint8)
+    pixels[13:19] = 255
+    path = save(tmp_path / "a.jpg", pixels, cv2.IMWRITE_JPEG_QUALITY, 60)
+    assert (cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) > 0).sum() > (pixels > 0).sum()
+    np.testing.assert_array_equal(only(sources.open(path)).mask, pixels > 0)
+
+
+def test_alpha_is_dropped(tmp_path):
+    path = save(tmp_path / "a.png", np.dstack([COLOUR, np.full_like(MASK, 7)]))
+    np.testing.assert_array_equal(only(sources.open(path)).image, COLOUR)
+
+
+def test_16_bit_colour_is_refused(tmp_path):
+    with pytest.raises(SourceError, match=r"a\.png.*8 bits.*uint16"):
+        only(sources.open(save(tmp_path / "a.png", COLOUR.astype(np.uint16) * 200)))
+
+
+def test_floating_point_mask_is_refused(tmp_path):
+    with pytest.raises(SourceError, match=r"integer.*float32"):
+        only(sources.open(save(tmp_path / "a.tif", MASK.astype(np.float32))))
+
+
+@pytest.mark.parametrize("where", ["folder", "glob"])
+def test_natural_order(tmp_path, where):
+    for number in (10, 2, 1):
+        save(tmp_path / f"img{number}.png", MASK)
+    (tmp_path / "notes.txt").write_text("no image")
+    (tmp_path / "._img1.png").write_bytes(b"a Mac's shadow")
+    with sources.open(tmp_path if where == "folder" else f"{tmp_path}/*") as source:
+        assert source.length == 3
+        assert [frame.name for frame in source] == ["img1.png", "img2.png", "img10.png"]
+        assert source.skipped == 0
+
+
+def test_natural_key():
+    names = ["a/2.png", "a/b10.png", "a/B9.png", "a b/1.png", "1.png", "01.png", "x.png"]
+    order = sorted(map(Path, names), key=natural_key)
+    assert [p.as_posix() for p in order] == [
+        "01.png",
+        "1.png",
+        "a/2.png",
+        "a/B9.png",
+        "a/b10.png",
+        "a b/1.png",
+        "x.png",
+    ]
+
+
+def test_sequence_keeps_its_order(tmp_path):
+    paths = [save(tmp_path / name, MASK) for name in ("b.png", "a.png")]
+    with sources.open([paths[0], str(paths[1])]) as source:
+        assert [frame.name for frame in source] == ["b.png", "a.png"]
+
+
+def test_stamps_from_fps(tmp_path):
+    for number in range(3):
+        save(tmp_path / f"{number}.png", MASK)
+    with sources.open(tmp_path, fps=20) as source:
+        assert source.fps == 20
+        assert [frame.stamp for frame in source] == [0.0, 0.05, 0.1]
+
+
+def test_non_ascii_folder(tmp_path):
+    path = save(tmp_path / "кабель ä" / "é.png", COLOUR)
+    assert only(sources.open(path)).name == "é.png"
+    assert only(sources.open(path.parent)).name == "é.png"
+
+
+def test_brackets_in_a_real_name_are_no_pattern(tmp_path):
+    assert only(sources.open(save(tmp_path / "a[1].png", MASK))).name == "a[1].png"
+
+
+@pytest.mark.parametrize("size", [0, 40, -8], ids=["empty", "headless", "cut off"])
+@pytest.mark.parametrize("extension", [".png", ".jpg"])
+def test_corrupt_file_is_skipped(tmp_path, caplog, size, extension):
+    for number in range(4):
+        path = save(tmp_path / f"{number}{extension}", COLOUR)
+        if number in (1, 2):
+            path.write_bytes(path.read_bytes()[:size])
+    with caplog.at_level(logging.WARNING, "dloftbs.sources"), sources.open(tmp_path) as source:
+        assert [frame.index for frame in source] == [0, 3]
+        assert source.skipped == 2
+        assert [frame.index for frame in source] == [0, 3]  # the count begins anew
+        assert source.skipped == 2
+    assert len(caplog.records) == 4
+    assert f"1{extension}" in caplog.text
+    assert ("empty" if size == 0 else "cut off") in caplog.text
+
+
+def test_corrupt_only_file_raises(tmp_path):
+    path = tmp_path / "a.png"
+    path.write_bytes(b"not a png at all")
+    with sources.open(path) as source, pytest.raises(SourceError, match=r"a\.png.*16 bytes"):
+        list(source)
+
+
+def test_jpeg_with_a_thumbnail(tmp_path):
+    # The end marker of the thumbnail must not pass for that of the picture.
+    data = save(tmp_path / "a.jpg", np.kron(COLOUR, np.ones((8, 8, 1), np.uint8))).read_bytes()
+    thumbnail = save(tmp_path / "b.jpg", COLOUR).read_bytes()
+    header = b"\xff\xe1" + (len(thumbnail) + 2).to_bytes(2, "big") + thumbnail
+    (tmp_path / "a.jpg").write_bytes(data[:2] + header + data[2:])
+    assert only(sources.open(tmp_path / "a.jpg")).size == (96, 128)
+    (tmp_path / "a.jpg").write_bytes(data[:2] + header + data[2:-40])
+    with pytest.raises(SourceError, match="cut off"):
+        only(sources.open(tmp_path / "a.jpg"))
+
+
+def test_absurd_size_is_refused(tmp_path):
+    # OpenCV raises, rather than return None, where the header asks for more pixels than it allows.
+    data = bytearray(save(tmp_path / "a.png", COLOUR).read_bytes())
+    data[16:24] = (60_000).to_bytes(4, "big") * 2
+    data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
+    (tmp_path / "a.png").write_bytes(data)
+    with pytest.raises(SourceError, match=r"a\.png: cannot be decoded as an image"):
+        only(sources.open(tmp_path / "a.png"))
+
+
+def test_file_that_vanishes_is_skipped(tmp_path, caplog):
+    paths = [save(tmp_path / f"{number}.png", MASK) for number in range(3)]
+    with sources.open(tmp_path) as source:
+        paths[1].unlink()
+        assert [frame.index for frame in source] == [0, 2]
+    assert "1.png: cannot be read: No such file" in caplog.text
+
+
+def test_missing_and_empty(tmp_path):
+    with pytest.raises(SourceError, match=r"no file or folder '.*gone\.png'"):
+        sources.open(tmp_path / "gone.png")
+    with pytest.raises(SourceError, match=r"no file or folder '.*gone\.png'"):
+        sources.open([save(tmp_path / "sub" / "a.png", MASK), tmp_path / "gone.png"])
+    with pytest.raises(SourceError, match=r"nothing matches the pattern '.*\*\.png'"):
+        sources.open(f"{tmp_path}/*.png")
+    with pytest.raises(SourceError, match=r"folder .* no file that ends in \.png, \.jpg.*1 other"):
+        sources.open(tmp_path)
+    (tmp_path / "a.txt").write_text("")
+    with pytest.raises(SourceError, match=r"pattern .* no file that ends in \.png"):
+        sources.open(f"{tmp_path}/*.txt")
+
+
+def test_unreadable_folder(tmp_path, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(SourceError, match="cannot be read: Permission denied"):
+        sources.open(tmp_path)
+
+
+def test_closing_ends_the_iteration(tmp_path):
+    for number in range(3):
+        save(tmp_path / f"{number}.png", MASK)
+    source = sources.open(tmp_path)
+    frames = iter(source)
+    next(frames)
+    source.close()
+    source.close()
+    assert list(frames) == []
+    with pytest.raises(SourceError, match="closed"):
+        iter(source)
+
+
+def test_one_file_is_read_at_a_time(tmp_path, monkeypatch):
+    for number in range(5):
+        save(tmp_path / f"{number}.png", MASK)
+    read = []
+    original = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read.append(path.name) or original(path))
+    with sources.open(tmp_path) as source:
+        frames = iter(source)
+        next(frames)
+        next(frames)
+    assert read == ["0.png", "1.png"]

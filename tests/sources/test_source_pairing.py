@@ -1,0 +1,278 @@
+"""Depth and masks beside the colour: rules, folders, stacks, counts, what is missing."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from dloftbs import sources
+from dloftbs.errors import InputError, SourceError
+
+SHAPE = (6, 8)
+
+
+def save(path, pixels):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(cv2.imencode(path.suffix, pixels)[1].tobytes())
+    return path
+
+
+def colour(number):
+    image = np.zeros((*SHAPE, 3), np.uint8)
+    image[1] = (number, 255, 0)
+    return image
+
+
+def depth(number):
+    return np.full(SHAPE, 1000 + number, np.uint16)
+
+
+def mask(number):
+    return np.eye(*SHAPE, k=number, dtype=np.uint8) * 255
+
+
+def depths(source):
+    with source:
+        return [None if frame.depth is None else float(frame.depth[0, 0]) for frame in source]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Colour files img1, img2, img10 with depth and masks beside them."""
+    for number in (1, 2, 10):
+        save(tmp_path / f"img{number}.png", colour(number))
+        save(tmp_path / f"img{number}_depth.png", depth(number))
+        save(tmp_path / f"img{number}_mask.png", mask(number % 5))
+    return tmp_path
+
+
+@pytest.mark.parametrize("pattern", ["", "/*.png"])
+def test_rules(folder, pattern):
+    where = f"{folder}{pattern}"
+    with sources.open(where, depth="{stem}_depth.png", masks="{stem}_mask.png", fps=10) as source:
+        assert (source.name, source.length, source.fps) == (where, 3, 10)
+        frames = list(source)
+    assert [frame.name for frame in frames] == ["img1.png", "img2.png", "img10.png"]
+    for frame, number in zip(frames, (1, 2, 10), strict=True):
+        np.testing.assert_array_equal(frame.image, colour(number))
+        np.testing.assert_array_equal(frame.depth, depth(number))
+        np.testing.assert_array_equal(frame.mask, mask(number % 5))
+
+
+def test_rule_into_another_folder(tmp_path):
+    for number in range(3):
+        save(tmp_path / "rgb" / f"{number}.jpg", colour(number))
+        np.save(save(tmp_path / "depth" / f"{number}.png", depth(0)).with_suffix(".npy"), depth(number) / 1000)
+    assert depths(sources.open(tmp_path / "rgb", depth="../depth/{stem}.npy")) == [1.0, 1.001, 1.002]
+    # The other folder lies within the pattern, and its files must not become colour.
+    assert depths(sources.open(f"{tmp_path}/**/*.*g", depth="../depth/{stem}.png")) == [1000.0] * 3
+
+
+def test_rule_with_another_extension(tmp_path):
+    save(tmp_path / "a.jpg", colour(1))
+    save(tmp_path / "a.png", depth(7))
+    assert depths(sources.open(tmp_path, depth="{stem}.png")) == [1007.0]
+
+
+def test_rule_for_one_file_and_for_a_sequence(folder):
+    paths = [folder / "img10.png", folder / "img1.png"]
+    assert depths(sources.open(paths[0], depth="{stem}_depth.png")) == [1010.0]
+    assert depths(sources.open(paths, depth="{stem}_depth.png")) == [1010.0, 1001.0]
+
+
+def test_missing_partner(folder, caplog):
+    (folder / "img2_depth.png").unlink()
+    with sources.open(folder, depth="{stem}_depth.png", masks="{stem}_mask.png") as source:
+        frames = list(source)
+        assert source.skipped == 0
+    assert [frame.depth is None for frame in frames] == [False, True, False]
+    assert [record.getMessage().split(":")[0] for record in caplog.records] == ["frame 1 goes without depth"]
+    assert "img2_depth.png" in caplog.text
+
+
+def test_partner_without_colour_is_left_out(folder, caplog):
+    (folder / "img2.png").unlink()
+    with sources.open(folder, depth="{stem}_depth.png", masks="{stem}_mask.png") as source:
+        assert [frame.name for frame in source] == ["img1.png", "img10.png"]
+    assert "left out" in caplog.text
+    assert "img2_depth.png" in caplog.text
+
+
+def test_colour_that_is_named_like_a_partner_stays(tmp_path):
+    for name in ("og.png", "x.png"):
+        save(tmp_path / name, colour(1))
+    save(tmp_path / "d og.png", colour(2))
+    save(tmp_path / "d d og.png", depth(3))
+    save(tmp_path / "d x.png", depth(4))
+    (tmp_path / "og.png").unlink()
+    with sources.open(tmp_path, depth="d {stem}.png") as source:
+        assert {frame.name: frame.depth[0, 0] for frame in source} == {"d og.png": 1003, "x.png": 1004}
+
+
+def test_nothing_but_partners(tmp_path):
+    save(tmp_path / "a.png", colour(1))
+    with pytest.raises(SourceError, match=r"partner of another under \{stem\}\.png"):
+        sources.open(tmp_path, depth="{stem}.png")
+
+
+def test_folder_and_glob_of_depth(folder, tmp_path):
+    for number in (1, 2, 10):
+        save(tmp_path / "d" / f"frame{number}.tif", depth(number).astype(np.float32) / 1000)
+    where = f"{folder}/img*[0-9].png"
+    expected = np.array([1.001, 1.002, 1.010], np.float32).tolist()
+    assert depths(sources.open(where, depth=tmp_path / "d")) == expected
+    assert depths(sources.open(where, depth=f"{tmp_path}/d/*.tif")) == expected
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_counts_must_agree(folder, tmp_path, count):
+    for number in range(count):
+        save(tmp_path / "d" / f"{number}.png", depth(number))
+    with pytest.raises(SourceError, match=f"depth must have as many frames as .*, which has 3; got {count}"):
+        sources.open(f"{folder}/img*[0-9].png", depth=tmp_path / "d")
+
+
+def test_stacks(tmp_path):
+    images = np.stack([colour(number) for number in range(4)])
+    stack = np.stack([depth(number) for number in range(4)])
+    np.save(tmp_path / "d.npy", stack)
+    np.savez_compressed(tmp_path / "m.npz", masks=stack > 1001, depth=stack + 5)
+    expected = [1000.0, 1001.0, 1002.0, 1003.0]
+    assert depths(sources.open(images, depth=tmp_path / "d.npy")) == expected
+    with sources.open(images, depth=tmp_path / "m.npz", masks=tmp_path / "m.npz") as source:
+        for _ in range(2):
+            frames = list(source)
+            assert [frame.depth[0, 0] for frame in frames] == [1005, 1006, 1007, 1008]
+            assert [frame.mask.any() for frame in frames] == [False, False, True, True]
+            assert all(frame.image is not None for frame in frames)
+    with pytest.raises(SourceError, match="which has 3; got 4"):
+        sources.open(images[:3], depth=tmp_path / "d.npy")
+    np.savez(tmp_path / "n.npz", depth=stack)
+    with pytest.raises(SourceError, match="needs the array 'masks'; found depth"):
+        sources.open(images, masks=tmp_path / "n.npz")
+    np.save(tmp_path / "f.npy", stack * 1.0)
+    with pytest.raises(SourceError, match=r"f\.npy: masks must have shape .*float64"):
+        sources.open(images, masks=tmp_path / "f.npy")
+
+
+def test_own_depth_is_replaced(tmp_path):
+    images = np.stack([colour(number) for number in range(2)])
+    np.savez(tmp_path / "a.npz", images=images, depth=np.ones((2, *SHAPE)))
+    np.save(tmp_path / "d.npy", np.full((2, *SHAPE), 2.0))
+    np.save(tmp_path / "small.npy", np.full((2, 3, 3), 3.0))
+    assert depths(sources.open(tmp_path / "a.npz")) == [1.0, 1.0]
+    assert depths(sources.open(tmp_path / "a.npz", depth=tmp_path / "d.npy")) == [2.0, 2.0]
+    assert depths(sources.open(tmp_path / "a.npz", depth=tmp_path / "small.npy")) == [None, None]
+
+
+def test_one_file_beside_another(tmp_path):
+    save(tmp_path / "a.png", colour(0))
+    np.save(tmp_path / "d.npy", depth(5))
+    assert depths(sources.open(tmp_path / "a.png", depth=save(tmp_path / "d.png", depth(3)))) == [1003.0]
+    assert depths(sources.open(tmp_path / "a.png", depth=tmp_path / "d.npy")) == [1005.0]
+    assert depths(sources.open(tmp_path / "a.png", depth="{stem}/../d.npy")) == [1005.0]
+
+
+@pytest.mark.parametrize(
+    ("pixels", "message"),
+    [
+        (np.zeros(SHAPE, np.uint8), "16 bits or floating point.*uint8"),
+        (np.zeros((*SHAPE, 3), np.uint16), "one channel"),
+        (np.zeros((3, 3), np.uint16), "size"),
+    ],
+)
+def test_unsuitable_depth(tmp_path, caplog, pixels, message):
+    for number in range(2):
+        save(tmp_path / f"{number}.png", colour(number))
+        save(tmp_path / f"{number}_d.png", depth(number))
+    save(tmp_path / "0_d.png", pixels)
+    assert depths(sources.open(tmp_path, depth="{stem}_d.png")) == [None, 1001.0]
+    (record,) = caplog.records
+    assert record.getMessage().startswith("frame 0 goes without depth")
+    assert message.split(".*")[0] in record.getMessage()
+
+
+def test_corrupt_partners(tmp_path, caplog):
+    for number in range(3):
+        save(tmp_path / f"{number}.png", colour(number))
+    (tmp_path / "0_d.npy").write_bytes(b"nonsense")
+    np.save(tmp_path / "1_d.npy", np.array(["text"]))
+    np.save(tmp_path / "2_d.npy", depth(2))
+    assert depths(sources.open(tmp_path, depth="{stem}_d.npy")) == [None, None, 1002.0]
+    assert len(caplog.records) == 2
+
+
+def test_masks_from_npy(tmp_path, caplog):
+    for number in range(2):
+        save(tmp_path / f"{number}.png", colour(number))
+        np.save(tmp_path / f"{number}.npy", [mask(1), mask(1) * 0.5][number])
+    with sources.open(tmp_path, masks="{stem}.npy") as source:
+        first, second = source
+    np.testing.assert_array_equal(first.mask, mask(1))
+    assert second.mask is None
+    assert "bool or integers" in caplog.text
+
+
+def test_grey_images_with_masks_are_images(tmp_path):
+    save(tmp_path / "0.png", colour(3)[..., 1])
+    save(tmp_path / "0_mask.png", mask(1))
+    with sources.open(tmp_path, masks="{stem}_mask.png") as source:
+        (frame,) = source
+    np.testing.assert_array_equal(frame.image[..., 0], colour(3)[..., 1])
+    np.testing.assert_array_equal(frame.mask, mask(1))
+
+
+def test_holes_do_not_shift_the_pairs(tmp_path, caplog):
+    for number in range(4):
+        save(tmp_path / "rgb" / f"{number}.png", colour(number))
+        save(tmp_path / "d" / f"{number}.png", depth(number))
+    (tmp_path / "rgb" / "1.png").write_bytes(b"")
+    source = sources.open(tmp_path / "rgb", depth=tmp_path / "d")
+    frames = iter(source)
+    found = [(frame.index, int(frame.depth[0, 0]), source.skipped) for frame in frames]
+    assert found == [(0, 1000, 0), (2, 1002, 1), (3, 1003, 1)]
+    (tmp_path / "rgb" / "3.png").write_bytes(b"")
+    assert len(list(source)) == 2
+    assert source.skipped == 2
+
+
+def test_video_with_a_stack(tmp_path, caplog):
+    writer = cv2.VideoWriter(str(tmp_path / "a.mp4"), cv2.VideoWriter_fourcc(*"mp4v"), 10.0, (64, 48))
+    for _ in range(3):
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    np.save(tmp_path / "d.npy", np.arange(3)[:, None, None] + np.ones((3, 48, 64)))
+    assert depths(sources.open(tmp_path / "a.mp4", depth=tmp_path / "d.npy")) == [1.0, 2.0, 3.0]
+    with pytest.raises(InputError, match=r"naming rule .* files of their own"):
+        sources.open(tmp_path / "a.mp4", depth="{stem}.png")
+    # More frames than the container told: the rest goes without.
+    source = sources.open(tmp_path / "a.mp4")
+    source.length = None
+    np.save(tmp_path / "d.npy", np.ones((2, 48, 64)))
+    partner = sources.pairing.open_partner("depth", str(tmp_path / "d.npy"), None)
+    assert depths(sources.PairedSource(source, {"depth": partner})) == [1.0, 1.0, None]
+    assert "frame 2 goes without depth: there are only 2" in caplog.text
+
+
+def test_missing_places(tmp_path):
+    save(tmp_path / "a.png", colour(0))
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(SourceError, match=r"depth: there is no file or folder 'gone'.*\{stem\}"):
+        sources.open(tmp_path / "a.png", depth="gone")
+    with pytest.raises(SourceError, match=r"nothing matches the pattern 'gone\*\.png'"):
+        sources.open(tmp_path / "a.png", depth="gone*.png")
+    with pytest.raises(SourceError, match=r"folder .*empty.* no file that ends in \.png.*\.npy"):
+        sources.open(tmp_path / "a.png", masks=tmp_path / "empty")
+
+
+def test_closing_closes_both(tmp_path):
+    np.savez(tmp_path / "a.npz", images=np.stack([colour(0)] * 3))
+    np.savez(tmp_path / "d.npz", depth=np.stack([depth(0)] * 3))
+    source = sources.open(tmp_path / "a.npz", depth=tmp_path / "d.npz")
+    frames = iter(source)
+    next(frames)
+    source.close()
+    assert list(frames) == []
+    with pytest.raises(SourceError, match="closed"):
+        iter(source)

@@ -1,0 +1,266 @@
+"""The configuration: its checks, its way through YAML, and the parameters of the paper."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from dloftbs.config import (
+    CleaningConfig,
+    Config,
+    FittingConfig,
+    HsvRange,
+    LiftingConfig,
+    LinkingConfig,
+    SegmentationConfig,
+    SegmentsConfig,
+    TrackingConfig,
+)
+from dloftbs.errors import ConfigError
+
+INF, NAN = float("inf"), float("nan")
+
+SECTIONS = {
+    "segmentation": SegmentationConfig,
+    "cleaning": CleaningConfig,
+    "segments": SegmentsConfig,
+    "linking": LinkingConfig,
+    "fitting": FittingConfig,
+    "lifting": LiftingConfig,
+    "tracking": TrackingConfig,
+}
+
+CHANGED = Config(
+    segmentation=SegmentationConfig(hsv=(HsvRange(hue=(170, 10)), HsvRange(hue=(1, 2), value=(3, 4)))),
+    cleaning=CleaningConfig(open_px=1, close_px=5),
+    segments=SegmentsConfig(min_length_px=2, max_segments=7),
+    linking=LinkingConfig(distance_weight=0.123456789012345678, max_cost=INF, direction_px=3),
+    fitting=FittingConfig(knots=40),
+    lifting=LiftingConfig(integer_unit_m=1e-4, min_depth_m=0.3, max_depth_m=INF),
+    tracking=TrackingConfig(gate=0.3, min_hits=1, max_misses=0),
+)
+
+GOOD = [
+    (CleaningConfig, "open_px", [1, 3, 99]),
+    (CleaningConfig, "close_px", [1, 3, 99]),
+    (SegmentsConfig, "min_length_px", [2, 10_000]),
+    (SegmentsConfig, "max_segments", [1]),
+    (LinkingConfig, "distance_weight", [0, 0.0, 1.0]),
+    (LinkingConfig, "max_cost", [0.0, 3, INF]),
+    (LinkingConfig, "direction_px", [2]),
+    (FittingConfig, "knots", [2, 1000]),
+    (LiftingConfig, "integer_unit_m", [1e-9, 1]),
+    (LiftingConfig, "min_depth_m", [0, 19.9]),
+    (LiftingConfig, "max_depth_m", [0.001, INF]),
+    (TrackingConfig, "gate", [1e-9, 5]),
+    (TrackingConfig, "min_hits", [1]),
+    (TrackingConfig, "max_misses", [0]),
+]
+
+BAD = [
+    (CleaningConfig, "open_px", [0, -1, 2, 101, 3.0, "3", True, None]),
+    (CleaningConfig, "close_px", [0, -1, 2, 101, 3.0, "3", True, None]),
+    (SegmentsConfig, "min_length_px", [1, 0, 10.0, "10", True]),
+    (SegmentsConfig, "max_segments", [0, 1.0, True]),
+    (LinkingConfig, "distance_weight", [-0.01, 1.01, NAN, "0.5", True, None]),
+    (LinkingConfig, "max_cost", [-1e-9, NAN, "8", True]),
+    (LinkingConfig, "direction_px", [1, 10.0, True]),
+    (FittingConfig, "knots", [1, 1001, 25.0, True]),
+    (LiftingConfig, "integer_unit_m", [0, -1.0, INF, NAN, True]),
+    (LiftingConfig, "min_depth_m", [-0.1, 20.0, 21.0, NAN, True]),
+    (LiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
+    (TrackingConfig, "gate", [0, -1.0, NAN, "x", True]),
+    (TrackingConfig, "min_hits", [0, 2.0, True]),
+    (TrackingConfig, "max_misses", [-1, 1.0, True]),
+    (HsvRange, "hue", [(0, 180), (-1, 5), (5,), (1, 2, 3), [0, 10], (0, 10.0), (False, True), 5, None]),
+    (SegmentationConfig, "hsv", [[], HsvRange(hue=(0, 1)), ((0, 1),), None]),
+]
+
+
+def each_value(rows):
+    return [pytest.param(cls, name, v, id=f"{cls.__name__}.{name}={v!r}") for cls, name, values in rows for v in values]
+
+
+@pytest.mark.parametrize(("section", "name", "value"), each_value(GOOD))
+def test_a_value_within_the_range_is_taken(section, name, value):
+    assert getattr(section(**{name: value}), name) == value
+
+
+@pytest.mark.parametrize(("section", "name", "value"), each_value(BAD))
+def test_a_value_out_of_range_is_named_with_what_came(section, name, value):
+    with pytest.raises(ConfigError) as caught:
+        section(**{name: value})
+    expected, _, got = str(caught.value).partition(", got ")
+    assert name in expected.partition(" must be ")[0]
+    assert repr(value) in got
+
+
+@pytest.mark.parametrize("name", ["saturation", "value"])
+@pytest.mark.parametrize("bounds", [(0, 256), (-1, 4), (20, 10)])
+def test_only_hue_wraps_around(name, bounds):
+    with pytest.raises(ConfigError, match=f"{name} must be .* low before high"):
+        HsvRange(hue=(170, 10), **{name: bounds})
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("20:40", HsvRange(hue=(20, 40))),
+        ("170:10,80:255", HsvRange(hue=(170, 10), saturation=(80, 255))),
+        ("170:10,80:255,60:250", HsvRange(hue=(170, 10), saturation=(80, 255), value=(60, 250))),
+        (" 0:179 , 0:255 , 0:255 ", HsvRange(hue=(0, 179))),
+    ],
+)
+def test_an_hsv_range_is_read_from_text(text, expected):
+    assert HsvRange.parse(text) == expected
+
+
+@pytest.mark.parametrize(
+    "text", ["", "20", "20:", ":", "20:40:60", "20:40,", "a:b", "1.5:2", "1:2,3:4,5:6,7:8", "1-2", "1:2;3:4"]
+)
+def test_text_of_another_form_is_refused_with_an_example(text):
+    with pytest.raises(ConfigError, match="such as '170:10,80:255,60:255', got") as caught:
+        HsvRange.parse(text)
+    assert repr(text) in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["0:180", "0:10,9:3", "0:10,0:255,0:256"])
+def test_text_out_of_range_is_refused(text):
+    with pytest.raises(ConfigError, match="must be"):
+        HsvRange.parse(text)
+
+
+def test_the_paper_s_parameters():
+    paper = Config.paper()
+    assert paper.linking.distance_weight == 0.05  # m
+    assert paper.segments.min_length_px == 10  # p
+    assert paper.fitting.knots == 25  # k
+    assert paper.cleaning == CleaningConfig(open_px=3, close_px=1)
+
+
+@pytest.mark.parametrize("config", [Config(), Config.paper(), CHANGED], ids=["default", "paper", "changed"])
+def test_nothing_is_lost_on_the_way_through_yaml(config, tmp_path):
+    path = tmp_path / "config.yaml"
+    path.write_text(config.to_yaml())
+    assert Config.from_yaml(path) == config
+    assert Config.from_yaml(str(path)) == config
+    assert Config.from_dict(config.to_dict()) == config
+
+
+def test_yaml_states_every_value():
+    text = Config().to_yaml()
+    fields = [field for section in SECTIONS.values() for field in section.__struct_fields__]
+    assert [name for name in (*SECTIONS, *fields) if f"{name}:" not in text] == []
+
+
+def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
+    path = tmp_path / "config.yaml"
+    path.write_text("linking:\n  max_cost: 5\n")
+    assert Config.from_yaml(path) == Config(linking=LinkingConfig(max_cost=5.0))
+    path.write_text("")
+    assert Config.from_yaml(path) == Config()
+
+
+@pytest.mark.parametrize(
+    ("data", "culprits"),
+    [
+        ({"linkng": {}}, ["linkng"]),
+        ({"linking": {"max_cst": 1.0}}, ["max_cst", "$.linking"]),
+        ({"linking": {"max_cost": "high"}}, ["float", "str", "$.linking.max_cost"]),
+        ({"linking": {"max_cost": -1.0}}, ["max_cost", "-1.0", "$.linking"]),
+        ({"fitting": {"knots": 2.5}}, ["int", "float", "$.fitting.knots"]),
+        ({"fitting": None}, ["null", "$.fitting"]),
+        ({"segmentation": {"hsv": [{"hue": [0, 1]}, {"hue": [0, 500]}]}}, ["hue", "500", "$.segmentation.hsv[1]"]),
+        ({"segmentation": {"hsv": [{"hue": [0, 1], "chroma": 1}]}}, ["chroma", "$.segmentation.hsv[0]"]),
+        ({1: 2}, ["str"]),
+        ([], ["object", "array"]),
+        (None, ["object", "null"]),
+    ],
+)
+def test_wrong_data_is_refused_with_the_path_of_the_culprit(data, culprits):
+    with pytest.raises(ConfigError) as caught:
+        Config.from_dict(data)
+    assert [culprit for culprit in culprits if culprit not in str(caught.value)] == []
+
+
+@pytest.mark.parametrize(
+    "content", [b"linking: [", b"- 1", b"linking:", b"\xff\xfe\x00\x00", b"a: !!python/object:os.x {}", b"nonsense"]
+)
+def test_a_wrong_file_is_refused_by_its_name(content, tmp_path):
+    path = tmp_path / "broken.yaml"
+    path.write_bytes(content)
+    with pytest.raises(ConfigError, match=r"broken\.yaml"):
+        Config.from_yaml(path)
+
+
+def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path):
+    with pytest.raises(ConfigError, match=r"cannot read the configuration .*absent\.yaml"):
+        Config.from_yaml(tmp_path / "absent.yaml")
+    with pytest.raises(ConfigError, match="cannot read the configuration"):
+        Config.from_yaml(tmp_path)
+
+
+def test_replace_follows_dotted_paths_and_leaves_the_original():
+    original = Config()
+    replaced = original.replace({"linking.max_cost": 5, "fitting.knots": 40, "tracking": {"min_hits": 4}})
+    assert replaced == Config(
+        linking=LinkingConfig(max_cost=5.0), fitting=FittingConfig(knots=40), tracking=TrackingConfig(min_hits=4)
+    )
+    assert original == Config()
+
+
+def test_replace_takes_ranges_as_values_and_as_plain_data():
+    boxes = (HsvRange(hue=(20, 40)),)
+    expected = Config(segmentation=SegmentationConfig(hsv=boxes))
+    assert Config().replace({"segmentation.hsv": boxes}) == expected
+    assert Config().replace({"segmentation.hsv": [{"hue": [20, 40]}]}) == expected
+
+
+@pytest.mark.parametrize(
+    "path", ["", "linking.", ".max_cost", "max_cost", "linking.max_cst", "linking.max_cost.x", "segmentation.hsv.0"]
+)
+def test_replace_refuses_an_unknown_path(path):
+    with pytest.raises(ConfigError, match="unknown configuration key") as caught:
+        Config().replace({path: 1})
+    assert repr(path) in str(caught.value)
+
+
+def test_replace_checks_as_a_whole():
+    with pytest.raises(ConfigError, match=r"min_depth_m, max_depth_m .*lifting"):
+        Config().replace({"lifting.min_depth_m": 30.0})
+    far = Config().replace({"lifting.min_depth_m": 30.0, "lifting.max_depth_m": 40.0})
+    assert far.lifting == LiftingConfig(min_depth_m=30.0, max_depth_m=40.0)
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_section_must_be_of_its_own_kind(name):
+    for wrong in (None, {}, HsvRange(hue=(0, 1))):
+        with pytest.raises(ConfigError, match=f"{name} must be a {SECTIONS[name].__name__}, got"):
+            Config(**{name: wrong})
+
+
+def test_an_unknown_argument_is_refused():
+    with pytest.raises(TypeError, match="max_cst"):
+        LinkingConfig(max_cst=1.0)
+    with pytest.raises(TypeError):
+        LinkingConfig(0.05)  # by name only
+
+
+@pytest.mark.parametrize("config", [Config(), CHANGED])
+def test_a_configuration_cannot_be_changed(config):
+    with pytest.raises(AttributeError):
+        config.fitting = FittingConfig()
+    for name in SECTIONS:
+        section = getattr(config, name)
+        for field in section.__struct_fields__:
+            with pytest.raises(AttributeError):
+                setattr(section, field, getattr(section, field))
+
+
+def test_configurations_are_compared_by_value_and_can_be_keys():
+    same = Config.from_dict(CHANGED.to_dict())
+    assert same is not CHANGED
+    assert {CHANGED: "a", Config(): "b"}[same] == "a"
+    assert Config() != CHANGED
+    assert pickle.loads(pickle.dumps(CHANGED)) == CHANGED
