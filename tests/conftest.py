@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-settings.register_profile("dloftbs", derandomize=True, deadline=None, max_examples=50, database=None)
+settings.register_profile("dloftbs", derandomize=True, deadline=None, max_examples=200, database=None)
 settings.load_profile("dloftbs")
 
 
