@@ -20,6 +20,6 @@ def padded(mask: np.ndarray) -> np.ndarray:
 def fast_skeleton(mask: np.ndarray, order: tuple[int, ...] = ORDER) -> np.ndarray:
     """Return the skeleton of a mask, in the kernels' frame."""
     state = padded(mask)
-    border, area = find_border(state, state.view(np.uint64))
+    border, area = find_border(state.view(np.uint64))
     thin(state, border, area, np.array(order, dtype=np.uint8), DELETION_TABLE)
     return state

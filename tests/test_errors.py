@@ -19,7 +19,7 @@ BUILT_IN = {
 @pytest.mark.parametrize(("kind", "built_in"), BUILT_IN.items())
 def test_an_error_is_caught_as_the_package_s_and_as_the_built_in(kind, built_in):
     for caught in (errors.DloftbsError, built_in, kind):
-        with pytest.raises(caught, match="^what went wrong$"):
+        with pytest.raises(caught, match=r"^what went wrong$"):
             raise kind("what went wrong")
 
 

@@ -17,7 +17,7 @@ HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
 
 
-class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of the sections: immutable, compared by value, unknown keys refused."""
 
 
@@ -44,7 +44,7 @@ def _check_range(name: str, bounds: tuple[int, int], top: int, *, wraps: bool = 
     _require(valid and (wraps or bounds[0] <= bounds[1]), name, expected, bounds)
 
 
-class HsvRange(Section, frozen=True):
+class HsvRange(Section, frozen=True, kw_only=True):
     """A box in OpenCV's 8-bit HSV space, bounds included.
 
     Parameters
@@ -84,7 +84,7 @@ class HsvRange(Section, frozen=True):
         return cls(**dict(zip(names, bounds, strict=False)))
 
 
-class SegmentationConfig(Section, frozen=True):
+class SegmentationConfig(Section, frozen=True, kw_only=True):
     """Colour image to mask.
 
     Parameters
@@ -100,7 +100,7 @@ class SegmentationConfig(Section, frozen=True):
         _require(valid, "hsv", "a tuple of HsvRange", self.hsv)
 
 
-class CleaningConfig(Section, frozen=True):
+class CleaningConfig(Section, frozen=True, kw_only=True):
     """Morphology on the mask.
 
     Parameters
@@ -120,7 +120,7 @@ class CleaningConfig(Section, frozen=True):
             _require(_is_int(side) and 1 <= side <= 99 and side % 2 == 1, name, "an odd integer in 1..99", side)
 
 
-class SegmentsConfig(Section, frozen=True):
+class SegmentsConfig(Section, frozen=True, kw_only=True):
     """Skeleton to segments.
 
     Parameters
@@ -139,7 +139,7 @@ class SegmentsConfig(Section, frozen=True):
         _check_int("max_segments", self.max_segments, 1)
 
 
-class LinkingConfig(Section, frozen=True):
+class LinkingConfig(Section, frozen=True, kw_only=True):
     """Segments to centre lines.
 
     Parameters
@@ -165,7 +165,7 @@ class LinkingConfig(Section, frozen=True):
         _check_int("direction_px", self.direction_px, 2)
 
 
-class FittingConfig(Section, frozen=True):
+class FittingConfig(Section, frozen=True, kw_only=True):
     """Centre line to B-spline.
 
     Parameters
@@ -181,7 +181,7 @@ class FittingConfig(Section, frozen=True):
         _require(_is_int(self.knots) and 2 <= self.knots <= 1000, "knots", "an integer in 2..1000", self.knots)
 
 
-class LiftingConfig(Section, frozen=True):
+class LiftingConfig(Section, frozen=True, kw_only=True):
     """Depth image to metres.
 
     Parameters
@@ -204,7 +204,7 @@ class LiftingConfig(Section, frozen=True):
         _require(valid, "min_depth_m, max_depth_m", "numbers with 0 <= min < max", (low, high))
 
 
-class TrackingConfig(Section, frozen=True):
+class TrackingConfig(Section, frozen=True, kw_only=True):
     """Detections to tracks.
 
     Parameters
@@ -228,7 +228,7 @@ class TrackingConfig(Section, frozen=True):
         _check_int("max_misses", self.max_misses, 0)
 
 
-class Config(Section, frozen=True):
+class Config(Section, frozen=True, kw_only=True):
     """The whole configuration, a section per stage.
 
     Examples

@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs.kernels.moments import border_moments
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -78,8 +79,12 @@ class Patch:
             column = w + 1 - column
         if self.pose.transpose:
             row, column = column, row
-        order = np.argsort(row.astype(np.int64) * (max(h, w) + 2) + column)
-        return np.stack((row, column), axis=1)[order].astype(np.int32)
+        step = np.int64(max(h, w) + 2)
+        keys = np.sort(row * step + column)
+        posed = np.empty((len(flat), 2), dtype=np.int32)
+        np.floor_divide(keys, step, out=posed[:, 0], casting="unsafe")
+        np.subtract(keys, posed[:, 0] * step, out=posed[:, 1], casting="unsafe")
+        return posed
 
     @property
     def image_transform(self) -> tuple[FloatArray, FloatArray]:
@@ -128,7 +133,7 @@ class Skeleton:
         return self.degrees > 2
 
 
-def canonical_pose(pixels: npt.NDArray[np.uint8], border_rc: npt.NDArray[Any]) -> Pose:
+def canonical_pose(pixels: npt.NDArray[np.uint8], border: npt.NDArray[np.int32], stride: int) -> Pose:
     """Choose the pose of a mask: all eight versions of a mask look the same in theirs.
 
     Moments of the border pixels about the middle of the box decide: the wider side becomes the columns, the heavier
@@ -139,16 +144,16 @@ def canonical_pose(pixels: npt.NDArray[np.uint8], border_rc: npt.NDArray[Any]) -
     ----------
     pixels : numpy.ndarray, shape (h, w), uint8
         The mask, cut to its bounding box.
-    border_rc : numpy.ndarray, shape (n, 2)
-        ``(row, column)`` of its border pixels in it.
+    border : numpy.ndarray, shape (n,), int32
+        Its border pixels as `Patch` holds them.
+    stride : int
+        The stride that these indices are made with.
     """
     h, w = pixels.shape
-    # Twice the distance from the middle keeps whole numbers, so that equal sums are exactly equal.
-    y, x = (2 * border_rc.astype(np.int64) - (h - 1, w - 1)).T
-    xx, yy = x * x, y * y
-    odd_x = _first_nonzero(int(x.sum()), int((x * yy).sum()), int((x * xx).sum()))
-    odd_y = _first_nonzero(int(y.sum()), int((y * xx).sum()), int((y * yy).sum()))
-    wide = _first_nonzero(w - h, int(xx.sum() - yy.sum()), abs(odd_x) - abs(odd_y))
+    sx, sy, sxyy, syxx, sxxx, syyy, sxx, syy = border_moments(border, stride, h, w)
+    odd_x = _first_nonzero(sx, sxyy, sxxx)
+    odd_y = _first_nonzero(sy, syxx, syyy)
+    wide = _first_nonzero(w - h, sxx - syy, abs(odd_x) - abs(odd_y))
     candidates = list(_poses(odd_x, odd_y, wide))
     if len(candidates) == 1:
         return candidates[0]

@@ -4,7 +4,7 @@ import csv
 
 import numpy as np
 import pytest
-import sink_examples as examples
+import sinks.sink_examples as examples
 
 from dloftbs.errors import InputError
 from dloftbs.sinks import CsvSink

@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-import sink_examples as examples
+import sinks.sink_examples as examples
 
 from dloftbs import sinks
 from dloftbs.errors import SinkError

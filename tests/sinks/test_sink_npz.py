@@ -5,7 +5,7 @@ import zipfile
 
 import numpy as np
 import pytest
-import sink_examples as examples
+import sinks.sink_examples as examples
 
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import SinkError, SourceError

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-import sink_examples as examples
+import sinks.sink_examples as examples
 
 from dloftbs import sinks
 from dloftbs.errors import InputError, SinkError

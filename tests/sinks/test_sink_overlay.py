@@ -5,7 +5,7 @@ import logging
 import cv2
 import numpy as np
 import pytest
-import sink_examples as examples
+import sinks.sink_examples as examples
 
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dloftbs.errors import ConfigError, InputError
+from dloftbs.errors import ConfigError
 
 if TYPE_CHECKING:
     from dloftbs.camera import PinholeCamera
@@ -21,63 +21,45 @@ if TYPE_CHECKING:
 Command = Callable[..., None]
 
 DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv")
-VIDEO_SUFFIXES = (".mp4", ".mov", ".avi")
+VIDEO_SUFFIXES = (".mp4", ".mov")
 STANDARD_OUTPUT = "-"
 
 
-class HsvType(click.ParamType):
-    """A colour range, as `HsvRange.parse` reads it."""
+def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[HsvRange, ...]:
+    """Read colour ranges as `HsvRange.parse` does; what cannot be read is bad usage."""
+    if not texts:
+        return ()
+    from dloftbs.config import HsvRange
 
-    name = "H0:H1[,S0:S1[,V0:V1]]"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> HsvRange:
-        """Parse the text; what cannot be parsed is bad usage."""
-        from dloftbs.config import HsvRange
-
-        if isinstance(value, HsvRange):
-            return value
-        try:
-            return HsvRange.parse(value)
-        except ConfigError as error:
-            self.fail(str(error), param, ctx)
+    try:
+        return tuple(HsvRange.parse(text) for text in texts)
+    except ConfigError as error:
+        raise click.BadParameter(str(error), context, parameter) from error
 
 
-class CameraType(click.ParamType):
-    """Intrinsics of a pinhole camera."""
+def parse_camera(context: click.Context, parameter: click.Parameter, text: str | None) -> PinholeCamera | None:
+    """Read the intrinsics of a camera, four numbers; anything else is bad usage."""
+    if text is None:
+        return None
+    from dloftbs.camera import PinholeCamera
 
-    name = "FX,FY,CX,CY"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PinholeCamera:
-        """Parse four numbers; anything else is bad usage."""
-        from dloftbs.camera import PinholeCamera
-
-        if isinstance(value, PinholeCamera):
-            return value
-        try:
-            numbers = [float(part) for part in value.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != 4:
-            self.fail(f"expected four numbers FX,FY,CX,CY in pixels, got {value!r}", param, ctx)
-        try:
-            return PinholeCamera(*numbers)
-        except InputError as error:
-            self.fail(str(error), param, ctx)
+    try:
+        fx, fy, cx, cy = (float(part) for part in text.split(","))
+        return PinholeCamera(fx, fy, cx, cy)
+    except ValueError as error:  # InputError is one
+        raise click.BadParameter(
+            f"expected four numbers FX,FY,CX,CY in pixels, got {text!r}: {error}", context, parameter
+        ) from error
 
 
-class SizeType(click.ParamType):
-    """Width and height of an image, held as ``(H, W)``."""
-
-    name = "WxH"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Parse two integers; anything else is bad usage."""
-        if isinstance(value, tuple):
-            return value
-        width, _, height = value.lower().partition("x")
-        if not (width.isdecimal() and height.isdecimal()):
-            self.fail(f"expected a width and a height such as 1280x720, got {value!r}", param, ctx)
-        return int(height), int(width)
+def parse_size(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, int] | None:
+    """Read a size such as ``1280x720`` and return it as ``(H, W)``; anything else is bad usage."""
+    if text is None:
+        return None
+    width, _, height = text.lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise click.BadParameter(f"expected a width and a height such as 1280x720, got {text!r}", context, parameter)
+    return int(height), int(width)
 
 
 def config_options(command: Command) -> Command:
@@ -105,7 +87,8 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--hsv",
         multiple=True,
-        type=HsvType(),
+        metavar="H0:H1[,S0:S1[,V0:V1]]",
+        callback=parse_hsv,
         help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
         "Hue wraps: 170:10 is red. Repeatable; a pixel in any of them is cable.",
     )
@@ -210,10 +193,13 @@ def input_options(command: Command) -> Command:
         metavar="PATH|RULE",
         help='Depth registered to the frames: a file or folder, or a naming rule such as "{stem}_depth.png".',
     )
+    @click.option("--masks", metavar="PATH|RULE", help="Masks for the frames, in the same ways, in place of a colour.")
     @click.option(
-        "--masks", metavar="PATH|RULE", help="Masks for the frames, in the same ways, in place of a colour."
+        "--camera",
+        metavar="FX,FY,CX,CY",
+        callback=parse_camera,
+        help="Intrinsics in pixels; with depth, curves are in metres too.",
     )
-    @click.option("--camera", type=CameraType(), help="Intrinsics in pixels; with depth, curves are in metres too.")
     @functools.wraps(command)
     def with_inputs(
         *args: Any, kind: Kind, depth: str | None, masks: str | None, camera: PinholeCamera | None, **kwargs: Any
@@ -262,11 +248,10 @@ def check_overlay(context: click.Context, parameter: click.Parameter, path: str 
     click.BadParameter
         On any other.
     """
-    if path is not None and Path(path).suffix and not Path(path).is_dir():
-        if Path(path).suffix.lower() not in VIDEO_SUFFIXES:
-            known = ", ".join(VIDEO_SUFFIXES)
-            raise click.BadParameter(f"must be a video ({known}) or a folder, got {path!r}", context, parameter)
-    return path
+    if path is None or Path(path).is_dir() or Path(path).suffix.lower() in ("", *VIDEO_SUFFIXES):
+        return path
+    known = ", ".join(VIDEO_SUFFIXES)
+    raise click.BadParameter(f"must be a video ({known}) or a folder, got {path!r}", context, parameter)
 
 
 out_option = click.option(

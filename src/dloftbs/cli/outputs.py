@@ -16,6 +16,7 @@ from dloftbs.config import Config
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks import MultiSink, Sink
+from dloftbs.sinks._files import sink_errors
 
 _SIGNATURE = "# The configuration of dloftbs"
 
@@ -31,7 +32,7 @@ class StandardOutput(Sink):
         """Every line is out already."""
 
 
-def open_outputs(paths: Sequence[str], config: Config, *more: Sink) -> MultiSink:
+def open_outputs(paths: Sequence[str], *more: Sink) -> MultiSink:
     """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
 
     Raises
@@ -63,7 +64,7 @@ def write_config_beside(paths: Sequence[str | None], config: Config) -> None:
     target = beside.with_name(f"{beside.stem}.config.yaml")
     if _says(target, config):
         return
-    try:
+    with sink_errors(target):
         if target.exists() and not target.read_text("utf-8", "replace").startswith(_SIGNATURE):
             raise SinkError(
                 f"{target} is not by dloftbs and says something else than the configuration used: "
@@ -71,10 +72,6 @@ def write_config_beside(paths: Sequence[str | None], config: Config) -> None:
             )
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(f"{_SIGNATURE} {__version__} for {beside.name}\n{config.to_yaml()}", "utf-8")
-    except OSError as error:
-        if isinstance(error, SinkError):
-            raise
-        raise SinkError(f"cannot write {str(target)!r}: {error}") from error
 
 
 def _says(file: Path, config: Config) -> bool:

@@ -67,6 +67,4 @@ def _bar(length: int | None) -> Iterator[Callable[[RunReport], None]]:
     # Standard output belongs to the results; messages on standard error are lifted above the bar.
     with RichProgress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task("", total=length)
-        yield lambda report: bar.update(
-            task, completed=report.frames + report.skipped, description=report.line(length)
-        )
+        yield lambda report: bar.update(task, completed=report.frames + report.skipped, description=report.line(length))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO, Any
@@ -57,7 +58,8 @@ class _MessageHandler(logging.Handler):
     """Prints log records as short lines on standard error as it is at the moment: a progress bar redirects it."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        click.echo(f"{record.levelname.lower()}: {record.getMessage()}", err=True)
+        # echo(err=True) would reach around rich's proxy, into the bar.
+        click.echo(f"{record.levelname.lower()}: {record.getMessage()}", file=sys.stderr)
 
 
 @contextmanager

@@ -13,7 +13,23 @@ ORDER = 4
 
 
 @helper
-def evaluate_basis(knots: npt.NDArray[np.float64], span: int, u: float, values: npt.NDArray[np.float64]) -> None:
+def _invert_widths(knots: npt.NDArray[np.float64], span: int, inverse: npt.NDArray[np.float64]) -> None:
+    """Write what the recursion divides by in one knot span, inverted, in the order in which it needs them."""
+    i = 0
+    for degree in range(1, ORDER):
+        for r in range(degree):
+            inverse[i] = 1.0 / (knots[span + r + 1] - knots[span + r + 1 - degree])
+            i += 1
+
+
+@helper
+def _evaluate_basis(
+    knots: npt.NDArray[np.float64],
+    span: int,
+    u: float,
+    inverse: npt.NDArray[np.float64],
+    values: npt.NDArray[np.float64],
+) -> None:
     """Evaluate the four cubic basis functions of one knot span, by the recursion of Cox and de Boor.
 
     Parameters
@@ -22,18 +38,20 @@ def evaluate_basis(knots: npt.NDArray[np.float64], span: int, u: float, values: 
     span : int
         ``knots[span] <= u <= knots[span + 1]``, the two different.
     u : float
+    inverse : (6,) float64
+        As `_invert_widths` writes it for this span.
     values : (4,) float64
         Written: the functions ``span - 3`` to ``span``.
     """
     values[0] = 1.0
+    i = 0
     for degree in range(1, ORDER):
         carry = 0.0
         for r in range(degree):
-            right = knots[span + r + 1]
-            left = knots[span + r + 1 - degree]
-            share = values[r] / (right - left)
-            values[r] = carry + (right - u) * share
-            carry = (u - left) * share
+            share = values[r] * inverse[i]
+            i += 1
+            values[r] = carry + (knots[span + r + 1] - u) * share
+            carry = (u - knots[span + r + 1 - degree]) * share
         values[degree] = carry
 
 
@@ -62,11 +80,14 @@ def fit_open(
     band = np.zeros((n, ORDER))  # band[i, k] is the normal matrix at (i, i + k)
     right = np.zeros((n, dims))
     values = np.empty(ORDER)
+    inverse = np.empty(ORDER * (ORDER - 1) // 2)
     span = ORDER - 1
+    _invert_widths(knots, span, inverse)
     for i in range(m):
         while span < n - 1 and u[i] >= knots[span + 1]:
             span += 1
-        evaluate_basis(knots, span, u[i], values)
+            _invert_widths(knots, span, inverse)
+        _evaluate_basis(knots, span, u[i], inverse, values)
         first = span - ORDER + 1
         for a in range(ORDER):
             for b in range(a, ORDER):
@@ -123,11 +144,14 @@ def fit_closed(
     matrix = np.zeros((n, n))
     right = np.zeros((n, dims))
     values = np.empty(ORDER)
+    inverse = np.empty(ORDER * (ORDER - 1) // 2)
     span = ORDER - 1
+    _invert_widths(knots, span, inverse)
     for i in range(m):
         while span < n + ORDER - 2 and u[i] >= knots[span + 1]:
             span += 1
-        evaluate_basis(knots, span, u[i], values)
+            _invert_widths(knots, span, inverse)
+        _evaluate_basis(knots, span, u[i], inverse, values)
         first = span - ORDER + 1
         for a in range(ORDER):
             row = (first + a) % n

@@ -49,9 +49,8 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
     h, w = cut.shape
     pixels = np.zeros((h + 2, -(-(w + 2) // _WORD) * _WORD), dtype=np.uint8)
     np.not_equal(cut, 0, out=pixels[1 : h + 1, 1 : w + 1].view(np.bool_))
-    border, area = kernels.find_border(pixels, pixels.view(np.uint64))
-    border_rc = np.stack(np.divmod(border, pixels.shape[1]), axis=1) - 1
-    pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], border_rc)
+    border, area = kernels.find_border(pixels.view(np.uint64))
+    pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], border, pixels.shape[1])
     return Patch(pixels, (h, w), (x0 + left, y0 + top), border, area, pose)
 
 

@@ -41,11 +41,11 @@ def walk(skeleton: Skeleton, config: SegmentsConfig) -> Walks:
     Without branch points no pixel has more than two neighbours, so every walk is unambiguous. What has no endpoint is a
     closed loop and is walked around once, from its first pixel.
     """
-    grid = skeleton.grid.copy()
-    branch = skeleton.is_branch_point
-    branch_rc = skeleton.pixels_rc[branch]
-    grid[branch_rc[:, 0], branch_rc[:, 1]] = 0
+    grid, branch = skeleton.grid, skeleton.is_branch_point
+    branch_row, branch_column = skeleton.pixels_rc[branch].T
+    grid[branch_row, branch_column] = 0
     points, offsets, n_open = tracing.trace(grid, skeleton.pixels_rc[~branch])
+    grid[branch_row, branch_column] = 1
     runs = [points[start:stop] for start, stop in pairwise(offsets.tolist())]
     p = config.min_length_px
     return Walks(

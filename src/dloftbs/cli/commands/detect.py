@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dloftbs.sinks import Sink
 
 
-@click.command()
+@click.command(short_help="Find the cables in images, each by itself.")
 @click.argument("where", metavar="INPUT...", nargs=-1, required=True)
 @out_option
 @click.option("--overlay", metavar="FOLDER", callback=check_folder, help="Draw the curves over the images.")
@@ -37,7 +37,7 @@ def detect(
     inputs: InputOptions,
     config: Config,
 ) -> None:
-    """Find the cables in images or masks, each by itself.
+    r"""Find the cables in images or masks, each by itself.
 
     INPUT is an image or a mask, a folder, a glob in quotes, or whatever `dloftbs track` takes. Results
     are JSON lines on standard output, one an image, or go to the files of --out. What cannot be read is
@@ -53,7 +53,7 @@ def detect(
 
     pipeline = Pipeline(config)
     batch = _Batch(_images(where, inputs), inputs, config)
-    with open_outputs(outs or (STANDARD_OUTPUT,), config, *_pictures(pipeline, overlay, stages)) as sink:
+    with open_outputs(outs or (STANDARD_OUTPUT,), *_pictures(pipeline, overlay, stages)) as sink:
         write_config_beside((*outs, overlay, stages), config)
         for frame in batch:
             sink.write(frame, _detect_alone(pipeline, frame))
@@ -65,7 +65,7 @@ def _check_usage(where: Sequence[str], overlay: str | None, stages: str | None, 
     if overlay is not None and stages is not None and Path(overlay).resolve() == Path(stages).resolve():
         raise click.UsageError("--overlay and --stages must be two folders: their pictures have the same names")
     if len(where) > 1 and any(path not in inputs.rules for path in (inputs.depth, inputs.masks) if path is not None):
-        raise click.UsageError('with several inputs, --depth and --masks must be naming rules such as "{stem}_mask.png"')
+        raise click.UsageError('with several inputs, --depth and --masks must be rules such as "{stem}_mask.png"')
 
 
 def _detect_alone(pipeline: Pipeline, frame: Frame) -> FrameResult:
@@ -94,7 +94,10 @@ def _images(where: Sequence[str], inputs: InputOptions) -> list[str]:
     for rule in inputs.rules:
         kept = without_partners(kept, rule)
     partners = set(files) - set(kept)
-    return [text for text in where if Path(text) not in partners]
+    images = [text for text in where if Path(text) not in partners]
+    if not images:
+        raise SourceError(f"every input is the partner of another under {' and '.join(inputs.rules)}")
+    return images
 
 
 class _Batch:

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.options import STANDARD_OUTPUT, InputOptions, check_overlay, config_options, input_options, out_option
+from dloftbs.cli.options import (
+    STANDARD_OUTPUT,
+    VIDEO_SUFFIXES,
+    InputOptions,
+    check_overlay,
+    config_options,
+    input_options,
+    out_option,
+)
 from dloftbs.errors import SourceError
 
 if TYPE_CHECKING:
@@ -17,17 +27,21 @@ if TYPE_CHECKING:
     from dloftbs.sinks import Sink
 
 
-@click.command()
+@click.command(short_help="Follow the cables through a stream.")
 @click.argument("where", metavar="INPUT")
 @out_option
 @click.option(
-    "--overlay", metavar="VIDEO|FOLDER", callback=check_overlay, help="Draw the curves over the frames: .mp4, .avi, ..."
+    "--overlay",
+    metavar="VIDEO|FOLDER",
+    callback=check_overlay,
+    help="Draw the curves over the frames: .mp4, .mov, or a folder",
 )
 @click.option("--limit", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
 @click.option(
     "--fps",
     type=click.FloatRange(0.01, 1000.0),
-    help="Frames per second of the input, where it does not say; 30 in a video of overlays if nobody does.",
+    metavar="RATE",
+    help="Frames per second of the input, for its stamps and the video of overlays; there it is 30 if nobody says.",
 )
 @input_options
 @config_options
@@ -40,7 +54,7 @@ def track(
     inputs: InputOptions,
     config: Config,
 ) -> None:
-    """Follow the cables through a stream, each with its identity and direction.
+    r"""Follow the cables through a stream, each with its identity and direction.
 
     INPUT is a video, a folder or a glob of images or masks in their natural order, an .npy or .npz file,
     the index of a camera, or the address of a stream. Without --out and --overlay, results are JSON lines
@@ -66,7 +80,7 @@ def track(
         report = RunReport()
         try:
             with ExitStack() as stack:
-                sink = stack.enter_context(_open_sink(outs, overlay, config, source.fps))
+                sink = stack.enter_context(_open_sink(outs, overlay, source.fps))
                 write_config_beside((*outs, overlay), config)
                 progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
                 for frame in islice(frames, limit):
@@ -83,17 +97,15 @@ def track(
             raise SourceError(f"{source.name}: no frame could be read")
 
 
-def _open_sink(outs: Sequence[str], overlay: str | None, config: Config, fps: float | None) -> Sink:
+def _open_sink(outs: Sequence[str], overlay: str | None, fps: float | None) -> Sink:
     from dloftbs import sinks
     from dloftbs.cli.outputs import open_outputs
 
     if overlay is None:
-        return open_outputs(outs, config)
-    drawn = sinks.open(overlay)
-    if isinstance(drawn, sinks.OverlayVideoSink):
-        drawn = sinks.OverlayVideoSink(overlay, fps=fps or 30.0)
-    return open_outputs(outs, config, drawn)
+        return open_outputs(outs)
+    options = {"fps": fps or 30.0} if Path(overlay).suffix.lower() in VIDEO_SUFFIXES else {}
+    return open_outputs(outs, sinks.open(overlay, **options))
 
 
 def _prints_to_terminal(outs: Sequence[str]) -> bool:
-    return STANDARD_OUTPUT in outs and click.get_text_stream("stdout").isatty()
+    return STANDARD_OUTPUT in outs and sys.stdout.isatty()

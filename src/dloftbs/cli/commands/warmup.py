@@ -8,7 +8,7 @@ from time import perf_counter
 import click
 
 
-@click.command()
+@click.command(short_help="Compile the kernels, once for this machine.")
 def warmup() -> None:
     """Compile the kernels if this machine has not done so yet, and load them.
 

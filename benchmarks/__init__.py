@@ -1,0 +1,1 @@
+"""How fast the package is; run by hand, and briefly in continuous integration."""

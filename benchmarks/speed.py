@@ -1,0 +1,94 @@
+"""The speed of the pipeline and its stages, as ratios to references timed in the same run.
+
+Run it with ``python -m benchmarks.speed [--quick]``. The references are
+
+- Lee: ``skimage.morphology.skeletonize(method="lee")`` on the bounding box, most of what the authors' code costs;
+- floor: OpenCV's 3 x 3 open and contours of the whole mask, next to nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import cv2
+import numpy as np
+from skimage.morphology import skeletonize
+
+from benchmarks.scenes import Mask, cables, photograph
+from benchmarks.timing import interleaved, row
+from dloftbs import Config, Frame, HsvRange, Pipeline, SegmentationConfig
+from dloftbs.stages.segmentation import HsvSegmenter
+
+HEADER = f"{'':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ Lee':>11}{'/ floor':>11}"
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="a tenth of the rounds, to see that it runs")
+    rounds = 20 if parser.parse_args().quick else 200
+    cv2.setNumThreads(1)
+    print(f"mask to curve, 1280 x 720, 12 px cables, one thread, {rounds} rounds\n")
+    for count in (1, 5):
+        compare_pipeline(f"{count} cable{'s' * (count > 1)}", [cables(count, seed) for seed in range(4)], rounds)
+    compare_segmentation(rounds)
+
+
+def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
+    """Time the published method on masks in turn, whole and by stage."""
+    pipeline = Pipeline(Config.paper())
+    stages: dict[str, list[float]] = {}
+    boxes = [crop_to_box(mask) for mask in masks]
+    turn = iter(range(10**9))
+
+    def ours() -> None:
+        result = pipeline.process(Frame(mask=masks[next(turn) % len(masks)]))
+        for stage, milliseconds in result.stage_ms.items():
+            stages.setdefault(stage, []).append(milliseconds)
+
+    def lee() -> None:
+        skeletonize(boxes[next(turn) % len(boxes)], method="lee")
+
+    times = interleaved({"ours": ours, "floor": lambda: floor(masks[next(turn) % len(masks)])}, rounds)
+    # Lee's method is slow and even: fewer rounds, straight after.
+    times |= interleaved({"Lee": lee}, max(rounds // 10, 4))
+    references = float(np.median(times["Lee"])), float(np.median(times["floor"]))
+    print(f"{title:<34}{HEADER[34:]}")
+    print(row("  mask to tracked curves", times["ours"], *references))
+    for stage, milliseconds in stages.items():
+        print(row(f"    {stage}", np.array(milliseconds), *references))
+    print(row("  Lee's skeleton of the box", times["Lee"], *references))
+    print(row("  floor: open and contours", times["floor"], *references), end="\n\n")
+
+
+def compare_segmentation(rounds: int) -> None:
+    """Time colour to mask against OpenCV's two calls."""
+    image = photograph()
+    red = HsvRange(hue=(170, 10), saturation=(80, 255), value=(60, 255))
+    segment = HsvSegmenter(SegmentationConfig(hsv=(red,)))
+
+    def opencv() -> None:
+        hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
+        cv2.inRange(hsv, (170, 80, 60), (179, 255, 255))
+
+    times = interleaved({"ours": lambda: segment(image), "OpenCV": opencv}, rounds)
+    reference = float(np.median(times["OpenCV"]))
+    print(f"{'colour to mask, 1280 x 720':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ OpenCV':>11}")
+    print(row("  ours, hue wrapping around 0", times["ours"], reference))
+    print(row("  cvtColor and one inRange", times["OpenCV"], reference))
+
+
+def floor(mask: Mask) -> None:
+    """Do the least that any method would."""
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    cv2.findContours(opened, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+
+
+def crop_to_box(mask: Mask) -> Mask:
+    """Cut a mask to its bounding box."""
+    x, y, w, h = cv2.boundingRect(mask)
+    return mask[y : y + h, x : x + w]
+
+
+if __name__ == "__main__":
+    main()

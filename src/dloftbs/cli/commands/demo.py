@@ -1,0 +1,68 @@
+"""``dloftbs demo``: a generated video, tracked as a user would, and held against the truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.options import parse_size
+from dloftbs.cli.shell import Failure
+
+if TYPE_CHECKING:
+    from dloftbs.config import Config
+    from dloftbs.sources.synthetic import DemoSequence
+
+_FULL = (90, (720, 1280))
+_QUICK = (24, (360, 640))
+_WIDTH_PX = 12.0  # at 720 rows
+
+
+@click.command(short_help="Draw a video, track it, and say how well that went.")
+@click.option("--out", "-o", type=click.Path(path_type=Path), default="demo", show_default=True, metavar="FOLDER")
+@click.option("--frames", type=click.IntRange(min=2), metavar="N", help=f"Length of the video; {_FULL[0]}.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, another scene.")
+@click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
+@click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
+def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool) -> None:
+    """Draw a video of two cables, track it by colour, and say how well that went.
+
+    The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
+    frames, the figures, and a README that says what is what and which command does the same.
+    """
+    from dloftbs.cli.demo_files import CURVES, describe, render, table, write_sheet, write_summary
+    from dloftbs.cli.demo_run import follow
+    from dloftbs.cli.outputs import write_config_beside
+
+    default_frames, default_size = _QUICK if quick else _FULL
+    sequence = _sequence(frames or default_frames, size or default_size, seed)
+    config = _config(sequence)
+    click.echo(f"drawing {len(sequence)} frames into {out}", err=True)
+    render(sequence, out)
+    click.echo("tracking them by colour", err=True)
+    run = follow(sequence, config, out)
+    write_config_beside([str(out / CURVES)], config)
+    write_sheet(run, out)
+    text = table(run, sequence)
+    write_summary(run, sequence, out)
+    describe(text, out)
+    click.echo(text)
+
+
+def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:
+    from dloftbs.errors import InputError
+    from dloftbs.sources.synthetic import DemoSequence
+
+    width_px = max(_WIDTH_PX * min(size[0] / 720.0, size[1] / 1280.0), 3.0)
+    try:
+        return DemoSequence(frames=frames, size=size, seed=seed, width_px=width_px)
+    except InputError as error:
+        raise Failure(f"no demo of this size and length: {error}") from error
+
+
+def _config(sequence: DemoSequence) -> Config:
+    """Return the defaults with the colours of all cables: one mask holds them all."""
+    from dloftbs.config import Config, SegmentationConfig
+
+    return Config(segmentation=SegmentationConfig(hsv=sequence.hsv))

@@ -1,0 +1,80 @@
+import msgspec
+import pytest
+from cli.cli_inputs import run
+
+from dloftbs.config import Config, HsvRange
+
+
+def printed(*arguments):
+    return Config.from_dict(msgspec.yaml.decode(run("config", "print", *arguments).stdout))
+
+
+def test_print_states_everything_and_reads_back():
+    assert printed() == Config()
+    assert printed("--paper") == Config.paper()
+    text = run("config", "print").stdout
+    assert all(f"{section}:" in text for section in Config().to_dict())
+
+
+def test_later_options_override_earlier(tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text("linking: {max_cost: 5, direction_px: 7}\nsegmentation: {hsv: [{hue: [1, 2]}]}\n")
+    both = printed("--config", file, "--set", "linking.max_cost=6", "--hsv", "170:10")
+    assert both.linking.direction_px == 7
+    assert both.linking.max_cost == 6.0
+    assert both.segmentation.hsv == (HsvRange(hue=(170, 10)),)
+
+
+def test_a_file_keeps_of_the_paper_what_it_leaves_out(tmp_path, monkeypatch):
+    monkeypatch.setattr(Config, "paper", lambda: Config().replace({"linking.max_cost": 1.5, "fitting.knots": 5}))
+    file = tmp_path / "my.yaml"
+    file.write_text("fitting: {knots: 9}\n")
+    config = printed("--paper", "--config", file)
+    assert config.linking.max_cost == 1.5
+    assert config.fitting.knots == 9
+
+
+def test_an_empty_file_changes_nothing(tmp_path):
+    (tmp_path / "empty.yaml").write_text("# nothing\n")
+    assert printed("--config", tmp_path / "empty.yaml") == Config()
+
+
+def test_set_takes_sequences():
+    config = printed("--set", "segmentation.hsv=[{hue: [170, 10]}, {hue: [50, 60], value: [9, 99]}]")
+    assert config.segmentation.hsv == (HsvRange(hue=(170, 10)), HsvRange(hue=(50, 60), value=(9, 99)))
+
+
+def test_the_last_set_of_a_key_counts():
+    assert printed("--set", "fitting.knots=9", "--set", "fitting.knots=10").fitting.knots == 10
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("linking.max_price=5", "linking.max_price"),
+        ("nothing=5", "nothing"),
+        ("fitting.knots=many", "$.fitting.knots"),
+        ("fitting.knots=1", "at least 2|2..1000"),
+        ("fitting=3", "$.fitting"),
+    ],
+)
+def test_a_wrong_setting_is_bad_input(change, message):
+    result = run("config", "print", "--set", change, code=1)
+    assert result.stderr.startswith("error: ")
+    assert any(part in result.stderr for part in message.split("|"))
+
+
+def test_check(tmp_path):
+    good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
+    good.write_text(Config.paper().to_yaml())
+    bad.write_text("fitting: {knots: 9, nots: 3}\n")
+    assert run("config", "check", good).stdout == f"{good}: ok\n"
+    result = run("config", "check", bad, good, tmp_path / "missing.yaml", code=1)
+    assert result.stdout == f"{good}: ok\n"
+    assert len(result.stderr.splitlines()) == 2
+    assert str(bad) in result.stderr
+    assert "nots" in result.stderr
+
+
+def test_a_missing_file_is_bad_input(tmp_path):
+    assert "missing.yaml" in run("config", "print", "--config", tmp_path / "missing.yaml", code=1).stderr

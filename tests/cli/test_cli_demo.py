@@ -1,0 +1,157 @@
+import json
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from cli.cli_inputs import run
+
+from dloftbs.cli.scoring import CableScore, FrameScore, Scores, score_frame
+from dloftbs.config import Config
+from dloftbs.frame import Detection, FrameResult, Track, TrackState
+from dloftbs.pipeline import detect
+from dloftbs.sinks import read_json_lines
+from dloftbs.sources.synthetic import SceneTruth
+
+FRAMES = 14
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("demo") / "new"
+    result = run("demo", "--quick", "--out", folder, "--frames", FRAMES, "--size", "480x270", "--seed", 1)
+    (folder / "printed").write_text(result.stdout)
+    return folder
+
+
+def test_the_folder_holds_what_its_readme_says(folder):
+    readme = (folder / "README.txt").read_text()
+    for file in folder.iterdir():
+        assert file.name in readme or file.name == "printed"
+    assert (folder / "printed").read_text() in readme
+
+
+def test_the_videos_play(folder):
+    for name in ("input.mp4", "overlay.mp4"):
+        video = cv2.VideoCapture(str(folder / name))
+        assert video.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
+        read, picture = video.read()
+        video.release()
+        assert read
+        assert picture.shape == (270, 480, 3)
+
+
+def test_the_sheet_has_a_dozen_frames(folder):
+    sheet = cv2.imread(str(folder / "contact_sheet.png"))
+    assert sheet.shape[1] / sheet.shape[0] == pytest.approx(4 * 16 / (3 * 9), rel=0.1)
+
+
+def test_the_figures_are_those_of_the_curves(folder):
+    summary = json.loads((folder / "summary.json").read_text())
+    rows = list(read_json_lines(folder / "curves.jsonl"))
+    assert summary["frames"] == len(rows) == FRAMES
+    assert [frame["curves"] for frame in summary["per_frame"]] == [len(row["detections"]) for row in rows]
+    right = sum(len(row["detections"]) == 2 for row in rows)
+    assert summary["frames_with_the_right_number_of_curves"] == right
+    missing = [sum(frame["cables"][i]["track_id"] is None for frame in summary["per_frame"]) for i in (0, 1)]
+    assert summary["frames_without_a_curve_for_a_cable"] == missing
+    assert 0.0 < summary["l1_px"]["mean"] < 20.0
+    assert Config.from_dict(summary["config"]) == Config.from_yaml(folder / "curves.config.yaml")
+
+
+def test_the_command_in_the_readme_gives_the_same_curves(folder):
+    again = folder.parent / "again.jsonl"
+    run("track", folder / "input.mp4", "--config", folder / "curves.config.yaml", "--out", again)
+    first, second = list(read_json_lines(folder / "curves.jsonl")), list(read_json_lines(again))
+    assert [row["tracks"] for row in first] == [row["tracks"] for row in second]
+
+
+def test_a_size_too_small_is_bad_input(tmp_path):
+    result = run("demo", "--out", tmp_path, "--size", "20x20", code=1)
+    assert result.stderr.startswith("error: ")
+
+
+def bars(*rows):
+    masks = []
+    for row in rows:
+        mask = np.zeros((100, 200), bool)
+        mask[row - 2 : row + 3, 20:180] = True
+        masks.append(mask)
+    return masks
+
+
+def scene(*rows):
+    masks = bars(*rows)
+    curves = tuple(detect(mask)[0].curve for mask in masks)
+    return SceneTruth(curves, tuple(masks), tuple(range(len(rows))))
+
+
+def found(*detections: Detection, ids=None):
+    tracks = [
+        Track(i, TrackState.CONFIRMED, d.curve, None, 1, 0, d)
+        for i, d in zip(ids or range(1, len(detections) + 1), detections, strict=True)
+    ]
+    return FrameResult(detections, tuple(tracks), None, (100, 200), index=3)
+
+
+def detections(*rows):
+    return [detect(mask)[0] for mask in bars(*rows)]
+
+
+def test_the_truth_itself_scores_best():
+    score = score_frame(found(*detections(30, 60)), scene(30, 60))
+    assert (score.index, score.curves) == (3, 2)
+    assert score.l1_px == pytest.approx(5 / 4, abs=0.2)  # a quarter of the width
+    assert score.l2_px < 0.5
+    assert [cable.l3_px for cable in score.cables] == pytest.approx([0.0, 0.0])
+
+
+def test_each_cable_gets_the_curve_that_fits_it():
+    score = score_frame(found(*detections(62, 31), ids=(7, 9)), scene(30, 60))
+    assert [cable.track_id for cable in score.cables] == [9, 7]
+    assert [cable.l3_px for cable in score.cables] == pytest.approx([1.0, 2.0], abs=0.05)
+
+
+def test_a_cable_without_a_curve_is_missing_and_not_in_the_mean():
+    scores = Scores(2)
+    scores.add(score_frame(found(*detections(60)), scene(30, 60)))
+    scores.add(replace(score_frame(found(), scene(30, 60)), index=4))
+    figures = scores.to_dict()
+    assert figures["frames_without_a_curve_for_a_cable"] == [2, 1]
+    assert figures["l3_px"]["worst"] == pytest.approx(0.0)
+    assert figures["l1_px"]["mean"] > 5.0  # the pixels of the missing one count
+    assert math.isnan(scores.frames[1].l1_px)
+
+
+def test_tracks_that_coast_do_not_count():
+    seen = found(*detections(30))
+    coasting = tuple(replace(track, detection=None, state=TrackState.COASTING) for track in seen.tracks)
+    score = score_frame(replace(seen, detections=(), tracks=coasting), scene(30))
+    assert score.curves == 0
+    assert score.cables == (CableScore(),)
+
+
+def test_nothing_at_all_has_no_figures():
+    scores = Scores(1)
+    scores.add(score_frame(found(), scene(30)))
+    assert scores.to_dict()["l3_px"] == {"mean": None, "median": None, "worst": None}
+
+
+def test_ids_and_turns_are_counted():
+    scores = Scores(1)
+    seen = [(1, True), (1, False), (2, True), (None, True), (2, True), (2, False)]
+    for i, (track_id, forward) in enumerate(seen):
+        scores.add(FrameScore(i, 1, 1.0, 1.0, (CableScore(track_id, 1.0 + i, forward),)))
+    figures = scores.to_dict()
+    assert figures["ids_of_each_cable"] == [2]
+    assert figures["turned_around"] == 2
+    assert figures["worst_frame"] == 5
+
+
+def test_a_curve_run_backwards_scores_the_same():
+    forward, backward = (
+        score_frame(found(d), scene(30)).cables[0] for d in (detections(30)[0], detections(30)[0].reversed())
+    )
+    assert forward.l3_px == pytest.approx(backward.l3_px)
+    assert forward.runs_forward != backward.runs_forward

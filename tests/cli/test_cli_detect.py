@@ -1,0 +1,167 @@
+import json
+
+import cv2
+import numpy as np
+import pytest
+from cli.cli_inputs import RED, mask, photo, run, save
+
+from dloftbs.config import Config
+from dloftbs.curve import BSplineCurve
+from dloftbs.sinks import read_json_lines, read_npz
+
+
+def lines(result):
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+def test_a_mask_becomes_one_line_of_json(tmp_path):
+    (line,) = lines(run("detect", save(tmp_path / "mask.png", mask())))
+    assert line["name"] == "mask.png"
+    assert line["size"] == [100, 200]
+    assert line["tracks"] == []
+    (found,) = line["detections"]
+    assert BSplineCurve.from_dict(found["curve"]).sample(50)[:, 1] == pytest.approx(50.0, abs=0.5)
+
+
+def test_a_colour_makes_the_mask(tmp_path):
+    image = save(tmp_path / "photo.png", photo())
+    (line,) = lines(run("detect", image, "--hsv", RED))
+    assert len(line["detections"]) == 1
+
+
+def test_several_colours_are_all_cable(tmp_path):
+    two = photo(30)
+    two[mask(70) > 0] = (255, 0, 0)
+    image = save(tmp_path / "photo.png", two)
+    (line,) = lines(run("detect", image, "--hsv", RED, "--hsv", "110:130,80:255", "--set", "linking.max_cost=1"))
+    assert len(line["detections"]) == 2
+
+
+@pytest.mark.parametrize("command", ["detect", "track"])
+def test_a_colour_image_without_a_colour_names_the_remedies(tmp_path, command):
+    result = run(command, save(tmp_path / "photo.png", photo()), code=1)
+    assert result.stdout == ""
+    assert result.stderr.startswith("error: photo.png is a colour image")
+    assert "--hsv 170:10,80:255,60:255" in result.stderr
+    assert "--kind mask" in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_masks_go_with_images_by_a_rule(tmp_path):
+    # As a shell expands *.png: the masks are among the inputs.
+    paths = []
+    for y, name in ((30, "a"), (70, "b")):
+        paths.append(save(tmp_path / f"{name}.png", photo(y)))
+        paths.append(save(tmp_path / f"{name}_mask.png", mask(y)))
+    found = lines(run("detect", *paths, "--masks", "{stem}_mask.png"))
+    assert [line["name"] for line in found] == ["a.png", "b.png"]
+    assert [line["index"] for line in found] == [0, 1]
+
+
+def test_an_image_whose_mask_is_missing_is_reported(tmp_path):
+    paths = [save(tmp_path / "a.png", photo()), save(tmp_path / "b.png", photo())]
+    save(tmp_path / "a_mask.png", mask())
+    result = run("detect", *paths, "--masks", "{stem}_mask.png", code=1)
+    assert [line["name"] for line in lines(result)] == ["a.png"]
+    assert "(b.png): it has no mask" in result.stderr
+
+
+def test_only_partners_is_an_error(tmp_path):
+    save(tmp_path / "a.png", photo())
+    partner = save(tmp_path / "a_mask.png", mask())
+    assert "error:" in run("detect", partner, "--masks", "{stem}_mask.png", code=1).stderr
+
+
+def test_what_cannot_be_read_does_not_stop_the_rest(tmp_path):
+    good = save(tmp_path / "good.png", mask())
+    bad = tmp_path / "bad.png"
+    bad.write_bytes(b"no picture")
+    result = run("detect", bad, tmp_path / "missing.png", good, code=1)
+    assert [(line["name"], line["index"]) for line in lines(result)] == [("good.png", 2)]
+    errors = result.stderr.splitlines()
+    assert len(errors) == 2
+    assert all(error.startswith("error: ") for error in errors)
+
+
+def test_a_folder_is_read_in_its_natural_order_and_its_holes_count(tmp_path):
+    for name in ("m10", "m2"):
+        save(tmp_path / f"{name}.png", mask())
+    (tmp_path / "m3.png").write_bytes(b"no picture")
+    result = run("detect", tmp_path, code=1)
+    assert [(line["name"], line["index"]) for line in lines(result)] == [("m2.png", 0), ("m10.png", 2)]
+    assert "warning: skipped frame 1" in result.stderr
+
+
+def test_images_do_not_know_of_each_other(tmp_path):
+    for i in range(3):
+        save(tmp_path / f"{i}.png", mask())
+    npz = tmp_path / "out" / "curves.npz"
+    run("detect", tmp_path, "--out", npz)
+    assert [row.track_id for row in read_npz(npz)] == [None] * 3
+
+
+def test_nothing_found_is_a_result_with_a_reason(tmp_path):
+    (line,) = lines(run("detect", save(tmp_path / "empty.png", np.zeros((50, 60), np.uint8))))
+    assert line["detections"] == []
+    assert line["reason"] == "the mask is empty"
+
+
+def test_files_take_the_place_of_standard_output(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    out = tmp_path / "new" / "curves.jsonl"
+    result = run("detect", image, "--out", out, "--out", tmp_path / "points.csv", "--set", "fitting.knots=9")
+    assert result.output == ""
+    (line,) = read_json_lines(out)
+    assert len(line["detections"]) == 1
+    assert (tmp_path / "points.csv").read_text().count("\n") == 101
+    used = Config.from_yaml(tmp_path / "new" / "curves.config.yaml")
+    assert used == Config().replace({"fitting.knots": 9})
+
+
+def test_a_dash_is_standard_output(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    assert len(lines(run("detect", image, "--out", "-", "--out", tmp_path / "curves.csv"))) == 1
+
+
+def test_pictures(tmp_path):
+    image = save(tmp_path / "photo.png", photo())
+    run("detect", image, "--hsv", RED, "--overlay", tmp_path / "overlay", "--stages", tmp_path / "stages")
+    overlay = cv2.imread(str(tmp_path / "overlay" / "photo.png"))
+    assert overlay.shape == (100, 200, 3)
+    assert (overlay != photo()).any()
+    assert cv2.imread(str(tmp_path / "stages" / "photo.png")).shape[1] > 600
+    assert (tmp_path / "overlay.config.yaml").exists()
+
+
+def test_depth_and_a_camera_give_metres(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    save(tmp_path / "depth.png", np.full((100, 200), 500, np.uint16))
+    (line,) = lines(run("detect", image, "--depth", tmp_path / "depth.png", "--camera", "100,100,100,50"))
+    curve = BSplineCurve.from_dict(line["detections"][0]["curve_3d"])
+    assert curve.sample(20)[:, 2] == pytest.approx(0.5)
+
+
+def test_a_results_file_that_cannot_be_written_ends_the_run(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    (tmp_path / "folder.csv").mkdir()
+    result = run("detect", image, image, "--out", tmp_path / "folder.csv", code=1)
+    assert result.stderr.count("error: ") == 1
+
+
+def test_a_foreign_file_is_not_replaced_by_the_configuration(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    mine = tmp_path / "curves.config.yaml"
+    mine.write_text("fitting: {knots: 9}  # mine\n")
+    result = run("detect", image, "--out", tmp_path / "curves.csv", code=1)
+    assert "is not replaced" in result.stderr
+    assert "mine" in mine.read_text()
+    # It says the same: it stays as it is.
+    run("detect", image, "--out", tmp_path / "curves.csv", "--config", mine)
+    assert "mine" in mine.read_text()
+
+
+def test_the_configuration_of_an_earlier_run_is_replaced(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    for knots in (9, 12):
+        run("detect", image, "--out", tmp_path / "curves.csv", "--set", f"fitting.knots={knots}")
+    assert Config.from_yaml(tmp_path / "curves.config.yaml").fitting.knots == 12

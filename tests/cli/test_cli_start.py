@@ -1,0 +1,109 @@
+import subprocess
+import sys
+
+import pytest
+from cli.cli_inputs import COMMAND, mask, run, save, start
+
+import dloftbs
+
+HEAVY = {"numpy", "cv2", "numba", "rich", "scipy", "msgspec", "yaml", "matplotlib"}
+
+
+def loaded_by(*arguments):
+    """The modules in memory when the command has ended."""
+    code = (
+        "import atexit, sys\n"
+        f"sys.argv = {['dloftbs', *map(str, arguments)]!r}\n"
+        "atexit.register(lambda: print('MODULES', *sys.modules, file=sys.stderr))\n"
+        "from dloftbs.cli import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    return set(done.stderr.rpartition("MODULES")[2].split())
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("--help",), ("--version",), ("detect", "--help"), ("track", "-h"), ("demo", "--help"), ("config", "print", "-h")],
+)
+def test_help_loads_nothing_heavy(arguments):
+    assert not HEAVY & loaded_by(*arguments)
+
+
+def test_detect_loads_no_pictures_and_no_progress(tmp_path):
+    loaded = loaded_by("detect", save(tmp_path / "mask.png", mask()))
+    assert "dloftbs.pipeline" in loaded
+    assert {"rich", "matplotlib", "av", "dloftbs.viz", "dloftbs.evaluation"} & loaded == set()
+
+
+def test_the_console_script_is_installed():
+    done = subprocess.run([COMMAND, "--version"], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == f"dloftbs {dloftbs.__version__}\n"
+
+
+@pytest.mark.parametrize("command", ["", "detect", "track", "demo", "config", "config print", "config check", "warmup"])
+def test_every_command_has_help(command):
+    assert "Usage:" in run(*command.split(), "--help").output
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("nonsense",),
+        ("detect",),
+        ("detect", "x.png", "--kind", "video"),
+        ("detect", "x.png", "--hsv", "red"),
+        ("detect", "x.png", "--hsv", "0:300"),
+        ("detect", "x.png", "--set", "linking.max_cost"),
+        ("detect", "x.png", "--set", "linking.max_cost=[1"),
+        ("detect", "x.png", "--camera", "1,2,3"),
+        ("detect", "x.png", "--camera", "0,1,2,3"),
+        ("detect", "x.png", "--out", "curves.txt"),
+        ("detect", "x.png", "--out", "a.csv", "--out", "a.csv"),
+        ("detect", "x.png", "--overlay", "overlay.mp4"),
+        ("detect", "x.png", "--overlay", "same", "--stages", "./same"),
+        ("detect", "x.png", "--masks", "m.png", "--kind", "mask"),
+        ("detect", "x.png", "y.png", "--masks", "m.png"),
+        ("track", "a.mp4", "b.mp4"),
+        ("track", "a.mp4", "--overlay", "curves.jsonl"),
+        ("track", "a.mp4", "--limit", "0"),
+        ("demo", "--size", "big"),
+    ],
+)
+def test_bad_usage_is_2(arguments):
+    result = run(*arguments, code=2)
+    assert result.stdout == ""
+    assert "Error:" in result.stderr
+
+
+def test_warmup_says_what_it_did():
+    assert run("warmup").stdout.startswith("kernels ")
+
+
+def test_compilation_is_announced_once(tmp_path):
+    # A cache of its own, empty, of which the kernels of segmentation alone are quick enough for a test.
+    code = (
+        "import click, logging\n"
+        "from dloftbs.cli.shell import messages_to_stderr\n"
+        "with messages_to_stderr():\n"
+        "    import dloftbs.kernels.segmentation\n"
+        "    logging.getLogger('dloftbs.x').info('not shown')\n"
+    )
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, env=environment, check=True
+    )
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("warning: compiling the kernels")
+
+
+def test_a_closed_pipe_is_no_traceback(tmp_path):
+    for i in range(40):
+        save(tmp_path / f"{i}.png", mask())
+    process = start("detect", tmp_path)
+    process.stdout.readline()
+    process.stdout.close()
+    errors = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(30) == 1
+    assert errors == ""

@@ -1,0 +1,124 @@
+import io
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from dloftbs.cli import progress as progress_module
+from dloftbs.cli.progress import Progress, open_progress
+from dloftbs.cli.report import RunReport
+from dloftbs.cli.shell import messages_to_stderr
+from dloftbs.cli.timing import ACCURACY, LatencyHistogram
+from dloftbs.curve import BSplineCurve
+from dloftbs.frame import FrameResult, Track, TrackState
+
+CURVE = BSplineCurve([0, 0, 0, 0, 1, 1, 1, 1], [[0, 0], [1, 0], [2, 0], [3, 0]])
+
+
+def result(ids=(), reason=None, state=TrackState.CONFIRMED, **stage_ms):
+    tracks = tuple(Track(i, state, CURVE, None, 1, 0, None) for i in ids)
+    return FrameResult((), tracks, reason, (10, 10), stage_ms or {"skeleton": 1.0})
+
+
+@pytest.mark.parametrize("count", [1, 2, 10, 5000])
+@pytest.mark.parametrize("percent", [1, 50, 90, 99, 100])
+def test_percentiles_are_within_the_stated_accuracy(count, percent):
+    values = np.random.default_rng(count).lognormal(1.0, 2.0, count)
+    histogram = LatencyHistogram()
+    for value in values:
+        histogram.add(float(value))
+    exact = np.percentile(values, percent, method="inverted_cdf")
+    assert histogram.percentile(percent) == pytest.approx(exact, rel=ACCURACY)
+    assert (histogram.count, histogram.max_ms) == (count, values.max())
+    assert histogram.sum_ms == pytest.approx(values.sum())
+
+
+def test_the_histogram_does_not_grow():
+    histogram = LatencyHistogram()
+    size = len(histogram._counts)
+    for ms in (0.0, 1e-9, 1.0, 1e12):
+        histogram.add(ms)
+    assert len(histogram._counts) == size < 2000
+
+
+def test_no_durations_have_no_percentile():
+    assert math.isnan(LatencyHistogram().percentile(50))
+
+
+def test_tracks_are_counted_once_and_only_when_confirmed():
+    report = RunReport()
+    for ids in ((1,), (1, 2), (2,), (2, 3), ()):
+        report.add(result(ids))
+    report.add(result((4,), state=TrackState.TENTATIVE))
+    assert report.tracks == 3
+
+
+def test_reasons_are_counted_by_kind_and_their_number_is_bounded():
+    report = RunReport()
+    for i in range(200):
+        report.add(result(reason=f"the longest segment has {i} px"))
+        report.add(result(reason="reason " + "x" * i))
+    assert report.reasons["the longest segment has N px"] == 200
+    assert len(report.reasons) <= 21
+    assert report.reasons.total() == 400
+    assert "nothing found in 400 frames:" in report.summary()
+
+
+def test_the_line_says_how_the_run_stands():
+    report = RunReport()
+    report.add(result((1, 2), skeleton=2.0, linking=1.0))
+    line = report.line(100)
+    assert line.startswith("1/100 frames")
+    assert "frames/s" in line
+    assert " left  " in line
+    assert "pipeline 2.99 ms" in line
+    assert line.endswith("2 tracks")
+    assert " left" not in report.line(None)
+
+
+def test_an_empty_report_has_a_summary():
+    assert RunReport().summary().startswith("frames     0, 0 skipped")
+
+
+def test_progress_is_shown_at_most_every_few_seconds(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(progress_module, "monotonic", lambda: now[0])
+    shown = []
+    progress = Progress(lambda report: shown.append(now[0]), 5.0)
+    for tenth in range(200):
+        now[0] = tenth / 10
+        progress.tick(RunReport())
+    assert shown == [5.0, 10.0, 15.0]
+
+
+def test_off_a_terminal_progress_is_a_plain_line(monkeypatch, capsys):
+    monkeypatch.setattr(progress_module, "_LINE_EVERY_S", 0.0)
+    with open_progress(10, shares_terminal=False) as progress:
+        progress.tick(RunReport())
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("0/10 frames")
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_warnings_are_lifted_above_the_bar(monkeypatch):
+    import logging
+
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(progress_module, "_BAR_EVERY_S", 0.0)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    with messages_to_stderr(), open_progress(10, shares_terminal=False) as progress:
+        progress.tick(RunReport())
+        logging.getLogger("dloftbs.sources").warning("[red]skipped[/red] %s", "it")
+        progress.tick(RunReport())
+    text = terminal.getvalue()
+    # The bar's line is cleared before the message takes its place.
+    assert "\x1b[2Kwarning: [red]skipped[/red] it\n" in text
+    assert "0/10 frames" in text

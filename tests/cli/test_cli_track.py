@@ -1,0 +1,105 @@
+import json
+import signal
+import time
+
+import cv2
+import numpy as np
+from cli.cli_inputs import RED, mask, photo, run, save, start
+
+from dloftbs.sinks import read_json_lines, read_npz
+
+
+def masks(path, count, size=(60, 90)):
+    """A stack of masks: a cable that moves, and every tenth frame nothing."""
+    stack = np.stack([mask(20 + abs(i % 20 - 10), size) if i % 10 else np.zeros(size, np.uint8) for i in range(count)])
+    np.save(path, stack)
+    return path
+
+
+def test_a_folder_becomes_tracks_with_ids(tmp_path):
+    for i in range(12):
+        save(tmp_path / "in" / f"{i}.png", photo(40 + i))
+    out = tmp_path / "out"
+    result = run(
+        *("track", tmp_path / "in", "--hsv", RED, "--out", out / "curves.jsonl", "--out", out / "curves.npz"),
+        *("--overlay", out / "overlay.mp4", "--fps", 12),
+    )
+    assert result.stdout == ""
+    rows = list(read_json_lines(out / "curves.jsonl"))
+    assert [[track["id"] for track in row["tracks"]] for row in rows] == [[1]] * 12
+    assert [row["stamp"] for row in rows] == [i / 12 for i in range(12)]
+    assert len(list(read_npz(out / "curves.npz"))) == 12
+    video = cv2.VideoCapture(str(out / "overlay.mp4"))
+    assert (video.get(cv2.CAP_PROP_FRAME_COUNT), video.get(cv2.CAP_PROP_FPS)) == (12, 12)
+    video.release()
+    assert (out / "curves.config.yaml").exists()
+
+
+def test_the_summary(tmp_path):
+    result = run("track", masks(tmp_path / "masks.npy", 30), "--out", tmp_path / "curves.csv")
+    lines = result.stderr.splitlines()
+    assert lines[0].startswith("frames     30, 0 skipped, in ")
+    assert lines[1] == "tracks     1 confirmed"
+    assert any(line.startswith("skeleton ") for line in lines)
+    assert any(line.startswith("pipeline ") for line in lines)
+    assert lines[-2:] == ["nothing found in 3 frames:", "       3  the mask is empty"]
+
+
+def test_without_files_results_are_lines_on_standard_output(tmp_path):
+    result = run("track", masks(tmp_path / "masks.npy", 5), "--limit", 3)
+    assert [json.loads(line)["index"] for line in result.stdout.splitlines()] == [0, 1, 2]
+
+
+def test_overlay_pictures_into_a_folder(tmp_path):
+    run("track", masks(tmp_path / "masks.npy", 3), "--overlay", tmp_path / "pictures")
+    assert len(list((tmp_path / "pictures").iterdir())) == 3
+
+
+def test_skipped_frames_are_counted_and_do_not_end_the_run(tmp_path):
+    for i in range(4):
+        save(tmp_path / "in" / f"{i}.png", mask())
+    (tmp_path / "in" / "2.png").write_bytes(b"no picture")
+    result = run("track", tmp_path / "in", "--out", tmp_path / "curves.jsonl")
+    assert "warning: skipped frame 2" in result.stderr
+    assert "frames     3, 1 skipped" in result.stderr
+
+
+def test_a_stream_without_any_frame_is_bad_input(tmp_path):
+    for i in range(2):
+        (tmp_path / f"{i}.png").write_bytes(b"no picture")
+    result = run("track", tmp_path, "--out", tmp_path / "curves.jsonl", code=1)
+    assert "no frame could be read" in result.stderr
+
+
+def test_a_missing_input_leaves_no_files(tmp_path):
+    result = run("track", tmp_path / "missing.mp4", "--out", tmp_path / "curves.jsonl", code=1)
+    assert result.stderr.startswith("error: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_ctrl_c_leaves_readable_files_and_a_summary(tmp_path):
+    stack = masks(tmp_path / "masks.npy", 20000, (40, 60))
+    out = tmp_path / "curves.jsonl"
+    arguments = ("track", stack, "--out", out, "--out", tmp_path / "curves.npz", "--overlay", tmp_path / "o.mp4")
+    process = start(*arguments)
+    try:
+        deadline = time.monotonic() + 30
+        while (not out.exists() or out.stat().st_size < 50_000) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        stdout, stderr = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert process.returncode == 130, stderr
+    assert stdout == ""
+    rows = list(read_json_lines(out))
+    seen = int(stderr.split()[1].rstrip(","))
+    assert stderr.startswith("frames ")
+    assert stderr.endswith("interrupted\n")
+    assert "Traceback" not in stderr
+    assert 0 < seen < 20000
+    assert seen <= len(rows) <= seen + 1  # the last one was written, and perhaps not counted any more
+    assert max(row.frame for row in read_npz(tmp_path / "curves.npz")) < len(rows)
+    video = cv2.VideoCapture(str(tmp_path / "o.mp4"))
+    assert abs(video.get(cv2.CAP_PROP_FRAME_COUNT) - len(rows)) <= 1
+    video.release()

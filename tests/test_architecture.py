@@ -1,0 +1,221 @@
+"""Who may import whom: the layers of the package point one way, and importing it costs next to nothing."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import dloftbs
+
+PACKAGE = Path(dloftbs.__file__).parent
+
+GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
+DATA = {"curve", "centerline", "camera", "frame", "patch"}
+KNOWN_OUTSIDE = {"errors", "config", "_arrays", "_version", "curve", "centerline", "camera", "frame"}
+BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
+
+MAY_IMPORT = {
+    "errors": set(),
+    "config": {"errors"},
+    "_arrays": {"errors"},
+    "_version": set(),
+    "kernels": set(),
+    **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
+    "patch": GROUND | (DATA - {"patch"}),
+    "stages": GROUND | DATA,
+    "tracking": (GROUND - {"kernels"}) | DATA,
+    "inspection": BELOW_PIPELINE - {"tracking"},
+    "pipeline": BELOW_PIPELINE | {"inspection"},
+    "sources": KNOWN_OUTSIDE,
+    "sinks": KNOWN_OUTSIDE | {"viz"},
+    "evaluation": KNOWN_OUTSIDE,
+    "viz": KNOWN_OUTSIDE,
+    "cli": BELOW_PIPELINE | {"inspection", "pipeline", "sources", "sinks", "evaluation", "viz", ""},
+}
+"""From the first name below the package to those that it may import, itself aside; the package itself is ""."""
+
+STRANGERS_TO_EACH_OTHER = ("stages", "kernels")
+HEAVY = ("numpy", "numba", "scipy", "cv2")
+
+
+def module_name(path: Path) -> str:
+    """Return the name below the package, as in ``stages.linking``; a package's own is its folder's."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+LIBRARY = [name for name in MODULES if name]
+
+
+def imports_of(name: str, source: str, *, is_package: bool = False) -> set[str]:
+    """Return what of this package a module imports anywhere in it, by names below the package."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            origin = _origin(node, name, is_package)
+            found |= {_resolve(origin, alias.name) for alias in node.names}
+    return {full.partition(".")[2] for full in found if full.partition(".")[0] == "dloftbs"}
+
+
+def _origin(node: ast.ImportFrom, name: str, is_package: bool) -> str:
+    """Return the absolute name of the module that names are imported from."""
+    if not node.level:
+        return node.module or ""
+    here = f"dloftbs.{name}".split(".")
+    parents = here[: len(here) - node.level + is_package]
+    return ".".join([*parents, node.module] if node.module else parents)
+
+
+def _resolve(origin: str, name: str) -> str:
+    """Return the module that a name comes from: a submodule, or what the package loads it from, or the origin."""
+    if origin == "dloftbs" and name in dloftbs._HOME:
+        return f"dloftbs.{dloftbs._HOME[name]}"
+    below = f"{origin}.{name}".partition(".")[2]
+    return f"dloftbs.{below}" if origin.partition(".")[0] == "dloftbs" and below in MODULES else origin
+
+
+def violations(name: str, imported: set[str]) -> list[str]:
+    """Return which of the imported modules a module must not know."""
+    top = name.partition(".")[0]
+    bad = []
+    for other in sorted(imported):
+        other_top = other.partition(".")[0]
+        if other_top != top:
+            allowed = other_top in MAY_IMPORT[top]
+        else:
+            allowed = top not in STRANGERS_TO_EACH_OTHER or other == "kernels._compile"
+        if not allowed:
+            bad.append(other)
+    return bad
+
+
+def imports_of_file(name: str) -> set[str]:
+    path = MODULES[name]
+    return imports_of(name, path.read_text(encoding="utf-8"), is_package=path.name == "__init__.py")
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_imports_point_the_way_the_design_allows(name):
+    assert violations(name, imports_of_file(name)) == []
+
+
+def test_the_rules_cover_every_part_of_the_package():
+    assert {name.partition(".")[0] for name in LIBRARY} - MAY_IMPORT.keys() == set()
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "expected"),
+    [
+        ("curve", "from dloftbs.stages.linking import link", ["stages.linking"]),
+        ("curve", "def f():\n    from dloftbs.kernels import fitting", ["kernels.fitting"]),
+        ("frame", "if TYPE_CHECKING:\n    import dloftbs.pipeline", ["pipeline"]),
+        ("viz.overlay", "from dloftbs import Pipeline, BSplineCurve", ["pipeline"]),
+        ("viz.overlay", "from dloftbs import sources", ["sources"]),
+        ("viz.overlay", "import dloftbs", [""]),
+        ("viz.overlay", "from dloftbs.viz import shapes", []),
+        ("stages.linking", "from dloftbs.stages.cleaning import clean", ["stages.cleaning"]),
+        ("stages.linking", "from . import cleaning", ["stages.cleaning"]),
+        ("stages.linking", "from .cleaning import clean", ["stages.cleaning"]),
+        ("stages.linking", "from ..tracking import Tracker", ["tracking"]),
+        ("kernels.linking", "from dloftbs.kernels import _compile, tracing", ["kernels.tracing"]),
+        ("kernels.linking", "from dloftbs.errors import InputError", ["errors"]),
+        ("tracking", "from dloftbs.stages import linking", ["stages.linking"]),
+        ("sinks.overlay", "from dloftbs import viz, sources", ["sources"]),
+        ("sources.video", "from dloftbs.tracking import Tracker\nimport numpy, os.path", ["tracking"]),
+        ("pipeline", "from dloftbs.cli import main", ["cli"]),
+        ("pipeline", "from dloftbs.stages.linking import link", []),
+    ],
+)
+def test_an_import_that_points_the_wrong_way_is_found(name, source, expected):
+    assert violations(name, imports_of(name, source)) == expected
+
+
+def test_a_relative_import_of_a_package_is_resolved_from_within():
+    assert imports_of("viz", "from .overlay import draw\nfrom . import shapes", is_package=True) == {
+        "viz.overlay",
+        "viz.shapes",
+    }
+
+
+def loud_calls(source: str) -> Iterator[str]:
+    """Yield what in a module prints to, or ends, the process of somebody else."""
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.Call(func=ast.Name(id="print" | "exit" | "quit" as name)):
+                yield name
+            case (
+                ast.Attribute(value=ast.Name(id="sys"), attr="exit")
+                | ast.Attribute(value=ast.Name(id="os"), attr="_exit")
+            ):
+                yield ast.unparse(node)
+            case ast.ImportFrom(module="sys", names=names) if any(alias.name == "exit" for alias in names):
+                yield "sys.exit"
+            case ast.Raise(exc=ast.Name(id="SystemExit") | ast.Call(func=ast.Name(id="SystemExit"))):
+                yield "SystemExit"
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name.partition(".")[0] != "cli"])
+def test_library_code_neither_prints_nor_exits(name):
+    assert list(loud_calls(MODULES[name].read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "print(1)",
+        "sys.exit(1)",
+        "from sys import exit",
+        "os._exit(0)",
+        "raise SystemExit",
+        "raise SystemExit(2)",
+        "exit()",
+    ],
+)
+def test_code_that_prints_or_exits_is_found(source):
+    assert len(list(loud_calls(f"def f():\n    {source}"))) == 1
+
+
+def loaded_by(statement: str) -> set[str]:
+    """Return the modules that a fresh interpreter holds after a statement."""
+    code = f"import sys; {statement}; print(*sys.modules)"
+    return set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+
+
+@pytest.mark.parametrize(
+    "statement", ["import dloftbs", "from dloftbs import Config, InputError", "dir(__import__('dloftbs'))"]
+)
+def test_nothing_heavy_is_loaded_before_it_is_needed(statement):
+    loaded = loaded_by(statement)
+    assert "dloftbs" in loaded
+    assert loaded.isdisjoint(HEAVY)
+
+
+def test_the_data_types_and_the_tracker_load_no_compiler_and_no_opencv():
+    loaded = loaded_by("from dloftbs import Detection, Frame, Tracker, PinholeCamera")
+    assert "numpy" in loaded
+    assert loaded.isdisjoint({"numba", "cv2"})
+
+
+@pytest.mark.parametrize("name", dloftbs.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(dloftbs, name) is not None
+    assert name in dir(dloftbs)
+
+
+def test_the_public_names_are_sorted_and_their_own():
+    assert dloftbs.__all__ == sorted(set(dloftbs.__all__))
+    assert {*dloftbs._HOME, *dloftbs._SUBMODULES, "__version__"} == set(dloftbs.__all__)
+
+
+@pytest.mark.parametrize("name", ["detekt", "np", "Sequence", "__wrapped__"])
+def test_a_name_that_is_not_there_is_an_attribute_error(name):
+    with pytest.raises(AttributeError, match=f"module 'dloftbs' has no attribute '{name}'"):
+        getattr(dloftbs, name)

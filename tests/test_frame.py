@@ -1,0 +1,187 @@
+"""What goes in and what comes out: the checks of a frame, and results as plain values."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from builders import detection_of, line, loop, through_json, wave
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.centerline import Joint, JointKind
+from dloftbs.curve import BSplineCurve
+from dloftbs.errors import InputError
+from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
+
+IMAGE = np.zeros((4, 6, 3), np.uint8)
+MASK = np.zeros((4, 6), np.uint8)
+DEPTH = np.ones((4, 6), np.float32)
+CROSSING = Joint(JointKind.CROSSING, (0.2, 0.3), cost=1.0, margin=4.0)
+GAP = Joint(JointKind.GAP, (0.5, 0.7), cost=2.0, margin=2.0)
+ALONE = Joint(JointKind.GAP, (0.8, 0.9), cost=1.0, margin=math.inf)
+
+
+class TestFrame:
+    @pytest.mark.parametrize(
+        ("fields", "message"),
+        [
+            ({}, "needs an image or a mask, got neither"),
+            ({"depth": DEPTH}, "needs an image or a mask"),
+            ({"image": MASK}, r"image must have shape \(H, W, 3\) and type uint8, got \(4, 6\) of uint8"),
+            ({"image": np.zeros((4, 6, 4), np.uint8)}, r"got \(4, 6, 4\) of uint8"),
+            ({"image": IMAGE.astype(float)}, r"got \(4, 6, 3\) of float64"),
+            ({"image": IMAGE.astype(bool)}, r"got \(4, 6, 3\) of bool"),
+            ({"mask": IMAGE}, r"mask must have shape \(H, W\) or \(H, W, 1\), got \(4, 6, 3\)"),
+            ({"mask": MASK[0]}, r"mask must have shape .* got \(6,\)"),
+            ({"mask": MASK.astype(np.float32)}, "mask must be bool or integer, .* got float32"),
+            ({"mask": MASK.astype(str)}, "mask must be bool or integer"),
+            ({"mask": MASK, "depth": DEPTH[None]}, r"depth must have shape \(H, W\) or \(H, W, 1\), got \(1, 4, 6\)"),
+            ({"mask": MASK, "depth": DEPTH > 0}, "depth must be integer counts or floating-point metres, got bool"),
+            ({"mask": MASK, "depth": DEPTH.astype(complex)}, "depth must be .* got complex128"),
+            (
+                {"mask": MASK, "depth": DEPTH.T},
+                r"depth must have the frame's size \(4, 6\) \(rows, columns\), got \(6, 4\)",
+            ),
+            ({"image": IMAGE, "mask": MASK[:3]}, r"mask must have the frame's size \(4, 6\) .* got \(3, 6\)"),
+            ({"image": IMAGE, "depth": DEPTH[:, :5]}, r"depth must have the frame's size \(4, 6\) .* got \(4, 5\)"),
+        ],
+    )
+    def test_what_is_wrong_is_said_with_what_came(self, fields, message):
+        with pytest.raises(InputError, match=message):
+            Frame(**fields)
+
+    @pytest.mark.parametrize("dtype", [bool, np.uint8, np.int8, np.uint16, np.int32, np.int64, np.uint64])
+    def test_a_mask_may_be_bool_or_any_integer(self, dtype):
+        frame = Frame(mask=MASK.astype(dtype))
+        assert frame.mask.dtype == dtype
+        assert frame.size == (4, 6)
+
+    @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.int32, np.float16, np.float32, np.float64])
+    def test_depth_may_be_integer_or_floating_point(self, dtype):
+        assert Frame(mask=MASK, depth=DEPTH.astype(dtype)).depth.dtype == dtype
+
+    def test_a_last_axis_of_one_is_dropped(self):
+        frame = Frame(mask=MASK[:, :, None], depth=DEPTH[:, :, None])
+        assert frame.mask.shape == frame.depth.shape == (4, 6)
+
+    def test_the_arrays_are_views_that_cannot_be_written_through(self):
+        given = {"image": IMAGE.copy(), "mask": MASK[:, :, None].copy(), "depth": DEPTH.copy()}
+        frame = Frame(**given)
+        for name, array in given.items():
+            held = getattr(frame, name)
+            assert np.shares_memory(held, array)
+            with pytest.raises(ValueError, match="read-only"):
+                held[0, 0] = 1
+            assert array.flags.writeable
+            array[0, 0] = 7
+            assert (held[0, 0] == 7).all()
+
+    @pytest.mark.parametrize("cut", [np.s_[::-1, ::2], np.s_[1:3, 2:5]])
+    def test_arrays_that_are_not_contiguous_are_not_copied_either(self, cut):
+        frame = Frame(image=IMAGE[cut], mask=MASK[cut])
+        assert np.shares_memory(frame.image, IMAGE)
+        assert np.shares_memory(frame.mask, MASK)
+
+    def test_a_read_only_array_is_taken(self):
+        mask = MASK.copy()
+        mask.flags.writeable = False
+        assert np.shares_memory(Frame(mask=mask).mask, mask)
+
+    def test_lists_are_taken(self):
+        assert Frame(mask=[[0, 1, 1]]).size == (1, 3)
+
+    def test_the_size_is_rows_and_columns_of_what_there_is(self):
+        assert Frame(image=IMAGE).size == (4, 6)
+        assert Frame(mask=MASK).size == (4, 6)
+
+    def test_a_frame_cannot_be_changed(self):
+        frame = Frame(mask=MASK, camera=PinholeCamera(1, 1, 0, 0), index=3, stamp=0.5, name="a.png")
+        for name in ("image", "mask", "depth", "camera", "index", "stamp", "name"):
+            with pytest.raises(AttributeError):
+                setattr(frame, name, None)
+        assert (frame.index, frame.stamp, frame.name) == (3, 0.5, "a.png")
+
+    def test_the_checks_give_back_the_array_itself(self):
+        assert check_image(IMAGE) is IMAGE
+        assert check_mask(MASK) is MASK
+
+
+class TestDetection:
+    def test_width_is_twice_the_median_radius(self):
+        assert detection_of(wave(), radius=2.5).width == 5.0
+
+    @pytest.mark.parametrize(
+        ("joints", "confidence"), [((), 1.0), ((CROSSING,), 0.8), ((CROSSING, GAP), 0.5), ((ALONE,), 1.0)]
+    )
+    def test_confidence_is_that_of_the_least_certain_joint(self, joints, confidence):
+        assert detection_of(wave(), joints=joints).confidence == pytest.approx(confidence)
+
+    def test_what_lies_under_gaps_was_inferred(self):
+        assert detection_of(wave(), joints=(CROSSING, GAP, ALONE)).inferred == ((0.5, 0.7), (0.8, 0.9))
+        assert detection_of(wave(), joints=(CROSSING,)).inferred == ()
+
+    def test_reversed_turns_everything(self):
+        curve_3d = line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
+        detection = detection_of(wave(), curve_3d, (CROSSING, GAP))
+        back = detection.reversed()
+        assert back.curve == detection.curve.reversed()
+        assert back.curve_3d == curve_3d.reversed()
+        assert back.inferred == (pytest.approx((0.3, 0.5)),)
+        assert [joint.kind for joint in back.joints] == [JointKind.GAP, JointKind.CROSSING]
+        np.testing.assert_array_equal(back.centerline.points, detection.centerline.points[::-1])
+        assert (back.width, back.confidence) == (detection.width, detection.confidence)
+
+    def test_reversed_keeps_the_reason_for_no_curve_in_space(self):
+        detection = Detection(detection_of(wave()).centerline, wave(), None, "the frame has no depth")
+        assert detection.reversed().curve_3d is None
+        assert detection.reversed().no_3d_reason == "the frame has no depth"
+
+    def test_the_dictionary_is_strict_json(self):
+        curve, curve_3d = wave(), line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
+        data = through_json(detection_of(curve, curve_3d, (CROSSING, ALONE)).to_dict())
+        assert BSplineCurve.from_dict(data["curve"]) == curve
+        assert BSplineCurve.from_dict(data["curve_3d"]) == curve_3d
+        assert (data["width_px"], data["confidence"], data["no_3d_reason"]) == (6.0, pytest.approx(0.8), None)
+        assert data["joints"] == [
+            {"kind": "crossing", "u": [0.2, 0.3], "cost": 1.0, "margin": 4.0},
+            {"kind": "gap", "u": [0.8, 0.9], "cost": 1.0, "margin": None},
+        ]
+
+    def test_a_detection_cannot_be_changed(self):
+        with pytest.raises(AttributeError):
+            detection_of(wave()).curve = wave()
+
+
+class TestTrack:
+    def test_the_dictionary_is_strict_json(self):
+        curve_3d = line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
+        data = through_json(Track(3, TrackState.COASTING, loop(20.0), curve_3d, 5, 2, None).to_dict())
+        assert (data["id"], data["state"], data["hits"], data["misses"]) == (3, "coasting", 5, 2)
+        assert BSplineCurve.from_dict(data["curve"]) == loop(20.0)
+        assert BSplineCurve.from_dict(data["curve_3d"]) == curve_3d
+
+
+class TestFrameResult:
+    def test_the_dictionary_is_strict_json(self):
+        detection = detection_of(wave())
+        track = Track(1, TrackState.TENTATIVE, detection.curve, None, 1, 0, detection)
+        stage_ms = {"cleaning": 0.5, "fitting": 0.25}
+        result = FrameResult((detection,), (track,), None, (480, 640), stage_ms, 7, 0.2, "a.png")
+        data = through_json(result.to_dict())
+        assert data["detections"] == [through_json(detection.to_dict())]
+        assert data["tracks"] == [through_json(track.to_dict())]
+        assert (data["index"], data["stamp"], data["name"], data["size"]) == (7, 0.2, "a.png", [480, 640])
+        assert data["stage_ms"] == stage_ms
+        assert result.total_ms == 0.75
+
+    def test_nothing_is_a_result_with_a_reason(self):
+        result = FrameResult((), (), "the mask is empty", (4, 6))
+        data = through_json(result.to_dict())
+        assert (data["detections"], data["tracks"], data["reason"]) == ([], [], "the mask is empty")
+        assert (data["stage_ms"], result.total_ms) == ({}, 0)
+
+    def test_the_default_of_the_stage_times_is_shared_by_no_two_results(self):
+        result = FrameResult((), (), None, (4, 6))
+        with pytest.raises(TypeError):
+            result.stage_ms["cleaning"] = 1.0
