@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -275,7 +274,7 @@ class FrameResult:
     tracks: tuple[Track, ...]
     reason: str | None
     size: tuple[int, int]
-    stage_ms: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
     index: int = 0
     stamp: float | None = None
     name: str = ""

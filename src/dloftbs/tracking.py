@@ -5,7 +5,6 @@ The only place with memory; it remembers what it published.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,10 +12,11 @@ from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
-from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, Track, TrackState
 
 _SAMPLES = 32  # points of a curve that stand for it in comparisons
+_PLACES = 32  # places along a whole curve where a visible part of it is tried
+_U = np.linspace(0.0, 1.0, _SAMPLES)
 _PLACES = 32  # places along a whole curve where a visible part of it is tried
 
 
@@ -37,6 +37,7 @@ class Tracker:
     def __init__(self, config: TrackingConfig | None = None) -> None:
         self._config = TrackingConfig() if config is None else config
         self._tracks: tuple[Track, ...] = ()
+        self._published: list[FloatArray] = []  # points of each track's curve, as it was published
         self._next_id = 1
 
     @property
@@ -47,12 +48,13 @@ class Tracker:
     def reset(self) -> None:
         """Forget all tracks; ids go on from where they were, so that none is used twice."""
         self._tracks = ()
+        self._published = []
 
     def update(self, detections: Sequence[Detection]) -> tuple[Track, ...]:
         """Take one frame's detections and return the tracks as they stand after it.
 
-        Each detection goes to at most one track, by the assignment with the least sum of mean curve distances; what is
-        farther than the gate starts a track of its own.
+        Each detection goes to at most one track, by the assignment with the least sum of mean curve distances, both
+        ways; what is farther than the gate, the nearer way, starts a track of its own.
 
         Parameters
         ----------
@@ -63,29 +65,40 @@ class Tracker:
         tuple of Track
             By id.
         """
-        partner = self._assign(detections)
-        tracks = []
+        detected = [detection.curve.sample(_SAMPLES) for detection in detections]
+        partner = self._assign(detected)
+        tracks: list[Track] = []
+        published: list[FloatArray] = []
         for row, track in enumerate(self._tracks):
-            index = partner.get(row)
-            follow_up = self._miss(track) if index is None else self._hit(track, detections[index])
+            before, index = self._published[row], partner.get(row)
+            if index is None:
+                follow_up, points = self._miss(track), before
+            else:
+                detection, points = detections[index], detected[index]
+                if _runs_backwards(points, before, detection.curve.closed, track.curve.closed):
+                    detection, points = detection.reversed(), points[::-1]
+                follow_up = self._hit(track, detection)
             if follow_up is not None:
                 tracks.append(follow_up)
+                published.append(points)
         taken = set(partner.values())
-        tracks += [self._start(detection) for i, detection in enumerate(detections) if i not in taken]
-        self._tracks = tuple(tracks)
+        for index, detection in enumerate(detections):
+            if index not in taken:
+                tracks.append(self._start(detection))
+                published.append(detected[index])
+        self._tracks, self._published = tuple(tracks), published
         return self._tracks
 
-    def _assign(self, detections: Sequence[Detection]) -> dict[int, int]:
-        """Map the rows of known tracks to detections."""
-        if not self._tracks or not detections:
+    def _assign(self, detected: list[FloatArray]) -> dict[int, int]:
+        """Map the rows of known tracks to detections, given as points of their curves."""
+        if not self._tracks or not detected:
             return {}
-        old, new = [track.curve for track in self._tracks], [detection.curve for detection in detections]
-        distance = _distances(old, new)
-        longer = np.maximum.outer([curve.length for curve in old], [curve.length for curve in new])
-        gate = self._config.gate * longer
-        # Beyond the gate all pairs cost the same, more than any within, and are dropped afterwards.
-        rows, columns = linear_sum_assignment(np.where(distance < gate, distance, gate.max() * len(gate) * 2.0))
-        return {int(r): int(c) for r, c in zip(rows, columns, strict=True) if distance[r, c] < gate[r, c]}
+        old, new = np.stack(self._published), np.stack(detected)
+        nearness, difference = _distances(old, new)
+        within = nearness < self._config.gate * np.maximum.outer(_lengths(old), _lengths(new))
+        # Beyond the gate all pairs cost the same, more than all others together, and are dropped afterwards.
+        rows, columns = linear_sum_assignment(np.where(within, difference, difference.sum() + 1.0))
+        return {int(r): int(c) for r, c in zip(rows, columns, strict=True) if within[r, c]}
 
     def _start(self, detection: Detection) -> Track:
         state = TrackState.CONFIRMED if self._config.min_hits <= 1 else TrackState.TENTATIVE
@@ -94,8 +107,6 @@ class Tracker:
         return track
 
     def _hit(self, track: Track, detection: Detection) -> Track:
-        if _runs_backwards(detection.curve, track.curve):
-            detection = detection.reversed()
         hits = track.hits + 1
         confirmed = track.state is not TrackState.TENTATIVE or hits >= self._config.min_hits
         state = TrackState.CONFIRMED if confirmed else TrackState.TENTATIVE
@@ -107,33 +118,50 @@ class Tracker:
         return Track(track.id, TrackState.COASTING, track.curve, track.curve_3d, track.hits, track.misses + 1, None)
 
 
-def _distances(old: Sequence[BSplineCurve], new: Sequence[BSplineCurve]) -> FloatArray:
-    """Return how far curves lie apart, shape (old, new), px.
+def _distances(old: FloatArray, new: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how near curves (curves, n, 2) lie to each other and how much they differ, shape (old, new) each, px.
 
-    The smaller of the two mean distances from one curve's points to the other's nearest, so that a visible part matches
-    its whole.
+    Both come from the two mean distances from one curve's points to the other's nearest: the smaller one, by which a
+    visible part is near to its whole, and their mean, by which the piece that shows most of it differs least.
     """
-    a = np.stack([curve.sample(_SAMPLES) for curve in old])
-    b = np.stack([curve.sample(_SAMPLES) for curve in new])
-    apart = np.linalg.norm(a[:, None, :, None] - b[None, :, None, :], axis=-1)
-    return np.minimum(apart.min(axis=3).mean(axis=2), apart.min(axis=2).mean(axis=2))
+    dx = old[:, None, :, None, 0] - new[None, :, None, :, 0]
+    dy = old[:, None, :, None, 1] - new[None, :, None, :, 1]
+    squared = dx * dx + dy * dy
+    nearest_new, nearest_old = np.sqrt(squared.min(axis=3)), np.sqrt(squared.min(axis=2))
+    there, back = nearest_new.mean(axis=2), nearest_old.mean(axis=2)
+    return np.minimum(there, back), (there + back) / 2.0
 
 
-def _runs_backwards(curve: BSplineCurve, published: BSplineCurve) -> bool:
-    """Tell whether a curve must be reversed to run as the published one does.
+def _lengths(points: FloatArray) -> FloatArray:
+    """Return the lengths of polylines (curves, n, 2), px."""
+    return np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
+
+
+def _runs_backwards(points: FloatArray, published: FloatArray, closed: bool, published_closed: bool) -> bool:
+    """Tell whether a curve must be reversed to run as the published one does; each is given as points (n, 2).
 
     The shorter one is laid along the longer one wherever it may lie, point by point, in both directions.
     """
-    if curve.closed and published.closed:
-        return _signed_area(curve.sample(_SAMPLES)) * _signed_area(published.sample(_SAMPLES)) < 0.0
-    part, whole = sorted((curve, published), key=lambda c: (c.closed, c.length))  # of an open one and a loop, the loop
-    share = min(part.length / whole.length, 1.0)
-    slack = 1.0 if whole.closed else 1.0 - share
-    starts = np.linspace(0.0, slack, 1 + math.ceil(slack * _PLACES))
-    places = whole(starts[:, None] + share * np.linspace(0.0, 1.0, _SAMPLES))
-    points = part.sample(_SAMPLES)
-    forwards, backwards = (np.linalg.norm(places - p, axis=-1).sum(axis=1).min() for p in (points, points[::-1]))
+    if closed and published_closed:
+        return _signed_area(points) * _signed_area(published) < 0.0
+    length, length_before = _lengths(np.stack((points, published))).tolist()
+    if (closed, length) < (published_closed, length_before):  # of an open curve and a loop, the loop is the whole
+        part, whole, share, is_loop = points, published, length / length_before, published_closed
+    else:
+        part, whole, share, is_loop = published, points, length_before / length, closed
+    places = _places(whole, min(share, 1.0), is_loop)
+    forwards, backwards = (np.linalg.norm(places - p, axis=2).sum(axis=1).min() for p in (part, part[::-1]))
     return bool(backwards < forwards)
+
+
+def _places(whole: FloatArray, share: float, closed: bool) -> FloatArray:
+    """Return where a part may lie that is this share of a whole (n, 2), as points (places, n, 2)."""
+    slack = 1.0 if closed else 1.0 - share
+    count = 1 + round(slack * _PLACES)
+    if count == 1:
+        return whole[None]
+    u = (np.linspace(0.0, slack, count)[:, None] + share * _U) % (1.0 + 1e-12)  # a loop goes on behind its seam
+    return np.stack([np.interp(u, _U, coordinate) for coordinate in whole.T], axis=2)
 
 
 def _signed_area(points: FloatArray) -> float:
