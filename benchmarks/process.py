@@ -37,7 +37,7 @@ def start_up(folder: Path, starts: int) -> None:
     """Time whole processes, from the shell's point of view."""
     mask = folder / "mask.png"
     cv2.imwrite(str(mask), cables(1))
-    command = [sys.executable, "-m", "dloftbs.cli"]
+    command = [sys.executable, "-m", "dloftbs"]
     cold = dict(os.environ, NUMBA_CACHE_DIR=str(folder / "cache"))
     print(f"{'whole process':<34}{'median s':>9}{'worst s':>9}")
     report("  python -c pass", [sys.executable, "-c", "pass"], starts)

@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "sinks": KNOWN_OUTSIDE | {"viz"},
     "evaluation": KNOWN_OUTSIDE,
     "viz": KNOWN_OUTSIDE,
+    "__main__": {"cli"},
     "cli": BELOW_PIPELINE | {"inspection", "pipeline", "sources", "sinks", "evaluation", "viz", ""},
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""

@@ -13,7 +13,6 @@ from hypothesis.extra.numpy import arrays
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment, arc_parameter
 from dloftbs.errors import InputError
 
-QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 LEFT = Segment([[0, 0], [3, 0], [6, 0]], [1, 2, 3])
 RIGHT = Segment([[10, 0], [20, 0]], [4, 5])
 GAP = Joint(JointKind.GAP, (0.3, 0.5), cost=1.0, margin=3.0)
@@ -74,11 +73,6 @@ class TestSegment:
         back = LEFT.reversed()
         np.testing.assert_array_equal(back.points, [[6, 0], [3, 0], [0, 0]])
         np.testing.assert_array_equal(back.radius, [3, 2, 1])
-
-    def test_transformed_moves_the_points_and_keeps_the_radius(self):
-        turned = LEFT.transformed(QUARTER_TURN, np.array([5.0, 7.0]))
-        np.testing.assert_array_equal(turned.points, [[5, 7], [5, 10], [5, 13]])
-        np.testing.assert_array_equal(turned.radius, LEFT.radius)
 
 
 class TestJoint:
@@ -160,17 +154,10 @@ class TestCenterline:
         assert back.joints == (crossing.reversed(), GAP.reversed())
         assert_same(back.reversed(), line)
 
-    def test_transformed_keeps_the_joints_and_the_parameter(self):
-        turned = LINE.transformed(QUARTER_TURN, np.array([5.0, 7.0]))
-        np.testing.assert_array_equal(turned.points, LINE.points @ QUARTER_TURN.T + (5, 7))
-        np.testing.assert_allclose(turned.u, LINE.u, atol=1e-15)
-        assert turned.joints == LINE.joints
-
     def test_a_loop_stays_one(self):
         ring = Centerline((Segment([[0, 0], [4, 0], [4, 4], [0, 4]], np.ones(4)),), closed=True)
         np.testing.assert_array_equal(ring.u, [0.0, 0.25, 0.5, 0.75])
         assert ring.reversed().closed
-        assert ring.transformed(QUARTER_TURN, np.zeros(2)).closed
 
 
 class TestArcParameter:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -182,6 +183,13 @@ class TestFrameResult:
         assert (data["stage_ms"], result.total_ms) == ({}, 0)
 
     def test_the_default_of_the_stage_times_is_shared_by_no_two_results(self):
-        result = FrameResult((), (), None, (4, 6))
-        with pytest.raises(TypeError):
-            result.stage_ms["cleaning"] = 1.0
+        first, second = (FrameResult((), (), None, (4, 6)) for _ in range(2))
+        assert first.stage_ms == second.stage_ms == {}
+        assert first.stage_ms is not second.stage_ms
+
+    def test_results_can_go_to_another_process(self):
+        detection = detection_of(wave())
+        result = FrameResult((detection,), (), None, (4, 6), {"cleaning": 0.5})
+        again = pickle.loads(pickle.dumps(result))
+        assert again.detections[0].curve == detection.curve
+        assert again.to_dict() == result.to_dict()

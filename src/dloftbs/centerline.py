@@ -8,7 +8,6 @@ from enum import Enum
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, as_points, as_vector, frozen
 from dloftbs.errors import InputError
@@ -53,8 +52,7 @@ class Segment:
     def trusted(cls, points: FloatArray, radius: FloatArray) -> Segment:
         """Wrap arrays that are known to be right and that nobody else will change."""
         segment = cls.__new__(cls)
-        object.__setattr__(segment, "points", frozen(points))
-        object.__setattr__(segment, "radius", frozen(radius))
+        segment.__dict__.update(points=frozen(points), radius=frozen(radius))
         return segment
 
     def __len__(self) -> int:
@@ -63,10 +61,6 @@ class Segment:
     def reversed(self) -> Segment:
         """Return the segment run the other way."""
         return self.trusted(self.points[::-1], self.radius[::-1])
-
-    def transformed(self, matrix: FloatArray, offset: FloatArray) -> Segment:
-        """Return the segment under the rigid map ``p -> matrix @ p + offset`` with matrix (2, 2) and offset (2,)."""
-        return self.trusted(self.points @ matrix.T + offset, self.radius)
 
 
 @dataclass(frozen=True)
@@ -143,20 +137,13 @@ class Centerline:
     def trusted(cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool) -> Centerline:
         """Wrap parts that are known to fit together."""
         line = cls.__new__(cls)
-        object.__setattr__(line, "segments", segments)
-        object.__setattr__(line, "joints", joints)
-        object.__setattr__(line, "closed", closed)
+        line.__dict__.update(segments=segments, joints=joints, closed=closed)
         return line
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         segments = tuple(segment.reversed() for segment in reversed(self.segments))
         return self.trusted(segments, tuple(joint.reversed() for joint in reversed(self.joints)), self.closed)
-
-    def transformed(self, matrix: FloatArray, offset: FloatArray) -> Centerline:
-        """Return the centre line under the rigid map ``p -> matrix @ p + offset``; its joints stay as they are."""
-        segments = tuple(segment.transformed(matrix, offset) for segment in self.segments)
-        return self.trusted(segments, self.joints, self.closed)
 
     @cached_property
     def points(self) -> FloatArray:
@@ -178,7 +165,7 @@ class Centerline:
         return frozen(arc_parameter(self.points, self.closed))
 
 
-def arc_parameter(points: npt.NDArray[np.float64], closed: bool = False) -> FloatArray:
+def arc_parameter(points: FloatArray, closed: bool = False) -> FloatArray:
     """Return the normalised cumulative distance along points, from 0 to 1.
 
     The parameter ``t`` of the paper (section III-E): Euclidean distances between neighbours, within segments and across
@@ -195,8 +182,8 @@ def arc_parameter(points: npt.NDArray[np.float64], closed: bool = False) -> Floa
     numpy.ndarray, shape (n,)
         All zeros where all points are the same.
     """
-    steps = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    steps = points[1:] - points[:-1]
     parameter = np.zeros(len(points))
-    np.cumsum(steps, out=parameter[1:])
+    np.cumsum(np.sqrt(np.einsum("ij,ij->i", steps, steps)), out=parameter[1:])
     total = parameter[-1] + (float(np.linalg.norm(points[0] - points[-1])) if closed else 0.0)
     return parameter / total if total > 0.0 else parameter

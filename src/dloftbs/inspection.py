@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.centerline import Segment
 from dloftbs.frame import AnyArray, Frame, FrameResult, StageTrace
 from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.segments import Walks, make_segments
@@ -32,9 +31,6 @@ def trace_stages(
     def points(which: Any) -> FloatArray:
         return patch.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
 
-    def segments(runs: list[FloatArray]) -> tuple[Segment, ...]:
-        return tuple(segment.transformed(*patch.image_transform) for segment in make_segments(patch, runs))
-
     return StageTrace(
         frame,
         mask != 0,
@@ -42,7 +38,7 @@ def trace_stages(
         points(slice(None)),
         points(skeleton.is_endpoint),
         points(skeleton.is_branch_point),
-        segments(walks.open + walks.loops),
-        segments(walks.short),
+        tuple(make_segments(patch, walks.open + walks.loops)),
+        tuple(make_segments(patch, walks.short)),
         result,
     )

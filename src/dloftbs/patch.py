@@ -2,8 +2,9 @@
 
 A skeleton depends on the order in which the sides are peeled, and greedy choices depend on the order in which equal
 candidates come. To make the result move along when a mask is transposed, flipped or rotated by 90 degrees, everything
-from the skeleton to the linked centre lines happens in a pose that is chosen from the mask itself, so that all eight
-versions of a mask become one and the same problem. No pixel is moved for this: the pose is a view with other strides.
+from the skeleton to the order of the segments is decided in a pose that is chosen from the mask itself, so that all
+eight versions of a mask become one and the same problem. No pixel is moved for this: the pose is a view with other
+strides.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.kernels.moments import border_moments
+from dloftbs.kernels.boxes import border_moments
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -102,6 +103,11 @@ class Patch:
         """Turn posed points ``(x, y)`` into the image's, shape (n, 2)."""
         matrix, offset = self.image_transform
         return points @ matrix.T + offset
+
+    def to_posed(self, points: FloatArray) -> FloatArray:
+        """Turn the image's points ``(x, y)`` into posed ones, shape (n, 2)."""
+        matrix, offset = self.image_transform
+        return (points - offset) @ matrix  # the inverse of a signed permutation is its transpose
 
 
 @dataclass(frozen=True, eq=False)

@@ -134,7 +134,6 @@ def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> Sta
         return run
     lines = link(run.patch, make_segments(run.patch, run.walks.open), config.linking)
     lines += [Centerline.trusted((loop,), (), closed=True) for loop in make_segments(run.patch, run.walks.loops)]
-    lines = [line.transformed(*run.patch.image_transform) for line in lines]
     clock.lap("linking")
     curves = [fit(line.points, line.u, line.closed, config.fitting) for line in lines]
     clock.lap("fitting")

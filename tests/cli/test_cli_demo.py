@@ -57,14 +57,18 @@ def test_the_figures_are_those_of_the_curves(folder):
     missing = [sum(frame["cables"][i]["track_id"] is None for frame in summary["per_frame"]) for i in (0, 1)]
     assert summary["frames_without_a_curve_for_a_cable"] == missing
     assert 0.0 < summary["l1_px"]["mean"] < 20.0
-    assert Config.from_dict(summary["config"]) == Config.from_yaml(folder / "curves.config.yaml")
+    for cable, config in enumerate(summary["configs"], start=1):
+        assert Config.from_dict(config) == Config.from_yaml(folder / f"cable_{cable}.config.yaml")
 
 
 def test_the_command_in_the_readme_gives_the_same_curves(folder):
-    again = folder.parent / "again.jsonl"
-    run("track", folder / "input.mp4", "--config", folder / "curves.config.yaml", "--out", again)
-    first, second = list(read_json_lines(folder / "curves.jsonl")), list(read_json_lines(again))
-    assert [row["tracks"] for row in first] == [row["tracks"] for row in second]
+    found = []
+    for cable in (1, 2):
+        again = folder.parent / f"again_{cable}.jsonl"
+        run("track", folder / "input.mp4", "--config", folder / f"cable_{cable}.config.yaml", "--out", again)
+        found.append([row["detections"] for row in read_json_lines(again)])
+    both = [row["detections"] for row in read_json_lines(folder / "curves.jsonl")]
+    assert both == [first + second for first, second in zip(*found, strict=True)]
 
 
 def test_a_size_too_small_is_bad_input(tmp_path):

@@ -30,15 +30,15 @@ def test_every_span_holds_a_point(n: int) -> None:
 
 def test_a_wave_is_fitted_within_a_pixel() -> None:
     points = wave((720, 1280))
-    curve = fit(points, arc_parameter(points), False, FittingConfig(knots=25))
-    assert np.abs(curve(arc_parameter(points)) - points).max() < 0.7
+    curve = fit(points, arc_parameter(points, False), False, FittingConfig(knots=25))
+    assert np.abs(curve(arc_parameter(points, False)) - points).max() < 0.7
     assert len(curve.control_points) == 27
 
 
 def test_a_circle_is_fitted_without_a_seam() -> None:
     angle = np.linspace(0.0, 2 * np.pi, 400, endpoint=False)
     points = 100 + 80 * np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    curve = fit(points, arc_parameter(points, closed=True), True, FittingConfig(knots=25))
+    curve = fit(points, arc_parameter(points, True), True, FittingConfig(knots=25))
     assert curve.closed
     np.testing.assert_allclose(curve(0.0), curve(1.0), atol=1e-9)
     np.testing.assert_allclose(curve(0.0, 1), curve(1.0, 1), atol=1e-6)
@@ -56,12 +56,12 @@ def test_closed_knots_have_period_one() -> None:
 @pytest.mark.parametrize("n", [2, 3])
 def test_two_or_three_points_make_a_straight_or_bent_line(n: int) -> None:
     points = np.array([[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]])[:n]
-    curve = fit(points, arc_parameter(points), False, FittingConfig())
+    curve = fit(points, arc_parameter(points, False), False, FittingConfig())
     np.testing.assert_allclose(curve.sample(2), points[[0, -1]], atol=1e-9)
 
 
 def test_three_coordinates_share_the_knots() -> None:
     points = np.stack((np.linspace(0, 1, 60), np.linspace(1, 2, 60) ** 2, np.linspace(2, 3, 60)), axis=1)
-    curve = fit(points, arc_parameter(points), False, FittingConfig(knots=8))
+    curve = fit(points, arc_parameter(points, False), False, FittingConfig(knots=8))
     assert curve.ndim == 3
-    assert np.abs(curve(arc_parameter(points)) - points).max() < 1e-4
+    assert np.abs(curve(arc_parameter(points, False)) - points).max() < 1e-4

@@ -26,7 +26,8 @@ _WHAT = {
     OVERLAY: "the video with the curves: a dot is the start, a ring the end, dashes were not seen but inferred",
     SHEET: "a dozen frames of it",
     CURVES: "all curves, one line of JSON a frame",
-    "curves.config.yaml": "the settings used",
+    "cable_1.config.yaml": "the settings used, with the colour of the first cable",
+    "cable_2.config.yaml": "the same for the second one",
     SUMMARY: "the figures below, and each frame's",
     README: "this text",
 }
@@ -71,7 +72,7 @@ def write_summary(run: DemoRun, sequence: DemoSequence, folder: Path) -> None:
     summary = {
         "version": __version__,
         "sequence": {"name": sequence.name, "frames": len(sequence), "size": f"{width}x{height}"},
-        "config": run.config.to_dict(),
+        "configs": [config.to_dict() for config in run.configs],
         **_timing(run),
         **run.scores.to_dict(),
         "per_frame": [msgspec.to_builtins(score) for score in run.scores.frames],
@@ -129,8 +130,8 @@ def describe(figures: str, folder: Path) -> None:
     files = "\n".join(f"{name:20}{what}" for name, what in _WHAT.items())
     text = (
         f"The demo of dloftbs {__version__}\n\n{files}\n\n"
-        "The same by hand, in this folder:\n\n"
-        f"    dloftbs track {INPUT} --config curves.config.yaml --out again.jsonl --overlay again.mp4\n\n"
+        "One cable by hand, in this folder:\n\n"
+        f"    dloftbs track {INPUT} --config cable_1.config.yaml --out cable_1.jsonl --overlay cable_1.mp4\n\n"
         f"{figures}\n\n"
         "L1: mean distance of the cables' visible pixels to the nearest curve; a perfect one has a quarter of their\n"
         "width. L2: of the curves' points to the nearest visible pixel; parts under a hand or a gripper count here.\n"

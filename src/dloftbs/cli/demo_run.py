@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ from dloftbs.frame import Frame, FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.sources import Source
 from dloftbs.sources.synthetic import DemoSequence
+from dloftbs.tracking import Tracker
 
 _PICTURES = 12
 
@@ -29,30 +31,32 @@ class DemoRun:
 
     Parameters
     ----------
-    config : Config
+    configs : list of Config
+        One for each cable: they differ in the colour.
     report : RunReport
     scores : Scores
     pictures : dict of int to numpy.ndarray, shape (H, W, 3), uint8
         Drawn frames, spread over the sequence, by index.
     """
 
-    config: Config
+    configs: list[Config]
     report: RunReport
     scores: Scores
     pictures: dict[int, npt.NDArray[np.uint8]] = field(default_factory=dict)
 
 
-def follow(sequence: DemoSequence, config: Config, folder: Path) -> DemoRun:
+def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoRun:
     """Track the video in the folder, write curves and overlay beside it, and score them.
 
-    One after the other, so that drawing and scoring do not disturb the timing.
+    Each cable has a colour of its own and so a pipeline of its own; one tracker gives identities to what all of them
+    find. Tracking, drawing and scoring come one after the other, so that the timing is not disturbed.
 
     Raises
     ------
     SourceError, SinkError
         If the video cannot be read, or a result not be written.
     """
-    run = DemoRun(config, RunReport(), Scores(len(sequence.hsv)))
+    run = DemoRun(configs, RunReport(), Scores(len(sequence.hsv)))
     with sources.open(folder / INPUT) as source:
         results = _track(source, run)
         _write(source, results, run, folder)
@@ -62,15 +66,30 @@ def follow(sequence: DemoSequence, config: Config, folder: Path) -> DemoRun:
 
 
 def _track(source: Source, run: DemoRun) -> list[FrameResult]:
-    pipeline = Pipeline(run.config)
+    pipelines = [Pipeline(config) for config in run.configs]
+    tracker = Tracker(run.configs[0].tracking)
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(pipeline.process(frame))
+            results.append(_merge([pipeline.process(frame) for pipeline in pipelines], tracker))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
     return results
+
+
+def _merge(results: list[FrameResult], tracker: Tracker) -> FrameResult:
+    """Make one result of those of all pipelines for one frame; their times add up."""
+    detections = tuple(detection for result in results for detection in result.detections)
+    reason = None if detections else "; ".join(result.reason or "" for result in results)
+    since = perf_counter()
+    tracks = tracker.update(detections)
+    stage_ms = {"tracking": 1e3 * (perf_counter() - since)}
+    for result in results:
+        for stage, milliseconds in result.stage_ms.items():
+            stage_ms[stage] = stage_ms.get(stage, 0.0) + milliseconds
+    first = results[0]
+    return FrameResult(detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name)
 
 
 def _write(source: Source, results: list[FrameResult], run: DemoRun, folder: Path) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.config import CleaningConfig
-from dloftbs.kernels import thinning as kernels
+from dloftbs.kernels.boxes import word_box
+from dloftbs.kernels.thinning import find_border
 from dloftbs.patch import Patch, canonical_pose
 
 _WORD = 8  # the kernels look at eight pixels at a time
@@ -33,7 +34,7 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
         None where nothing is left.
     """
     binary = _as_bytes(mask)
-    box = _bounding_box(binary)
+    box = _rough_box(binary)
     if box is None:
         return None
     x0, y0, x1, y1 = _grow(box, config, binary.shape)
@@ -49,7 +50,7 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
     h, w = cut.shape
     pixels = np.zeros((h + 2, -(-(w + 2) // _WORD) * _WORD), dtype=np.uint8)
     np.not_equal(cut, 0, out=pixels[1 : h + 1, 1 : w + 1].view(np.bool_))
-    border, area = kernels.find_border(pixels.view(np.uint64))
+    border, area = find_border(pixels.view(np.uint64))
     pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], border, pixels.shape[1])
     return Patch(pixels, (h, w), (x0 + left, y0 + top), border, area, pose)
 
@@ -61,6 +62,14 @@ def _as_bytes(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     elif mask.dtype != np.uint8:
         mask = (mask != 0).view(np.uint8)
     return mask if mask.flags.c_contiguous else np.ascontiguousarray(mask)
+
+
+def _rough_box(mask: npt.NDArray[np.uint8]) -> tuple[int, int, int, int] | None:
+    """Return a box as `_bounding_box` does, but where the memory allows it up to seven columns wider, and faster."""
+    if mask.shape[1] % _WORD or mask.ctypes.data % _WORD:
+        return _bounding_box(mask)
+    k0, y0, k1, y1 = word_box(mask.view(np.uint64))
+    return (_WORD * k0, y0, _WORD * k1, y1) if y1 > 0 else None
 
 
 def _bounding_box(mask: npt.NDArray[np.uint8]) -> tuple[int, int, int, int] | None:

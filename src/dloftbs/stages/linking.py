@@ -22,19 +22,20 @@ def link(patch: Patch, segments: list[Segment], config: LinkingConfig) -> list[C
     patch : Patch
         Its mask tells whether a joint runs over foreground.
     segments : list of Segment
-        Open ones, in the patch's pose.
+        Open ones, in the patch's order, so that of equal costs the same one wins in every pose.
     config : LinkingConfig
 
     Returns
     -------
     list of Centerline
-        In the patch's pose, by their first segment.
+        By their first segment.
     """
     if not segments:
         return []
     ends, directions = _ends(segments, config.direction_px)
     pairs, costs, margins = kernels.link_greedily(ends, directions, config.distance_weight, config.max_cost)
-    covered = are_covered(patch.posed(patch.pixels), ends[pairs[:, 0]], ends[pairs[:, 1]])
+    posed = patch.to_posed(ends)
+    covered = are_covered(patch.posed(patch.pixels), posed[pairs[:, 0]], posed[pairs[:, 1]])
     links: _Links = {}
     for (i, j), seen, cost, margin in zip(
         pairs.tolist(), covered.tolist(), costs.tolist(), margins.tolist(), strict=True

@@ -50,9 +50,9 @@ class HsvSegmenter:
         numpy.ndarray, shape (H, W), uint8
             1 where the colour is in a range, else 0.
         """
-        mask = np.empty(image.shape[:2], dtype=np.uint8)
-        kernels.look_up(np.ascontiguousarray(image), self._coarse, self._fine, mask)
-        return mask
+        mask = np.empty(image.shape[0] * image.shape[1], dtype=np.uint8)
+        kernels.look_up(np.ascontiguousarray(image).reshape(-1), self._coarse, self._fine, mask)
+        return mask.reshape(image.shape[:2])
 
 
 def _color_table(ranges: tuple[HsvRange, ...]) -> npt.NDArray[np.uint8]:
@@ -71,12 +71,17 @@ def _color_table(ranges: tuple[HsvRange, ...]) -> npt.NDArray[np.uint8]:
 
 
 def _coarse_table(table: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Say of each cell of 8 x 8 x 8 colours whether none, all or some are in the table, shape (32768,)."""
-    cells = table.reshape(32, 8, 32, 8, 32)
-    full = np.bitwise_and.reduce(cells, axis=(1, 3)) == 0xFF
-    touched = np.bitwise_or.reduce(cells, axis=(1, 3)) != 0
-    coarse = np.where(full, kernels.ALL, np.where(touched, kernels.MIXED, kernels.NONE))
+    """Say of each cell of 4 x 4 x 4 colours whether none, all or some are in the table, shape (262144,)."""
+    cells = table.reshape(64, 4, 64, 4, 32)
+    common = _nibbles(np.bitwise_and.reduce(cells, axis=(1, 3)))
+    any_of = _nibbles(np.bitwise_or.reduce(cells, axis=(1, 3)))
+    coarse = np.where(common == 0x0F, kernels.ALL, np.where(any_of != 0, kernels.MIXED, kernels.NONE))
     return coarse.astype(np.uint8).ravel()
+
+
+def _nibbles(array: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Split bytes (..., n) into their halves (..., n, 2), the low one first."""
+    return np.stack((array & 0x0F, array >> 4), axis=-1)
 
 
 def _opencv_boxes(hsv_range: HsvRange) -> list[tuple[tuple[int, int, int], tuple[int, int, int]]]:

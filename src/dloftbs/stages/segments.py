@@ -56,14 +56,14 @@ def walk(skeleton: Skeleton, config: SegmentsConfig) -> Walks:
 
 
 def make_segments(patch: Patch, runs: list[FloatArray]) -> list[Segment]:
-    """Give each run its radius, still in the patch's pose.
+    """Give each run its radius, and turn it from the patch's pose into the image.
 
     The radius is half the distance between the edges of the mask to both sides of the run.
     """
-    mask = patch.posed(patch.pixels)
+    if not runs:
+        return []
     offsets = np.cumsum([0, *map(len, runs)])
-    points = np.concatenate([np.empty((0, 2)), *runs])
-    radius = tracing.measure_radius(mask, points, offsets, _CHORD_REACH_PX)
-    return [
-        Segment.trusted(run, radius[start:stop]) for run, (start, stop) in zip(runs, pairwise(offsets), strict=True)
-    ]
+    posed = np.concatenate(runs)
+    radius = tracing.measure_radius(patch.posed(patch.pixels), posed, offsets, _CHORD_REACH_PX)
+    points = patch.to_image(posed)
+    return [Segment.trusted(points[start:stop], radius[start:stop]) for start, stop in pairwise(offsets.tolist())]

@@ -11,7 +11,6 @@ from dloftbs.cli.options import parse_size
 from dloftbs.cli.shell import Failure
 
 if TYPE_CHECKING:
-    from dloftbs.config import Config
     from dloftbs.sources.synthetic import DemoSequence
 
 _FULL = (90, (720, 1280))
@@ -26,23 +25,25 @@ _WIDTH_PX = 12.0  # at 720 rows
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
 def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool) -> None:
-    """Draw a video of two cables, track it by colour, and say how well that went.
+    """Draw a video of two cables, track each by its colour, and say how well that went.
 
     The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
     frames, the figures, and a README that says what is what and which command does the same.
     """
-    from dloftbs.cli.demo_files import CURVES, describe, render, table, write_sheet, write_summary
+    from dloftbs.cli.demo_files import describe, render, table, write_sheet, write_summary
     from dloftbs.cli.demo_run import follow
     from dloftbs.cli.outputs import write_config_beside
+    from dloftbs.config import Config, SegmentationConfig
 
     default_frames, default_size = _QUICK if quick else _FULL
     sequence = _sequence(frames or default_frames, size or default_size, seed)
-    config = _config(sequence)
+    configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
     click.echo(f"drawing {len(sequence)} frames into {out}", err=True)
     render(sequence, out)
     click.echo("tracking them by colour", err=True)
-    run = follow(sequence, config, out)
-    write_config_beside([str(out / CURVES)], config)
+    run = follow(sequence, configs, out)
+    for cable, config in enumerate(configs, start=1):
+        write_config_beside([str(out / f"cable_{cable}")], config)
     write_sheet(run, out)
     text = table(run, sequence)
     write_summary(run, sequence, out)
@@ -59,10 +60,3 @@ def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:
         return DemoSequence(frames=frames, size=size, seed=seed, width_px=width_px)
     except InputError as error:
         raise Failure(f"no demo of this size and length: {error}") from error
-
-
-def _config(sequence: DemoSequence) -> Config:
-    """Return the defaults with the colours of all cables: one mask holds them all."""
-    from dloftbs.config import Config, SegmentationConfig
-
-    return Config(segmentation=SegmentationConfig(hsv=sequence.hsv))

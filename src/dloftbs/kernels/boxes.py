@@ -1,12 +1,44 @@
-"""The moments of a mask's border, which choose its pose."""
+"""Where a mask lies: its box, and the moments of its border, which choose its pose."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import int32, int64
+from numba import int32, int64, uint64
 
 from dloftbs.kernels._compile import kernel, read
+
+
+@kernel(read(uint64, 2, "C"))
+def word_box(words: npt.NDArray[np.uint64]) -> tuple[int, int, int, int]:
+    """Return the box ``k0, row0, k1, row1`` of the words that are not 0, the last two excluded; or four times 0.
+
+    Parameters
+    ----------
+    words : (H, W / 8) uint64
+        A mask, eight pixels a word.
+    """
+    rows, columns = words.shape
+    across = np.zeros(columns, dtype=np.uint64)
+    row0, row1 = 0, 0
+    for row in range(rows):
+        line = words[row]
+        together = np.uint64(0)
+        for k in range(columns):
+            together |= line[k]
+        if together != 0:
+            for k in range(columns):
+                across[k] |= line[k]
+            if row1 == 0:
+                row0 = row
+            row1 = row + 1
+    k0, k1 = 0, 0
+    for k in range(columns):
+        if across[k] != 0:
+            if k1 == 0:
+                k0 = k
+            k1 = k + 1
+    return k0, row0, k1, row1
 
 
 @kernel(read(int32, 1), int64, int64, int64)
