@@ -107,3 +107,10 @@ def test_a_closed_pipe_is_no_traceback(tmp_path):
     process.stderr.close()
     assert process.wait(30) == 1
     assert errors == ""
+
+
+@pytest.mark.parametrize("command", ["detect", "track"])
+def test_help_keeps_its_examples_on_lines_of_their_own(command):
+    lines = run(command, "--help").stdout.splitlines()
+    assert not any("\\b" in line for line in lines)
+    assert sum(line.startswith(f"  dloftbs {command} ") for line in lines) >= 2

@@ -23,7 +23,7 @@ def config() -> None:
 @config.command("print")
 @config_options
 def print_(config: Config) -> None:
-    r"""Print all settings as YAML, as --config reads them.
+    """Print all settings as YAML, as --config reads them.
 
     \b
     dloftbs config print --hsv 170:10,80:255,60:255 > red.yaml

@@ -37,7 +37,7 @@ def detect(
     inputs: InputOptions,
     config: Config,
 ) -> None:
-    r"""Find the cables in images or masks, each by itself.
+    """Find the cables in images or masks, each by itself.
 
     INPUT is an image or a mask, a folder, a glob in quotes, or whatever `dloftbs track` takes. Results
     are JSON lines on standard output, one an image, or go to the files of --out. What cannot be read is

@@ -54,7 +54,7 @@ def track(
     inputs: InputOptions,
     config: Config,
 ) -> None:
-    r"""Follow the cables through a stream, each with its identity and direction.
+    """Follow the cables through a stream, each with its identity and direction.
 
     INPUT is a video, a folder or a glob of images or masks in their natural order, an .npy or .npz file,
     the index of a camera, or the address of a stream. Without --out and --overlay, results are JSON lines
