@@ -74,7 +74,7 @@ class Joint:
     u : (float, float)
         The span of the curve's parameter that it covers.
     cost : float
-        What the link cost; for the published method ``J`` (equation in section III-D).
+        What the link cost; for the published method ``J``.
     margin : float
         How much more the next best choice would have cost, leaving both ends open included; at least 0, infinite where
         there is no other choice.
@@ -134,10 +134,12 @@ class Centerline:
             raise InputError(f"a closed centre line is one segment, got {len(self.segments)}")
 
     @classmethod
-    def trusted(cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool) -> Centerline:
-        """Wrap parts that are known to fit together."""
+    def trusted(
+        cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray
+    ) -> Centerline:
+        """Wrap parts that are known to fit together; what `points`, `radius` or `u` would compute may be given, too."""
         line = cls.__new__(cls)
-        line.__dict__.update(segments=segments, joints=joints, closed=closed)
+        line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
         return line
 
     def reversed(self) -> Centerline:
@@ -168,8 +170,8 @@ class Centerline:
 def arc_parameter(points: FloatArray, closed: bool = False) -> FloatArray:
     """Return the normalised cumulative distance along points, from 0 to 1.
 
-    The parameter ``t`` of the paper (section III-E): Euclidean distances between neighbours, within segments and across
-    the gaps between them alike, summed and divided by the total.
+    The parameter ``t`` of the paper (spline fitting): the Euclidean distances between neighbours, within segments and
+    across the gaps between them alike, summed and divided by the total.
 
     Parameters
     ----------

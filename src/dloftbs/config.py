@@ -252,7 +252,7 @@ class Config(Section, frozen=True, kw_only=True):
 
     @classmethod
     def paper(cls) -> Config:
-        """Return the published method with its parameters (section IV: ``m = 0.05``, ``p = 10``, ``k = 25``)."""
+        """Return the published method with its parameters (``m = 0.05``, ``p = 10``, ``k = 25``)."""
         return cls(
             cleaning=CleaningConfig(open_px=3, close_px=1),
             segments=SegmentsConfig(min_length_px=10),

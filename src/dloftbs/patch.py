@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.kernels.boxes import border_moments
+from dloftbs.kernels.boxes import border_moments, pose_pixels
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -71,21 +71,9 @@ class Patch:
         return self.pose.view(pixels[: h + 2, : w + 2])
 
     def posed_rc(self, flat: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-        """Turn flat indices into `pixels` into posed ``(row, column)``, ascending, shape (n, 2)."""
-        row, column = np.divmod(flat, np.int32(self.pixels.shape[1]))
-        h, w = self.size
-        if self.pose.flip_y:
-            row = h + 1 - row
-        if self.pose.flip_x:
-            column = w + 1 - column
-        if self.pose.transpose:
-            row, column = column, row
-        step = np.int64(max(h, w) + 2)
-        keys = np.sort(row * step + column)
-        posed = np.empty((len(flat), 2), dtype=np.int32)
-        np.floor_divide(keys, step, out=posed[:, 0], casting="unsafe")
-        np.subtract(keys, posed[:, 0] * step, out=posed[:, 1], casting="unsafe")
-        return posed
+        """Turn ascending flat indices into `pixels` into posed ``(row, column)``, ascending, shape (n, 2)."""
+        pose, (h, w) = self.pose, self.size
+        return pose_pixels(flat, self.pixels.shape[1], h, w, pose.flip_x, pose.flip_y, pose.transpose)
 
     @property
     def image_transform(self) -> tuple[FloatArray, FloatArray]:

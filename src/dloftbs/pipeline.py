@@ -23,7 +23,7 @@ from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.fitting import fit
 from dloftbs.stages.lifting import MIN_POINTS, lift
-from dloftbs.stages.linking import link
+from dloftbs.stages.linking import close, link
 from dloftbs.stages.segmentation import HsvSegmenter
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
@@ -133,7 +133,7 @@ def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> Sta
     if run.reason is not None:
         return run
     lines = link(run.patch, make_segments(run.patch, run.walks.open), config.linking)
-    lines += [Centerline.trusted((loop,), (), closed=True) for loop in make_segments(run.patch, run.walks.loops)]
+    lines += [close(loop) for loop in make_segments(run.patch, run.walks.loops)]
     clock.lap("linking")
     curves = [fit(line.points, line.u, line.closed, config.fitting) for line in lines]
     clock.lap("fitting")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from drawings import random_mask
+from drawings import EIGHT_VERSIONS, random_mask, turn
 from skeletons import padded
 
-from dloftbs.kernels.boxes import border_moments, word_box
+from dloftbs.kernels.boxes import border_moments, pose_pixels, word_box
 from dloftbs.kernels.thinning import find_border
 
 
@@ -39,3 +39,13 @@ def test_mirrored_borders_have_opposite_odd_moments() -> None:
     b = border_moments(find_border(other.view(np.uint64))[0], other.shape[1], h, w)
     assert (b[0], b[2], b[4]) == (-a[0], -a[2], -a[4])
     assert (b[1], b[3], b[5:]) == (a[1], a[3], a[5:])
+
+
+def test_posed_pixels_agree_with_their_slow_twin_on_thousands_of_masks() -> None:
+    for seed in range(1000):
+        mask = random_mask(seed)
+        (h, w), frame = mask.shape, padded(mask)
+        flat = np.flatnonzero(frame).astype(np.int32)
+        for how in EIGHT_VERSIONS:
+            posed = pose_pixels(flat, frame.shape[1], h, w, *map(bool, how))
+            np.testing.assert_array_equal(posed, np.argwhere(turn(frame[: h + 2, : w + 2], *how)), f"seed {seed}")

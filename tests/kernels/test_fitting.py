@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
-from dloftbs.kernels.fitting import fit_closed, fit_open
-from dloftbs.stages.fitting import closed_knots, open_knots
+from dloftbs import centerline
+from dloftbs.kernels.fitting import arc_parameter, fit_closed, fit_open, open_knots
+from dloftbs.stages.fitting import closed_knots
 
 
 def walk(seed: int, n: int, dims: int) -> tuple[np.ndarray, np.ndarray]:
@@ -64,3 +65,22 @@ def test_few_points_give_finite_control_points(n: int) -> None:
     u = np.linspace(0.0, 1.0, n)
     control = fit_open(u, np.stack((u, u), axis=1), open_knots(u, 25))
     np.testing.assert_allclose(control[[0, -1]], [[0.0, 0.0], [1.0, 1.0]], atol=1e-9)
+
+
+def literal_knots(u: np.ndarray, k: int) -> np.ndarray:
+    """Every so-many-th parameter, the ends four times."""
+    count = min(k, max(len(u) // 2, 2))
+    breaks = u[np.rint(np.linspace(0, len(u) - 1, count)).astype(int)]
+    return np.concatenate(([0.0] * 4, breaks[1:-1], [1.0] * 4))
+
+
+@given(st.integers(0, 2**31), st.integers(2, 500), st.integers(2, 60))
+def test_knots_agree_with_their_literal_twin(seed: int, n: int, k: int) -> None:
+    u, _ = walk(seed, n, 2)
+    np.testing.assert_array_equal(open_knots(u, k), literal_knots(u, k))
+
+
+@given(st.integers(0, 2**31), st.integers(1, 300), st.sampled_from([2, 3]), st.booleans())
+def test_the_parameter_agrees_with_its_slow_twin(seed: int, n: int, dims: int, closed: bool) -> None:
+    points = np.random.default_rng(seed).integers(0, 3, (n, dims)).astype(float)
+    np.testing.assert_allclose(arc_parameter(points, closed), centerline.arc_parameter(points, closed), atol=1e-14)

@@ -8,7 +8,8 @@ from drawings import wave
 
 from dloftbs import FittingConfig
 from dloftbs.centerline import arc_parameter
-from dloftbs.stages.fitting import closed_knots, fit, open_knots
+from dloftbs.kernels.fitting import open_knots
+from dloftbs.stages.fitting import closed_knots, fit
 
 
 def test_k_knots_equidistant_in_element_number() -> None:

@@ -1,4 +1,4 @@
-"""The criteria of the paper (Kicki, Szymko, Walas, ICRA 2023, section V): how far found curves are from the truth.
+"""The criteria of the paper (Kicki, Szymko, Walas, ICRA 2023): how far found curves are from the truth.
 
 Points are ``(x, y)`` px or ``(x, y, z)`` m; the results have the same unit. A set without points has no distance: the
 functions refuse it, and a table counts it as missing instead.
@@ -17,7 +17,7 @@ _TINY = np.finfo(np.float64).tiny
 
 
 def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
-    """Mean minimal distance of one set of points from another (section V, criteria).
+    """Mean minimal distance of one set of points from another (paper: evaluation, ``MMD``).
 
     ``MMD(X, Y) = 1 / |X| * sum over x in X of min over y in Y of |x - y|``; not symmetric.
 
@@ -41,7 +41,7 @@ def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 
 
 def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
-    """How far the mask's pixels are from the curve (section V, criterion 1): grows with what the curve missed.
+    """How far the mask's pixels are from the curve (paper: evaluation, ``L1``): grows with what the curve missed.
 
     ``L1 = MMD(mask pixels, curve points)``. A perfect centre line scores a quarter of the object's width, not 0.
 
@@ -66,7 +66,7 @@ def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
 
 
 def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
-    """How far the curve is from the mask's pixels (section V, criterion 2): grows with what the curve invented.
+    """How far the curve is from the mask's pixels (paper: evaluation, ``L2``): grows with what the curve invented.
 
     ``L2 = MMD(curve points, mask pixels)``.
 
@@ -91,7 +91,7 @@ def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
 
 
 def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
-    """Mean distance of one ordered curve from another at equal arc lengths (section V, the ``F`` of criterion 3).
+    """Mean distance of one ordered curve from another at equal arc lengths (paper: evaluation, ``F``).
 
     ``F(X, Y) = 1 / |X| * sum over i of d(X(i), segment Y(k(i)) Y(k(i) + 1))``, where ``k(i)`` brackets the normalised
     arc length of ``X(i)`` and never decreases.
@@ -116,7 +116,7 @@ def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 
 
 def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
-    """How far a found curve is from the reference, order and direction included (section V, criterion 3).
+    """How far a found curve is from the reference, order and direction included (paper: evaluation, ``L3``).
 
     ``L3 = (F(C, R) + F(R, C)) / 2``; symmetric.
 

@@ -1,10 +1,10 @@
-"""Where a mask lies: its box, and the moments of its border, which choose its pose."""
+"""Where a mask lies: its box, the moments of its border, which choose its pose, and its pixels in that pose."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import int32, int64, uint64
+from numba import boolean, int32, int64, uint64
 
 from dloftbs.kernels._compile import kernel, read
 
@@ -74,3 +74,49 @@ def border_moments(
         sxx += xx
         syy += yy
     return sx, sy, sxyy, syxx, sxxx, syyy, sxx, syy
+
+
+@kernel(read(int32, 1), int64, int64, int64, boolean, boolean, boolean)
+def pose_pixels(
+    flat: npt.NDArray[np.int32], stride: int, h: int, w: int, flip_x: bool, flip_y: bool, transpose: bool
+) -> npt.NDArray[np.int32]:
+    """Turn flat indices into ``(row, column)`` of a pose, in ascending order there, by counting.
+
+    Parameters
+    ----------
+    flat : (n,) int32
+        ``row * stride + column``, ascending.
+    stride : int
+    h, w : int
+        Size of the box; with its margin, rows run from 0 to ``h + 1`` and columns to ``w + 1``.
+    flip_x, flip_y, transpose : bool
+        The pose: flip the columns, flip the rows, then transpose.
+
+    Returns
+    -------
+    (n, 2) int32
+    """
+    n = len(flat)
+    unsorted = np.empty((n, 2), dtype=np.int32)
+    starts = np.zeros((w if transpose else h) + 3, dtype=np.int64)
+    row = 0
+    for i in range(n):
+        while flat[i] >= (row + 1) * stride:
+            row += 1
+        column = flat[i] - row * stride
+        y = h + 1 - row if flip_y else row
+        x = w + 1 - column if flip_x else column
+        unsorted[i, 0], unsorted[i, 1] = (x, y) if transpose else (y, x)
+        starts[unsorted[i, 0] + 1] += 1
+    for i in range(1, len(starts)):
+        starts[i] += starts[i - 1]
+    # Within a line of the pose the pixels come in ascending order, or in descending order where that axis is flipped.
+    backwards = flip_y if transpose else flip_x
+    posed = np.empty((n, 2), dtype=np.int32)
+    for k in range(n):
+        i = n - 1 - k if backwards else k
+        line = unsorted[i, 0]
+        posed[starts[line], 0] = line
+        posed[starts[line], 1] = unsorted[i, 1]
+        starts[line] += 1
+    return posed

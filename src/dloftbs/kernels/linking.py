@@ -13,7 +13,7 @@ from dloftbs.kernels._compile import helper, kernel, read
 def link_cost(
     ends: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], weight: float, i: int, j: int, bound: float
 ) -> float:
-    """Return ``J = m J_d + (1 - m) J_o`` for two ends (paper, section III-D), or infinity where it reaches `bound`.
+    """Return ``J = m J_d + (1 - m) J_o`` for two ends (paper: filter and order), or infinity where it reaches `bound`.
 
     ``J_d`` is their distance in px; ``J_o = |pi - phi_1 - phi_2|`` comes out as the angle between the first direction
     and the opposite of the second, both pointing outwards: 0 where the ends point at each other along parallel lines,
@@ -64,7 +64,7 @@ def _best_partner(
 def link_greedily(
     ends: npt.NDArray[np.float64], directions: npt.NDArray[np.float64], weight: float, max_cost: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Join the cheapest pair of open ends, again and again, while its cost is below `max_cost` (paper, section III-D).
+    """Join the cheapest pair of open ends, again and again, while below `max_cost` (paper: filter and order).
 
     Ends ``2 i`` and ``2 i + 1`` belong to segment ``i``. The two ends of one chain are never joined: that would close
     a cycle, and leaves at most s - 1 joints. Of equal costs the lower pair of indices wins. Each end keeps its best

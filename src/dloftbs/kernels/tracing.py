@@ -78,14 +78,14 @@ def count_neighbours(grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int3
     return degrees
 
 
-@kernel(write(uint8, 2), read(int32, 2))
+@kernel(write(uint8, 2), read(int32, 2), read(uint8, 1))
 def trace(
-    grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32]
+    grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32], degrees: npt.NDArray[np.uint8]
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], int]:
-    """Walk pixel by pixel from every endpoint to the other end, then around every loop.
+    """Leave out the branch points; walk pixel by pixel from every endpoint to the other end, then around every loop.
 
-    Starts are taken in the order of `pixels_rc`. Not checked: the outermost rows and columns of the grid are 0, no
-    pixel has more than two neighbours, and the list is complete.
+    Starts are taken in the order of `pixels_rc`. Not checked: the outermost rows and columns of the grid are 0, and the
+    list is complete.
 
     Parameters
     ----------
@@ -93,17 +93,22 @@ def trace(
         0 and 1; 0 and 1 again afterwards.
     pixels_rc : (n, 2) int32
         Its foreground.
+    degrees : (n,) uint8
+        The number of neighbours of each; what has more than two is a branch point.
 
     Returns
     -------
-    points : (n, 2) float64
-        ``(x, y)``, that is column and row, run after run.
+    points : (m, 2) float64
+        ``(x, y)``, that is column and row, run after run; all pixels but the branch points.
     offsets : (runs + 1,) int64
         Where each run starts in `points`, and the end.
     n_open : int
         The first `n_open` runs have ends, the rest are loops.
     """
     n = len(pixels_rc)
+    for i in range(n):
+        if degrees[i] > 2:
+            grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 0
     points = np.empty((n, 2), dtype=np.float64)
     offsets = np.empty(n + 1, dtype=np.int64)
     offsets[0] = 0
@@ -135,7 +140,7 @@ def trace(
             n_open = runs
     for i in range(n):
         grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 1
-    return points, offsets[: runs + 1], n_open
+    return points[:count], offsets[: runs + 1], n_open
 
 
 @helper

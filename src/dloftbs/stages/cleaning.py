@@ -1,4 +1,4 @@
-"""Stage 2: mask to patch: bounding box, morphology, pose (paper, section III-B)."""
+"""Stage 2: mask to patch: bounding box, morphology, pose (paper: open and skeletonise)."""
 
 from __future__ import annotations
 

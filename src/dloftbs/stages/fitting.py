@@ -1,4 +1,4 @@
-"""Stage 6: centre line to cubic B-spline (paper, section III-E)."""
+"""Stage 6: centre line to cubic B-spline (paper: spline fitting)."""
 
 from __future__ import annotations
 
@@ -34,21 +34,9 @@ def fit(points: FloatArray, u: FloatArray, closed: bool, config: FittingConfig) 
         control = kernels.fit_closed(u, points, knots)
     else:
         points, u = _at_least_order(points, u)
-        knots = open_knots(u, config.knots)
+        knots = kernels.open_knots(u, config.knots)
         control = kernels.fit_open(u, points, knots)
     return BSplineCurve.trusted(knots, control, _DEGREE, closed)
-
-
-def open_knots(u: FloatArray, k: int) -> FloatArray:
-    """Return the knot vector for an open curve: ``k`` distinct knots, equidistant in element number (paper, III-E).
-
-    The knots lie on the parameters of the points, 0 and 1 at the ends, so that every span holds points and the
-    Schoenberg-Whitney conditions hold. There are no more knots than leave two points a span.
-    """
-    n = len(u)
-    count = min(k, max(n // 2, 2))
-    breaks = u[np.rint(np.linspace(0, n - 1, count)).astype(np.intp)]
-    return np.concatenate((np.zeros(_DEGREE + 1), breaks[1:-1], np.ones(_DEGREE + 1)))
 
 
 def closed_knots(u: FloatArray, k: int) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Stage 7: depth to metres: each pixel of the centre line brings its depth (paper, section III-F)."""
+"""Stage 7: depth to metres: each pixel of the centre line brings its depth (paper: extension to 3D)."""
 
 from __future__ import annotations
 

@@ -1,13 +1,14 @@
-"""Stage 5: segments to centre lines: the published, greedy linking (paper, section III-D)."""
+"""Stage 5: segments to centre lines: the published, greedy linking (paper: filter and order)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.config import LinkingConfig
 from dloftbs.kernels import linking as kernels
+from dloftbs.kernels.fitting import arc_parameter
 from dloftbs.kernels.tracing import are_covered
 from dloftbs.patch import Patch
 
@@ -74,11 +75,17 @@ def _chains(n_segments: int, links: _Links) -> list[list[int]]:
 
 def _centerline(segments: list[Segment], chain: list[int], links: _Links) -> Centerline:
     ordered = tuple(segments[end // 2] if end % 2 == 0 else segments[end // 2].reversed() for end in chain)
-    u = Centerline.trusted(ordered, (), closed=False).u
+    points = ordered[0].points if len(ordered) == 1 else frozen(np.concatenate([s.points for s in ordered]))
+    u = frozen(arc_parameter(points, False))
     joints = []
     stop = 0
     for segment, end in zip(ordered[:-1], chain[1:], strict=True):
         stop += len(segment)
         _, kind, cost, margin = links[end]
         joints.append(Joint(kind, (float(u[stop - 1]), float(u[stop])), cost, margin))
-    return Centerline.trusted(ordered, tuple(joints), closed=False)
+    return Centerline.trusted(ordered, tuple(joints), closed=False, points=points, u=u)
+
+
+def close(loop: Segment) -> Centerline:
+    """Make a segment without ends a centre line."""
+    return Centerline.trusted((loop,), (), closed=True, u=frozen(arc_parameter(loop.points, True)))

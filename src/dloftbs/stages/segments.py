@@ -1,4 +1,4 @@
-"""Stage 4: skeleton to segments: branch points removed, walks from endpoint to endpoint (paper, section III-C)."""
+"""Stage 4: skeleton to segments: branch points removed, walks from end to end (paper: walk along segments)."""
 
 from __future__ import annotations
 
@@ -41,11 +41,7 @@ def walk(skeleton: Skeleton, config: SegmentsConfig) -> Walks:
     Without branch points no pixel has more than two neighbours, so every walk is unambiguous. What has no endpoint is a
     closed loop and is walked around once, from its first pixel.
     """
-    grid, branch = skeleton.grid, skeleton.is_branch_point
-    branch_row, branch_column = skeleton.pixels_rc[branch].T
-    grid[branch_row, branch_column] = 0
-    points, offsets, n_open = tracing.trace(grid, skeleton.pixels_rc[~branch])
-    grid[branch_row, branch_column] = 1
+    points, offsets, n_open = tracing.trace(skeleton.grid, skeleton.pixels_rc, skeleton.degrees)
     runs = [points[start:stop] for start, stop in pairwise(offsets.tolist())]
     p = config.min_length_px
     return Walks(

@@ -1,8 +1,11 @@
-"""Stage 3: patch to skeleton, one pixel wide (paper, section III-B)."""
+"""Stage 3: patch to skeleton, one pixel wide (paper: open and skeletonise)."""
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs.kernels import thinning, tracing
 from dloftbs.patch import Patch, Pose, Skeleton
@@ -18,11 +21,16 @@ def skeletonize(patch: Patch) -> Skeleton:
     Skeleton
     """
     state = patch.pixels.copy()
-    sides = np.array([_unposed_side(side, patch.pose) for side in _PEELING_ORDER], dtype=np.uint8)
-    thinning.thin(state, patch.border, patch.area, sides, thinning.DELETION_TABLE)
+    thinning.thin(state, patch.border, patch.area, _peeling_order(patch.pose), thinning.DELETION_TABLE)
     grid = patch.posed(state)
     pixels_rc = patch.posed_rc(tracing.find_pixels(state, state.view(np.uint64), patch.area))
     return Skeleton(grid, pixels_rc, tracing.count_neighbours(grid, pixels_rc))
+
+
+@functools.cache  # there are eight poses
+def _peeling_order(pose: Pose) -> npt.NDArray[np.uint8]:
+    """Return the sides in the order in which they are peeled, as the patch lies in memory."""
+    return np.array([_unposed_side(side, pose) for side in _PEELING_ORDER], dtype=np.uint8)
 
 
 def _unposed_side(side: int, pose: Pose) -> int:
