@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from inspect import signature
 from pathlib import Path
 
 import cv2
@@ -12,11 +13,13 @@ from dloftbs.cli import main
 
 COMMAND = Path(sys.executable).with_name("dloftbs")
 RED = "170:10,80:255,60:255"
+# From click 8.2 on the two outputs are always apart.
+RUNNER = CliRunner(**({"mix_stderr": False} if "mix_stderr" in signature(CliRunner).parameters else {}))
 
 
 def run(*arguments, code=0):
     """Run the command in this process; the exit code must be as stated."""
-    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    result = RUNNER.invoke(main, [str(argument) for argument in arguments])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     assert result.exit_code == code, result.output

@@ -6,7 +6,7 @@ import numpy as np
 from drawings import EIGHT_VERSIONS, random_mask, turn
 from skeletons import padded
 
-from dloftbs.kernels.boxes import border_moments, pose_pixels, word_box
+from dloftbs.kernels.boxes import border_moments, pose_pixels, tight_box, word_box
 from dloftbs.kernels.thinning import find_border
 
 
@@ -17,6 +17,21 @@ def test_the_box_of_words_agrees_with_its_slow_twin_on_thousands_of_masks() -> N
         row, k = np.nonzero(words)
         expected = (k.min(), row.min(), k.max() + 1, row.max() + 1) if len(row) else (0, 0, 0, 0)
         assert word_box(words) == expected, f"seed {seed}"
+
+
+def test_the_tight_box_agrees_with_its_slow_twin_on_thousands_of_masks() -> None:
+    for seed in range(3000):
+        rng = np.random.default_rng(seed)
+        mask = random_mask(seed) * (rng.random() < 0.95)
+        mask = (mask & (rng.random(mask.shape) < rng.choice([0.02, 0.5, 1.0]))).astype(np.uint8)[:: rng.choice([1, -1])]
+        row, column = np.nonzero(mask)
+        expected = (column.min(), row.min(), column.max() + 1, row.max() + 1) if len(row) else (0, 0, 0, 0)
+        assert tight_box(mask) == expected, f"seed {seed}"
+
+
+def test_masks_without_rows_or_columns_have_no_box() -> None:
+    for shape in ((0, 0), (0, 8), (5, 0)):
+        assert tight_box(np.zeros(shape, dtype=np.uint8)) == word_box(np.zeros(shape, dtype=np.uint64)) == (0, 0, 0, 0)
 
 
 def test_moments_agree_with_their_slow_twin_on_thousands_of_masks() -> None:

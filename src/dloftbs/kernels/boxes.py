@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, int32, int64, uint64
+from numba import boolean, int32, int64, uint8, uint64
 
-from dloftbs.kernels._compile import kernel, read
+from dloftbs.kernels._compile import helper, kernel, read
 
 
 @kernel(read(uint64, 2, "C"))
@@ -39,6 +39,46 @@ def word_box(words: npt.NDArray[np.uint64]) -> tuple[int, int, int, int]:
                 k0 = k
             k1 = k + 1
     return k0, row0, k1, row1
+
+
+@helper
+def _is_empty(line: npt.NDArray[np.uint8]) -> bool:
+    for value in line:
+        if value != 0:
+            return False
+    return True
+
+
+@kernel(read(uint8, 2))
+def tight_box(mask: npt.NDArray[np.uint8]) -> tuple[int, int, int, int]:
+    """Return the box ``x0, y0, x1, y1`` of the foreground, the last two excluded; all 0 where there is none.
+
+    Looks inwards from the four sides, so it is fast where the box fills most of the mask.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+        Any non-zero is foreground.
+    """
+    y1, width = mask.shape
+    y0 = 0
+    while y0 < y1 and _is_empty(mask[y0]):
+        y0 += 1
+    if y0 == y1:
+        return 0, 0, 0, 0
+    while _is_empty(mask[y1 - 1]):
+        y1 -= 1
+    x0, x1 = width, 0
+    for row in range(y0, y1):
+        column = 0
+        while column < x0 and mask[row, column] == 0:
+            column += 1
+        x0 = column
+        column = width
+        while column > x1 and mask[row, column - 1] == 0:
+            column -= 1
+        x1 = column
+    return x0, y0, x1, y1
 
 
 @kernel(read(int32, 1), int64, int64, int64)

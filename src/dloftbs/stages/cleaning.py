@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.config import CleaningConfig
-from dloftbs.kernels.boxes import word_box
+from dloftbs.kernels.boxes import tight_box, word_box
 from dloftbs.kernels.thinning import find_border
 from dloftbs.patch import Patch, canonical_pose
 
+_Box = tuple[int, int, int, int]  # x0, y0, x1, y1, the last two excluded
 _WORD = 8  # the kernels look at eight pixels at a time
 
 
@@ -64,23 +65,20 @@ def _as_bytes(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return mask if mask.flags.c_contiguous else np.ascontiguousarray(mask)
 
 
-def _rough_box(mask: npt.NDArray[np.uint8]) -> tuple[int, int, int, int] | None:
-    """Return a box as `_bounding_box` does, but where the memory allows it up to seven columns wider, and faster."""
+def _rough_box(mask: npt.NDArray[np.uint8]) -> _Box | None:
+    """Return the foreground's box, or where the memory allows it one that is up to seven columns wider, faster."""
     if mask.shape[1] % _WORD or mask.ctypes.data % _WORD:
         return _bounding_box(mask)
     k0, y0, k1, y1 = word_box(mask.view(np.uint64))
     return (_WORD * k0, y0, _WORD * k1, y1) if y1 > 0 else None
 
 
-def _bounding_box(mask: npt.NDArray[np.uint8]) -> tuple[int, int, int, int] | None:
-    """Return ``x0, y0, x1, y1`` of the foreground, the last two excluded, or None where there is none."""
-    if mask.size == 0:
-        return None
-    x, y, w, h = cv2.boundingRect(mask)
-    return (x, y, x + w, y + h) if w > 0 else None
+def _bounding_box(mask: npt.NDArray[np.uint8]) -> _Box | None:
+    box: _Box = tight_box(mask)  # OpenCV 4.8's boundingRect errs on masks of two and three columns
+    return box if box[3] > 0 else None
 
 
-def _grow(box: tuple[int, int, int, int], config: CleaningConfig, shape: tuple[int, ...]) -> tuple[int, int, int, int]:
+def _grow(box: _Box, config: CleaningConfig, shape: tuple[int, ...]) -> _Box:
     """Widen the box by what the morphology reaches over, so that only the image's own border acts as one."""
     margin = config.open_px // 2 + 2 * (config.close_px // 2)  # a closing grows first, then looks as far again
     x0, y0, x1, y1 = box
