@@ -15,8 +15,8 @@ import dloftbs
 PACKAGE = Path(dloftbs.__file__).parent
 
 GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
-DATA = {"curve", "centerline", "camera", "frame", "patch"}
-KNOWN_OUTSIDE = {"errors", "config", "_arrays", "_version", "curve", "centerline", "camera", "frame"}
+DATA = {"curve", "centerline", "camera", "frame", "patch", "truth"}
+KNOWN_OUTSIDE = {"errors", "config", "_arrays", "_version", "curve", "centerline", "camera", "frame", "truth"}
 BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
 
 MAY_IMPORT = {
@@ -31,9 +31,9 @@ MAY_IMPORT = {
     "tracking": (GROUND - {"kernels"}) | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},
     "pipeline": BELOW_PIPELINE | {"inspection"},
-    "sources": KNOWN_OUTSIDE,
+    "sources": KNOWN_OUTSIDE | {"kernels"},
     "sinks": KNOWN_OUTSIDE | {"viz"},
-    "evaluation": KNOWN_OUTSIDE,
+    "evaluation": KNOWN_OUTSIDE | {"sources", "viz"},
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
     "cli": BELOW_PIPELINE | {"inspection", "pipeline", "sources", "sinks", "evaluation", "viz", ""},
@@ -220,3 +220,10 @@ def test_the_public_names_are_sorted_and_their_own():
 def test_a_name_that_is_not_there_is_an_attribute_error(name):
     with pytest.raises(AttributeError, match=f"module 'dloftbs' has no attribute '{name}'"):
         getattr(dloftbs, name)
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name.startswith("evaluation.")])
+def test_criteria_know_no_source_and_no_picture(name):
+    path = MODULES[name]
+    foreign = {"sources", "viz"} & {found.partition(".")[0] for found in imports_of(name, path.read_text())}
+    assert not foreign or name.removeprefix("evaluation.") in ("suites", "runner", "report", "worst", "plots")

@@ -12,7 +12,7 @@ from dloftbs.config import Config
 from dloftbs.frame import Detection, FrameResult, Track, TrackState
 from dloftbs.pipeline import detect
 from dloftbs.sinks import read_json_lines
-from dloftbs.sources.synthetic import SceneTruth
+from dloftbs.truth import Truth
 
 FRAMES = 14
 
@@ -88,7 +88,7 @@ def bars(*rows):
 def scene(*rows):
     masks = bars(*rows)
     curves = tuple(detect(mask)[0].curve for mask in masks)
-    return SceneTruth(curves, tuple(masks), tuple(range(len(rows))))
+    return Truth(curves, tuple(masks), tuple(range(len(rows))))
 
 
 def found(*detections: Detection, ids=None):

@@ -14,7 +14,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evaluation import l1, l2, l3
 from dloftbs.frame import FrameResult, Track
-from dloftbs.sources.synthetic import SceneTruth
+from dloftbs.truth import Truth
 
 _PX_PER_SAMPLE = 2.0  # along curves
 _L3_SAMPLES = 200
@@ -66,7 +66,7 @@ class FrameScore:
         return max((cable.l3_px for cable in self.cables if cable.track_id is not None), default=-math.inf)
 
 
-def score_frame(result: FrameResult, truth: SceneTruth) -> FrameScore:
+def score_frame(result: FrameResult, truth: Truth) -> FrameScore:
     """Compare what was detected in a frame with what is there; tracks that coast do not count.
 
     Each true cable gets at most one curve, by the assignment with the least sum of L3, however far off it is.
@@ -76,7 +76,7 @@ def score_frame(result: FrameResult, truth: SceneTruth) -> FrameScore:
     return FrameScore(result.index, len(seen), l1_px, l2_px, _assign(seen, truth))
 
 
-def _cover(seen: list[Track], truth: SceneTruth) -> tuple[float, float]:
+def _cover(seen: list[Track], truth: Truth) -> tuple[float, float]:
     rows, columns = np.nonzero(np.logical_or.reduce(truth.visible_masks))
     if not seen or not len(rows):
         return math.nan, math.nan
@@ -89,7 +89,7 @@ def _dense(curve: BSplineCurve) -> FloatArray:
     return curve.sample(max(2, math.ceil(curve.length / _PX_PER_SAMPLE)))
 
 
-def _assign(seen: list[Track], truth: SceneTruth) -> tuple[CableScore, ...]:
+def _assign(seen: list[Track], truth: Truth) -> tuple[CableScore, ...]:
     scores = [CableScore()] * len(truth.curves)
     true = [curve.sample(_L3_SAMPLES) for curve in truth.curves]
     found = [track.curve.sample(_L3_SAMPLES) for track in seen]

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
+from dloftbs.truth import Truth
 
 logger = logging.getLogger("dloftbs.sources")
 
@@ -71,3 +72,45 @@ class Source(ABC):
     def _skip(self, what: str, why: object, count: int = 1) -> None:
         self.skipped += count
         logger.warning("skipped %s: %s", what, why)
+
+
+class KnownSequence(Source):
+    """A sequence whose frames can be had in any order, and whose truth is known.
+
+    Every frame is a function of the arguments and its index alone, bit for bit. A sequence can be pickled, and making
+    one costs little: what is expensive happens in `frame` and `truth`.
+
+    A subclass sets the attributes of `Source`, `length` among them, and gives `frame` and `truth`.
+    """
+
+    def __len__(self) -> int:
+        assert self.length is not None  # a known sequence has one
+        return self.length
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames from the first on."""
+        self._begin()
+        for index in range(len(self)):
+            if self._closed:
+                return
+            yield self.frame(index)
+
+    @abstractmethod
+    def frame(self, index: int) -> Frame:
+        """Return one frame.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame.
+        """
+
+    @abstractmethod
+    def truth(self, index: int) -> Truth:
+        """Return what is to be found in a frame.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame.
+        """

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.config import HsvRange
-from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.sources.base import Source
+from dloftbs.sources.base import KnownSequence
 from dloftbs.sources.synthetic.layers import cast_shadow, paint_layers, stack_layers, visible_cables
 from dloftbs.sources.synthetic.scene import Scene
 from dloftbs.sources.synthetic.sketch import Image
 from dloftbs.sources.synthetic.workbench import draw_workbench
+from dloftbs.truth import Truth
 
 _DYES = (np.array([214.0, 108.0, 10.0]), np.array([92.0, 16.0, 222.0]))
 _HSV = (
@@ -32,26 +30,7 @@ _NOISE_MARGIN = 64
 _BLUR_SIGMA = 0.55
 
 
-@dataclass(frozen=True, eq=False)
-class SceneTruth:
-    """What a frame of the demo really shows.
-
-    Parameters
-    ----------
-    curves : tuple of BSplineCurve
-        True centre lines, px, hidden parts included; ``u`` is the normalised arc length, the same end first throughout.
-    visible_masks : tuple of numpy.ndarray, shape (H, W), bool
-        The pixels of each cable that no other cable and no occluder hides.
-    ids : tuple of int
-        Which cable is which, the same in every frame.
-    """
-
-    curves: tuple[BSplineCurve, ...]
-    visible_masks: tuple[npt.NDArray[np.bool_], ...]
-    ids: tuple[int, ...]
-
-
-class DemoSequence(Source):
+class DemoSequence(KnownSequence):
     """A rendered sequence: cables on a workbench, one led by two grippers into a loop that crosses itself.
 
     Every frame is a function of the arguments and its index alone, bit for bit. The last frame runs into the first.
@@ -108,17 +87,6 @@ class DemoSequence(Source):
         """The colour of each cable: what `SegmentationConfig.hsv` takes."""
         return _HSV[: len(self._ids)]
 
-    def __len__(self) -> int:
-        return self._frames
-
-    def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames from the first on."""
-        self._begin()
-        for index in range(self._frames):
-            if self._closed:
-                return
-            yield self.frame(index)
-
     def frame(self, index: int) -> Frame:
         """Render one frame, shape (H, W, 3) BGR.
 
@@ -147,7 +115,7 @@ class DemoSequence(Source):
         """
         return Frame(mask=np.logical_or.reduce(self.truth(index).visible_masks), **self._labels(index))
 
-    def truth(self, index: int) -> SceneTruth:
+    def truth(self, index: int) -> Truth:
         """Return what is to be found in a frame.
 
         Raises
@@ -160,7 +128,7 @@ class DemoSequence(Source):
         owner = visible_cables(stack_layers(strands, self.width_px, self.size), self.width_px, self.size)
         owner[self._scene.hidden(strands, phase)] = -1
         masks = tuple(owner == number for number in self._ids)
-        return SceneTruth(tuple(strand.curve() for strand in strands), masks, self._ids)
+        return Truth(tuple(strand.curve() for strand in strands), masks, self._ids)
 
     def _phase(self, index: int) -> float:
         if not 0 <= index < self._frames:
