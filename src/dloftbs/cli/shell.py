@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import IO, Any
 
 import click
@@ -47,6 +49,23 @@ class Shell(click.Group):
         except KeyboardInterrupt as interrupt:
             click.echo("interrupted", err=True)
             raise click.exceptions.Exit(INTERRUPTED) from interrupt
+
+
+@contextmanager
+def interrupted() -> Iterator[Callable[[], bool]]:
+    """Make Ctrl-C a thing to ask for, which never falls into the writing of a file; a second one ends all at once."""
+    asked = False
+
+    def remember(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        asked = True
+        signal.signal(signal.SIGINT, before)
+
+    before = signal.signal(signal.SIGINT, remember)
+    try:
+        yield lambda: asked
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def report_error(message: object) -> None:

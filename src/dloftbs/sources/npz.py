@@ -15,6 +15,7 @@ from dloftbs.sources.pixels import AnyArray
 
 _BROKEN = (OSError, ValueError, EOFError, KeyError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
 """What zipfile and numpy raise on an archive that is corrupt, encrypted or compressed in an unknown way."""
+_PIECE = 1 << 20  # bytes skipped at a time
 
 
 class NpzMember:
@@ -60,8 +61,7 @@ class NpzMember:
     def __getitem__(self, index: int) -> AnyArray:
         size = self.dtype.itemsize * int(np.prod(self.shape[1:]))
         try:
-            stream = self._stream or self._open()
-            stream.seek(self._start + index * size)
+            stream = self._at(self._start + index * size)
             data = stream.read(size)
             return np.frombuffer(data, self.dtype).reshape(self.shape[1:])
         except _BROKEN as error:
@@ -72,6 +72,18 @@ class NpzMember:
         if self._stream is not None:
             self._stream.close()
             self._stream = None
+
+    def _at(self, position: int) -> IO[bytes]:
+        """Return the stream at a position, reached by reading: Python 3.13 no longer checks the sum after seeking."""
+        if self._stream is None or self._stream.tell() > position:
+            self.close()
+            self._open()
+        stream = self._stream
+        assert stream is not None  # just opened, or open already
+        while (ahead := position - stream.tell()) > 0:
+            if not stream.read(min(ahead, _PIECE)):
+                break  # cut off; reading on will say so
+        return stream
 
     def _open(self) -> IO[bytes]:
         # The stream keeps the file open until it is closed itself.

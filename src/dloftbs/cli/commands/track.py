@@ -20,6 +20,7 @@ from dloftbs.cli.options import (
     input_options,
     out_option,
 )
+from dloftbs.cli.shell import interrupted
 from dloftbs.errors import SourceError
 
 if TYPE_CHECKING:
@@ -83,12 +84,15 @@ def track(
                 sink = stack.enter_context(_open_sink(outs, overlay, source.fps))
                 write_config_beside((*outs, overlay), config)
                 progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
+                stop = stack.enter_context(interrupted())
                 for frame in islice(frames, limit):
                     result = pipeline.process(frame)
                     sink.write(frame, result)
                     report.skipped = frames.skipped
                     report.add(result)
                     progress.tick(report)
+                    if stop():
+                        raise KeyboardInterrupt
         finally:
             report.skipped = frames.skipped
             if report.frames:
