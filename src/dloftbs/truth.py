@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,7 @@ class Truth:
     ----------
     curves : tuple of BSplineCurve
         True centre lines, px, hidden parts included; ``u`` is the normalised arc length, the same end first throughout
-        a sequence.
+        a sequence. Empty where only the masks are known.
     visible_masks : tuple of numpy.ndarray, shape (H, W), bool
         The pixels of each object that no other object and no occluder hides. Empty where they are not known.
     ids : tuple of int
@@ -31,7 +32,8 @@ class Truth:
     Raises
     ------
     InputError
-        If the counts disagree.
+        If the counts disagree, an id comes twice, nothing is known of the objects, curves have the wrong dimension, or
+        masks are of another type or of different shapes.
     """
 
     curves: tuple[BSplineCurve, ...]
@@ -40,14 +42,47 @@ class Truth:
     curves_3d: tuple[BSplineCurve, ...] = ()
 
     def __post_init__(self) -> None:
-        count = len(self.curves)
-        if len(self.ids) != count:
-            raise InputError(f"{count} curves need {count} ids, got {len(self.ids)}")
-        for name in ("visible_masks", "curves_3d"):
+        count = len(self.ids)
+        if len(set(self.ids)) != count:
+            raise InputError(f"ids must differ, got {self.ids}")
+        for name in ("curves", "visible_masks", "curves_3d"):
             if len(getattr(self, name)) not in (0, count):
-                raise InputError(
-                    f"{name} must be none or one for each of {count} curves, got {len(getattr(self, name))}"
-                )
+                raise InputError(f"{name} must be none or one for each of {count} ids, got {len(getattr(self, name))}")
+        if count and not self.curves and not self.visible_masks:
+            raise InputError(f"{count} ids need curves or visible_masks, got neither")
+        if self.curves_3d and not self.curves:
+            raise InputError("curves_3d need the curves in the image too, got none")
+        _check_dimension("curves", self.curves, 2)
+        _check_dimension("curves_3d", self.curves_3d, 3)
+        _check_masks(self.visible_masks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return ids and curves as plain values, ready for JSON; masks are left out, since they belong in images."""
+        return {
+            "ids": [int(number) for number in self.ids],
+            "curves": [curve.to_dict() for curve in self.curves],
+            "curves_3d": [curve.to_dict() for curve in self.curves_3d],
+        }
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], visible_masks: tuple[npt.NDArray[np.bool_], ...] = ()) -> Truth:
+        """Build the truth from what `to_dict` gave, without loss, and the masks that it left out.
+
+        Raises
+        ------
+        InputError
+            If a key is missing or a value is wrong.
+        """
+        try:
+            curves, curves_3d = (
+                tuple(BSplineCurve.from_dict(curve) for curve in data[key]) for key in ("curves", "curves_3d")
+            )
+            ids = tuple(int(number) for number in data["ids"])
+        except KeyError as error:
+            raise InputError(f"a truth needs the key {error.args[0]!r}, got {sorted(data)}") from error
+        except (TypeError, AttributeError) as error:
+            raise InputError(f"a truth needs lists of ids and curves: {error}") from error
+        return cls(curves, visible_masks, ids, curves_3d)
 
     @cached_property
     def mask(self) -> npt.NDArray[np.bool_] | None:
@@ -63,3 +98,18 @@ class Truth:
         for number, mask in enumerate(self.visible_masks, start=1):
             labels[mask] = number
         return labels
+
+
+def _check_dimension(name: str, curves: tuple[BSplineCurve, ...], ndim: int) -> None:
+    for curve in curves:
+        if curve.ndim != ndim:
+            raise InputError(f"{name} must have {ndim} dimensions, got {curve}")
+
+
+def _check_masks(masks: tuple[npt.NDArray[np.bool_], ...]) -> None:
+    for mask in masks:
+        if mask.ndim != 2 or mask.dtype != np.bool_ or mask.shape != masks[0].shape:
+            raise InputError(
+                f"visible_masks must be bool, all of one shape (H, W) such as {masks[0].shape}, "
+                f"got {mask.shape} of {mask.dtype}"
+            )

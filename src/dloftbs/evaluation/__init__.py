@@ -1,7 +1,46 @@
-"""How good a tracker is: the criteria of the paper, for any tracker's points."""
+"""How good a tracker is: the criteria of the paper and their kin, for any tracker's curves.
+
+For one curve there are `l1`, `l2`, `l3` and their parts on plain points (`metrics`), and `curve_l3`, `point_error`,
+`endpoint_error` and `length_error` on curves (`curves`); for the several curves of a frame `match_curves` and, on label
+images, `dice`; for a sequence `TrackingScorer`.
+"""
 
 from __future__ import annotations
 
+from dloftbs.evaluation.curves import PointError, curve_l3, endpoint_error, length_error, point_error
+from dloftbs.evaluation.instances import DiceScore, InstanceScore, dice
+from dloftbs.evaluation.matching import (
+    CurveDistances,
+    Matching,
+    Pair,
+    compare_curves,
+    match_curves,
+    match_distances,
+)
 from dloftbs.evaluation.metrics import f_distance, l1, l2, l3, l3_undirected, mmd
+from dloftbs.evaluation.tracking import TrackingScorer, TrackingScores
 
-__all__ = ["f_distance", "l1", "l2", "l3", "l3_undirected", "mmd"]
+__all__ = [
+    "CurveDistances",
+    "DiceScore",
+    "InstanceScore",
+    "Matching",
+    "Pair",
+    "PointError",
+    "TrackingScorer",
+    "TrackingScores",
+    "compare_curves",
+    "curve_l3",
+    "dice",
+    "endpoint_error",
+    "f_distance",
+    "l1",
+    "l2",
+    "l3",
+    "l3_undirected",
+    "length_error",
+    "match_curves",
+    "match_distances",
+    "mmd",
+    "point_error",
+]

@@ -166,6 +166,14 @@ def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
 def _f(x: FloatArray, y: FloatArray) -> float:
     # Both arc lengths grow, and so does k.
     k = np.clip(np.searchsorted(_arc(y), _arc(x), side="right") - 1, 0, len(y) - 2)
+    return mean_distance_to_sides(x, y, k)
+
+
+def mean_distance_to_sides(x: FloatArray, y: FloatArray, k: npt.NDArray[np.intp]) -> float:
+    """Return the mean distance of the points ``x[i]``, shape (n, d), from the segments ``y[k[i]]`` to ``y[k[i] + 1]``.
+
+    Nothing is checked; ``k``, shape (n,), must lie in ``0 .. len(y) - 2``.
+    """
     side = y[k + 1] - y[k]
     from_start = x - y[k]
     squared = (side**2).sum(axis=1)

@@ -19,6 +19,7 @@ from dloftbs.sinks.jsonl import JsonLinesSink, read_json_lines
 from dloftbs.sinks.npz import NpzRow, NpzSink, read_npz
 from dloftbs.sinks.overlay import VIDEO_SUFFIXES, OverlayImagesSink, OverlayVideoSink
 from dloftbs.sinks.points_csv import CsvSink
+from dloftbs.sinks.sequence import write_sequence
 
 __all__ = [
     "CsvSink",
@@ -32,6 +33,7 @@ __all__ = [
     "open",
     "read_json_lines",
     "read_npz",
+    "write_sequence",
 ]
 
 _KINDS: dict[str, Callable[..., Sink]] = {

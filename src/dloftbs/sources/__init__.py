@@ -23,13 +23,24 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.arrays import STACK_EXTENSIONS, ArraySource, from_array, from_file
-from dloftbs.sources.base import Source
+from dloftbs.sources.base import KnownSequence, Source
 from dloftbs.sources.files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import KINDS, Kind
+from dloftbs.sources.recorded import open_labelled
 from dloftbs.sources.video import LiveSource, VideoSource
 
-__all__ = ["ArraySource", "FileSource", "LiveSource", "PairedSource", "Source", "VideoSource", "open"]
+__all__ = [
+    "ArraySource",
+    "FileSource",
+    "KnownSequence",
+    "LiveSource",
+    "PairedSource",
+    "Source",
+    "VideoSource",
+    "open",
+    "open_labelled",
+]
 
 PathLike = str | os.PathLike[str]
 Where = PathLike | int | npt.NDArray[Any] | Sequence[PathLike]

@@ -1,0 +1,159 @@
+"""What lies beside the truth: images, masks, depth, the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import InputError, SourceError
+from dloftbs.frame import Frame
+from dloftbs.sources.files import IMAGE_EXTENSIONS
+from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
+from dloftbs.sources.recorded.layout import files_in
+from dloftbs.sources.video import VideoSource
+
+if TYPE_CHECKING:
+    import cv2
+
+CAMERA = "camera.json"
+PARTNERS = (".labels", ".mask", ".depth")
+"""What goes with an image has its name and one of these before the suffix."""
+
+
+def images_in(folder: Path) -> list[Path]:
+    """Return the images of a folder in natural order, without masks, depth and labels that go with others."""
+    return [p for p in files_in(folder) if p.suffix.lower() in IMAGE_EXTENSIONS and Path(p.stem).suffix not in PARTNERS]
+
+
+@dataclass(frozen=True)
+class PictureFile:
+    """An image or a mask in a file, with what goes with it: STEM.mask.png, STEM.depth.png or STEM.depth.npy."""
+
+    path: Path
+    camera: PinholeCamera | None = None
+
+    def frame(self, index: int) -> Frame:
+        """Read the frame; one channel, or equal ones, are a mask, as for `sources.open`.
+
+        Raises
+        ------
+        SourceError
+            If a file cannot be read.
+        """
+        image, mask = read_image_or_mask(self.path, "auto")
+        beside = self.path.with_name(f"{self.path.stem}.mask.png")
+        if beside.exists():
+            image, mask = read_image_or_mask(self.path, "image")[0], read_mask(beside)
+        return Frame(image, mask, depth_beside(self.path), self.camera, index=index, name=self.path.name)
+
+
+def depth_beside(path: Path) -> AnyArray | None:
+    """Read the depth that goes with an image: STEM.depth.png of 16 bits, or STEM.depth.npy; None where there is none.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    """
+    for suffix in (".png", ".npy"):
+        beside = path.with_name(f"{path.stem}.depth{suffix}")
+        if beside.exists():
+            return read_depth(beside)
+    return None
+
+
+def camera_in(folder: Path) -> PinholeCamera | None:
+    """Read camera.json, an object with fx, fy, cx and cy in px; None where there is none.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    """
+    path = folder / CAMERA
+    if not path.exists():
+        return None
+    data = decoded(path, dict[str, float])
+    try:
+        return PinholeCamera(**{name: data[name] for name in ("fx", "fy", "cx", "cy")})
+    except (KeyError, InputError) as error:
+        raise SourceError(f"{path}: a camera needs fx, fy, cx and cy: {error}") from error
+
+
+def decoded(path: Path, kind: Any) -> Any:
+    """Read a JSON file as a type.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read, or holds something else.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=kind)
+    except (OSError, msgspec.DecodeError) as error:
+        raise SourceError(f"{path}: {error}") from error
+
+
+class VideoFrames:
+    """The pictures of a video by number, in any order; a later one costs least.
+
+    A video is decoded from its start, since seeking in one is exact with some codecs only.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    SourceError
+        If it cannot be opened as a video.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with VideoSource(path) as video:
+            self.fps = video.fps
+            self.count = video.length
+        self._capture: cv2.VideoCapture | None = None
+        self._next = 0
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.path,)
+
+    def read(self, number: int) -> AnyArray:
+        """Return a picture, shape (H, W, 3), BGR.
+
+        Raises
+        ------
+        SourceError
+            If there is none of the number, or it cannot be decoded.
+        """
+        if self._capture is None or number < self._next:
+            self._rewind()
+        assert self._capture is not None
+        while self._next < number and self._capture.grab():
+            self._next += 1
+        done, pixels = self._capture.read()
+        if self._next < number or not done:
+            count = self._next
+            self.close()
+            raise SourceError(f"{self.path}: has no picture {number}; {count} could be decoded")
+        self._next += 1
+        return pixels
+
+    def close(self) -> None:
+        """Let go of the file; reading again opens it again."""
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = None
+
+    def _rewind(self) -> None:
+        import cv2
+
+        self.close()
+        self._capture = cv2.VideoCapture(str(self.path))
+        self._next = 0
