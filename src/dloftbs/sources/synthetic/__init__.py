@@ -2,8 +2,42 @@
 
 from __future__ import annotations
 
+from dloftbs.sources.synthetic.cables import TangleSequence, several_cables
+from dloftbs.sources.synthetic.degrade import NETWORK, NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs.sources.synthetic.demo import DemoSequence
+from dloftbs.sources.synthetic.depth_noise import DepthNoise, depth_sigma
+from dloftbs.sources.synthetic.kinds import KINDS, KindSequence, kinds
+from dloftbs.sources.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
+from dloftbs.sources.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
+from dloftbs.sources.synthetic.rgbd import RgbdSequence
+from dloftbs.sources.synthetic.rgbd_suites import rgbd_artificial, rgbd_manipulation
 from dloftbs.sources.synthetic.strand import random_curve
 from dloftbs.sources.synthetic.tube import draw_tube_mask
 
-__all__ = ["DemoSequence", "draw_tube_mask", "random_curve"]
+__all__ = [
+    "KINDS",
+    "LADDER_BASES",
+    "NETWORK",
+    "NOISY",
+    "OCCLUDED",
+    "RGB_SCENARIOS",
+    "Degradation",
+    "DegradedSequence",
+    "DemoSequence",
+    "DepthNoise",
+    "KindSequence",
+    "LadderBase",
+    "RgbSequence",
+    "RgbdSequence",
+    "Rung",
+    "TangleSequence",
+    "depth_sigma",
+    "draw_tube_mask",
+    "kinds",
+    "noise_ladder",
+    "random_curve",
+    "rgb",
+    "rgbd_artificial",
+    "rgbd_manipulation",
+    "several_cables",
+]

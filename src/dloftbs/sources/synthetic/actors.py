@@ -2,17 +2,60 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.sources.synthetic.sketch import Point, Sketch, Sprite, smooth_noise
+from dloftbs.sources.synthetic.strand import Strand
+
+Placed = tuple[Sprite, tuple[float, float], float]
+"""A sprite, its position px and its angle."""
+
+_WRIST = 38.0
 
 _BODY = (62.0, 60.0, 58.0)
 _JAW = (158.0, 156.0, 150.0)
 _SHELL = (206.0, 206.0, 202.0)
 _GLOVE = (66.0, 64.0, 62.0)
+
+
+def hold_ends(
+    strand: Strand, tool: tuple[Sprite, Sprite], bases: tuple[FloatArray, FloatArray], scale: float
+) -> tuple[list[Placed], list[Placed]]:
+    """Place a gripper at each end of a cable, and an arm from there to its base (2,) px; `tool` is gripper and arm."""
+    gripper, arm = tool
+    grippers: list[Placed] = []
+    arms: list[Placed] = []
+    ends = ((strand.points[0], strand.heading[0]), (strand.points[-1], strand.heading[-1] + math.pi))
+    for (end, angle), base in zip(ends, bases, strict=True):
+        wrist = end - _WRIST * scale * np.array([math.cos(angle), math.sin(angle)])
+        grippers.append((gripper, pair(end), float(angle)))
+        arms.append(place_arm(arm, wrist, base))
+    return grippers, arms
+
+
+def place_arm(arm: Sprite, wrist: FloatArray, base: FloatArray) -> Placed:
+    """Place an arm between its wrist and its base, both (2,) px."""
+    reach = base - wrist
+    return arm, pair(wrist), math.atan2(reach[1], reach[0])
+
+
+def hidden_by(actors: Sequence[Placed], size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+    """Return what the actors hide, shape (H, W)."""
+    mask = np.zeros(size, bool)
+    for sprite, position, angle in actors:
+        sprite.cover(mask, position, angle)
+    return mask
+
+
+def pair(point: FloatArray) -> tuple[float, float]:
+    """Return a point (2,) as plain numbers."""
+    return float(point[0]), float(point[1])
 
 
 def draw_gripper(scale: float, width: float) -> Sprite:

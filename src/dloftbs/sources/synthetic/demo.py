@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 from typing import Any
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.config import HsvRange
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sources.base import KnownSequence
-from dloftbs.sources.synthetic.layers import cast_shadow, paint_layers, stack_layers, visible_cables
 from dloftbs.sources.synthetic.scene import Scene
-from dloftbs.sources.synthetic.sketch import Image
-from dloftbs.sources.synthetic.workbench import draw_workbench
+from dloftbs.sources.synthetic.studio import DYES, HSV, Studio
 from dloftbs.truth import Truth
-
-_DYES = (np.array([214.0, 108.0, 10.0]), np.array([92.0, 16.0, 222.0]))
-_HSV = (
-    HsvRange(hue=(99, 113), saturation=(120, 255), value=(45, 255)),
-    HsvRange(hue=(163, 175), saturation=(120, 255), value=(45, 255)),
-)
-_NOISE_SIGMA = 2.6
-_NOISE_MARGIN = 64
-_BLUR_SIGMA = 0.55
 
 
 class DemoSequence(KnownSequence):
@@ -79,13 +65,19 @@ class DemoSequence(KnownSequence):
         self.size = size
         self.width_px = width_px
         self._scene = Scene(seed, size, cables, width_px, occluder)
+        self._studio = Studio(seed, size, width_px)
         # This fits the motions: what cannot be is refused here, not at the first frame.
         self._ids = tuple(range(len(self._scene.motions)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        scene = self._scene
+        arguments = (self._frames, self.size, scene.seed, scene.cables, self.width_px, scene.occluder, self._rate)
+        return type(self), arguments
 
     @property
     def hsv(self) -> tuple[HsvRange, ...]:
         """The colour of each cable: what `SegmentationConfig.hsv` takes."""
-        return _HSV[: len(self._ids)]
+        return HSV[: len(self._ids)]
 
     def frame(self, index: int) -> Frame:
         """Render one frame, shape (H, W, 3) BGR.
@@ -97,13 +89,8 @@ class DemoSequence(KnownSequence):
         """
         phase = self._phase(index)
         strands = self._scene.strands(phase)
-        canvas = self._background.copy()
-        cast_shadow(canvas, strands, self.width_px)
-        layers = stack_layers(strands, self.width_px, self.size)
-        paint_layers(canvas, layers, strands, _DYES[: len(strands)], self.width_px)
-        for sprite, position, angle in self._scene.actors(strands, phase):
-            sprite.paste(canvas, position, angle)
-        return Frame(image=self._expose(canvas, index), **self._labels(index))
+        image = self._studio.shoot(strands, DYES[: len(strands)], self._scene.actors(strands, phase), index)
+        return Frame(image=image, **self._labels(index))
 
     def mask_frame(self, index: int) -> Frame:
         """Return one frame with the perfect mask of all cables, shape (H, W) bool, in place of the image.
@@ -125,9 +112,7 @@ class DemoSequence(KnownSequence):
         """
         phase = self._phase(index)
         strands = self._scene.strands(phase)
-        owner = visible_cables(stack_layers(strands, self.width_px, self.size), self.width_px, self.size)
-        owner[self._scene.hidden(strands, phase)] = -1
-        masks = tuple(owner == number for number in self._ids)
+        masks = self._studio.visible(strands, self._scene.actors(strands, phase))
         return Truth(tuple(strand.curve() for strand in strands), masks, self._ids)
 
     def _phase(self, index: int) -> float:
@@ -137,30 +122,3 @@ class DemoSequence(KnownSequence):
 
     def _labels(self, index: int) -> dict[str, Any]:
         return {"index": index, "stamp": index / self._rate, "name": f"demo#{index:04d}"}
-
-    def _expose(self, canvas: Image, index: int) -> Image:
-        """Add what a camera does: a little blur, darker corners, noise."""
-        height, width = self.size
-        image = cv2.GaussianBlur(canvas, (0, 0), _BLUR_SIGMA)
-        cv2.multiply(image, self._vignette, dst=image, scale=1.0 / 255.0)
-        # Drawing new noise for every pixel would take longer than all the rest: a window on a larger field moves.
-        rng = np.random.default_rng([self._scene.seed, 5, index])
-        top, left = rng.integers(0, _NOISE_MARGIN, 2)
-        noise = self._noise[top : top + height, left : left + width]
-        return np.asarray(cv2.add(image, noise, dtype=cv2.CV_8U), dtype=np.uint8)
-
-    @cached_property
-    def _background(self) -> Image:
-        return draw_workbench(self._scene.rng(4), self.size, self._scene.scale)
-
-    @cached_property
-    def _vignette(self) -> Image:
-        y, x = np.linspace(-1.0, 1.0, self.size[0])[:, None], np.linspace(-1.0, 1.0, self.size[1])
-        gain = 255.0 * (1.0 - 0.11 * (x * x + y * y))
-        return np.repeat(gain.round().astype(np.uint8)[..., None], 3, axis=2)
-
-    @cached_property
-    def _noise(self) -> npt.NDArray[np.int16]:
-        height, width = self.size[0] + _NOISE_MARGIN, self.size[1] + _NOISE_MARGIN
-        grain = self._scene.rng(6).standard_normal((height, width, 3), dtype=np.float32)
-        return (_NOISE_SIGMA * grain).round().astype(np.int16)

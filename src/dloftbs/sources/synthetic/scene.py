@@ -7,18 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.sources.synthetic.actors import draw_arm, draw_gripper, draw_hand
+from dloftbs.sources.synthetic.actors import Placed, draw_arm, draw_gripper, draw_hand, hold_ends, pair
 from dloftbs.sources.synthetic.motion import Heading, Motion, fit_motion, looping, waving, window
 from dloftbs.sources.synthetic.sketch import Sprite
 from dloftbs.sources.synthetic.strand import Strand
 
-Placed = tuple[Sprite, tuple[float, float], float]
-"""A sprite, its position px and its angle."""
-
-_WRIST = 38.0
 _HAND_ANGLE = 1.12
 
 
@@ -90,22 +85,8 @@ class Scene:
         if not self.occluder:
             return []
         held = strands[0]
-        placed: list[Placed] = []
-        arms: list[Placed] = []
-        ends = ((held.points[0], held.heading[0]), (held.points[-1], held.heading[-1] + math.pi))
-        for (end, angle), base in zip(ends, self._bases(held), strict=True):
-            wrist = end - _WRIST * self.scale * np.array([math.cos(angle), math.sin(angle)])
-            reach = base - wrist
-            placed.append((self._gripper, _pair(end), float(angle)))
-            arms.append((self._arm, _pair(wrist), math.atan2(reach[1], reach[0])))
-        return [*placed, self._reaching_hand(strands[-1], phase), *arms]
-
-    def hidden(self, strands: tuple[Strand, ...], phase: float) -> npt.NDArray[np.bool_]:
-        """Return what the actors hide, shape (H, W)."""
-        mask = np.zeros(self.size, bool)
-        for sprite, position, angle in self.actors(strands, phase):
-            sprite.cover(mask, position, angle)
-        return mask
+        grippers, arms = hold_ends(held, (self._gripper, self._arm), self._bases(held), self.scale)
+        return [*grippers, self._reaching_hand(strands[-1], phase), *arms]
 
     def _reaching_hand(self, target: Strand, phase: float) -> Placed:
         """Place the hand: it comes in, pushes the last cable with its finger, and leaves."""
@@ -114,7 +95,7 @@ class Scene:
         away = np.array([math.cos(angle), math.sin(angle)])
         retreat = 1.0 - window(phase, (0.22, 0.40), (0.80, 0.96))
         tip = target.points[index] + (540.0 * retreat - 16.0) * self.scale * away
-        return self._hand, _pair(tip), angle
+        return self._hand, pair(tip), angle
 
     def _mirrored(self, heading: Heading) -> Heading:
         return heading if self.up > 0 else lambda along, phase: -heading(along, phase)
@@ -148,7 +129,3 @@ class Scene:
 
 def _push(phase: float) -> float:
     return window(phase, (0.36, 0.58), (0.66, 0.88))
-
-
-def _pair(point: FloatArray) -> tuple[float, float]:
-    return float(point[0]), float(point[1])

@@ -106,6 +106,13 @@ def random_curve(
     InputError
         If a number is not positive, or no curve of this length fits.
     """
+    return random_strand(rng, length_px, size, min_radius_px, margin_px).curve()
+
+
+def random_strand(
+    rng: np.random.Generator, length_px: float, size: tuple[int, int], min_radius_px: float, margin_px: float
+) -> Strand:
+    """Draw what `random_curve` gives, as a strand."""
     if not (length_px > 0 and min_radius_px > 0 and margin_px >= 0):
         raise InputError(
             f"length_px and min_radius_px must be positive and margin_px not negative, "
@@ -114,14 +121,15 @@ def random_curve(
     room = np.array([size[1] - 1, size[0] - 1]) - 2.0 * margin_px
     along = np.linspace(0.0, 1.0, max(64, math.ceil(2.0 * length_px)))
     for _ in range(_ATTEMPTS):
-        strand = integrate(_random_heading(rng, along, length_px, min_radius_px), length_px)
+        strand = integrate(random_heading(rng, along, length_px, min_radius_px), length_px)
         low, high = strand.points.min(axis=0), strand.points.max(axis=0)
         if (high - low <= room).all():
-            return strand.moved(margin_px - low + rng.random(2) * (room - (high - low))).curve()
+            return strand.moved(margin_px - low + rng.random(2) * (room - (high - low)))
     raise InputError(f"no curve of {length_px} px with bends of {min_radius_px} px or more fits an image of {size}")
 
 
-def _random_heading(rng: np.random.Generator, along: FloatArray, length_px: float, min_radius_px: float) -> FloatArray:
+def random_heading(rng: np.random.Generator, along: FloatArray, length_px: float, min_radius_px: float) -> FloatArray:
+    """Draw headings at the normalised arc lengths (n,): cosines that bend no more tightly than `min_radius_px`."""
     order = np.arange(1, _MODES + 1)
     amplitude = rng.normal(size=_MODES) * 3.0 / order
     heading = amplitude @ np.cos(np.pi * order[:, None] * along)

@@ -1,0 +1,121 @@
+"""What is wrong with the depth of a camera, in the amounts that were asked for; and hands."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dloftbs.sources.synthetic import DepthNoise, RgbdSequence, depth_sigma, rgbd_manipulation
+from dloftbs.sources.synthetic.hand import Hand
+from dloftbs.sources.synthetic.signals import keyed, steady
+from dloftbs.sources.synthetic.space import SpaceMotion, Wave
+from dloftbs.sources.synthetic.space_scene import SpaceScene, View
+
+SIZE = (360, 640)
+
+
+def bar(depth_m=0.8, behind_m=1.2, size=SIZE):
+    mask = np.zeros(size, bool)
+    mask[100:120, 50:600] = True
+    return np.where(mask, np.float32(depth_m), np.float32(behind_m)), mask
+
+
+def rng():
+    return np.random.default_rng(7)
+
+
+def test_without_noise_depth_is_as_it_was():
+    depth, mask = bar()
+    assert DepthNoise().apply(depth, mask, rng()) is depth
+
+
+def test_sigma_is_1_mm_at_half_a_metre_and_4_mm_at_one_and_a_half():
+    np.testing.assert_allclose(depth_sigma([0.5, 1.5]), [0.001, 0.004])
+
+
+@pytest.mark.parametrize("distance", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_noise_is_gaussian_and_grows_with_distance(distance, factor):
+    depth = np.full(SIZE, distance, np.float32)
+    error = DepthNoise(depth_noise=factor).apply(depth, depth > 0, rng()) - depth
+    sigma = factor * float(depth_sigma(distance))
+    assert error.std() == pytest.approx(sigma, rel=0.02)
+    assert abs(error.mean()) < 0.02 * sigma
+    assert (np.abs(error) < sigma).mean() == pytest.approx(0.683, abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.05, 0.2])
+def test_holes_take_the_share_of_the_cable_in_blobs(share):
+    depth, mask = bar()
+    holes = DepthNoise(hole_share=share).apply(depth, mask, rng()) == 0
+    assert holes[mask].mean() == pytest.approx(share, abs=0.002)
+    assert holes[~mask].mean() == pytest.approx(share, rel=0.6)
+    lone = holes[1:-1, 1:-1] & ~(holes[:-2, 1:-1] | holes[2:, 1:-1] | holes[1:-1, :-2] | holes[1:-1, 2:])
+    assert lone.sum() < 0.02 * holes.sum()
+
+
+def test_holes_need_no_cable():
+    depth, mask = bar()
+    np.testing.assert_array_equal(DepthNoise(hole_share=0.05).apply(depth, mask & False, rng()), depth)
+
+
+def test_flying_pixels_are_mixtures_at_edges_on_both_sides():
+    depth, mask = bar()
+    flown = DepthNoise(flying=0.4).apply(depth, mask, rng())
+    changed = flown != depth
+    edge = np.zeros_like(mask)
+    edge[99:101, 49:601] = edge[119:121, 49:601] = True
+    edge[99:121, 49:51] = edge[99:121, 599:601] = True
+    assert not changed[~edge].any()
+    assert changed[edge].mean() == pytest.approx(0.4, abs=0.04)
+    assert changed[mask].any()
+    assert changed[~mask].any()
+    assert (flown[changed] > 0.8).all()
+    assert (flown[changed] < 1.2).all()
+    assert flown[changed].std() > 0.1
+
+
+def test_sequences_have_the_noise_that_was_asked_for():
+    noisy = rgbd_manipulation(0.02, 0, SIZE, flying=0.0)[0]
+    clean = rgbd_manipulation(0.02, 0, SIZE, depth_noise=0.0, hole_share=0.0, flying=0.0)[0]
+    frame, exact = noisy.frame(1), clean.frame(1)
+    np.testing.assert_array_equal(frame.mask, exact.mask)
+    assert (frame.depth[frame.mask] == 0).mean() == pytest.approx(0.05, abs=0.005)
+    error = ((frame.depth - exact.depth) / depth_sigma(exact.depth))[frame.depth > 0]
+    assert error.std() == pytest.approx(1.0, abs=0.01)
+    assert (rgbd_manipulation(0.02, 0, SIZE)[0].frame(1).depth != frame.depth).any()
+
+
+def held(presence):
+    motion = SpaceMotion(0.5, (Wave(0.0, steady(0.1)),))
+    hands = (Hand(0.5, np.pi / 2, presence),)
+    return RgbdSequence(SpaceScene("held", 3, 0.005, motion, View(0.8, 0.2, 0.006), hands), size=SIZE, with_image=True)
+
+
+def test_a_hand_hides_the_cable_and_has_a_depth_and_a_colour_of_its_own():
+    sequence = held(keyed((0.0, 0.0), (1.0, 1.0)))
+    free, gripped = sequence.frame(0), sequence.frame(2)
+    lost = free.mask & ~gripped.mask
+    assert 20 < lost.sum() < 0.2 * free.mask.sum()
+    assert not (gripped.mask & ~free.mask).any()
+    assert (gripped.depth[lost] < free.depth[lost]).all()
+    assert np.median((free.depth - gripped.depth)[lost]) > 0.005
+    blue, _, red = gripped.image[lost].mean(axis=0)
+    assert red > blue
+    blue, _, red = gripped.image[gripped.mask].mean(axis=0)
+    assert blue > red
+    assert sequence.truth(2).curves[0].length == pytest.approx(sequence.truth(0).curves[0].length)
+
+
+def test_hands_hide_some_of_the_cable_in_every_scene_but_never_most_of_it():
+    for sequence in rgbd_manipulation(0.02, 0, SIZE):
+        without = RgbdSequence(_unhanded(sequence.scene), len(sequence), SIZE)
+        shares = [
+            1.0 - sequence.frame(index).mask.sum() / without.frame(index).mask.sum() for index in range(len(sequence))
+        ]
+        assert max(shares) > 0.01, sequence.name
+        assert max(shares) < 0.35, sequence.name
+
+
+def _unhanded(scene):
+    return SpaceScene(scene.name, scene.frames, scene.radius_m, scene.motion, scene.view)
