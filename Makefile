@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench results clean
 
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
@@ -19,8 +19,13 @@ bench: .venv/installed-dev
 	$(BIN)/python -m benchmarks.speed
 	$(BIN)/python -m benchmarks.process
 
+# docs/results.md; takes some minutes on two cores. What is finished stays in build/results.
+results: .venv/installed-dev
+	$(BIN)/dloftbs evaluate --method paper --out build/results
+	$(BIN)/python -m dloftbs.evaluation.report_docs build/results docs/results.md
+
 clean:
-	rm -rf .venv demo dist
+	rm -rf .venv demo dist build
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv

@@ -15,6 +15,7 @@ from dloftbs._version import __version__
 from dloftbs.cli.commands.config import config
 from dloftbs.cli.commands.demo import demo
 from dloftbs.cli.commands.detect import detect
+from dloftbs.cli.commands.evaluate import evaluate
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.commands.warmup import warmup
 from dloftbs.cli.shell import Shell, messages_to_stderr
@@ -30,5 +31,5 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, demo, config, warmup):
+for command in (detect, track, demo, evaluate, config, warmup):
     main.add_command(command)

@@ -3,6 +3,9 @@
 For one curve there are `l1`, `l2`, `l3` and their parts on plain points (`metrics`), and `curve_l3`, `point_error`,
 `endpoint_error` and `length_error` on curves (`curves`); for the several curves of a frame `match_curves` and, on label
 images, `dice`; for a sequence `TrackingScorer`.
+
+Whole runs are made of modules that bring sources and pictures with them, and are imported by name: `suites` has the
+sequences, `runner` scores methods on them, `report` writes tables and pictures. The command is ``dloftbs evaluate``.
 """
 
 from __future__ import annotations

@@ -1,0 +1,110 @@
+"""What a method returned for a frame, whatever form it has, brought into one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray, as_points
+from dloftbs.camera import PinholeCamera
+from dloftbs.curve import BSplineCurve
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame, FrameResult
+
+Curve = BSplineCurve | FloatArray
+
+_LEAST_SAMPLES, _MOST_SAMPLES = 200, 4000
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a method found in one frame.
+
+    Parameters
+    ----------
+    curves : tuple of BSplineCurve or numpy.ndarray, shape (n, 2)
+        In the image, px; points are in order, and two or more.
+    curves_3d : tuple of BSplineCurve or numpy.ndarray, shape (n, 3), or None
+        The same in the camera's frame, metres; None where the method says nothing of it.
+    ids : tuple of hashable, optional
+        What the method calls them from frame to frame; None where it says nothing of it.
+    widths : tuple of float or None
+        Of the objects, px.
+    """
+
+    curves: tuple[Curve, ...] = ()
+    curves_3d: tuple[Curve | None, ...] = ()
+    ids: tuple[Hashable, ...] | None = None
+    widths: tuple[float | None, ...] = ()
+
+    def points(self) -> FloatArray:
+        """Return points of all curves, at most 1 px apart, shape (n, 2)."""
+        return np.concatenate([np.empty((0, 2)), *(samples(curve) for curve in self.curves)])
+
+
+def found_in(output: Any, frame: Frame) -> Found:
+    """Bring a method's output into one form.
+
+    Parameters
+    ----------
+    output : FrameResult, mapping, or iterable
+        Of a `FrameResult`, the tracks that were seen in this frame count, or, where it has none, the detections. A
+        mapping is from ids to curves. A curve is a `BSplineCurve` or an array (n, 2) px or (n, 3) m in order; one
+        in space is projected with the frame's camera.
+    frame : Frame
+
+    Raises
+    ------
+    InputError
+        If the output is nothing of this.
+    """
+    if isinstance(output, FrameResult):
+        return _of_result(output)
+    if isinstance(output, Mapping):
+        return _of_curves(list(output.values()), frame.camera, tuple(output))
+    if not isinstance(output, Iterable):
+        raise InputError(f"a method must return curves or a FrameResult, got {type(output).__name__}")
+    return _of_curves(list(output), frame.camera, None)
+
+
+def samples(curve: Curve) -> FloatArray:
+    """Return points along a curve in the image, at most about 1 px apart, shape (n, 2)."""
+    if isinstance(curve, BSplineCurve):
+        return curve.sample(min(max(math.ceil(curve.length) + 1, _LEAST_SAMPLES), _MOST_SAMPLES))
+    steps = np.ceil(np.linalg.norm(np.diff(curve, axis=0), axis=1)).clip(1, _MOST_SAMPLES).astype(int)
+    at = np.concatenate([start + np.arange(count) / count for start, count in enumerate(steps)] + [[len(steps)]])
+    return np.stack([np.interp(at, np.arange(len(curve)), values) for values in curve.T], axis=1)
+
+
+def _of_result(result: FrameResult) -> Found:
+    # What merely coasts is a memory of an earlier frame, not a finding in this one.
+    seen = [(track, track.detection) for track in result.tracks if track.detection is not None]
+    of = [track for track, _ in seen] if result.tracks else list(result.detections)
+    return Found(
+        tuple(item.curve for item in of),
+        tuple(item.curve_3d for item in of),
+        tuple(track.id for track, _ in seen) if result.tracks else None,
+        tuple(detection.width for _, detection in seen) if result.tracks else tuple(d.width for d in result.detections),
+    )
+
+
+def _of_curves(curves: list[Any], camera: PinholeCamera | None, ids: tuple[Hashable, ...] | None) -> Found:
+    both = [_both(curve, camera) for curve in curves]
+    return Found(tuple(flat for flat, _ in both), tuple(deep for _, deep in both), ids, (None,) * len(both))
+
+
+def _both(value: Any, camera: PinholeCamera | None) -> tuple[Curve, Curve | None]:
+    """Return one curve in the image and, where known, in space."""
+    curve: Curve = value if isinstance(value, BSplineCurve) else as_points("a curve", value)
+    if not isinstance(curve, BSplineCurve) and len(curve) < 2:
+        raise InputError(f"a curve must have two points or more, got {len(curve)}")
+    points = curve.sample(_LEAST_SAMPLES) if isinstance(curve, BSplineCurve) else curve
+    if points.shape[1] == 2:
+        return curve, None
+    if camera is None:
+        raise InputError("a curve in metres needs a frame with a camera, to be compared in the image")
+    return camera.project(points), curve

@@ -1,0 +1,151 @@
+"""One method on one sequence: it is called frame by frame, and what it returns is scored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, Protocol
+
+import numpy as np
+
+from dloftbs.errors import InputError
+from dloftbs.evaluation.runner_found import Curve, Found, found_in, samples
+from dloftbs.evaluation.runner_parts import FrameRow, Key, Part, Points
+from dloftbs.evaluation.runner_score import IdentityScorer, Score, score
+from dloftbs.frame import Frame
+from dloftbs.truth import Truth
+
+WORST = 10
+"""How many of the worst frames are kept."""
+
+_PICTURE_POINTS = 160  # of a curve in a picture
+_SCORES = ("l1_px", "l2_px", "l3_px", "l3_whole_px", "l3_mm", "dice", "missing", "redundant", "right", "clean")
+_warm: set[tuple[str, str]] = set()
+
+
+class KnownFrames(Protocol):
+    """As much of a `dloftbs.sources.base.KnownSequence` as scoring needs."""
+
+    fps: float | None
+
+    def __len__(self) -> int: ...
+
+    def frame(self, index: int) -> Frame:
+        """Return one frame."""
+
+    def truth(self, index: int) -> Truth:
+        """Return what is to be found in it."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """Something that finds curves.
+
+    Parameters
+    ----------
+    name : str
+    factory : callable
+        Without arguments; returns a function from a `Frame` to what `found_in` takes. Called for each sequence,
+        so that what the function remembers ends with it. Must be picklable.
+    settings : str
+        What its results depend on, besides the name: its configuration, or a digest of its code.
+    """
+
+    name: str
+    factory: Callable[[], Callable[[Frame], Any]]
+    settings: str = ""
+
+
+def score_sequence(key: Key, sequence: KnownFrames, method: Method) -> Part:
+    """Call a fresh instance of a method on all frames of a sequence, and score it.
+
+    Raises
+    ------
+    InputError
+        If the method cannot be made.
+    """
+    _warm_up(method, sequence)
+    call = _make(method)
+    rows: list[FrameRow] = []
+    curves: dict[int, tuple[Curve, ...]] = {}
+    identities: IdentityScorer | None = None
+    for index in range(len(sequence)):
+        frame, truth = sequence.frame(index), sequence.truth(index)
+        found, ms, failure = _call(call, frame)
+        result = score(found, truth, frame)
+        rows.append(_row(key, index, found, truth, result, ms, failure))
+        identities = identities or IdentityScorer(frame.size)
+        identities.add(found, truth, result.distances)
+        curves[index] = found.curves
+        _forget(curves, rows)
+    # Where frames have no rate, they are single images, and identities mean nothing.
+    tracking = identities.scores() if identities is not None and sequence.fps is not None else None
+    worst = {index: [_points(curve) for curve in of_frame] for index, of_frame in curves.items()}
+    return Part(key, tuple(rows), tracking, worst, *_rung(sequence))
+
+
+def _rung(sequence: Any) -> tuple[str | None, float | None]:
+    """Return the ladder that a sequence is on, with its unit, and the level, if it is on one."""
+    if not hasattr(sequence, "ladder"):
+        return None, None
+    return f"{sequence.base}, {sequence.ladder}, {sequence.unit}", sequence.level
+
+
+def _make(method: Method) -> Callable[[Frame], Any]:
+    try:
+        return method.factory()
+    except Exception as error:  # a stranger's code may raise anything
+        raise InputError(f"method {method.name!r} cannot be made: {_text(error)}") from error
+
+
+def _warm_up(method: Method, sequence: KnownFrames) -> None:
+    """Call an instance that nobody needs once a process, since compiling and loading is no part of a frame's time."""
+    name = (method.name, method.settings)
+    if name not in _warm and len(sequence):
+        _warm.add(name)
+        _call(_make(method), sequence.frame(0))
+
+
+def _call(call: Callable[[Frame], Any], frame: Frame) -> tuple[Found, float, str | None]:
+    """Return what a method found, the milliseconds of its call, and what went wrong."""
+    since = perf_counter()
+    try:
+        output = call(frame)
+        if isinstance(output, Iterator):
+            output = list(output)
+    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything, and the other frames must go on
+        return Found(), _ms(since), _text(error)
+    ms = _ms(since)
+    try:
+        return found_in(output, frame), ms, None
+    except InputError as error:
+        return Found(), ms, _text(error)
+
+
+def _row(key: Key, index: int, found: Found, truth: Truth, result: Score, ms: float, failure: str | None) -> FrameRow:
+    scores = {name: getattr(result, name) for name in _SCORES}
+    n_true, n_found = len(truth.ids), len(found.curves)
+    return FrameRow(
+        key.suite, key.sequence, index, key.method, n_true=n_true, n_found=n_found, ms=ms, failure=failure, **scores
+    )
+
+
+def _forget(curves: dict[int, tuple[Curve, ...]], rows: list[FrameRow]) -> None:
+    """Keep the curves of the worst frames so far."""
+    if len(curves) > WORST:
+        del curves[min(curves, key=lambda index: rows[index].badness)]
+
+
+def _points(curve: Curve) -> Points:
+    points = samples(curve)
+    kept = points[np.linspace(0, len(points) - 1, _PICTURE_POINTS).round().astype(int)]
+    return [(x, y) for x, y in kept.round(2).tolist()]
+
+
+def _ms(since: float) -> float:
+    return 1e3 * (perf_counter() - since)
+
+
+def _text(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"

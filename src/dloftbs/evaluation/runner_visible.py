@@ -1,0 +1,76 @@
+"""What of the truth can be found at all: an end behind a hand or out of the image is nobody's fault."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.curve import BSplineCurve
+from dloftbs.evaluation.curves import curve_l3
+from dloftbs.evaluation.matching import CurveDistances, compare_curves
+from dloftbs.evaluation.runner_found import Curve, Found
+from dloftbs.frame import Frame
+from dloftbs.truth import Truth
+
+_SAMPLES = 1000
+
+
+def distances_of(found: Found, truth: Truth) -> tuple[CurveDistances, FloatArray]:
+    """Return the L3 of every found curve from every true one: from its whole or its visible extent, the nearer one.
+
+    The visible extent reaches from the first to the last point that is seen; what is hidden in between is part of it.
+
+    Returns
+    -------
+    nearer : CurveDistances
+    whole : numpy.ndarray, shape (true, found)
+        The L3 from the whole curve in every case, as the paper defines it.
+    """
+    whole = compare_curves(found.curves, truth.curves)
+    l3, forward = whole.l3.copy(), whole.forward.copy()
+    for i, mask in enumerate(truth.visible_masks):
+        points = truth.curves[i].sample(_SAMPLES)
+        extent = _extent(points, points, mask, truth.curves[i])
+        if extent is None:
+            continue
+        visible = compare_curves(found.curves, [extent])
+        nearer = visible.l3[0] < l3[i]
+        l3[i, nearer], forward[i, nearer] = visible.l3[0, nearer], visible.forward[0, nearer]
+    return CurveDistances(l3, forward), whole.l3
+
+
+def l3_in_space(curve: Curve, number: int, truth: Truth, frame: Frame) -> float:
+    """Return the L3 in metres of a curve from a true one in space: from its whole or its visible extent."""
+    true = truth.curves_3d[number]
+    whole = curve_l3(curve, true, directed=False)
+    if frame.camera is None or not truth.visible_masks:
+        return whole
+    points = true.sample(_SAMPLES)
+    extent = _extent(points, frame.camera.project(points), truth.visible_masks[number], true)
+    return whole if extent is None else min(whole, curve_l3(curve, extent, directed=False))
+
+
+def visible_objects(truth: Truth) -> npt.NDArray[np.bool_]:
+    """Return which objects show at all, shape (objects,)."""
+    if not truth.visible_masks:
+        return np.ones(len(truth.ids), np.bool_)
+    return np.array([mask.any() for mask in truth.visible_masks], np.bool_)
+
+
+def _extent(
+    points: FloatArray, points_px: FloatArray, mask: npt.NDArray[np.bool_], curve: BSplineCurve
+) -> FloatArray | None:
+    """Return the points from the first to the last that is seen, or None where this is the whole or nothing."""
+    (seen,) = np.nonzero(_seen(points_px, mask))
+    if curve.closed or len(seen) < 2 or (seen[0] == 0 and seen[-1] == len(points) - 1):
+        return None
+    return points[seen[0] : seen[-1] + 1]
+
+
+def _seen(points_px: FloatArray, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    columns, rows = np.rint(points_px).astype(int).T
+    inside = (columns >= 0) & (rows >= 0) & (columns < mask.shape[1]) & (rows < mask.shape[0])
+    seen: npt.NDArray[np.bool_] = np.zeros(len(points_px), np.bool_)
+    seen[inside] = mask[rows[inside], columns[inside]]
+    return seen

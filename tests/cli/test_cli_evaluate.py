@@ -1,0 +1,192 @@
+import csv
+import json
+import os
+import signal
+import sys
+import time
+
+import pytest
+from cli.cli_inputs import run, start
+
+from dloftbs.cli.evaluation_progress import open_parts_progress
+from dloftbs.cli.methods import method_of
+from dloftbs.errors import InputError
+from dloftbs.evaluation.runner_parts import FrameRow, Key, Part
+from dloftbs.frame import Frame
+
+TINY = ("--scale", 0.01, "--size", "320x180", "--jobs", 1)
+MINE = """
+import numpy as np
+
+calls = 0
+
+def line(frame):
+    return [np.array([[10.0, 20.0], [200.0, 20.0]])]
+
+def broken(frame):
+    raise ValueError("not today")
+
+class Follower:
+    def __init__(self):
+        self.frames = 0
+    def __call__(self, frame):
+        self.frames += 1
+        return {1: np.array([[10.0, 20.0], [200.0, 20.0 + self.frames]])}
+
+class NotCallable:
+    pass
+
+number = 3
+"""
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """A stranger's module, on the path of this process and of those that it starts."""
+    folder = tmp_path / "modules"
+    folder.mkdir()
+    (folder / "mine.py").write_text(MINE)
+    (folder / "falls_over.py").write_text("1 / 0")
+    monkeypatch.syspath_prepend(str(folder))
+    yield folder
+    sys.modules.pop("mine", None)
+
+
+def test_a_run_from_end_to_end(tmp_path):
+    out = tmp_path / "out"
+    result = run("evaluate", "rgbd-artificial", "kinds", "--out", out, *TINY)
+    assert "All suites" in result.stdout
+    assert "DLOFTBs (published, on other data)" in result.stdout
+    assert "frames  " in result.stderr
+    data = json.loads((out / "report.json").read_text())
+    assert {row["method"] for row in data["tables"]["summary"]} == {"default", "paper"}
+    assert {row["suite"] for row in data["tables"]["summary"]} == {"rgbd-artificial", "kinds"}
+    with (out / "frames.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * sum(row["frames"] for row in data["tables"]["summary"] if row["method"] == "paper")
+    assert (out / "worst" / "kinds-paper.jpg").is_file()
+    assert (out / "plots" / "times.png").is_file()
+    parts = {path: path.stat().st_mtime_ns for path in (out / "parts").iterdir()}
+    again = run("evaluate", "rgbd-artificial", "kinds", "--out", out, *TINY)
+    assert again.stdout == result.stdout
+    assert {path: path.stat().st_mtime_ns for path in (out / "parts").iterdir()} == parts
+
+
+def test_anybodys_function_and_class_in_other_processes(tmp_path, mine):
+    out = tmp_path / "out"
+    process = start(
+        *("evaluate", "rgbd-artificial", "--method", "mine:line,mine:Follower", "--method", "mine:broken"),
+        *(*TINY[:-1], 2, "--out", out),
+        env={**os.environ, "PYTHONPATH": str(mine)},
+    )
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    tables = json.loads((out / "report.json").read_text())["tables"]
+    summary = {row["method"]: row for row in tables["summary"]}
+    assert summary["mine:line"]["L3 px"] > 0.0
+    assert summary["mine:broken"]["exceptions"] == summary["mine:broken"]["frames"]
+    assert summary["mine:broken"]["missing, %"] == 100.0
+    tracking = {row["method"]: row for row in tables["tracking"]}
+    assert list(tracking) == ["mine:Follower", "mine:broken"]
+    assert tracking["mine:broken"]["MOTA"] == 0.0
+    assert tables["exceptions"][0]["exception"] == "ValueError: not today"
+
+
+def test_a_class_is_made_anew_and_a_function_is_not(mine):
+    frame = Frame(mask=[[1]])
+    for _ in range(2):
+        (curve,) = method_of("mine:Follower").factory()(frame).values()
+        assert curve[1, 1] == 21.0
+    assert method_of("mine:line").factory() is sys.modules["mine"].line
+
+
+def test_a_changed_module_has_other_settings(mine):
+    before = method_of("mine:line").settings
+    (mine / "mine.py").write_text(MINE + "# changed")
+    assert method_of("mine:line").settings != before
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("best", "there is no method 'best'; methods are default, paper and module:callable"),
+        ("nowhere:f", "cannot import 'nowhere': ModuleNotFoundError"),
+        ("falls_over:f", "cannot import 'falls_over': ZeroDivisionError: division by zero"),
+        ("mine:nothing", "has no attribute 'nothing'"),
+        ("mine:number", "must be a function, or a class whose instances can be called"),
+        ("mine:NotCallable", "must be a function, or a class whose instances can be called"),
+    ],
+)
+def test_a_method_that_is_not_there_is_bad_input(tmp_path, mine, name, message):
+    with pytest.raises(InputError, match=message.replace("(", r"\(")):
+        method_of(name)
+    result = run("evaluate", "kinds", "--method", name, "--out", tmp_path / "out", *TINY, code=1)
+    assert result.stderr.startswith("error: ")
+    assert message in result.stderr
+
+
+def test_a_folder_without_labels_says_what_is_right(tmp_path):
+    result = run("evaluate", tmp_path, "--out", tmp_path / "out", code=1)
+    assert "Right are" in result.stderr
+
+
+def test_an_unknown_suite_is_bad_input(tmp_path):
+    assert "no suite and no folder" in run("evaluate", "kins", "--out", tmp_path / "out", code=1).stderr
+
+
+@pytest.mark.parametrize("option", [("--scale", "0"), ("--jobs", "0"), ("--seed", "-1"), ("--size", "big")])
+def test_bad_usage(option):
+    run("evaluate", *option, code=2)
+
+
+def test_out_is_no_file(tmp_path):
+    run("evaluate", "--out", save_text(tmp_path / "file"), code=2)
+
+
+def save_text(path):
+    path.write_text("here already")
+    return path
+
+
+def test_labelled_data_on_disk(tmp_path, shared_data):
+    out = tmp_path / "out"
+    folder = tmp_path / "S1"
+    folder.mkdir()
+    for name in ("00.jpg", "00.labels.png"):
+        (folder / name).write_bytes((shared_data / "mbest" / "S1" / name).read_bytes())
+    run("evaluate", folder, "--method", "paper", "--out", out, "--jobs", 1)
+    (row,) = json.loads((out / "report.json").read_text())["tables"]["S1"]
+    assert row["DICE"] > 0.5
+
+
+def test_ctrl_c_ends_it_and_keeps_what_is_finished(tmp_path):
+    out = tmp_path / "out"
+    process = start("evaluate", "rgbd", "--method", "paper", "--scale", 0.1, "--jobs", 2, "--out", out)
+    deadline = time.monotonic() + 40.0
+    while not list(out.glob("parts/[!.]*.json")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert errors.endswith("interrupted\n")
+    assert "Traceback" not in errors
+    assert 1 <= len(list(out.glob("parts/[!.]*.json"))) < 10
+
+
+def test_progress_counts_frames(capsys):
+    rows = tuple(
+        FrameRow("s", "q", i, "m", 1, 1, 0.0, 0.0, 0.0, 0.0, None, None, 0, 0, 1, True, 1.0, None) for i in range(5)
+    )
+    part = Part(Key("s", "q", "m", 0, 5, "", "", ""), rows)
+    with open_parts_progress(10) as show:
+        show(part)
+        show(part)  # so soon that it is not worth a line
+    assert capsys.readouterr().err == "5/10 frames  s, q: m\n"
+
+
+def test_progress_on_a_terminal_is_a_bar(monkeypatch, capsys):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    part = Part(Key("s", "q", "m", 0, 0, "", "", ""), ())
+    with open_parts_progress(10) as show:
+        show(part)
+    assert capsys.readouterr().out == ""

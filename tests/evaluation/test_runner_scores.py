@@ -1,0 +1,182 @@
+import numpy as np
+import pytest
+from evaluation import runner_stubs as stubs
+from evaluation.runner_stubs import Bars, method, suite
+
+from dloftbs.config import Config
+from dloftbs.errors import InputError
+from dloftbs.evaluation.runner import evaluate
+from dloftbs.evaluation.runner_found import found_in, samples
+from dloftbs.evaluation.runner_sequence import Method
+from dloftbs.frame import Frame
+from dloftbs.pipeline import Pipeline
+
+
+def rows_of(tmp_path, function, *sequences):
+    (part,) = evaluate([suite(*sequences)], [method(function)], tmp_path)
+    return part.rows
+
+
+@pytest.mark.parametrize("function", [stubs.perfect, stubs.named, stubs.lazy, stubs.other_order])
+def test_the_truth_scores_no_error(tmp_path, function):
+    for row in rows_of(tmp_path, function):
+        assert (row.n_true, row.n_found, row.missing, row.redundant, row.right, row.clean) == (2, 2, 0, 0, 2, True)
+        assert row.l3_px == 0.0
+        assert row.l2_px < 0.5  # the pixels are centres
+        assert row.l1_px == pytest.approx((2 + 1 + 0 + 1 + 2) / 5, abs=0.1)
+        assert row.failure is None
+
+
+@pytest.mark.parametrize(
+    ("function", "l3_px", "clean"),
+    [
+        (stubs.reversed_truth, 0.0, True),
+        (stubs.shifted, 7.0, False),
+        (stubs.truncated, 40.0, False),  # the mean of 80 s over s in 0..1
+        (stubs.halves_swapped, 80.0 / 3.0, False),  # the better direction, by hand
+    ],
+)
+def test_a_spoilt_truth_scores_what_arithmetic_says(tmp_path, function, l3_px, clean):
+    for row in rows_of(tmp_path, function):
+        assert row.l3_px == pytest.approx(l3_px, abs=0.3)
+        assert (row.missing, row.redundant, row.right, row.clean) == (0, 0, 2 * clean, clean)
+
+
+def test_a_shift_shows_in_both_covers(tmp_path):
+    (row,) = rows_of(tmp_path, stubs.shifted, Bars(length=1))
+    assert row.l1_px == pytest.approx(7.0, abs=0.1)
+    assert row.l2_px == pytest.approx(5.0, abs=0.1)  # from the bar's border
+
+
+@pytest.mark.parametrize(
+    ("function", "found", "missing", "redundant"),
+    [(stubs.lone, 1, 1, 0), (stubs.three, 3, 0, 1), (stubs.nothing, 0, 2, 0)],
+)
+def test_what_is_missing_or_redundant_is_counted(tmp_path, function, found, missing, redundant):
+    for row in rows_of(tmp_path, function):
+        assert (row.n_found, row.missing, row.redundant, row.clean) == (found, missing, redundant, False)
+        assert row.failure is None
+        assert (row.l3_px is None) == (row.l1_px is None) == (found == 0)
+
+
+def test_an_exception_is_a_frame_with_all_missing(tmp_path):
+    rows = rows_of(tmp_path, stubs.raising)
+    assert [row.failure for row in rows] == [None, "RuntimeError: no idea", None]
+    assert [row.missing for row in rows] == [0, 2, 0]
+    assert not rows[1].clean
+
+
+def test_what_is_no_curve_is_a_failure(tmp_path):
+    for row in rows_of(tmp_path, stubs.junk, Bars(length=6)):
+        assert row.failure.startswith("InputError: ")
+        assert row.missing == 2
+
+
+def test_nothing_to_find_and_nothing_found_is_clean(tmp_path):
+    (row,) = rows_of(tmp_path, stubs.nothing, Bars(length=1, rows=()))
+    assert (row.n_true, row.clean) == (0, True)
+
+
+def test_curves_in_space_are_scored_in_millimetres_and_in_the_image(tmp_path):
+    (row,) = rows_of(tmp_path, stubs.in_space, Bars(length=1, deep=True))
+    assert row.l3_mm == pytest.approx(10.0, abs=0.01)
+    assert row.l3_px == pytest.approx(0.5, abs=0.01)  # 10 mm, 2 m away, seen with 100 px
+
+
+def test_curves_in_space_need_a_camera(tmp_path):
+    (row,) = rows_of(tmp_path, stubs.in_space, Bars(length=1))
+    assert "camera" in row.failure
+
+
+def test_identities_and_directions_are_scored(tmp_path):
+    steady, changing = evaluate([suite()], [method(stubs.named), method(stubs.turning)], tmp_path)
+    assert (steady.tracking.switches, steady.tracking.flips, steady.tracking.idf1) == (0, 0, 1.0)
+    assert (changing.tracking.switches, changing.tracking.flips) == (1, 1)
+
+
+@pytest.mark.parametrize(("function", "fps"), [(stubs.perfect, 30.0), (stubs.named, None)])
+def test_without_identities_or_a_rate_there_is_no_tracking_to_score(tmp_path, function, fps):
+    (part,) = evaluate([suite(Bars(fps=fps))], [method(function)], tmp_path)
+    assert part.tracking is None
+
+
+def test_masks_alone_are_scored_by_their_overlap(tmp_path):
+    for row in rows_of(tmp_path, stubs.perfect, Bars(only_masks=True)):
+        assert row.dice == pytest.approx(1.0, abs=0.1)
+        assert (row.l3_px, row.missing, row.redundant, row.clean) == (None, 0, 0, True)
+    (row,) = rows_of(tmp_path, stubs.lone, Bars(length=1, only_masks=True))
+    assert row.dice == pytest.approx(0.5, abs=0.05)
+    assert (row.missing, row.redundant, row.right, row.clean) == (1, 0, 1, False)
+
+
+def test_each_sequence_gets_an_instance_of_its_own(tmp_path):
+    parts = evaluate([suite(Bars("a"), Bars("b"))], [Method("counting", stubs.Counting)], tmp_path)
+    assert [[row.n_found for row in part.rows] for part in parts] == [[1, 2, 2], [1, 2, 2]]
+
+
+def test_a_method_that_cannot_be_made_is_an_error(tmp_path):
+    with pytest.raises(InputError, match="'broken' cannot be made: ZeroDivisionError"):
+        evaluate([suite()], [Method("broken", lambda: 1 / 0)], tmp_path)
+
+
+def test_of_a_pipeline_the_tracks_count_unless_they_coast():
+    pipeline = Pipeline(Config())
+    frame = Bars(rows=(30,)).frame(0)
+    found = found_in(pipeline.process(frame), frame)
+    assert found.ids == (1,)
+    assert found.widths == (5.0,)
+    for _ in range(4):
+        pipeline.process(frame)
+    empty = Frame(mask=np.zeros_like(frame.mask))
+    result = pipeline.process(empty)
+    assert len(result.tracks) == 1
+    assert found_in(result, empty).curves == ()
+
+
+def test_the_points_of_a_polyline_are_filled_in():
+    points = samples(np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 0.0], [10.0, 2.5]]))
+    assert np.linalg.norm(np.diff(points, axis=0), axis=1).max() <= 1.0
+    assert points[[0, -1]].tolist() == [[0.0, 0.0], [10.0, 2.5]]
+
+
+class HalfHidden(Bars):
+    """Bars of which a hand hides the right end, a stretch in the middle, and the second one altogether."""
+
+    def __init__(self, deep=False):
+        super().__init__(length=1, deep=deep)
+
+    def _masks(self, index):
+        first, second = super()._masks(index)
+        first[:, 50:60] = False
+        first[:, 101:] = False
+        second[:] = False
+        return first, second
+
+
+def visible_part(frame):
+    return [np.column_stack((np.linspace(20.0, 100.0, 200), np.full(200, 30.0)))]
+
+
+@pytest.mark.parametrize(("function", "found"), [(stubs.perfect, 2), (visible_part, 1)])
+def test_neither_finding_nor_leaving_out_what_is_hidden_is_an_error(tmp_path, function, found):
+    (row,) = rows_of(tmp_path, function, HalfHidden())
+    assert (row.n_found, row.missing, row.redundant, row.clean) == (found, 0, 0, True)
+    assert row.l3_px == pytest.approx(0.0, abs=0.2)
+    # From a whole straight curve of length L, its half is off by s / 2 at each point: L / 4 in the mean, and none back.
+    assert (row.l3_whole_px > 5.0) == (found == 1)
+
+
+def visible_part_in_space(frame):
+    flat = visible_part(frame)[0]
+    return [stubs.CAMERA.deproject(flat, np.full(len(flat), stubs.DEPTH_M))]
+
+
+def test_what_is_hidden_is_no_error_in_space_either(tmp_path):
+    (row,) = rows_of(tmp_path, visible_part_in_space, HalfHidden(deep=True))
+    assert row.l3_mm == pytest.approx(0.0, abs=10.0)  # half a pixel
+    assert row.clean
+
+
+def test_less_than_what_is_visible_is_an_error(tmp_path):
+    (row,) = rows_of(tmp_path, lambda frame: [visible_part(frame)[0][:100]], HalfHidden())
+    assert row.l3_px == pytest.approx(20.0, abs=0.5)
