@@ -111,7 +111,7 @@ def _open_folder(name: str) -> Suite:
     if not folder.is_dir():
         raise InputError(f"there is no suite and no folder {name!r}; the suites are {', '.join(SUITES)}")
     sequences = _sequences_in(folder)
-    return Suite(folder.resolve().name, f"labelled data in {name}", tuple(sequences), _digest(folder))
+    return Suite(folder.resolve().name, f"labelled data in {name}", tuple(sequences), f"files {_digest(folder)}")
 
 
 def _sequences_in(folder: Path) -> list[KnownSequence]:
