@@ -305,6 +305,18 @@ class TestStream:
         pipeline.reset()
         assert [t.id for t in pipeline.process(self.frames()[1]).tracks] == [2]
 
+    def test_detecting_gives_the_same_objects_and_leaves_the_tracks_alone(self) -> None:
+        frames, pipeline = self.frames(), Pipeline()
+        published = pipeline.process(frames[0]).tracks
+        alone = pipeline.detect(frames[1])
+        assert alone.tracks == ()
+        assert alone.index == 1
+        assert "tracking" not in alone.stage_ms
+        followed = pipeline.process(frames[1])
+        assert [d.curve for d in alone.detections] == [d.curve for d in followed.detections]
+        assert [t.id for t in followed.tracks] == [t.id for t in published]
+        assert followed.tracks[0].hits == 2
+
     def test_two_pipelines_in_two_threads_do_not_disturb_each_other(self) -> None:
         streams = [[scene(seed) for seed in range(first, first + 6)] for first in (0, 100)]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import msgspec
 
@@ -26,7 +26,7 @@ def _require(condition: bool, name: str, expected: str, value: object) -> None:
         raise ConfigError(f"{name} must be {expected}, got {value!r}")
 
 
-def _is_int(value: object) -> bool:
+def _is_int(value: object) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
@@ -35,7 +35,7 @@ def _is_number(value: object) -> bool:
 
 
 def _check_int(name: str, value: object, low: int) -> None:
-    _require(_is_int(value) and value >= low, name, f"an integer of at least {low}", value)  # type: ignore[operator]
+    _require(_is_int(value) and value >= low, name, f"an integer of at least {low}", value)
 
 
 def _check_range(name: str, bounds: tuple[int, int], top: int, *, wraps: bool = False) -> None:
@@ -317,9 +317,9 @@ class Config(Section, frozen=True, kw_only=True):
         data = self.to_dict()
         for path, value in changes.items():
             *parents, key = path.split(".")
-            section = data
+            section: Any = data
             for parent in parents:
-                section = section.get(parent) if isinstance(section, dict) else None  # type: ignore[assignment]
+                section = section.get(parent) if isinstance(section, dict) else None
             if not isinstance(section, dict) or key not in section:
                 raise ConfigError(f"unknown configuration key {path!r}")
             section[key] = value

@@ -93,6 +93,16 @@ class Pipeline:
         run.stage_ms["tracking"] = 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
 
+    def detect(self, frame: Frame) -> FrameResult:
+        """Find the objects of one frame by itself: the result has no tracks, and the pipeline's stay as they are.
+
+        Raises
+        ------
+        InputError
+            As `process`.
+        """
+        return _result(frame, run_stages(frame, self._config, self._segmenter), ())
+
     def reset(self) -> None:
         """Forget all tracks, as at the cut to another scene."""
         self._tracker.reset()

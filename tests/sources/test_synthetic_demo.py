@@ -183,12 +183,12 @@ def test_hue_finds_the_cables_and_nothing_else(seed):
     assert max(false) < 0.001
 
 
-def test_mask_frames_show_what_is_visible():
-    frame = demo().mask_frame(12)
-    assert frame.image is None
+def test_the_mask_of_the_truth_shows_what_is_visible():
+    frame = demo().frame(12)
+    assert frame.mask is None
     assert (frame.index, frame.name) == (12, "demo#0012")
     first, second = truth(12).visible_masks
-    np.testing.assert_array_equal(frame.mask, first | second)
+    np.testing.assert_array_equal(truth(12).mask, first | second)
     assert not (first & second).any()
     assert truth(12).ids == (0, 1)
 
@@ -216,7 +216,7 @@ def test_what_cannot_be_rendered_is_refused_at_once(change, message):
         DemoSequence(**change)
 
 
-@pytest.mark.parametrize("method", ["frame", "truth", "mask_frame"])
+@pytest.mark.parametrize("method", ["frame", "truth"])
 def test_there_is_no_frame_outside_of_the_sequence(method):
     for index in (-1, FRAMES):
         with pytest.raises(InputError, match=f"index must be in 0..{FRAMES - 1}, got {index}"):

@@ -71,7 +71,7 @@ def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(_merge([pipeline.process(frame) for pipeline in pipelines], tracker))
+            results.append(_merge([pipeline.detect(frame) for pipeline in pipelines], tracker))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
@@ -84,10 +84,10 @@ def _merge(results: list[FrameResult], tracker: Tracker) -> FrameResult:
     reason = None if detections else "; ".join(result.reason or "" for result in results)
     since = perf_counter()
     tracks = tracker.update(detections)
-    stage_ms = {"tracking": 1e3 * (perf_counter() - since)}
-    for result in results:
-        for stage, milliseconds in result.stage_ms.items():
-            stage_ms[stage] = stage_ms.get(stage, 0.0) + milliseconds
+    tracking_ms = 1e3 * (perf_counter() - since)
+    stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
+    stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
+    stage_ms["tracking"] = tracking_ms
     first = results[0]
     return FrameResult(detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name)
 

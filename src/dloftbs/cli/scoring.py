@@ -8,16 +8,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
-from dloftbs.evaluation import l1, l2, l3
+from dloftbs.evaluation import l1, l2, match_curves
 from dloftbs.frame import FrameResult, Track
 from dloftbs.truth import Truth
 
 _PX_PER_SAMPLE = 2.0  # along curves
-_L3_SAMPLES = 200
 
 
 @dataclass(frozen=True)
@@ -77,9 +75,9 @@ def score_frame(result: FrameResult, truth: Truth) -> FrameScore:
 
 
 def _cover(seen: list[Track], truth: Truth) -> tuple[float, float]:
-    rows, columns = np.nonzero(np.logical_or.reduce(truth.visible_masks))
-    if not seen or not len(rows):
+    if not seen or truth.mask is None or not truth.mask.any():
         return math.nan, math.nan
+    rows, columns = np.nonzero(truth.mask)
     pixels = np.column_stack((columns, rows)).astype(np.float64)
     points = np.concatenate([_dense(track.curve) for track in seen])
     return l1(pixels, points), l2(points, pixels)
@@ -91,12 +89,8 @@ def _dense(curve: BSplineCurve) -> FloatArray:
 
 def _assign(seen: list[Track], truth: Truth) -> tuple[CableScore, ...]:
     scores = [CableScore()] * len(truth.curves)
-    true = [curve.sample(_L3_SAMPLES) for curve in truth.curves]
-    found = [track.curve.sample(_L3_SAMPLES) for track in seen]
-    both = np.array([[[l3(f, t), l3(f, t[::-1])] for f in found] for t in true]).reshape(len(true), len(found), 2)
-    for row, column in zip(*linear_sum_assignment(both.min(axis=2)), strict=True):
-        forward, backward = both[row, column]
-        scores[row] = CableScore(seen[column].id, float(min(forward, backward)), bool(forward <= backward))
+    for pair in match_curves([track.curve for track in seen], truth.curves).pairs:
+        scores[pair.true] = CableScore(seen[pair.found].id, pair.l3, pair.forward)
     return tuple(scores)
 
 

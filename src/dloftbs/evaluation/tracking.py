@@ -26,8 +26,6 @@ from scipy.optimize import linear_sum_assignment
 from dloftbs._arrays import FloatArray
 from dloftbs.errors import InputError
 
-BoolArray = npt.NDArray[np.bool_]
-
 _MOSTLY, _HARDLY = 0.8, 0.2  # of an object's frames
 
 

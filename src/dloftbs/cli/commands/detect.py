@@ -15,7 +15,7 @@ from dloftbs.errors import InputError, SourceError
 
 if TYPE_CHECKING:
     from dloftbs.config import Config
-    from dloftbs.frame import Frame, FrameResult
+    from dloftbs.frame import Frame
     from dloftbs.pipeline import Pipeline
     from dloftbs.sinks import Sink
 
@@ -56,7 +56,7 @@ def detect(
     with open_outputs(outs or (STANDARD_OUTPUT,), *_pictures(pipeline, overlay, stages)) as sink:
         write_config_beside((*outs, overlay, stages), config)
         for frame in batch:
-            sink.write(frame, _detect_alone(pipeline, frame))
+            sink.write(frame, pipeline.detect(frame))
     if batch.failures:
         context.exit(BAD_INPUT)
 
@@ -66,12 +66,6 @@ def _check_usage(where: Sequence[str], overlay: str | None, stages: str | None, 
         raise click.UsageError("--overlay and --stages must be two folders: their pictures have the same names")
     if len(where) > 1 and any(path not in inputs.rules for path in (inputs.depth, inputs.masks) if path is not None):
         raise click.UsageError('with several inputs, --depth and --masks must be rules such as "{stem}_mask.png"')
-
-
-def _detect_alone(pipeline: Pipeline, frame: Frame) -> FrameResult:
-    """Return what is in a frame, without identities, which need more than one."""
-    pipeline.reset()
-    return replace(pipeline.process(frame), tracks=())
 
 
 def _pictures(pipeline: Pipeline, overlay: str | None, stages: str | None) -> Iterator[Sink]:

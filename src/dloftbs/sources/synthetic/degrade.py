@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -105,13 +106,9 @@ class Degradation:
 
     def scaled(self, factor: float) -> Degradation:
         """Return the same for an image `factor` times as large: lengths are scaled, counts and shares are not."""
-        ranges = {name: (getattr(self, name)[0] * factor, getattr(self, name)[1] * factor) for name in _RANGES}
-        return replace(
-            self,
-            jitter_px=self.jitter_px * factor,
-            jitter_correlation_px=self.jitter_correlation_px * factor,
-            **ranges,  # type: ignore[arg-type]
-        )
+        lengths: dict[str, Any] = {name: tuple(end * factor for end in getattr(self, name)) for name in _RANGES}
+        lengths |= {name: getattr(self, name) * factor for name in ("jitter_px", "jitter_correlation_px")}
+        return replace(self, **lengths)
 
     def hidden(self, curves: Sequence[BSplineCurve], size: tuple[int, int], key: Sequence[int]) -> Mask:
         """Return what gaps and occluders hide.

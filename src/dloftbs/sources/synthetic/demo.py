@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from dloftbs.config import HsvRange
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
@@ -91,16 +89,6 @@ class DemoSequence(KnownSequence):
         strands = self._scene.strands(phase)
         image = self._studio.shoot(strands, DYES[: len(strands)], self._scene.actors(strands, phase), index)
         return Frame(image=image, **self._labels(index))
-
-    def mask_frame(self, index: int) -> Frame:
-        """Return one frame with the perfect mask of all cables, shape (H, W) bool, in place of the image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return Frame(mask=np.logical_or.reduce(self.truth(index).visible_masks), **self._labels(index))
 
     def truth(self, index: int) -> Truth:
         """Return what is to be found in a frame.
