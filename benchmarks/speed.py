@@ -41,7 +41,10 @@ def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
     boxes = [crop_to_box(mask) for mask in masks]
     turn = iter(range(10**9))
 
-    def ours() -> None:
+    def alone() -> None:
+        pipeline.detect(Frame(mask=masks[next(turn) % len(masks)]))
+
+    def tracked() -> None:
         result = pipeline.process(Frame(mask=masks[next(turn) % len(masks)]))
         for stage, milliseconds in result.stage_ms.items():
             stages.setdefault(stage, []).append(milliseconds)
@@ -49,12 +52,14 @@ def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
     def lee() -> None:
         skeletonize(boxes[next(turn) % len(boxes)], method="lee")
 
-    times = interleaved({"ours": ours, "floor": lambda: floor(masks[next(turn) % len(masks)])}, rounds)
+    ours = {"alone": alone, "tracked": tracked}
+    times = interleaved({**ours, "floor": lambda: floor(masks[next(turn) % len(masks)])}, rounds)
     # Lee's method is slow and even: fewer rounds, straight after.
     times |= interleaved({"Lee": lee}, max(rounds // 10, 4))
     references = float(np.median(times["Lee"])), float(np.median(times["floor"]))
     print(f"{title:<34}{HEADER[34:]}")
-    print(row("  mask to tracked curves", times["ours"], *references))
+    print(row("  mask to curves", times["alone"], *references))
+    print(row("  mask to tracked curves", times["tracked"], *references))
     for stage, milliseconds in stages.items():
         print(row(f"    {stage}", np.array(milliseconds), *references))
     print(row("  Lee's skeleton of the box", times["Lee"], *references))
