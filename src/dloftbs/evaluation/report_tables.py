@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from dloftbs.evaluation import published
 from dloftbs.evaluation.report_counts import exceptions_table, tracking_table
@@ -11,10 +11,13 @@ from dloftbs.evaluation.runner_parts import FrameRow, Part
 from dloftbs.evaluation.runner_score import CLEAN_DICE
 
 _EMPTY = "frames without a curve"
-_COUNTS = ("frames", _EMPTY)
 _WHOLE = "L3 px, whole curve"
+_COUNTS = ("frames", _EMPTY)
 _MATCHED = "L3 is of the matched objects, however far off; missing ones have none."
 _SEEN = "Means are over the frames that have a curve; those without are counted beside them."
+
+_Rows = Sequence[FrameRow]
+_Group = Mapping[str, Callable[[Part], Cell]]
 
 
 def tables(parts: Sequence[Part]) -> list[Table]:
@@ -33,42 +36,62 @@ def clean_share(rows: Sequence[FrameRow]) -> float:
     return sum(row.clean for row in rows) / len(rows) if rows else 0.0
 
 
+def _share_of_objects(rows: _Rows, count: int) -> float:
+    return 100.0 * count / max(sum(row.n_true for row in rows), 1)
+
+
+_FIGURES: dict[str, Callable[[_Rows], Cell]] = {
+    "frames": len,
+    "images": len,
+    "objects": lambda rows: sum(row.n_true for row in rows),
+    "clean frames, %": lambda rows: 100.0 * clean_share(rows),
+    "clean images, %": lambda rows: 100.0 * clean_share(rows),
+    "right objects, %": lambda rows: _share_of_objects(rows, sum(row.right for row in rows)),
+    "L1 px": lambda rows: mean(row.l1_px for row in rows),
+    "L2 px": lambda rows: mean(row.l2_px for row in rows),
+    "L3 px": lambda rows: mean(row.l3_px for row in rows),
+    _WHOLE: lambda rows: mean(row.l3_whole_px for row in rows),
+    "L3 px mean": lambda rows: mean(row.l3_whole_px for row in rows),
+    "L3 px max": lambda rows: max(existing(row.l3_whole_px for row in rows), default=None),
+    "L3 px min": lambda rows: min(existing(row.l3_whole_px for row in rows), default=None),
+    "L3 mm": lambda rows: mean(row.l3_mm for row in rows),
+    "L3 mm mean": lambda rows: mean(row.l3_mm for row in rows),
+    "L3 mm max": lambda rows: max(existing(row.l3_mm for row in rows), default=None),
+    "L3 mm min": lambda rows: min(existing(row.l3_mm for row in rows), default=None),
+    "DICE": lambda rows: mean(row.dice for row in rows),
+    "missing": lambda rows: sum(row.missing for row in rows),
+    "missing, %": lambda rows: _share_of_objects(rows, sum(row.missing for row in rows)),
+    "redundant": lambda rows: sum(row.redundant for row in rows),
+    "redundant, %": lambda rows: _share_of_objects(rows, sum(row.redundant for row in rows)),
+    _EMPTY: lambda rows: sum(row.n_found == 0 and row.n_true > 0 for row in rows),
+    "frames without a curve in space": lambda rows: sum(row.l3_mm is None for row in rows),
+    "exceptions": lambda rows: sum(row.failure is not None for row in rows),
+    "ms median": lambda rows: median(row.ms for row in rows),
+    "ms p99": lambda rows: median((row.ms for row in rows), 0.99),
+}
+"""From a column's title to what stands in it, for a group of frames."""
+
+_SUITE: _Group = {"suite": lambda part: part.key.suite}
+_SCENARIO: _Group = {"scenario": lambda part: part.key.sequence}
+_SEQUENCE: _Group = {"sequence": lambda part: part.key.sequence}
+_RUNG: _Group = {"ladder": lambda part: part.ladder or "", "level": lambda part: part.level}
+_METHOD: _Group = {"method": lambda part: part.key.method}
+
+
+def _rows(
+    parts: Sequence[Part], group: _Group, figures: Sequence[str], others: Iterable[Mapping[str, Cell]] = ()
+) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
+    """Return columns and rows: a row for each group of frames, as they come up first, then one for each of `others`."""
+    groups: dict[tuple[Cell, ...], list[FrameRow]] = {}
+    for part in parts:
+        groups.setdefault(tuple(of(part) for of in group.values()), []).extend(part.rows)
+    made = [(*name, *(_FIGURES[figure](rows) for figure in figures)) for name, rows in groups.items()]
+    columns = (*group, *figures)
+    return columns, (*made, *(tuple(other.get(column) for column in columns) for other in others))
+
+
 def _summary(parts: Sequence[Part]) -> Table:
-    columns = (
-        "suite",
-        "method",
-        "frames",
-        "clean frames, %",
-        "right objects, %",
-        "L3 px",
-        _WHOLE,
-        "missing, %",
-        "redundant, %",
-        _EMPTY,
-        "exceptions",
-        "ms median",
-        "ms p99",
-    )
-    made: list[tuple[Cell, ...]] = []
-    for (suite, method), rows in _grouped(parts, lambda part: (part.key.suite, part.key.method)):
-        true = max(sum(row.n_true for row in rows), 1)
-        made.append(
-            (
-                suite,
-                method,
-                len(rows),
-                100.0 * clean_share(rows),
-                _right_percent(rows),
-                mean(row.l3_px for row in rows),
-                mean(row.l3_whole_px for row in rows),
-                100.0 * sum(row.missing for row in rows) / true,
-                100.0 * sum(row.redundant for row in rows) / true,
-                _without(rows),
-                sum(row.failure is not None for row in rows),
-                median(row.ms for row in rows),
-                median((row.ms for row in rows), 0.99),
-            )
-        )
+    figures = ("frames", "clean frames, %", "right objects, %", "L3 px", _WHOLE, "missing, %", "redundant, %", _EMPTY)
     note = (
         "An object is right when the curve that it is given has an L3 of at most 5 px in HD and as much of smaller "
         f"images, or a DICE of at least {CLEAN_DICE} where only masks are known; a frame is clean when all its objects "
@@ -77,7 +100,8 @@ def _summary(parts: Sequence[Part]) -> Table:
         "beside it is from the whole curve always, the paper's criterion to the letter. Missing and "
         "redundant are shares of the true objects. Where a method raises an exception, all objects are missing."
     )
-    return Table("summary", "All suites", columns, tuple(made), note)
+    made = _rows(parts, {**_SUITE, **_METHOD}, (*figures, "exceptions", "ms median", "ms p99"))
+    return Table("summary", "All suites", *made, note)
 
 
 def _table_1(parts: Sequence[Part], suite: str) -> Table:
@@ -89,167 +113,66 @@ def _table_3(parts: Sequence[Part], suite: str) -> Table:
 
 
 def _cover(parts: Sequence[Part], suite: str, title: str, others: Sequence[published.Cover]) -> Table:
-    made: list[tuple[Cell, ...]] = [
-        (
-            sequence,
-            method,
-            mean(row.l1_px for row in rows),
-            mean(row.l2_px for row in rows),
-            median(row.ms for row in rows),
-            mean(row.l3_px for row in rows),
-            mean(row.l3_whole_px for row in rows),
-            mean(row.l3_mm for row in rows),
-            100.0 * clean_share(rows),
-            len(rows),
-            _without(rows),
-        )
-        for (sequence, method), rows in _grouped(parts, lambda part: (part.key.sequence, part.key.method))
+    figures = ("L1 px", "L2 px", "ms median", "L3 px", _WHOLE, "L3 mm", "clean frames, %", *_COUNTS)
+    theirs = [
+        {**_theirs(other.method, other.scenario), "L1 px": other.l1, "L2 px": other.l2, "ms median": other.ms}
+        for other in others
     ]
-    made += [(f"paper's {o.scenario}", _marked(o.method), o.l1, o.l2, o.ms, *(None,) * 6) for o in others]
     note = (
         "L1: mean distance of the objects' visible pixels to the nearest curve, a quarter of the width where the "
         f"curve is perfect; L2: of the curves' points to the nearest visible pixel. {_SEEN}"
     )
-    columns = (
-        "scenario",
-        "method",
-        "L1 px",
-        "L2 px",
-        "ms median",
-        "L3 px",
-        _WHOLE,
-        "L3 mm",
-        "clean frames, %",
-        *_COUNTS,
-    )
-    return Table(suite, f"{suite}: {title}", columns, tuple(made), note).compact()
+    return Table(suite, f"{suite}: {title}", *_rows(parts, {**_SCENARIO, **_METHOD}, figures, theirs), note).compact()
 
 
 def _table_2(parts: Sequence[Part], suite: str) -> Table:
-    made: list[tuple[Cell, ...]] = [
-        (
-            method,
-            mean(row.l3_px for row in rows),
-            mean(row.l3_whole_px for row in rows),
-            sum(row.missing for row in rows),
-            sum(row.redundant for row in rows),
-            median(row.ms for row in rows),
-            len(rows),
-            sum(row.n_true for row in rows),
-            _right_percent(rows),
-            100.0 * clean_share(rows),
-        )
-        for (method,), rows in _grouped(parts, lambda part: (part.key.method,))
-    ]
-    made += [
-        (_marked(other.method), None, other.l3, other.missing, other.redundant, other.ms, 62, None, None, None)
+    figures = ("L3 px", _WHOLE, "missing", "redundant", "ms median", "images", "objects")
+    theirs = [
+        {
+            **_theirs(other.method),
+            _WHOLE: other.l3,
+            "missing": other.missing,
+            "redundant": other.redundant,
+            "ms median": other.ms,
+            "images": 62,
+        }
         for other in published.TABLE_II
     ]
-    columns = (
-        "method",
-        "L3 px",
-        _WHOLE,
-        "missing",
-        "redundant",
-        "ms median",
-        "images",
-        "objects",
-        "right objects, %",
-        "clean images, %",
-    )
     title = f"{suite}: images of several cables, form of the paper's Table II"
-    return Table(suite, title, columns, tuple(made), _MATCHED)
+    made = _rows(parts, _METHOD, (*figures, "right objects, %", "clean images, %"), theirs)
+    return Table(suite, title, *made, _MATCHED)
 
 
 def _table_4(parts: Sequence[Part], suite: str) -> Table:
-    made: list[tuple[Cell, ...]] = []
-    for (sequence, method), rows in _grouped(parts, lambda part: (part.key.sequence, part.key.method)):
-        px, mm = existing(row.l3_whole_px for row in rows), existing(row.l3_mm for row in rows)
-        flat = sum(row.l3_mm is None for row in rows)
-        counts = (len(rows), _without(rows), flat)
-        made.append((sequence, method, *_spread(px), *_spread(mm), median(row.ms for row in rows), *counts))
-    made += [
-        (f"paper's {o.scenario}", _marked(o.method), None, None, None, o.mean, o.largest, o.smallest, *(None,) * 4)
-        for o in published.TABLE_IV
+    spread = [f"L3 {unit} {what}" for unit in ("px", "mm") for what in ("mean", "max", "min")]
+    theirs = [
+        {
+            **_theirs(other.method, other.scenario),
+            "L3 mm mean": other.mean,
+            "L3 mm max": other.largest,
+            "L3 mm min": other.smallest,
+        }
+        for other in published.TABLE_IV
     ]
-    spread = tuple(f"L3 {unit} {what}" for unit in ("px", "mm") for what in ("mean", "max", "min"))
-    columns = ("scenario", "method", *spread, "ms median", *_COUNTS, "frames without a curve in space")
-    title = f"{suite}: artificial RGBD, form of the paper's Table IV"
+    figures = (*spread, "ms median", *_COUNTS, "frames without a curve in space")
     note = (
-        "L3 in px is that of the curve in the image, in mm that of the curve in space, beside which the published "
-        f"figures stand. {_SEEN}"
+        "L3 in px is that of the curve in the image, from the whole true curve; in mm that of the curve in space, "
+        f"beside which the published figures stand. {_SEEN}"
     )
-    return Table(suite, title, columns, tuple(made), note)
+    title = f"{suite}: artificial RGBD, form of the paper's Table IV"
+    return Table(suite, title, *_rows(parts, {**_SCENARIO, **_METHOD}, figures, theirs), note)
 
 
 def _noise(parts: Sequence[Part], suite: str) -> Table:
-    made: list[tuple[Cell, ...]] = [
-        (
-            ladder,
-            level,
-            method,
-            100.0 * clean_share(rows),
-            mean(row.l3_px for row in rows),
-            mean(row.l3_whole_px for row in rows),
-            mean(row.l1_px for row in rows),
-            sum(row.missing for row in rows),
-            sum(row.redundant for row in rows),
-            median(row.ms for row in rows),
-            len(rows),
-            _without(rows),
-        )
-        for (ladder, level, method), rows in _grouped(parts, lambda p: (p.ladder or "", p.level, p.key.method))
-    ]
-    columns = (
-        "ladder",
-        "level",
-        "method",
-        "clean frames, %",
-        "L3 px",
-        _WHOLE,
-        "L1 px",
-        "missing",
-        "redundant",
-        "ms median",
-        *_COUNTS,
-    )
-    return Table(suite, f"{suite}: error as the input gets worse", columns, tuple(made), _SEEN)
+    figures = ("clean frames, %", "L3 px", _WHOLE, "L1 px", "missing", "redundant", "ms median", *_COUNTS)
+    title = f"{suite}: error as the input gets worse"
+    return Table(suite, title, *_rows(parts, {**_RUNG, **_METHOD}, figures), _SEEN)
 
 
 def _plain(parts: Sequence[Part], suite: str) -> Table:
-    made: list[tuple[Cell, ...]] = [
-        (
-            sequence,
-            method,
-            100.0 * clean_share(rows),
-            mean(row.l1_px for row in rows),
-            mean(row.l2_px for row in rows),
-            mean(row.l3_px for row in rows),
-            mean(row.l3_whole_px for row in rows),
-            mean(row.dice for row in rows),
-            sum(row.missing for row in rows),
-            sum(row.redundant for row in rows),
-            median(row.ms for row in rows),
-            len(rows),
-            _without(rows),
-        )
-        for (sequence, method), rows in _grouped(parts, lambda part: (part.key.sequence, part.key.method))
-    ]
-    columns = (
-        "sequence",
-        "method",
-        "clean frames, %",
-        "L1 px",
-        "L2 px",
-        "L3 px",
-        _WHOLE,
-        "DICE",
-        "missing",
-        "redundant",
-        "ms median",
-        *_COUNTS,
-    )
-    return Table(suite, suite, columns, tuple(made), _SEEN).compact()
+    covers = ("clean frames, %", "L1 px", "L2 px", "L3 px", _WHOLE, "DICE")
+    figures = (*covers, "missing", "redundant", "ms median", *_COUNTS)
+    return Table(suite, suite, *_rows(parts, {**_SEQUENCE, **_METHOD}, figures), _SEEN).compact()
 
 
 _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
@@ -261,26 +184,10 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
 }
 
 
-def _grouped(
-    parts: Sequence[Part], group: Callable[[Part], tuple[Cell, ...]]
-) -> Iterator[tuple[tuple[Cell, ...], list[FrameRow]]]:
-    """Yield the frames of each group, in the order in which the groups come up first."""
-    groups: dict[tuple[Cell, ...], list[FrameRow]] = {}
-    for part in parts:
-        groups.setdefault(group(part), []).extend(part.rows)
-    yield from groups.items()
-
-
-def _without(rows: Sequence[FrameRow]) -> int:
-    return sum(row.n_found == 0 and row.n_true > 0 for row in rows)
-
-
-def _right_percent(rows: Sequence[FrameRow]) -> float:
-    return 100.0 * sum(row.right for row in rows) / max(sum(row.n_true for row in rows), 1)
-
-
-def _spread(values: Sequence[float]) -> tuple[float | None, float | None, float | None]:
-    return mean(values), max(values, default=None), min(values, default=None)
+def _theirs(method: str, scenario: str | None = None) -> dict[str, Cell]:
+    """Return the first cells of a row of published figures."""
+    named: dict[str, Cell] = {} if scenario is None else {"scenario": f"paper's {scenario}"}
+    return {**named, "method": _marked(method)}
 
 
 def _marked(method: str) -> str:
