@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import TypeVar
 
@@ -75,7 +76,7 @@ class Patch:
         pose, (h, w) = self.pose, self.size
         return pose_pixels(flat, self.pixels.shape[1], h, w, pose.flip_x, pose.flip_y, pose.transpose)
 
-    @property
+    @cached_property
     def image_transform(self) -> tuple[FloatArray, FloatArray]:
         """Matrix (2, 2) and offset (2,) that turn a posed ``(x, y)`` into the image's: ``matrix @ p + offset``."""
         (h, w), (x0, y0) = self.size, self.origin

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from time import perf_counter
 from typing import Any, Protocol
 
@@ -20,7 +20,7 @@ WORST = 10
 """How many of the worst frames are kept."""
 
 _PICTURE_POINTS = 160  # of a curve in a picture
-_SCORES = ("l1_px", "l2_px", "l3_px", "l3_whole_px", "l3_mm", "dice", "missing", "redundant", "right", "clean")
+_SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
 _warm: set[tuple[str, str]] = set()
 
 
