@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,9 +15,8 @@ from dloftbs.errors import InputError
 
 LEFT = Segment([[0, 0], [3, 0], [6, 0]], [1, 2, 3])
 RIGHT = Segment([[10, 0], [20, 0]], [4, 5])
-GAP = Joint(JointKind.GAP, (0.3, 0.5), cost=1.0, margin=3.0)
+GAP = Joint(JointKind.GAP, (0.3, 0.5), cost=1.0, margin=3.0, confidence=0.75, alternatives=((4.0, 5.0), None))
 LINE = Centerline((LEFT, RIGHT), (GAP,))
-INF = math.inf
 
 polylines = arrays(np.float64, st.tuples(st.integers(1, 30), st.sampled_from([2, 3])), elements=st.floats(-1e3, 1e3))
 
@@ -76,32 +75,13 @@ class TestSegment:
 
 
 class TestJoint:
-    @pytest.mark.parametrize(
-        ("cost", "margin", "certainty"),
-        [
-            (1.0, 3.0, 0.75),
-            (2.0, 2.0, 0.5),
-            (2.0, 0.0, 0.0),
-            (0.0, 0.0, 0.0),
-            (0.0, 2.0, 1.0),
-            (0.0, INF, 1.0),
-            (5.0, INF, 1.0),
-        ],
-    )
-    def test_certainty(self, cost, margin, certainty):
-        assert Joint(JointKind.CROSSING, (0.1, 0.2), cost, margin).certainty == certainty
-
-    @given(st.floats(0, 1e6), st.floats(0, INF))
-    def test_certainty_is_a_share(self, cost, margin):
-        assert 0.0 <= Joint(JointKind.GAP, (0.0, 1.0), cost, margin).certainty <= 1.0
-
     def test_reversed_mirrors_the_span(self):
         back = GAP.reversed()
-        assert back == Joint(JointKind.GAP, (0.5, 0.7), 1.0, 3.0)
+        assert back == Joint(JointKind.GAP, (0.5, 0.7), 1.0, 3.0, 0.75, (None, (4.0, 5.0)))
         assert back.reversed().u == pytest.approx(GAP.u)
 
     def test_a_joint_is_a_value(self):
-        assert len({GAP, Joint(JointKind.GAP, (0.3, 0.5), 1.0, 3.0)}) == 1
+        assert len({GAP, replace(GAP)}) == 1
         with pytest.raises(AttributeError):
             GAP.cost = 0.0
 

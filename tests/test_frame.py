@@ -18,9 +18,9 @@ from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState, chec
 IMAGE = np.zeros((4, 6, 3), np.uint8)
 MASK = np.zeros((4, 6), np.uint8)
 DEPTH = np.ones((4, 6), np.float32)
-CROSSING = Joint(JointKind.CROSSING, (0.2, 0.3), cost=1.0, margin=4.0)
-GAP = Joint(JointKind.GAP, (0.5, 0.7), cost=2.0, margin=2.0)
-ALONE = Joint(JointKind.GAP, (0.8, 0.9), cost=1.0, margin=math.inf)
+CROSSING = Joint(JointKind.CROSSING, (0.2, 0.3), cost=1.0, margin=4.0, confidence=0.8)
+GAP = Joint(JointKind.GAP, (0.5, 0.7), cost=2.0, margin=2.0, confidence=0.5)
+ALONE = Joint(JointKind.GAP, (0.8, 0.9), cost=1.0, margin=math.inf, alternatives=((4.0, 5.0), None))
 
 
 class TestFrame:
@@ -145,8 +145,22 @@ class TestDetection:
         assert BSplineCurve.from_dict(data["curve_3d"]) == curve_3d
         assert (data["width_px"], data["confidence"], data["no_3d_reason"]) == (6.0, pytest.approx(0.8), None)
         assert data["joints"] == [
-            {"kind": "crossing", "u": [0.2, 0.3], "cost": 1.0, "margin": 4.0},
-            {"kind": "gap", "u": [0.8, 0.9], "cost": 1.0, "margin": None},
+            {
+                "kind": "crossing",
+                "u": [0.2, 0.3],
+                "cost": 1.0,
+                "margin": 4.0,
+                "confidence": 0.8,
+                "alternatives": [None, None],
+            },
+            {
+                "kind": "gap",
+                "u": [0.8, 0.9],
+                "cost": 1.0,
+                "margin": None,
+                "confidence": 1.0,
+                "alternatives": [[4.0, 5.0], None],
+            },
         ]
 
     def test_a_detection_cannot_be_changed(self):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -11,6 +10,9 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, as_points, as_vector, frozen
 from dloftbs.errors import InputError
+
+Point = tuple[float, float]
+"""``(x, y)`` px."""
 
 
 class JointKind(str, Enum):
@@ -78,24 +80,23 @@ class Joint:
     margin : float
         How much more the next best choice would have cost, leaving both ends open included; at least 0, infinite where
         there is no other choice.
+    confidence : float
+        How sure the linking is of it, in 0..1; from the margin. What the number means, the linking says that made it.
+    alternatives : (point or None, point or None)
+        Where its start and its end would go in the next best choice: the ``(x, y)`` px of another end, or None where it
+        would stay open.
     """
 
     kind: JointKind
     u: tuple[float, float]
     cost: float
     margin: float
-
-    @property
-    def certainty(self) -> float:
-        """``1 - cost / (cost + margin)``: 1 where nothing competes, 0 where the next best choice is as good."""
-        next_best = self.cost + self.margin
-        if math.isinf(next_best):
-            return 1.0
-        return self.margin / next_best if next_best > 0.0 else 0.0
+    confidence: float = 1.0
+    alternatives: tuple[Point | None, Point | None] = (None, None)
 
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
-        return Joint(self.kind, (1.0 - self.u[1], 1.0 - self.u[0]), self.cost, self.margin)
+        return replace(self, u=(1.0 - self.u[1], 1.0 - self.u[0]), alternatives=self.alternatives[::-1])
 
 
 @dataclass(frozen=True, eq=False)

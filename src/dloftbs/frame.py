@@ -162,11 +162,8 @@ class Detection:
 
     @property
     def confidence(self) -> float:
-        """The certainty of the least certain joint, in 0..1: ``1 - cost / (next best cost)``; 1 without joints.
-
-        A ratio test, not a calibrated probability.
-        """
-        return min((joint.certainty for joint in self.joints), default=1.0)
+        """That of the joint that the linking is least sure of, in 0..1; 1 without joints."""
+        return min((joint.confidence for joint in self.joints), default=1.0)
 
     @property
     def inferred(self) -> tuple[tuple[float, float], ...]:
@@ -192,6 +189,8 @@ class Detection:
                     "u": list(joint.u),
                     "cost": joint.cost,
                     "margin": joint.margin if math.isfinite(joint.margin) else None,
+                    "confidence": joint.confidence,
+                    "alternatives": [None if point is None else list(point) for point in joint.alternatives],
                 }
                 for joint in self.joints
             ],

@@ -18,7 +18,7 @@ def curve(ndim: int = 2, n: int = 8, seed: int = 0) -> BSplineCurve:
 def detection(seed: int = 0, *, in_space: bool = False, n: int = 8) -> Detection:
     points = np.column_stack([np.arange(10.0), np.zeros(10)])
     segments = (Segment(points, np.full(10, 2.5)), Segment(points + np.array([20.0, 0.0]), np.full(10, 2.5)))
-    line = Centerline(segments, (Joint(JointKind.GAP, (0.4, 0.6), 1.0, 3.0),))
+    line = Centerline(segments, (Joint(JointKind.GAP, (0.4, 0.6), 1.0, 3.0, 0.75),))
     return Detection(line, curve(2, n, seed), curve(3, n + 3, seed) if in_space else None)
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from drawings import draw_cable, wave
 
 from dloftbs import Centerline, CleaningConfig, JointKind, LinkingConfig, SegmentsConfig
 from dloftbs.stages.cleaning import clean
-from dloftbs.stages.linking import link
+from dloftbs.stages.linking import link, ratio_test
 from dloftbs.stages.segments import make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
 
@@ -24,6 +26,14 @@ def link_mask(mask: np.ndarray, **linking: float) -> list[Centerline]:
 
 def line(*points: tuple[float, float], width: int = 7) -> np.ndarray:
     return draw_cable(np.array(points, dtype=float), width, SIZE)
+
+
+@pytest.mark.parametrize(
+    ("cost", "margin", "confidence"),
+    [(1.0, 3.0, 0.75), (2.0, 2.0, 0.5), (2.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 2.0, 1.0), (5.0, math.inf, 1.0)],
+)
+def test_confidence_is_the_ratio_of_the_next_best_choice(cost: float, margin: float, confidence: float) -> None:
+    assert ratio_test(cost, margin) == confidence
 
 
 def test_a_cable_with_two_gaps_is_one() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
@@ -82,8 +84,16 @@ def _centerline(segments: list[Segment], chain: list[int], links: _Links) -> Cen
     for segment, end in zip(ordered[:-1], chain[1:], strict=True):
         stop += len(segment)
         _, kind, cost, margin = links[end]
-        joints.append(Joint(kind, (float(u[stop - 1]), float(u[stop])), cost, margin))
+        joints.append(Joint(kind, (float(u[stop - 1]), float(u[stop])), cost, margin, ratio_test(cost, margin)))
     return Centerline.trusted(ordered, tuple(joints), closed=False, points=points, u=u)
+
+
+def ratio_test(cost: float, margin: float) -> float:
+    """Return ``1 - cost / (cost + margin)``: 1 where nothing competes, 0 where the next best choice is as good."""
+    next_best = cost + margin
+    if math.isinf(next_best):
+        return 1.0
+    return margin / next_best if next_best > 0.0 else 0.0
 
 
 def close(loop: Segment) -> Centerline:
