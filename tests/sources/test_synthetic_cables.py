@@ -9,7 +9,6 @@ from dloftbs.sources.synthetic import (
     KINDS,
     NOISY,
     OCCLUDED,
-    DegradedSequence,
     KindSequence,
     TangleSequence,
     draw_tube_mask,
@@ -149,18 +148,50 @@ def test_rapid_moves_keep_their_speed_and_others_their_whole():
     np.testing.assert_array_equal(few._strands(3)[0].points, many._strands(30)[0].points)
 
 
-def test_kinds_come_clean_or_degraded():
-    clean, noisy, occluded = (kinds(0.01, 2, SIZE, worse) for worse in (None, NOISY, OCCLUDED))
-    assert [one.name for one in clean] == list(KINDS)
-    assert all(len(one) == 3 for one in clean)
-    assert (noisy[0].name, occluded[0].name) == ("high curvature, noisy", "high curvature, occluded")
-    assert all(isinstance(one, DegradedSequence) for one in noisy + occluded)
-    for a, b, c in zip(clean, noisy, occluded, strict=True):
-        assert a.truth(1).curves == b.truth(1).curves == c.truth(1).curves
-        np.testing.assert_array_equal(a.truth(1).mask, b.truth(1).mask)
-        assert (b.frame(1).mask != a.frame(1).mask).any()
-        assert c.truth(1).mask.sum() < a.truth(1).mask.sum()
-        np.testing.assert_array_equal(c.frame(1).mask, c.truth(1).mask)
+def test_kinds_come_clean_and_degraded():
+    suite = {one.name: one for one in kinds(0.01, 2, SIZE)}
+    one_cable = list(KINDS[:5])
+    assert list(suite) == [
+        *one_cable,
+        *(f"{kind}, noisy" for kind in one_cable),
+        "high curvature, occluded",
+        "one loop, occluded",
+        "three cables",
+        "three cables, occluded",
+        "five cables",
+        "five cables, noisy",
+    ]
+    assert all(len(one) == 3 for one in suite.values())
+    for name, worse in suite.items():
+        kind, _, how = name.partition(", ")
+        if not how:
+            continue
+        clean = suite[kind]
+        # Lengths go in proportion with the image, which has half the size of an HD one.
+        assert worse.degradation == {"noisy": NOISY, "occluded": OCCLUDED}[how].scaled(0.5)
+        assert worse.truth(1).curves == clean.truth(1).curves
+        assert (worse.frame(1).mask != clean.frame(1).mask).any()
+        if how == "occluded":
+            assert worse.truth(1).mask.sum() < clean.truth(1).mask.sum()
+            np.testing.assert_array_equal(worse.frame(1).mask, worse.truth(1).mask)
+        else:
+            np.testing.assert_array_equal(worse.truth(1).mask, clean.truth(1).mask)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_loop_closes_down_to_a_radius_of_two_widths(seed):
+    loops = KindSequence("one loop", 120, seed=seed)
+    strands = [loops._strands(i)[0] for i in range(0, 120, 4)]
+    tightest = min(1.0 / np.abs(strand.bending).max() / loops.width_px for strand in strands)
+    assert 2.0 <= tightest < 2.4
+    assert all(approach(strand.points[::8], 60.0, 8.0 * strand.spacing) < loops.width_px for strand in strands)
+
+
+def approach(points, apart_px, spacing):
+    """How near a cable comes to itself, places along it that are less than so far apart aside."""
+    least = round(apart_px / spacing)
+    distance = np.linalg.norm(points[:, None] - points[None], axis=2)
+    return distance[np.triu_indices(len(points), least)].min()
 
 
 def test_kinds_can_be_pickled_and_are_the_same_again():

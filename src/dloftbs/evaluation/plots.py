@@ -1,4 +1,4 @@
-"""Plots of a run: error over frames, error against noise, and times. Needs matplotlib, which is imported late."""
+"""Plots of a run: error over frames and against noise, times, trust in joints. Matplotlib is imported late."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.errors import SinkError
+from dloftbs.evaluation.report_joints import KINDS, binned, joints_by_method
 from dloftbs.evaluation.report_table import mean
 from dloftbs.evaluation.report_tables import clean_share
 from dloftbs.evaluation.runner_parts import FrameRow, Part
@@ -20,7 +21,7 @@ from dloftbs.evaluation.runner_parts import FrameRow, Part
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _BAD = "#B00020"
 _LINES = ("-", "--", ":")  # so that two methods that agree are both seen
-_MOST_PANELS, _LEAST_FRAMES = 10, 12
+_MOST_PANELS, _LEAST_FRAMES = 16, 12
 _LEAST_L3_PX = 0.05
 _RC: Any = {
     "font.size": 9,
@@ -61,6 +62,8 @@ def write_plots(parts: Sequence[Part], folder: Path) -> list[Path]:
             paths.append(_frames(of_suite, colours, _file(folder, "frames", suite)))
     if parts:
         paths.append(_times(parts, colours, _file(folder, "times", "")))
+    if any(part.joints for part in parts):
+        paths.append(_joints(parts, colours, _file(folder, "joints", "")))
     return paths
 
 
@@ -139,15 +142,38 @@ def _times(parts: Sequence[Part], colours: dict[str, str], path: Path) -> Path:
     return path
 
 
+def _joints(parts: Sequence[Part], colours: dict[str, str], path: Path) -> Path:
+    """Draw the share of joints that are right over their stated confidence, a panel for each kind.
+
+    The area of a mark grows with the number of joints in its bin; on the diagonal, confidence says what it means.
+    """
+    groups = joints_by_method(parts)
+    with _figure(path, 1, columns=len(KINDS), row_height=2.6) as axes:
+        for axis, kind in zip(axes, KINDS, strict=True):
+            axis.plot((0.0, 1.0), (0.0, 1.0), color="0.6", linewidth=1.0, linestyle="--")
+            for number, (method, by_kind) in enumerate(groups.items()):
+                bins = [one for one in binned(by_kind[kind]) if one.number]
+                x, y = ([getattr(one, name) for one in bins] for name in ("stated", "right"))
+                counts = np.array([one.number for one in bins], dtype=np.float64)
+                share = counts / max(1.0, counts.sum())
+                style = {"color": colours[method], "label": f"{method}, {counts.sum():.0f} joints"}
+                axis.plot(x, y, linewidth=1.0, linestyle=_LINES[number % len(_LINES)], **style)
+                axis.scatter(x, y, 12.0 + 240.0 * share, color=colours[method], alpha=0.6, linewidths=0.0)
+            axis.set(title=kind, xlabel="stated confidence", xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))
+            axis.legend(loc="lower right")
+        axes[0].set_ylabel("share right")
+    return path
+
+
 @contextmanager
-def _figure(path: Path, panels: int, columns: int = 1) -> Iterator[list[Any]]:
-    """Open a figure with so many rows of panels, and write it at the end."""
+def _figure(path: Path, panels: int, columns: int = 1, row_height: float = 1.6) -> Iterator[list[Any]]:
+    """Open a figure with so many rows of panels, each so many inches high, and write it at the end."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     with mpl.rc_context(_RC):
-        figure = Figure(figsize=(9.0, 1.2 + 1.6 * panels), dpi=100, layout="constrained")
+        figure = Figure(figsize=(9.0, 1.2 + row_height * panels), dpi=100, layout="constrained")
         FigureCanvasAgg(figure)
         yield list(figure.subplots(panels, columns, squeeze=False).ravel())
         try:

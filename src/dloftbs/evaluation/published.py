@@ -1,7 +1,8 @@
-"""The figures that the paper published (Kicki, Szymko, Walas, ICRA 2023, tables I to IV), as it prints them.
+"""The figures of others, beside which measured ones stand for orientation only.
 
-They come from other data and another machine (one core of an i7-9750H, HD images), and stand beside measured ones for
-orientation only.
+Those that the paper published (Kicki, Szymko, Walas, ICRA 2023, tables I to IV), as it prints them, come from other
+data and another machine (one core of an i7-9750H, HD images); those of peers' code by kind of difficulty were measured
+on other sequences of the same kinds.
 """
 
 from __future__ import annotations
@@ -91,3 +92,41 @@ TABLE_IV: tuple[Shape, ...] = tuple(
     Shape(method, str(number), *row) for method, rows in _TABLE_4.items() for number, row in enumerate(rows)
 )
 """Artificial RGBD, five scenarios: 0 and 1 high curvature, 1 and 2 self-intersection, 3 and 4 rapid moves."""
+
+
+class Kind(NamedTuple):
+    """A method on one kind of difficulty: share of clean frames in 0..1, and median criterion 3 in px where known."""
+
+    clean: float
+    l3: float | None = None
+
+
+KINDS_ORIGIN = "measured on other sequences of the same kinds"
+KINDS_METHODS = ("authors' code", "mBEST", "goal")
+_KINDS_CLEAN: dict[str, tuple[float | None, float | None, float]] = {
+    "high curvature": (0.55, 0.97, 0.99),
+    "one loop": (0.00, 0.78, 0.97),
+    "a loop that unties": (0.63, 0.98, 0.99),
+    "rapid moves 1": (0.97, 0.99, 1.00),
+    "rapid moves 2": (0.89, 0.98, 1.00),
+    "high curvature, noisy": (0.13, 0.0, 0.95),
+    "one loop, noisy": (0.04, 0.0, 0.95),
+    "a loop that unties, noisy": (0.36, 0.0, 0.95),
+    "rapid moves 1, noisy": (0.64, 0.0, 0.95),
+    "rapid moves 2, noisy": (0.31, 0.0, 0.95),
+    "high curvature, occluded": (0.53, 0.0, 0.92),
+    "one loop, occluded": (0.08, 0.0, 0.85),
+    "three cables": (None, 0.57, 0.97),
+    "three cables, occluded": (None, 0.00, 0.88),
+    "five cables": (None, 0.20, 0.85),
+    "five cables, noisy": (None, 0.00, 0.80),
+}
+_KINDS_L3 = {"high curvature": (0.50, 0.78, 0.25)}
+
+KINDS: dict[tuple[str, str], Kind] = {
+    (kind, method): Kind(clean, l3)
+    for kind, of_kind in _KINDS_CLEAN.items()
+    for method, clean, l3 in zip(KINDS_METHODS, of_kind, _KINDS_L3.get(kind, (None, None, None)), strict=True)
+    if clean is not None
+}
+"""By kind, as the sequences of the suite are named, and method."""

@@ -1,4 +1,4 @@
-"""The files of a run: tables as Markdown, CSV and JSON, every frame's scores, plots and the worst frames."""
+"""The files of a run: tables as Markdown, CSV and JSON, every frame's and joint's score, plots, the worst frames."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from dloftbs.evaluation.runner_parts import FrameRow, Part, write
 from dloftbs.evaluation.suites import Suite
 from dloftbs.evaluation.worst import write_worst
 
-MARKDOWN, JSON, FRAMES = "report.md", "report.json", "frames.csv"
+MARKDOWN, JSON, FRAMES, JOINTS = "report.md", "report.json", "frames.csv", "joints.csv"
 TABLES, PLOTS, WORST = "tables", "plots", "worst"
 _LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless")
 
@@ -68,6 +68,7 @@ def write_report(suites: Sequence[Suite], parts: Sequence[Part], folder: Path, h
     for table in made:
         write(folder / TABLES / f"{table.name}.csv", table.csv().encode())
     write(folder / FRAMES, _frames_csv(rows_of(parts)).encode())
+    write(folder / JOINTS, _joints_csv(parts).encode())
     write(folder / JSON, _json(suites, parts, made, heading))
     plots, no_plots = _plots(parts, folder / PLOTS)
     report = Report(heading, made, (*plots, *write_worst(suites, parts, folder / WORST)), no_plots)
@@ -119,6 +120,19 @@ def _frames_csv(rows: Sequence[FrameRow]) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(FrameRow.__dataclass_fields__)
     writer.writerows([getattr(row, name) for name in FrameRow.__dataclass_fields__] for row in rows)
+    return out.getvalue()
+
+
+def _joints_csv(parts: Sequence[Part]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("suite", "sequence", "index", "method", "kind", "confidence", "right"))
+    for part in parts:
+        key = part.key
+        writer.writerows(
+            (key.suite, key.sequence, joint.index, key.method, joint.kind.value, joint.confidence, joint.right)
+            for joint in part.joints
+        )
     return out.getvalue()
 
 

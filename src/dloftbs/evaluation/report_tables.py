@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from dloftbs.evaluation import published
 from dloftbs.evaluation.report_counts import exceptions_table, tracking_table
+from dloftbs.evaluation.report_joints import joint_tables
+from dloftbs.evaluation.report_kinds import kinds_table
 from dloftbs.evaluation.report_table import Cell, Table, existing, mean, median
 from dloftbs.evaluation.runner_parts import FrameRow, Part
 from dloftbs.evaluation.runner_score import CLEAN_DICE
@@ -26,9 +28,11 @@ def tables(parts: Sequence[Part]) -> list[Table]:
     made = [_summary(parts)]
     for suite in suites:
         of_suite = [part for part in parts if part.key.suite == suite]
+        if suite == "kinds":
+            made.append(kinds_table(of_suite, suite))
         made.append(_FORMS.get(suite, _plain)(of_suite, suite))
     made += [table for table in (tracking_table(parts), exceptions_table(parts)) if table.rows]
-    return made
+    return made + joint_tables(parts)
 
 
 def clean_share(rows: Sequence[FrameRow]) -> float:

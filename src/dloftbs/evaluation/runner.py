@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from itertools import groupby
 from multiprocessing import connection
 from pathlib import Path
 from typing import NamedTuple
@@ -111,20 +112,22 @@ def _parts(tasks: Sequence[Task], folder: Path, jobs: int) -> Iterator[Part]:
             missing.append(task)
         else:
             yield part
+    groups = [list(group) for _, group in groupby(missing, key=lambda task: (task.key.suite, task.key.number))]
     # The longest first, so that no process is left with one at the end.
-    missing.sort(key=lambda task: -task.key.frames)
-    if jobs == 1 or len(missing) < 2:
-        yield from (run_task(task, folder) for task in missing)
+    groups.sort(key=lambda group: -group[0].key.frames)
+    if jobs == 1 or len(groups) < 2:
+        for group in groups:
+            yield from run_tasks(group, folder)
     else:
-        with _processes(min(jobs, len(missing))) as pool:
-            yield from _in_parallel(pool, missing, folder)
+        with _processes(min(jobs, len(groups))) as pool:
+            yield from _in_parallel(pool, groups, folder)
 
 
-def _in_parallel(pool: ProcessPoolExecutor, tasks: Sequence[Task], folder: Path) -> Iterator[Part]:
+def _in_parallel(pool: ProcessPoolExecutor, groups: Sequence[Sequence[Task]], folder: Path) -> Iterator[Part]:
     try:
-        futures: list[Future[Part]] = [pool.submit(run_task, task, folder) for task in tasks]
+        futures: list[Future[list[Part]]] = [pool.submit(run_tasks, group, folder) for group in groups]
         for future in as_completed(futures):
-            yield future.result()
+            yield from future.result()
     except BrokenProcessPool as error:
         raise DloftbsError(
             "a process died while it scored a sequence: a method that crashes, or too little memory; "
@@ -132,19 +135,20 @@ def _in_parallel(pool: ProcessPoolExecutor, tasks: Sequence[Task], folder: Path)
         ) from error
 
 
-def run_task(task: Task, folder: Path) -> Part:
-    """Score one method on one sequence and write the part.
+def run_tasks(tasks: Sequence[Task], folder: Path) -> list[Part]:
+    """Score methods on the one sequence of all tasks, and write the parts.
 
     Raises
     ------
     InputError
-        If the method cannot be made.
+        If a method cannot be made.
     SinkError
-        If the part cannot be written.
+        If a part cannot be written.
     """
-    part = score_sequence(task.key, task.sequence, task.method)
-    save(folder, part)
-    return part
+    parts = score_sequence([task.key for task in tasks], tasks[0].sequence, [task.method for task in tasks])
+    for part in parts:
+        save(folder, part)
+    return parts
 
 
 @contextmanager

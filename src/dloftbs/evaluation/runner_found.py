@@ -13,7 +13,7 @@ from dloftbs._arrays import FloatArray, as_points
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Detection, Frame, FrameResult
 
 Curve = BSplineCurve | FloatArray
 
@@ -34,12 +34,15 @@ class Found:
         What the method calls them from frame to frame; None where it says nothing of it.
     widths : tuple of float or None
         Of the objects, px.
+    detections : tuple of Detection
+        Those that the curves come from; empty where a method has curves alone.
     """
 
     curves: tuple[Curve, ...] = ()
     curves_3d: tuple[Curve | None, ...] = ()
     ids: tuple[Hashable, ...] | None = None
     widths: tuple[float | None, ...] = ()
+    detections: tuple[Detection, ...] = ()
 
     def points(self) -> FloatArray:
         """Return points of all curves, at most 1 px apart, shape (n, 2)."""
@@ -84,11 +87,13 @@ def _of_result(result: FrameResult) -> Found:
     # What merely coasts is a memory of an earlier frame, not a finding in this one.
     seen = [(track, track.detection) for track in result.tracks if track.detection is not None]
     of = [track for track, _ in seen] if result.tracks else list(result.detections)
+    detections = tuple(detection for _, detection in seen) if result.tracks else result.detections
     return Found(
         tuple(item.curve for item in of),
         tuple(item.curve_3d for item in of),
         tuple(track.id for track, _ in seen) if result.tracks else None,
-        tuple(detection.width for _, detection in seen) if result.tracks else tuple(d.width for d in result.detections),
+        tuple(detection.width for detection in detections),
+        detections,
     )
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from dloftbs._version import __version__
+from dloftbs.centerline import JointKind
 from dloftbs.errors import SinkError
 from dloftbs.evaluation.tracking import TrackingScores
 
@@ -84,6 +85,27 @@ class FrameRow:
 
 
 @dataclass(frozen=True)
+class JointRow:
+    """One joint of what a method found.
+
+    Parameters
+    ----------
+    index : int
+        Of the frame in its sequence.
+    kind : JointKind
+    confidence : float
+        What the method says of it, in 0..1.
+    right : bool
+        Whether it joins what is one piece of one true curve.
+    """
+
+    index: int
+    kind: JointKind
+    confidence: float
+    right: bool
+
+
+@dataclass(frozen=True)
 class Key:
     """What the scores of a sequence depend on: only where all of it is the same are they used again.
 
@@ -129,6 +151,8 @@ class Part:
         Scores of identities, where the method gives any and the truth is a sequence.
     worst : mapping of int to curves
         What was found in the worst frames, by index.
+    joints : tuple of JointRow
+        Of all frames, where the method has any and the true curves are known.
     ladder : str or None
         On which ladder of growing noise the sequence is a rung.
     level : float or None
@@ -139,6 +163,7 @@ class Part:
     rows: tuple[FrameRow, ...]
     tracking: TrackingScores | None = None
     worst: Mapping[int, list[Points]] = field(default_factory=dict)
+    joints: tuple[JointRow, ...] = ()
     ladder: str | None = None
     level: float | None = None
 

@@ -1,8 +1,8 @@
-"""One method on one sequence: it is called frame by frame, and what it returns is scored."""
+"""Methods on one sequence: they are called frame by frame, and what they return is scored."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from time import perf_counter
 from typing import Any, Protocol
@@ -11,7 +11,8 @@ import numpy as np
 
 from dloftbs.errors import InputError
 from dloftbs.evaluation.runner_found import Curve, Found, found_in, samples
-from dloftbs.evaluation.runner_parts import FrameRow, Key, Part, Points
+from dloftbs.evaluation.runner_joints import judge_joints
+from dloftbs.evaluation.runner_parts import FrameRow, JointRow, Key, Part, Points
 from dloftbs.evaluation.runner_score import IdentityScorer, Score, score
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
@@ -57,32 +58,67 @@ class Method:
     settings: str = ""
 
 
-def score_sequence(key: Key, sequence: KnownFrames, method: Method) -> Part:
-    """Call a fresh instance of a method on all frames of a sequence, and score it.
+def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence[Method]) -> list[Part]:
+    """Call a fresh instance of each method on all frames of a sequence, and score it.
+
+    All methods get a frame before the next one is made, since to generate one often takes longer than to process it.
+
+    Parameters
+    ----------
+    keys : sequence of Key
+        One for each method.
+    sequence : KnownFrames
+    methods : sequence of Method
+
+    Returns
+    -------
+    list of Part
+        In the order of the methods.
 
     Raises
     ------
     InputError
-        If the method cannot be made.
+        If a method cannot be made.
     """
-    _warm_up(method, sequence)
-    call = _make(method)
-    rows: list[FrameRow] = []
-    curves: dict[int, tuple[Curve, ...]] = {}
-    identities: IdentityScorer | None = None
+    runs = [_Run(key, sequence, method) for key, method in zip(keys, methods, strict=True)]
     for index in range(len(sequence)):
         frame, truth = sequence.frame(index), sequence.truth(index)
-        found, ms, failure = _call(call, frame)
+        for run in runs:
+            run.add(index, frame, truth)
+    return [run.part() for run in runs]
+
+
+class _Run:
+    """One method on one sequence, frame by frame."""
+
+    def __init__(self, key: Key, sequence: KnownFrames, method: Method) -> None:
+        _warm_up(method, sequence)
+        self._key = key
+        self._sequence = sequence
+        self._call = _make(method)
+        self._rows: list[FrameRow] = []
+        self._joints: list[JointRow] = []
+        self._curves: dict[int, tuple[Curve, ...]] = {}
+        self._identities: IdentityScorer | None = None
+
+    def add(self, index: int, frame: Frame, truth: Truth) -> None:
+        """Score the next frame."""
+        found, ms, failure = _call(self._call, frame)
         result = score(found, truth, frame)
-        rows.append(_row(key, index, found, truth, result, ms, failure))
-        identities = identities or IdentityScorer(frame.size)
-        identities.add(found, truth, result.distances)
-        curves[index] = found.curves
-        _forget(curves, rows)
-    # Where frames have no rate, they are single images, and identities mean nothing.
-    tracking = identities.scores() if identities is not None and sequence.fps is not None else None
-    worst = {index: [_points(curve) for curve in of_frame] for index, of_frame in curves.items()}
-    return Part(key, tuple(rows), tracking, worst, *_rung(sequence))
+        self._rows.append(_row(self._key, index, found, truth, result, ms, failure))
+        self._joints += judge_joints(index, found.detections, truth, frame.size)
+        self._identities = self._identities or IdentityScorer(frame.size)
+        self._identities.add(found, truth, result.distances)
+        self._curves[index] = found.curves
+        _forget(self._curves, self._rows)
+
+    def part(self) -> Part:
+        """Return the scores of all frames."""
+        # Where frames have no rate, they are single images, and identities mean nothing.
+        with_rate = self._sequence.fps is not None
+        tracking = self._identities.scores() if self._identities is not None and with_rate else None
+        worst = {index: [_points(curve) for curve in of_frame] for index, of_frame in self._curves.items()}
+        return Part(self._key, tuple(self._rows), tracking, worst, tuple(self._joints), *_rung(self._sequence))
 
 
 def _rung(sequence: Any) -> tuple[str | None, float | None]:

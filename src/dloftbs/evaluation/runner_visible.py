@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -20,6 +22,7 @@ def distances_of(found: Found, truth: Truth) -> tuple[CurveDistances, FloatArray
     """Return the L3 of every found curve from every true one: from its whole or its visible extent, the nearer one.
 
     The visible extent reaches from the first to the last point that is seen; what is hidden in between is part of it.
+    An end that lies on another object is not seen, even if it is on top, since in a mask it does not show.
 
     Returns
     -------
@@ -29,9 +32,13 @@ def distances_of(found: Found, truth: Truth) -> tuple[CurveDistances, FloatArray
     """
     whole = compare_curves(found.curves, truth.curves)
     l3, forward = whole.l3.copy(), whole.forward.copy()
-    for i, mask in enumerate(truth.visible_masks):
-        points = truth.curves[i].sample(_SAMPLES)
-        extent = _extent(points, points, mask, truth.curves[i])
+    lines = [curve.sample(_SAMPLES) for curve in truth.curves] if truth.visible_masks else []
+    radii = [_radius(line, mask) for line, mask in zip(lines, truth.visible_masks, strict=True)]
+    for i, points in enumerate(lines):
+        seen = _seen(points, truth.visible_masks[i])
+        others = [(lines[j], radii[j]) for j in range(len(lines)) if j != i]
+        _lose_ends(seen, points, others)
+        extent = _extent(points, seen, truth.curves[i])
         if extent is None:
             continue
         visible = compare_curves(found.curves, [extent])
@@ -47,7 +54,7 @@ def l3_in_space(curve: Curve, number: int, truth: Truth, frame: Frame) -> float:
     if frame.camera is None or not truth.visible_masks:
         return whole
     points = true.sample(_SAMPLES)
-    extent = _extent(points, frame.camera.project(points), truth.visible_masks[number], true)
+    extent = _extent(points, _seen(frame.camera.project(points), truth.visible_masks[number]), true)
     return whole if extent is None else min(whole, curve_l3(curve, extent, directed=False))
 
 
@@ -58,14 +65,27 @@ def visible_objects(truth: Truth) -> npt.NDArray[np.bool_]:
     return np.array([mask.any() for mask in truth.visible_masks], np.bool_)
 
 
-def _extent(
-    points: FloatArray, points_px: FloatArray, mask: npt.NDArray[np.bool_], curve: BSplineCurve
-) -> FloatArray | None:
+def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: BSplineCurve) -> FloatArray | None:
     """Return the points from the first to the last that is seen, or None where this is the whole or nothing."""
-    (seen,) = np.nonzero(_seen(points_px, mask))
-    if curve.closed or len(seen) < 2 or (seen[0] == 0 and seen[-1] == len(points) - 1):
+    (where,) = np.nonzero(seen)
+    if curve.closed or len(where) < 2 or (where[0] == 0 and where[-1] == len(points) - 1):
         return None
-    return points[seen[0] : seen[-1] + 1]
+    return points[where[0] : where[-1] + 1]
+
+
+def _radius(line: FloatArray, mask: npt.NDArray[np.bool_]) -> float:
+    """Return half the width of an object: the visible area over twice the visible length, px."""
+    length = float(_seen(line, mask).mean() * np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+    return float(mask.sum()) / (2.0 * length) if length > 0.0 else 0.0
+
+
+def _lose_ends(seen: npt.NDArray[np.bool_], points: FloatArray, others: Sequence[tuple[FloatArray, float]]) -> None:
+    """Take from `seen` (n,) the points from either end on that lie on other objects, lines (m, 2) px and radii px."""
+    for order in (range(len(points)), range(len(points) - 1, -1, -1)):
+        for i in order:
+            if not any((np.linalg.norm(line - points[i], axis=1) <= radius).any() for line, radius in others):
+                break
+            seen[i] = False
 
 
 def _seen(points_px: FloatArray, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

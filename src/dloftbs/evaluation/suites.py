@@ -65,7 +65,7 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         lambda scale, seed, size: synthetic.several_cables(scale, seed=seed, size=size),
     ),
     "kinds": (
-        "one kind of difficulty at a time",
+        "one kind of difficulty at a time, clean, noisy and occluded",
         lambda scale, seed, size: synthetic.kinds(scale, seed=seed, size=size),
     ),
     "noise": (

@@ -57,9 +57,9 @@ def evaluate(
     or (n, 3) m in order, splines, or a mapping from identities to such; or a class, of which an instance is
     made for each sequence and called so. Python must find the module: see PYTHONPATH.
 
-    The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), plots,
-    and pictures of the worst frames. What is finished is kept there, too: the same command goes on where it
-    was interrupted.
+    The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), whether
+    every joint is right (joints.csv), plots, and pictures of the worst frames. What is finished is kept there,
+    too: the same command goes on where it was interrupted.
 
     \b
     dloftbs evaluate --quick

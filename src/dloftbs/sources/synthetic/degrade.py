@@ -10,17 +10,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sources.base import KnownSequence
 from dloftbs.sources.synthetic import blemishes
+from dloftbs.sources.synthetic.occlusion import leaves_enough
 from dloftbs.truth import Truth
 
 Mask = npt.NDArray[np.bool_]
 
 # Each effect has random numbers of its own: more of one leaves the others as they are.
 _GAPS, _DISCS, _STROKES, _SPECKS, _PINHOLES, _JITTER, _SALT = range(7)
+_ATTEMPTS = 100  # where discs cannot leave enough to be seen, the last ones are taken
 _RANGES = (
     "missing_radius_px",
     "disc_radius_px",
@@ -57,7 +60,8 @@ class Degradation:
     missing_radius_px : (float, float)
         Of these discs; they are scaled to cut out the exact share.
     discs : int
-        Number of occluding discs centred anywhere on the cables but at their very ends, which stay visible.
+        Number of occluding discs centred anywhere on the cables, but where they would hide an end, or so much of a
+        cable that nobody could say how it goes on: see `leaves_enough`.
     disc_radius_px : (float, float)
     specks, pinholes : int
         Number of small blobs of foreground anywhere, and of background on the cables.
@@ -133,10 +137,17 @@ class Degradation:
                 covered, *blemishes.gaps_along(curves, self.missing, self.missing_radius_px, rng), True
             )
         if self.discs and curves:
-            rng = _rng(key, _DISCS)
-            radii = rng.uniform(*self.disc_radius_px, self.discs)
-            blemishes.draw_discs(covered, blemishes.spots_on(curves, radii, rng), radii, True)
+            blemishes.draw_discs(covered, *self._occluders(curves, _rng(key, _DISCS)), True)
         return covered
+
+    def _occluders(self, curves: Sequence[BSplineCurve], rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Return the centres (n, 2) and radii (n,) of discs, px."""
+        for _ in range(_ATTEMPTS):
+            radii = rng.uniform(*self.disc_radius_px, self.discs)
+            centres = blemishes.spots_on(curves, radii, rng)
+            if leaves_enough(curves, centres, radii, self.disc_radius_px[0]):
+                break
+        return centres, radii
 
     def apply(self, mask: npt.ArrayLike, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
         """Return the degraded mask; `mask` is left as it is.

@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from dloftbs.errors import InputError
-from dloftbs.sources.synthetic.degrade import Degradation, DegradedSequence
+from dloftbs.sources.base import KnownSequence
+from dloftbs.sources.synthetic.degrade import NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, MaskSequence, count_at, proportion
 from dloftbs.sources.synthetic.headings import calm, drifting, high_curvature, one_loop, untying, whipping
 from dloftbs.sources.synthetic.motion import Heading, Motion, fit_motion
@@ -59,6 +60,19 @@ _KINDS = {
 
 KINDS = tuple(_KINDS)
 """The kinds of motion."""
+
+
+_ONE_CABLE = ("high curvature", "one loop", "a loop that unties", "rapid moves 1", "rapid moves 2")
+_SUITE: tuple[tuple[str, Degradation | None], ...] = (
+    *((kind, None) for kind in _ONE_CABLE),
+    *((kind, NOISY) for kind in _ONE_CABLE),
+    ("high curvature", OCCLUDED),
+    ("one loop", OCCLUDED),
+    ("three cables", None),
+    ("three cables", OCCLUDED),
+    ("five cables", None),
+    ("five cables", NOISY),
+)
 
 
 class KindSequence(MaskSequence):
@@ -142,13 +156,10 @@ def _tilted(heading: Heading, angle: float) -> Heading:
     return lambda along, phase: heading(along, phase) + angle
 
 
-def kinds(
-    scale: float = 1.0,
-    seed: int = 0,
-    size: tuple[int, int] = (720, 1280),
-    degradation: Degradation | None = None,
-) -> list[KindSequence] | list[DegradedSequence]:
-    """Return a sequence of each of the `KINDS`, masks only.
+def kinds(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[KnownSequence]:
+    """Return a sequence of each of the `KINDS`, clean and, of some, noisy or occluded; masks only.
+
+    Noise and occluders are those of an image of 1280 x 720 and go in proportion with `size`.
 
     Parameters
     ----------
@@ -157,15 +168,16 @@ def kinds(
     seed : int
     size : (int, int)
         ``(H, W)`` px.
-    degradation : Degradation, optional
-        What is done to the masks: `NOISY`, `OCCLUDED` or another.
 
     Raises
     ------
     InputError
         If a value is out of range.
     """
-    clean = [KindSequence(kind, count_at(scale, _FRAMES, 3), size, seed) for kind in KINDS]
-    if degradation is None:
-        return clean
-    return [DegradedSequence(sequence, degradation, seed) for sequence in clean]
+    clean = {kind: KindSequence(kind, count_at(scale, _FRAMES, 3), size, seed) for kind in KINDS}
+    return [
+        clean[kind]
+        if degradation is None
+        else DegradedSequence(clean[kind], degradation.scaled(proportion(size)), seed)
+        for kind, degradation in _SUITE
+    ]
