@@ -15,7 +15,7 @@ import dloftbs
 PACKAGE = Path(dloftbs.__file__).parent
 
 GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
-DATA = {"curve", "centerline", "camera", "frame", "patch", "truth"}
+DATA = {"curve", "centerline", "camera", "frame", "patch", "graph", "truth"}
 KNOWN_OUTSIDE = {"errors", "config", "_arrays", "_version", "curve", "centerline", "camera", "frame", "truth"}
 BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
 

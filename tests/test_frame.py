@@ -13,7 +13,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
+from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
 
 IMAGE = np.zeros((4, 6, 3), np.uint8)
 MASK = np.zeros((4, 6), np.uint8)
@@ -168,6 +168,26 @@ class TestDetection:
             detection_of(wave()).curve = wave()
 
 
+class TestCrossing:
+    def test_the_dictionary_is_strict_json(self):
+        crossing = Crossing((10.5, 20.0), ((0, 0.25), (2, 0.75)), 1, 0.5)
+        assert through_json(crossing.to_dict()) == {
+            "position": [10.5, 20.0],
+            "passes": [{"detection": 0, "u": 0.25}, {"detection": 2, "u": 0.75}],
+            "top": 1,
+            "confidence": 0.5,
+        }
+
+    def test_which_is_on_top_is_unknown_unless_said(self):
+        crossing = Crossing((1.0, 2.0), ((0, 0.1), (0, 0.9)))
+        assert (crossing.top, crossing.confidence) == (None, 0.0)
+        assert through_json(crossing.to_dict())["top"] is None
+
+    def test_a_crossing_cannot_be_changed(self):
+        with pytest.raises(AttributeError):
+            Crossing((1.0, 2.0), ((0, 0.1), (0, 0.9))).top = 0
+
+
 class TestTrack:
     def test_the_dictionary_is_strict_json(self):
         curve_3d = line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
@@ -189,6 +209,12 @@ class TestFrameResult:
         assert (data["index"], data["stamp"], data["name"], data["size"]) == (7, 0.2, "a.png", [480, 640])
         assert data["stage_ms"] == stage_ms
         assert result.total_ms == 0.75
+
+    def test_crossings_are_among_what_was_found(self):
+        crossing = Crossing((10.5, 20.0), ((0, 0.25), (0, 0.75)), 1, 0.5)
+        result = FrameResult((detection_of(wave()),), (), None, (4, 6), crossings=(crossing,))
+        assert through_json(result.to_dict())["crossings"] == [through_json(crossing.to_dict())]
+        assert FrameResult((), (), None, (4, 6)).to_dict()["crossings"] == []
 
     def test_nothing_is_a_result_with_a_reason(self):
         result = FrameResult((), (), "the mask is empty", (4, 6))

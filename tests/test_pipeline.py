@@ -15,7 +15,9 @@ import dloftbs
 from dloftbs import Config, Frame, HsvRange, InputError, PinholeCamera, Pipeline, SegmentationConfig, TrackState
 
 PAPER = Config.paper()
-EVERYTHING = PAPER.replace({"cleaning.open_px": 1, "segments.min_length_px": 2})
+DEFAULT = Config()
+DEFAULT_EVERYTHING = DEFAULT.replace({"cleaning.open_px": 1})
+EVERYTHING = PAPER.replace({"cleaning.open_px": 1, "linking.min_length_px": 2})
 SIZE = (240, 400)
 
 
@@ -107,7 +109,11 @@ STRANGE = {
 
 
 class TestStrangeMasks:
-    @pytest.mark.parametrize("config", [PAPER, EVERYTHING], ids=["paper", "everything"])
+    @pytest.mark.parametrize(
+        "config",
+        [PAPER, EVERYTHING, DEFAULT, DEFAULT_EVERYTHING],
+        ids=["paper", "paper, everything", "default", "default, everything"],
+    )
     @pytest.mark.parametrize("mask", STRANGE.values(), ids=STRANGE.keys())
     def test_there_are_curves_or_a_reason(self, mask: np.ndarray, config: Config) -> None:
         result = Pipeline(config).process(Frame(mask=mask))
@@ -123,13 +129,28 @@ class TestStrangeMasks:
             assert mask[tuple(centre_line.astype(int)[:, ::-1].T)].all()
             assert np.isfinite(detection.curve.sample(50)).all()
 
+    @given(random_masks)
+    def test_random_masks_give_finite_curves_by_the_default_method(self, mask: np.ndarray) -> None:
+        result = Pipeline(DEFAULT_EVERYTHING).process(Frame(mask=mask))
+        assert (result.reason is None) == bool(result.detections)
+        for detection in result.detections:
+            points = detection.curve.sample(50)
+            assert np.isfinite(points).all()
+            assert (points > -0.1 * max(mask.shape) - 1.5).all()
+            assert (points < 1.1 * np.array(mask.shape[::-1]) + 0.5).all()
+
     @pytest.mark.parametrize(
         ("name", "config", "reason"),
         [
             ("empty", PAPER, "the mask is empty"),
+            ("empty", DEFAULT, "the mask is empty"),
+            ("one pixel", DEFAULT, "nothing of the mask is left after the opening by 3 x 3 px"),
+            ("one pixel", DEFAULT_EVERYTHING, "nothing in the mask is clearly longer than it is wide"),
+            ("full", DEFAULT, "nothing in the mask is clearly longer than it is wide"),
+            ("grid", DEFAULT, "segments are more than segments.max_segments = 1000: this mask is noise"),
             ("one pixel", PAPER, "nothing of the mask is left after the opening by 3 x 3 px"),
-            ("one pixel", EVERYTHING, "the longest segment has 1 px, fewer than segments.min_length_px = 2"),
-            ("grid", PAPER.replace({"segments.max_segments": 20, "segments.min_length_px": 2}), "this mask is noise"),
+            ("one pixel", EVERYTHING, "the longest segment has 1 px, fewer than linking.min_length_px = 2"),
+            ("grid", PAPER.replace({"segments.max_segments": 20, "linking.min_length_px": 2}), "this mask is noise"),
         ],
     )
     def test_the_reason_says_what_happened(self, name: str, config: Config, reason: str) -> None:
@@ -160,9 +181,10 @@ class TestSymmetry:
             found.append([turn_points(points, mask.shape, how[0], how[1], 0) for points in undone])
         return found
 
+    @pytest.mark.parametrize("config", [PAPER, DEFAULT], ids=["paper", "default"])
     @pytest.mark.parametrize("seed", range(12))
-    def test_curves_of_a_scene_move_along_exactly(self, seed: int) -> None:
-        first, *others = self.versions(scene(seed), PAPER)
+    def test_curves_of_a_scene_move_along_exactly(self, seed: int, config: Config) -> None:
+        first, *others = self.versions(scene(seed), config)
         assert first
         for other in others:
             assert len(other) == len(first)
@@ -171,14 +193,16 @@ class TestSymmetry:
 
     @given(random_masks)
     def test_there_are_as_many_curves_in_every_version_of_any_mask(self, mask: np.ndarray) -> None:
-        counts = {len(version) for version in self.versions(mask, EVERYTHING)}
-        assert len(counts) == 1
+        for config in (EVERYTHING, DEFAULT_EVERYTHING):
+            counts = {len(version) for version in self.versions(mask, config)}
+            assert len(counts) == 1
 
+    @pytest.mark.parametrize("config", [PAPER, DEFAULT], ids=["paper", "default"])
     @pytest.mark.parametrize("width", [3, 6, 12])
-    def test_a_symmetric_mask_has_curves_that_are_symmetric_to_a_pixel(self, width: int) -> None:
+    def test_a_symmetric_mask_has_curves_that_are_symmetric_to_a_pixel(self, width: int, config: Config) -> None:
         mask = draw_cable(np.array([[20.0, 200.0], [380.0, 200.0]]), width, (400, 400))
         mask |= mask.T  # the ends are too far apart to be joined
-        first, *others = self.versions(mask, PAPER)
+        first, *others = self.versions(mask, config)
         points = np.concatenate(first)
         for other in others:
             assert len(other) == len(first)
@@ -283,7 +307,8 @@ class TestStream:
         result = list(dloftbs.track(self.frames()))[3]
         assert (result.index, result.stamp, result.name, result.size) == (3, 0.1, "f3", SIZE)
         assert list(result.stage_ms) == [
-            "segmentation", "cleaning", "skeleton", "segments", "linking", "fitting", "lifting", "tracking",
+            "segmentation", "cleaning", "skeleton", "segments", "linking", "fitting", "lifting", "crossings",
+            "tracking",
         ]  # fmt: skip
         assert result.total_ms == pytest.approx(sum(result.stage_ms.values()))
 
@@ -349,6 +374,17 @@ class TestTrace:
         walked = sum(map(len, trace.segments)) + sum(map(len, trace.short_segments))
         assert walked + len(trace.branch_points) == len(trace.skeleton)
         assert [d.curve for d in trace.result.detections] == [d.curve for d in dloftbs.detect(mask, PAPER)]
+
+    def test_the_trace_of_the_default_method_shows_its_runs(self) -> None:
+        mask = scene(3)
+        trace = Pipeline().trace(Frame(mask=mask))
+        # Each point of the skeleton but the branch points is in a run, moved to the middle of the mask.
+        runs = [*trace.segments, *trace.short_segments]
+        assert sum(map(len, runs)) + len(trace.branch_points) == len(trace.skeleton)
+        away, _ = cKDTree(trace.skeleton).query(np.concatenate([run.points for run in runs]))
+        assert away.max() < 4.0
+        assert len(trace.segments) >= 4
+        assert [d.curve for d in trace.result.detections] == [d.curve for d in dloftbs.detect(mask)]
 
     def test_the_trace_leaves_the_tracks_alone(self) -> None:
         pipeline = Pipeline(PAPER)

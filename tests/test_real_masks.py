@@ -1,4 +1,4 @@
-"""The authors' own masks, with the curves that their implementation gave."""
+"""The authors' own masks, with the curves that their implementation gave, and photographs with labels."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 import dloftbs
 from dloftbs import Config
 
+STUB_TIP = (286.0, 222.0)
 NAMES = [f"{i:03d}.png" for i in range(22)]
 
 
@@ -37,11 +38,54 @@ def test_the_published_method_gives_the_authors_curves(shared_data: Path, name: 
     assert mean_distance(theirs, ours) <= 1.0
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_the_default_method_finds_one_cable_in_each_mask(shared_data: Path, name: str) -> None:
+    theirs = np.array(json.loads((shared_data / "masks" / "original_curves.json").read_text())[name])
+    mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
+    (detection,) = dloftbs.detect(mask)
+    ours = detection.curve.sample(500)
+    assert mean_distance(theirs, ours) <= 1.0  # theirs leaves out what lies beyond a gap: not the other way round
+    away, _ = cKDTree(dense(ours)).query(np.argwhere(mask)[:, ::-1])
+    assert (away <= detection.width).mean() > 0.95
+
+
+@pytest.mark.parametrize("name", ["000.png", "021.png"])
+def test_a_stub_beyond_a_crossing_is_the_cables_end(shared_data: Path, name: str) -> None:
+    mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
+    (detection,) = dloftbs.detect(mask)
+    ends = detection.curve.sample(2)
+    # The crossing lies 9 px away from the tip.
+    assert np.linalg.norm(ends - STUB_TIP, axis=1).min() <= 1.5 * detection.width
+
+
+@pytest.mark.parametrize(("folder", "count"), [("S1", 1), ("S2", 2), ("S3", 3)])
+def test_the_default_method_finds_every_real_cable(shared_data: Path, folder: str, count: int) -> None:
+    for path in sorted((shared_data / "mbest" / folder).glob("*.labels.png"))[::6]:
+        labels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        found = dloftbs.detect(labels > 0)
+        assert len(found) == count, path.name
+        # Each cable has its own curve, that lies on it where none is on top.
+        owners = set()
+        for detection in found:
+            columns, rows = np.rint(detection.curve.sample(400)).astype(int).T
+            under = labels[rows.clip(0, len(labels) - 1), columns.clip(0, labels.shape[1] - 1)]
+            owner = np.bincount(under[under > 0]).argmax()
+            assert (under == owner).mean() > 0.8, path.name
+            owners.add(owner)
+        assert len(owners) == count, path.name
+
+
+def test_two_cables_of_which_one_ends_by_the_other(shared_data: Path) -> None:
+    labels = cv2.imread(str(shared_data / "mbest" / "S2" / "10.labels.png"), cv2.IMREAD_GRAYSCALE)
+    assert len(dloftbs.detect(labels > 0)) == 2
+
+
 @pytest.mark.parametrize("folder", ["S1", "S2", "S3"])
-def test_real_cables_are_covered_by_their_curves(shared_data: Path, folder: str) -> None:
+@pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
+def test_real_cables_are_covered_by_their_curves(shared_data: Path, folder: str, config: Config) -> None:
     for path in sorted((shared_data / "mbest" / folder).glob("*.labels.png"))[::6]:
         mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) > 0
-        curves = [d.curve.sample(800) for d in dloftbs.detect(mask, Config.paper())]
+        curves = [d.curve.sample(800) for d in dloftbs.detect(mask, config)]
         pixels = np.argwhere(mask)[::7, ::-1]
         distance, _ = cKDTree(np.concatenate(curves)).query(pixels)
         assert (distance < 12).mean() > 0.97, path.name

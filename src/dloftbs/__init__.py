@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         CleaningConfig,
         Config,
         FittingConfig,
+        GreedyLinkingConfig,
         HsvRange,
         LiftingConfig,
         LinkingConfig,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     )
     from dloftbs.curve import BSplineCurve
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
-    from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState
+    from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
     from dloftbs.pipeline import Pipeline, detect, track
     from dloftbs.tracking import Tracker
 
@@ -52,6 +53,7 @@ _HOME = {
             "CleaningConfig",
             "Config",
             "FittingConfig",
+            "GreedyLinkingConfig",
             "HsvRange",
             "LiftingConfig",
             "LinkingConfig",
@@ -63,7 +65,7 @@ _HOME = {
     ),
     "BSplineCurve": "curve",
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
-    **dict.fromkeys(("Detection", "Frame", "FrameResult", "Track", "TrackState"), "frame"),
+    **dict.fromkeys(("Crossing", "Detection", "Frame", "FrameResult", "Track", "TrackState"), "frame"),
     **dict.fromkeys(("Pipeline", "detect", "track"), "pipeline"),
     "Tracker": "tracking",
 }
@@ -75,11 +77,13 @@ __all__ = [
     "CleaningConfig",
     "Config",
     "ConfigError",
+    "Crossing",
     "Detection",
     "DloftbsError",
     "FittingConfig",
     "Frame",
     "FrameResult",
+    "GreedyLinkingConfig",
     "HsvRange",
     "InputError",
     "Joint",

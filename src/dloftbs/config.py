@@ -108,16 +108,22 @@ class CleaningConfig(Section, frozen=True, kw_only=True):
     open_px : int
         Side of the square of the morphological opening; the paper's is 3, and 1 is none (for the thinnest cables).
     close_px : int
-        Side of the square of a closing before it, which fills pin-holes; 1, the paper's, is none.
+        Side of the square of a closing before it. What that adds stays only where it fills a pin-hole wholly, or a
+        notch of some pixels: slits between cables stay open. 1, the paper's, is none.
+    thin_px : int
+        What the opening takes comes back where it hangs together over this many pixels or more: a cable of one or two
+        pixels, and no salt. 0, the paper's, brings nothing back.
     """
 
     open_px: int = 3
-    close_px: int = 1
+    close_px: int = 3
+    thin_px: int = 20
 
     def __post_init__(self) -> None:
         for name in ("open_px", "close_px"):
             side = getattr(self, name)
             _require(_is_int(side) and 1 <= side <= 99 and side % 2 == 1, name, "an odd integer in 1..99", side)
+        _check_int("thin_px", self.thin_px, 0)
 
 
 class SegmentsConfig(Section, frozen=True, kw_only=True):
@@ -125,25 +131,45 @@ class SegmentsConfig(Section, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    min_length_px : int
-        The paper's ``p``: segments of fewer pixels are dropped. At least 2, since one pixel has no direction.
     max_segments : int
         More than this many segments is no cable but noise: the frame is refused with a reason, which bounds its cost.
     """
 
-    min_length_px: int = 10
     max_segments: int = 1000
 
     def __post_init__(self) -> None:
-        _check_int("min_length_px", self.min_length_px, 2)
         _check_int("max_segments", self.max_segments, 1)
 
 
-class LinkingConfig(Section, frozen=True, kw_only=True):
-    """Segments to centre lines.
+class LinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="bending"):
+    """Segments to centre lines, by what bends least; lengths are in widths of the cable.
 
     Parameters
     ----------
+    objects : int or None
+        How many cables there are, where that is known: what is found is joined until there are no more. None: as many
+        as there seem to be.
+    max_gap_widths : float
+        Longest gap that is bridged.
+    """
+
+    objects: int | None = None
+    max_gap_widths: float = 25.0
+
+    def __post_init__(self) -> None:
+        valid = self.objects is None or (_is_int(self.objects) and self.objects >= 1)
+        _require(valid, "objects", "None or an integer of at least 1", self.objects)
+        longest = self.max_gap_widths
+        _require(_is_number(longest) and longest >= 0.0, "max_gap_widths", "a number of at least 0", longest)
+
+
+class GreedyLinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="greedy"):
+    """Segments to centre lines, as published.
+
+    Parameters
+    ----------
+    min_length_px : int
+        The paper's ``p``: segments of fewer pixels are dropped. At least 2, since one pixel has no direction.
     distance_weight : float
         The paper's ``m`` in ``J = m J_d + (1 - m) J_o``, in 0..1.
     max_cost : float
@@ -152,11 +178,13 @@ class LinkingConfig(Section, frozen=True, kw_only=True):
         Number of pixels over which the direction of a segment's end is taken; the paper gives none.
     """
 
+    min_length_px: int = 10
     distance_weight: float = 0.05
     max_cost: float = 8.0
     direction_px: int = 10
 
     def __post_init__(self) -> None:
+        _check_int("min_length_px", self.min_length_px, 2)
         m = self.distance_weight
         _require(_is_number(m) and 0.0 <= m <= 1.0, "distance_weight", "a number in 0..1", m)
         _require(
@@ -170,15 +198,23 @@ class FittingConfig(Section, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    knots : int
+    knots : int or None
         The paper's ``k``: distinct knots, both ends included, equidistant in element number. A centre line with too few
-        points for them gets fewer.
+        points for them gets fewer. None: as many as the curve needs.
+    tolerance_px : float
+        Where the need decides: knots are added while the points lie farther than this beside the curve over a stretch
+        one and a half times as long as the object is wide.
     """
 
-    knots: int = 25
+    knots: int | None = None
+    tolerance_px: float = 0.2
 
     def __post_init__(self) -> None:
-        _require(_is_int(self.knots) and 2 <= self.knots <= 1000, "knots", "an integer in 2..1000", self.knots)
+        valid = self.knots is None or (_is_int(self.knots) and 2 <= self.knots <= 1000)
+        _require(valid, "knots", "None or an integer in 2..1000", self.knots)
+        tolerance = self.tolerance_px
+        valid = _is_number(tolerance) and 0.0 < tolerance < math.inf
+        _require(valid, "tolerance_px", "a positive number", tolerance)
 
 
 class LiftingConfig(Section, frozen=True, kw_only=True):
@@ -240,23 +276,23 @@ class Config(Section, frozen=True, kw_only=True):
     segmentation: SegmentationConfig = SegmentationConfig()
     cleaning: CleaningConfig = CleaningConfig()
     segments: SegmentsConfig = SegmentsConfig()
-    linking: LinkingConfig = LinkingConfig()
+    linking: LinkingConfig | GreedyLinkingConfig = LinkingConfig()
     fitting: FittingConfig = FittingConfig()
     lifting: LiftingConfig = LiftingConfig()
     tracking: TrackingConfig = TrackingConfig()
 
     def __post_init__(self) -> None:
         for name, default in zip(self.__struct_fields__, self.__struct_defaults__, strict=True):
-            kind = type(default)
-            _require(isinstance(getattr(self, name), kind), name, f"a {kind.__name__}", getattr(self, name))
+            kinds = (LinkingConfig, GreedyLinkingConfig) if name == "linking" else (type(default),)
+            expected = " or ".join(f"a {kind.__name__}" for kind in kinds)
+            _require(isinstance(getattr(self, name), kinds), name, expected, getattr(self, name))
 
     @classmethod
     def paper(cls) -> Config:
         """Return the published method with its parameters (``m = 0.05``, ``p = 10``, ``k = 25``)."""
         return cls(
-            cleaning=CleaningConfig(open_px=3, close_px=1),
-            segments=SegmentsConfig(min_length_px=10),
-            linking=LinkingConfig(distance_weight=0.05, max_cost=8.0, direction_px=10),
+            cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0),
+            linking=GreedyLinkingConfig(min_length_px=10, distance_weight=0.05, max_cost=8.0, direction_px=10),
             fitting=FittingConfig(knots=25),
         )
 
@@ -264,11 +300,16 @@ class Config(Section, frozen=True, kw_only=True):
     def from_dict(cls, data: dict[str, Any]) -> Config:
         """Build a configuration from nested dictionaries; what is left out keeps its default.
 
+        The section `linking` may name its ``method``, ``"bending"`` or ``"greedy"``; the first one, where it does not.
+
         Raises
         ------
         ConfigError
             On an unknown key, a wrong type or a value out of range, with the path of the culprit.
         """
+        linking = data.get("linking") if isinstance(data, dict) else None
+        if isinstance(linking, dict) and "method" not in linking:
+            data = {**data, "linking": {"method": "bending", **linking}}
         try:
             return msgspec.convert(data, cls)
         except msgspec.ValidationError as error:
@@ -307,7 +348,7 @@ class Config(Section, frozen=True, kw_only=True):
         Parameters
         ----------
         changes : dict of str to value
-            For example ``{"linking.max_cost": 5.0}``.
+            For example ``{"linking.objects": 2}``.
 
         Raises
         ------
@@ -315,6 +356,9 @@ class Config(Section, frozen=True, kw_only=True):
             As `from_dict`.
         """
         data = self.to_dict()
+        method = changes.get("linking.method")
+        if method not in (None, data["linking"]["method"]):  # another method has other settings
+            data = type(self).from_dict({**data, "linking": {"method": method}}).to_dict()
         for path, value in changes.items():
             *parents, key = path.split(".")
             section: Any = data

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 
@@ -197,6 +197,38 @@ class Detection:
         }
 
 
+@dataclass(frozen=True)
+class Crossing:
+    """Where one object crosses another, or itself, in the image.
+
+    Parameters
+    ----------
+    position : (float, float)
+        ``(x, y)`` px.
+    passes : ((int, float), (int, float))
+        The two that cross, each as the index of its detection in `FrameResult.detections` and the ``u`` in 0..1 of that
+        detection's curve; the lower index first, and where both are of the same detection, the lower ``u``.
+    top : int, optional
+        Which of the two passes, 0 or 1, lies on top; None where that is not known.
+    confidence : float
+        How sure that is, in 0..1; 0 where it is not known. What the number means, the stage says that made it.
+    """
+
+    position: Point
+    passes: tuple[tuple[int, float], tuple[int, float]]
+    top: int | None = None
+    confidence: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "position": list(self.position),
+            "passes": [{"detection": detection, "u": u} for detection, u in self.passes],
+            "top": self.top,
+            "confidence": self.confidence,
+        }
+
+
 class TrackState(str, Enum):
     """Where in its life a track is."""
 
@@ -267,6 +299,8 @@ class FrameResult:
         As the frame has them.
     size : (int, int)
         ``(H, W)`` of the frame.
+    crossings : tuple of Crossing
+        Where the detections cross each other and themselves, by their passes.
     """
 
     detections: tuple[Detection, ...]
@@ -277,6 +311,7 @@ class FrameResult:
     index: int = 0
     stamp: float | None = None
     name: str = ""
+    crossings: tuple[Crossing, ...] = ()
 
     @property
     def total_ms(self) -> float:
@@ -292,6 +327,7 @@ class FrameResult:
             "size": list(self.size),
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],
+            "crossings": [crossing.to_dict() for crossing in self.crossings],
             "tracks": [track.to_dict() for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
         }

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs.centerline import Segment
 from dloftbs.frame import AnyArray, Frame, FrameResult, StageTrace
+from dloftbs.graph import Graph
 from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.segments import Walks, make_segments
 
@@ -18,11 +21,12 @@ def trace_stages(
     patch: Patch | None,
     skeleton: Skeleton | None,
     walks: Walks | None,
+    graph: Graph | None,
     result: FrameResult,
 ) -> StageTrace:
     """Gather the trace of one frame; stages that were not reached leave empty arrays."""
     cleaned = np.zeros(frame.size, dtype=np.bool_)
-    if patch is None or skeleton is None or walks is None:
+    if patch is None or skeleton is None or (walks is None and graph is None):
         nothing = np.empty((0, 2))
         return StageTrace(frame, mask != 0, cleaned, nothing, nothing, nothing, (), (), result)
     (x, y), (h, w) = patch.origin, patch.size
@@ -31,6 +35,7 @@ def trace_stages(
     def points(which: Any) -> FloatArray:
         return patch.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
 
+    kept, short = _segments(patch, walks, graph)
     return StageTrace(
         frame,
         mask != 0,
@@ -38,7 +43,23 @@ def trace_stages(
         points(slice(None)),
         points(skeleton.is_endpoint),
         points(skeleton.is_branch_point),
-        tuple(make_segments(patch, walks.open + walks.loops)),
-        tuple(make_segments(patch, walks.short)),
+        kept,
+        short,
         result,
+    )
+
+
+def _segments(
+    patch: Patch, walks: Walks | None, graph: Graph | None
+) -> tuple[tuple[Segment, ...], tuple[Segment, ...]]:
+    """Return the segments that the linking looked at, and those that were too short for it."""
+    if graph is None:
+        assert walks is not None  # one method or the other has run
+        return tuple(make_segments(patch, walks.open + walks.loops)), tuple(make_segments(patch, walks.short))
+    points = patch.to_image(graph.points)
+    runs = [Segment.trusted(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
+    short = graph.spurs.tolist() + [False] * len(graph.loops)
+    return (
+        tuple(run for run, is_short in zip(runs, short, strict=True) if not is_short),
+        tuple(run for run, is_short in zip(runs, short, strict=True) if is_short),
     )

@@ -14,16 +14,23 @@ import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
-from dloftbs.config import Config
+from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import AnyArray, Detection, Frame, FrameResult, StageTrace, Track, check_mask
+from dloftbs.frame import AnyArray, Crossing, Detection, Frame, FrameResult, StageTrace, Track, check_mask
+from dloftbs.graph import Graph
 from dloftbs.inspection import trace_stages
 from dloftbs.patch import Patch, Skeleton
+from dloftbs.stages.assembling import assemble
 from dloftbs.stages.cleaning import clean
-from dloftbs.stages.fitting import fit
+from dloftbs.stages.crossings import find_crossings
+from dloftbs.stages.fitting import distinct_knots, fit, fit_with_knots
+from dloftbs.stages.junctions import build_graph
+from dloftbs.stages.lanes import settle_lanes
 from dloftbs.stages.lifting import MIN_POINTS, lift
 from dloftbs.stages.linking import close, link
+from dloftbs.stages.pairing import pair
+from dloftbs.stages.rings import join_to, open_rings
 from dloftbs.stages.segmentation import HsvSegmenter
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
@@ -42,7 +49,9 @@ class StageRun:
     patch: Patch | None = None
     skeleton: Skeleton | None = None
     walks: Walks | None = None
+    graph: Graph | None = None
     detections: tuple[Detection, ...] = ()
+    crossings: tuple[Crossing, ...] = ()
     reason: str | None = None
 
 
@@ -62,7 +71,7 @@ class Pipeline:
     >>> mask = np.zeros((100, 200), np.uint8)
     >>> mask[48:53, 20:180] = 255
     >>> result = Pipeline().process(Frame(mask=mask))
-    >>> result.tracks[0].id, result.detections[0].width
+    >>> result.tracks[0].id, round(result.detections[0].width, 1)
     (1, 5.0)
     """
 
@@ -116,7 +125,20 @@ class Pipeline:
             As `process`.
         """
         run = run_stages(frame, self._config, self._segmenter)
-        return trace_stages(frame, run.mask, run.patch, run.skeleton, run.walks, _result(frame, run, ()))
+        return trace_stages(frame, run.mask, run.patch, run.skeleton, run.walks, run.graph, _result(frame, run, ()))
+
+
+class _Clock:
+    """Books the time since the last lap to a stage."""
+
+    def __init__(self) -> None:
+        self.stage_ms: dict[str, float] = {}
+        self._since = perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = perf_counter()
+        self.stage_ms[stage] = 1e3 * (now - self._since)
+        self._since = now
 
 
 def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> StageRun:
@@ -137,23 +159,62 @@ def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> Sta
         return run
     run.skeleton = skeletonize(run.patch)
     clock.lap("skeleton")
-    run.walks = walk(run.skeleton, config.segments)
-    clock.lap("segments")
-    run.reason = _why_no_segments(run.walks, config)
-    if run.reason is not None:
+    if isinstance(config.linking, GreedyLinkingConfig):
+        lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
+    else:
+        lines = _link_by_bending(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
+    if not lines:
         return run
-    lines = link(run.patch, make_segments(run.patch, run.walks.open), config.linking)
-    lines += [close(loop) for loop in make_segments(run.patch, run.walks.loops)]
     clock.lap("linking")
-    curves = [fit(line.points, line.u, line.closed, config.fitting) for line in lines]
+    curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     clock.lap("fitting")
-    lifted = [_lift(line, frame, config) for line in lines]
+    lifted = [_lift(line, curve, frame, config) for line, curve in zip(lines, curves, strict=True)]
     clock.lap("lifting")
     run.detections = tuple(
         Detection(line, curve, curve_3d, why)
         for line, curve, (curve_3d, why) in zip(lines, curves, lifted, strict=True)
     )
+    run.crossings = find_crossings(run.detections, frame, config.lifting)
+    clock.lap("crossings")
     return run
+
+
+def _link_as_published(
+    run: StageRun, patch: Patch, skeleton: Skeleton, config: GreedyLinkingConfig, most: int, clock: _Clock
+) -> list[Centerline]:
+    """Return the centre lines of the published method; where there are none, the run says why."""
+    run.walks = walk(skeleton, config)
+    clock.lap("segments")
+    found = len(run.walks.open) + len(run.walks.loops)
+    if found > most:
+        run.reason = _too_many(found, most)
+        return []
+    if found == 0:
+        longest = max((len(short) for short in run.walks.short), default=0)
+        run.reason = f"the longest segment has {longest} px, fewer than linking.min_length_px = {config.min_length_px}"
+        return []
+    lines = link(patch, make_segments(patch, run.walks.open), config)
+    return lines + [close(loop) for loop in make_segments(patch, run.walks.loops)]
+
+
+def _link_by_bending(
+    run: StageRun, patch: Patch, skeleton: Skeleton, config: LinkingConfig, most: int, clock: _Clock
+) -> list[Centerline]:
+    """Return the centre lines of the default method; where there are none, the run says why."""
+    run.graph, found = build_graph(patch, skeleton, most)
+    clock.lap("segments")
+    if run.graph is None:
+        run.reason = _too_many(found, most)
+        return []
+    pairing = pair(patch, run.graph, config.max_gap_widths)
+    settle_lanes(patch, run.graph, pairing)
+    open_rings(run.graph, pairing)
+    if config.objects is not None:
+        join_to(run.graph, pairing, config.objects)
+    lines = assemble(patch, run.graph, pairing)
+    if not lines:
+        run.reason = "nothing in the mask is clearly longer than it is wide"
+    return lines
 
 
 def detect(
@@ -209,19 +270,6 @@ def track(
         yield pipeline.process(frame)
 
 
-class _Clock:
-    """Books the time since the last lap to a stage."""
-
-    def __init__(self) -> None:
-        self.stage_ms: dict[str, float] = {}
-        self._since = perf_counter()
-
-    def lap(self, stage: str) -> None:
-        now = perf_counter()
-        self.stage_ms[stage] = 1e3 * (now - self._since)
-        self._since = now
-
-
 def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
     if frame.mask is not None:
         return frame.mask
@@ -236,7 +284,9 @@ def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
     return mask
 
 
-def _lift(line: Centerline, frame: Frame, config: Config) -> tuple[BSplineCurve | None, str | None]:
+def _lift(
+    line: Centerline, curve: BSplineCurve, frame: Frame, config: Config
+) -> tuple[BSplineCurve | None, str | None]:
     """Return the curve in space, or None and the reason why there is none."""
     if frame.depth is None:
         return None, "the frame has no depth"
@@ -245,7 +295,8 @@ def _lift(line: Centerline, frame: Frame, config: Config) -> tuple[BSplineCurve 
     points_m, seen = lift(line.points, frame.depth, frame.camera, config.lifting)
     if len(points_m) < MIN_POINTS:
         return None, f"only {len(points_m)} of {len(seen)} pixels of the centre line have depth"
-    return fit(points_m, line.u[seen], line.closed and bool(seen.all()), config.fitting), None
+    knots = config.fitting.knots or distinct_knots(curve)  # what the curve in the image needed
+    return fit_with_knots(points_m, line.u[seen], line.closed and bool(seen.all()), knots), None
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
@@ -255,19 +306,19 @@ def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
     return f"nothing of the mask is left after the opening by {side} x {side} px"
 
 
-def _why_no_segments(walks: Walks, config: Config) -> str | None:
-    found, limit = len(walks.open) + len(walks.loops), config.segments.max_segments
-    if found > limit:
-        return f"{found} segments are more than segments.max_segments = {limit}: this mask is noise"
-    if found == 0:
-        longest = max((len(run) for run in walks.short), default=0)
-        return (
-            f"the longest segment has {longest} px, fewer than segments.min_length_px = {config.segments.min_length_px}"
-        )
-    return None
+def _too_many(found: int, most: int) -> str:
+    return f"{found} segments are more than segments.max_segments = {most}: this mask is noise"
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResult:
     return FrameResult(
-        run.detections, tracks, run.reason, frame.size, run.stage_ms, frame.index, frame.stamp, frame.name
+        run.detections,
+        tracks,
+        run.reason,
+        frame.size,
+        run.stage_ms,
+        frame.index,
+        frame.stamp,
+        frame.name,
+        run.crossings,
     )

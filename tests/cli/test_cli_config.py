@@ -18,19 +18,19 @@ def test_print_states_everything_and_reads_back():
 
 def test_later_options_override_earlier(tmp_path):
     file = tmp_path / "my.yaml"
-    file.write_text("linking: {max_cost: 5, direction_px: 7}\nsegmentation: {hsv: [{hue: [1, 2]}]}\n")
-    both = printed("--config", file, "--set", "linking.max_cost=6", "--hsv", "170:10")
-    assert both.linking.direction_px == 7
-    assert both.linking.max_cost == 6.0
+    file.write_text("linking: {objects: 2, max_gap_widths: 7}\nsegmentation: {hsv: [{hue: [1, 2]}]}\n")
+    both = printed("--config", file, "--set", "linking.max_gap_widths=6", "--hsv", "170:10")
+    assert both.linking.objects == 2
+    assert both.linking.max_gap_widths == 6.0
     assert both.segmentation.hsv == (HsvRange(hue=(170, 10)),)
 
 
 def test_a_file_keeps_of_the_paper_what_it_leaves_out(tmp_path, monkeypatch):
-    monkeypatch.setattr(Config, "paper", lambda: Config().replace({"linking.max_cost": 1.5, "fitting.knots": 5}))
+    monkeypatch.setattr(Config, "paper", lambda: Config().replace({"linking.max_gap_widths": 1.5, "fitting.knots": 5}))
     file = tmp_path / "my.yaml"
     file.write_text("fitting: {knots: 9}\n")
     config = printed("--paper", "--config", file)
-    assert config.linking.max_cost == 1.5
+    assert config.linking.max_gap_widths == 1.5
     assert config.fitting.knots == 9
 
 

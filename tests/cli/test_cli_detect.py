@@ -33,7 +33,7 @@ def test_several_colours_are_all_cable(tmp_path):
     two = photo(30)
     two[mask(70) > 0] = (255, 0, 0)
     image = save(tmp_path / "photo.png", two)
-    (line,) = lines(run("detect", image, "--hsv", RED, "--hsv", "110:130,80:255", "--set", "linking.max_cost=1"))
+    (line,) = lines(run("detect", image, "--hsv", RED, "--hsv", "110:130,80:255", "--set", "linking.max_gap_widths=1"))
     assert len(line["detections"]) == 2
 
 

@@ -8,10 +8,16 @@ import pytest
 from drawings import EIGHT_VERSIONS, mask_from_text, random_mask, random_masks, turn
 from hypothesis import given
 from hypothesis import strategies as st
+from skeletons import fast_skeleton
 
-from dloftbs import CleaningConfig
+from dloftbs import CleaningConfig, Config
+from dloftbs.kernels.cleaning import keep_filled
+from dloftbs.kernels.tracing import count_neighbours
 from dloftbs.patch import Patch
+from dloftbs.sources.synthetic import NOISY, Degradation, draw_tube_mask, random_curve
 from dloftbs.stages.cleaning import clean
+
+PAPER = Config.paper().cleaning
 
 
 def to_image(patch: Patch | None, size: tuple[int, int]) -> np.ndarray:
@@ -26,19 +32,22 @@ def to_image(patch: Patch | None, size: tuple[int, int]) -> np.ndarray:
 def with_opencv(mask: np.ndarray, open_px: int, close_px: int) -> np.ndarray:
     """Clean the whole image, without any bounding box."""
     mask = (mask != 0).astype(np.uint8)
-    mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((close_px, close_px), np.uint8))
+    if close_px > 1:
+        closed = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((close_px, close_px), np.uint8))
+        keep_filled(mask, closed)
+        mask = closed
     return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((open_px, open_px), np.uint8))
 
 
 @given(random_masks, st.sampled_from([1, 3, 5]), st.sampled_from([1, 3, 7]))
 def test_cleaning_the_box_is_cleaning_the_image(mask: np.ndarray, open_px: int, close_px: int) -> None:
-    patch = clean(mask, CleaningConfig(open_px=open_px, close_px=close_px))
+    patch = clean(mask, CleaningConfig(open_px=open_px, close_px=close_px, thin_px=0))
     np.testing.assert_array_equal(to_image(patch, mask.shape), with_opencv(mask, open_px, close_px))
 
 
 @given(random_masks)
 def test_the_box_is_tight_and_the_margin_empty(mask: np.ndarray) -> None:
-    patch = clean(mask, CleaningConfig(open_px=1))
+    patch = clean(mask, CleaningConfig(open_px=1, close_px=1))
     if patch is None:
         assert not mask.any()
         return
@@ -58,7 +67,7 @@ def test_any_non_zero_of_any_integer_type_is_cable(dtype: type) -> None:
     if dtype is not np.bool_:
         mask *= np.array(-7 if np.issubdtype(dtype, np.signedinteger) else 200).astype(dtype)
     before = mask.copy()
-    patch = clean(mask, CleaningConfig())
+    patch = clean(mask, PAPER)
     np.testing.assert_array_equal(to_image(patch, mask.shape), with_opencv(mask, 3, 1))
     np.testing.assert_array_equal(mask, before)
 
@@ -73,12 +82,12 @@ def test_values_that_are_multiples_of_256_are_cable() -> None:
 def test_masks_that_are_not_contiguous() -> None:
     mask = random_mask(5, 80)
     for view in (mask[::2, ::3], mask.T, mask[::-1]):
-        np.testing.assert_array_equal(to_image(clean(view, CleaningConfig()), view.shape), with_opencv(view, 3, 1))
+        np.testing.assert_array_equal(to_image(clean(view, PAPER), view.shape), with_opencv(view, 3, 1))
 
 
 @pytest.mark.parametrize("mask", [np.zeros((5, 5), bool), np.zeros((0, 7), bool), np.eye(9, dtype=bool)])
 def test_nothing_left_is_none(mask: np.ndarray) -> None:
-    assert clean(mask, CleaningConfig()) is None
+    assert clean(mask, PAPER) is None
 
 
 def test_a_closing_fills_pin_holes() -> None:
@@ -89,9 +98,32 @@ def test_a_closing_fills_pin_holes() -> None:
     assert patch.area == 121
 
 
+@pytest.mark.parametrize("gap", [1, 2])
+def test_a_closing_does_not_join_cables_that_lie_close_together(gap: int) -> None:
+    mask = np.zeros((60, 120), np.uint8)
+    mask[10:20, 10:110] = mask[20 + gap : 30 + gap, 10:110] = 1
+    np.testing.assert_array_equal(to_image(clean(mask, CleaningConfig()), mask.shape), mask)
+
+
+def test_pepper_leaves_no_hole_and_splits_no_end_of_a_skeleton() -> None:
+    ends, holes = 0, 0
+    for seed in range(4):
+        curve = random_curve(np.random.default_rng(seed), 300.0, (240, 320), min_radius_px=60.0)
+        mask = draw_tube_mask(curve, 12.0, (240, 320))
+        mask &= np.random.default_rng(seed).random(mask.shape) > 0.01
+        skeleton = fast_skeleton(to_image(clean(mask, CleaningConfig()), mask.shape))
+        pixels_rc = np.argwhere(skeleton).astype(np.int32)
+        ends += (count_neighbours(skeleton, pixels_rc) == 1).sum()
+        holes += cv2.connectedComponents(1 - skeleton, connectivity=4)[0] - 2
+    assert holes == 0
+    assert ends == 8
+
+
 @given(random_masks)
 def test_all_eight_versions_of_a_mask_come_into_one_pose(mask: np.ndarray) -> None:
-    patches = [clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig(open_px=1)) for how in EIGHT_VERSIONS]
+    patches = [
+        clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig(open_px=1, close_px=1)) for how in EIGHT_VERSIONS
+    ]
     first = patches[0]
     for patch in patches[1:]:
         if first is None or patch is None:
@@ -113,7 +145,7 @@ def test_symmetric_masks_come_into_one_pose(text: str) -> None:
     mask = mask_from_text(text)
     views = set()
     for how in EIGHT_VERSIONS:
-        patch = clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig(open_px=1))
+        patch = clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig(open_px=1, close_px=1))
         assert patch is not None
         views.add((patch.posed(patch.pixels).shape, patch.posed(patch.pixels).tobytes()))
     assert len(views) == 1
@@ -121,7 +153,7 @@ def test_symmetric_masks_come_into_one_pose(text: str) -> None:
 
 @given(random_masks)
 def test_posed_pixels_find_back_to_the_image(mask: np.ndarray) -> None:
-    patch = clean(mask, CleaningConfig(open_px=1))
+    patch = clean(mask, CleaningConfig(open_px=1, close_px=1))
     if patch is None:
         return
     posed_rc = patch.posed_rc(np.flatnonzero(patch.pixels).astype(np.int32))
@@ -131,3 +163,48 @@ def test_posed_pixels_find_back_to_the_image(mask: np.ndarray) -> None:
     image = np.zeros_like(mask)
     image[y, x] = 1
     np.testing.assert_array_equal(image, mask)
+
+
+SIZES = [(240, 320), (720, 1280), (2160, 3840)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("width", [1.0, 1.5, 2.0, 2.5, 3.0])
+def test_a_thin_cable_stays_in_one_piece_through_salt(width: float, size: tuple[int, int]) -> None:
+    for seed in range(2):
+        curve = random_curve(np.random.default_rng(seed), 250.0, (240, 320), min_radius_px=15.0)
+        mask = draw_tube_mask(curve, width, size)
+        cleaned = to_image(clean(mask, CleaningConfig()), size)
+        assert cv2.connectedComponents(cleaned)[0] == 2
+        assert (cleaned[mask] != 0).mean() > 0.97
+        salted = mask | (np.random.default_rng(seed).random(size) < 0.003)
+        cleaned = to_image(clean(salted, CleaningConfig()), size)
+        assert (cleaned[mask] != 0).mean() > 0.95
+        assert cv2.connectedComponents(cleaned)[0] == 2
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, np.pi / 2, 13))
+@pytest.mark.parametrize("width", [1, 2])
+def test_a_thin_line_at_any_angle_is_kept(width: int, angle: float) -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    end = np.rint(100 + 80 * np.array([np.cos(angle), np.sin(angle)])).astype(int)
+    cv2.line(mask, (100, 100), (int(end[0]), int(end[1])), 1, width)
+    cleaned = to_image(clean(mask, CleaningConfig()), mask.shape)
+    assert cv2.connectedComponents(cleaned)[0] == 2
+    assert cleaned[mask != 0].mean() > 0.85  # such lines are 3 px wide in places, and lose corners there
+
+
+@pytest.mark.parametrize("noise", [NOISY, Degradation(salt_and_pepper=0.01, jitter_px=1.0)])
+@pytest.mark.parametrize("width", [8.0, 12.0, 20.0])
+def test_nothing_of_the_noise_comes_back(width: float, noise: Degradation) -> None:
+    curve = random_curve(np.random.default_rng(3), 500.0, (480, 640), min_radius_px=2 * width)
+    mask = noise.apply(draw_tube_mask(curve, width, (480, 640)), [curve], (0,))
+    with_pieces, without = (to_image(clean(mask, CleaningConfig(thin_px=n)), mask.shape) for n in (20, 0))
+    assert cv2.connectedComponents(with_pieces)[0] == cv2.connectedComponents(without)[0]
+    assert with_pieces.sum() - without.sum() < 0.01 * without.sum()
+
+
+def test_a_thin_cable_that_leaves_the_image_is_kept_to_the_border() -> None:
+    mask = np.zeros((60, 80), bool)
+    mask[30:32] = True
+    np.testing.assert_array_equal(to_image(clean(mask, CleaningConfig()), mask.shape), mask)

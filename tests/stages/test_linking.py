@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drawings import draw_cable, wave
 
-from dloftbs import Centerline, CleaningConfig, JointKind, LinkingConfig, SegmentsConfig
+from dloftbs import Centerline, Config, GreedyLinkingConfig, JointKind
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.linking import link, ratio_test
 from dloftbs.stages.segments import make_segments, walk
@@ -17,11 +17,11 @@ from dloftbs.stages.skeleton import skeletonize
 SIZE = (240, 400)
 
 
-def link_mask(mask: np.ndarray, **linking: float) -> list[Centerline]:
-    patch = clean(mask, CleaningConfig())
+def link_mask(mask: np.ndarray, **changes: float) -> list[Centerline]:
+    patch = clean(mask, Config.paper().cleaning)
     assert patch is not None
-    walks = walk(skeletonize(patch), SegmentsConfig())
-    return link(patch, make_segments(patch, walks.open), LinkingConfig(**linking))
+    config = GreedyLinkingConfig(**changes)
+    return link(patch, make_segments(patch, walk(skeletonize(patch), config).open), config)
 
 
 def line(*points: tuple[float, float], width: int = 7) -> np.ndarray:
@@ -88,6 +88,6 @@ def test_parallel_cables_stay_apart() -> None:
 
 
 def test_nothing_to_link() -> None:
-    patch = clean(line((20, 50), (380, 50)), CleaningConfig())
+    patch = clean(line((20, 50), (380, 50)), Config.paper().cleaning)
     assert patch is not None
-    assert link(patch, [], LinkingConfig()) == []
+    assert link(patch, [], GreedyLinkingConfig()) == []

@@ -6,19 +6,19 @@ import numpy as np
 from drawings import mask_from_text, random_masks
 from hypothesis import given
 
-from dloftbs import CleaningConfig, SegmentsConfig
+from dloftbs import CleaningConfig, GreedyLinkingConfig
 from dloftbs.patch import Patch
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
 
-THIN = CleaningConfig(open_px=1)
+THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0)
 
 
 def walks_of(mask: np.ndarray, min_length_px: int) -> tuple[Patch, Walks]:
     patch = clean(mask, THIN)
     assert patch is not None
-    return patch, walk(skeletonize(patch), SegmentsConfig(min_length_px=min_length_px))
+    return patch, walk(skeletonize(patch), GreedyLinkingConfig(min_length_px=min_length_px))
 
 
 PLUS = mask_from_text(
@@ -72,7 +72,7 @@ def test_no_pixel_is_lost_but_the_branch_points(mask: np.ndarray) -> None:
     if patch is None:
         return
     skeleton = skeletonize(patch)
-    walks = walk(skeleton, SegmentsConfig(min_length_px=3))
+    walks = walk(skeleton, GreedyLinkingConfig(min_length_px=3))
     walked = [tuple(p) for run in walks.open + walks.loops + walks.short for p in run.astype(int).tolist()]
     kept = skeleton.pixels_rc[~skeleton.is_branch_point][:, ::-1]
     assert sorted(walked) == sorted(map(tuple, kept.tolist()))

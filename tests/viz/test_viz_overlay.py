@@ -10,7 +10,7 @@ from dloftbs import viz
 from dloftbs.centerline import JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Frame, TrackState
+from dloftbs.frame import Crossing, Detection, Frame, FrameResult, TrackState
 
 SIZE = (240, 640)
 GREY = np.full((*SIZE, 3), 128, np.uint8)
@@ -138,6 +138,56 @@ def test_crossings_get_a_hollow_mark(build, flat):
     assert is_colour(marked, STYLE.colour(0), 90)[120 - radius - 1 : 120 - radius + 2, x].any()
     assert not is_colour(plain, STYLE.colour(0), 90)[120 - radius - 1 : 120 - radius + 2, x].any()
     assert not (marked[120, x - 12 : x + 12] == 128).all(axis=1).any()
+
+
+def crossed(build, flat, steep, top, *, tracks=False):
+    """Draw two curves that cross at (320, 120); with tracks, the second one runs against its detection."""
+    detections = (build.detection(flat), build.detection(steep))
+    crossing = Crossing((320.0, 120.0), ((0, 0.5), (1, 0.5)), top, 0.0 if top is None else 0.8)
+    seen = (build.track(1, detections[0]), build.track(2, detections[1].reversed())) if tracks else ()
+    return viz.draw(GREY, FrameResult(detections, seen, None, SIZE, crossings=(crossing,)))
+
+
+@pytest.mark.parametrize("tracks", [False, True])
+@pytest.mark.parametrize("top", [0, 1])
+def test_the_curve_below_is_interrupted(build, flat, top, tracks):
+    steep = build.straight((320, 20), (320, 220))
+    picture = crossed(build, flat, steep, top, tracks=tracks)
+    for index in (0, 1):
+        ours = is_colour(picture, STYLE.colour(index), 90)
+        along = ours[120, 308:333] if index == 0 else ours[108:133, 320]
+        assert along[[0, 24]].all()
+        assert along[8:17].all() if index == top else not along[8:17].any()
+
+
+def test_a_track_that_runs_backwards_is_interrupted_where_its_detection_is(build, flat):
+    crossing = Crossing((188.0, 120.0), ((0, 0.2), (1, 0.5)), 1, 0.8)
+    detection, other = build.detection(flat), build.detection(build.straight((188, 20), (188, 220)))
+    tracks = (build.track(1, detection.reversed()), build.track(2, other))
+    picture = viz.draw(GREY, FrameResult((detection, other), tracks, None, SIZE, crossings=(crossing,)))
+    ours = is_colour(picture, STYLE.colour(0), 90)[120]
+    assert not ours[184:193].any()
+    assert ours[448:457].all()
+
+
+def test_a_crossing_of_unknown_order_has_a_small_ring_and_no_gap(build, flat):
+    steep = build.straight((320, 20), (320, 220))
+    picture = crossed(build, flat, steep, None)
+    pale = is_colour(picture, STYLE.paper, 40)
+    assert 4 <= pale[110:131, 310:331].sum() < 80
+    assert not pale[:, :300].any()
+    bare = (picture == 128).all(axis=2)
+    assert not bare[120, 310:331].any()
+    assert not bare[110:131, 320].any()
+
+
+def test_a_joint_at_a_crossing_needs_no_diamond(build, flat):
+    linked = build.detection(flat, ((JointKind.CROSSING, (0.48, 0.52)),))
+    other = build.detection(build.straight((320, 20), (320, 220)))
+    crossing = Crossing((320.0, 120.0), ((0, 0.5), (1, 0.5)), 0, 0.8)
+    with_joint = viz.draw(GREY, FrameResult((linked, other), (), None, SIZE, crossings=(crossing,)))
+    y, x = 120 - round(1.6 * PEN.marker_px / 2), 320 + round(1.6 * PEN.marker_px / 2)
+    assert not is_colour(with_joint, STYLE.colour(0), 90)[y - 1 : y + 2, x - 1 : x + 2].any()
 
 
 def test_arrows_point_from_start_to_end(build, flat):

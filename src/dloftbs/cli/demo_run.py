@@ -20,6 +20,7 @@ from dloftbs.frame import Frame, FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.sources import Source
 from dloftbs.sources.synthetic import DemoSequence
+from dloftbs.stages.crossings import find_crossings
 from dloftbs.tracking import Tracker
 
 _PICTURES = 12
@@ -71,25 +72,31 @@ def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(_merge([pipeline.detect(frame) for pipeline in pipelines], tracker))
+            results.append(_merge(frame, [pipeline.detect(frame) for pipeline in pipelines], tracker, run.configs[0]))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
     return results
 
 
-def _merge(results: list[FrameResult], tracker: Tracker) -> FrameResult:
-    """Make one result of those of all pipelines for one frame; their times add up."""
+def _merge(frame: Frame, results: list[FrameResult], tracker: Tracker, config: Config) -> FrameResult:
+    """Make one result of those of all pipelines for one frame, with their crossings; their times add up."""
     detections = tuple(detection for result in results for detection in result.detections)
     reason = None if detections else "; ".join(result.reason or "" for result in results)
+    since = perf_counter()
+    crossings = find_crossings(detections, frame, config.lifting)
+    crossings_ms = 1e3 * (perf_counter() - since)
     since = perf_counter()
     tracks = tracker.update(detections)
     tracking_ms = 1e3 * (perf_counter() - since)
     stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
     stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
+    stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
     stage_ms["tracking"] = tracking_ms
     first = results[0]
-    return FrameResult(detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name)
+    return FrameResult(
+        detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name, crossings
+    )
 
 
 def _write(source: Source, results: list[FrameResult], run: DemoRun, folder: Path) -> None:

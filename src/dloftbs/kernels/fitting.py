@@ -8,6 +8,10 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels._compile import helper, kernel, read
 
+_FITS = 3
+_ERROR_ORDER = 4  # a cubic's error falls with the fourth power of the spacing
+_SLACK, _MOST_GROWTH = 1.1, 2.0
+
 ORDER = 4
 """Of a cubic: the number of basis functions that are not zero in a knot span."""
 
@@ -184,8 +188,8 @@ def fit_closed(
 ) -> npt.NDArray[np.float64]:
     """Fit a periodic cubic B-spline to the points of a loop by least squares.
 
-    The matrix is dense, since the loop couples its first and last control points; there are few of them. Not checked:
-    as `fit_open`, and there are four spans or more.
+    The matrix is stored whole, since the loop couples its first and last control points. Not checked: as `fit_open`,
+    and there are four spans or more.
 
     Parameters
     ----------
@@ -221,12 +225,17 @@ def fit_closed(
             for d in range(dims):
                 right[row, d] += values[a] * points[i, d]
 
+    # Cholesky, over what is not 0: a band of four, and the last three rows, in which the ends meet.
+    wide = n - ORDER + 1
     for j in range(n):
-        for k in range(j):
+        first = max(j - ORDER + 1, 0) if j < wide else 0
+        for k in range(first, j):
             matrix[j, j] -= matrix[j, k] * matrix[j, k]
         matrix[j, j] = np.sqrt(matrix[j, j])
         for i in range(j + 1, n):
-            for k in range(j):
+            if j + ORDER <= i < wide:
+                continue
+            for k in range(first, j):
                 matrix[i, j] -= matrix[i, k] * matrix[j, k]
             matrix[i, j] /= matrix[j, j]
     control = np.empty((n + ORDER - 1, dims))
@@ -242,3 +251,148 @@ def fit_closed(
     control[:n] = right
     control[n:] = right[: ORDER - 1]
     return control
+
+
+@kernel(read(float64, 1), read(float64, 2), read(float64, 1), read(float64, 2), int64)
+def misfit(
+    u: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    knots: npt.NDArray[np.float64],
+    control: npt.NDArray[np.float64],
+    window: int,
+) -> float:
+    """Return how far points lie beside a cubic B-spline over a stretch of them, where that is worst.
+
+    The differences are averaged over `window` points, so that what points have of noise, each by itself, counts little.
+    Not checked: `u` ascends within the base interval of the knots.
+
+    Parameters
+    ----------
+    u : (m,) float64
+    points : (m, d) float64
+    knots : (n + 4,) float64
+    control : (n, d) float64
+    window : int
+
+    Returns
+    -------
+    float
+    """
+    m, dims = points.shape
+    n = len(control)
+    values = np.empty(ORDER)
+    inverse = np.empty(ORDER * (ORDER - 1) // 2)
+    total = np.zeros(dims)
+    worst = 0.0
+    count = 0
+    span = ORDER - 1
+    _invert_widths(knots, span, inverse)
+    for i in range(m):
+        while span < n - 1 and u[i] >= knots[span + 1]:
+            span += 1
+            _invert_widths(knots, span, inverse)
+        _evaluate_basis(knots, span, u[i], inverse, values)
+        for d in range(dims):
+            total[d] += points[i, d]
+            for a in range(ORDER):
+                total[d] -= values[a] * control[span - ORDER + 1 + a, d]
+        count += 1
+        if count == window:
+            squared = 0.0
+            for d in range(dims):
+                squared += total[d] * total[d]
+                total[d] = 0.0
+            worst = max(worst, squared)
+            count = 0
+    return np.sqrt(worst) / window
+
+
+@kernel(read(float64, 1), read(float64, 1), read(float64, 1), read(float64, 1), float64)
+def bridge(
+    start: npt.NDArray[np.float64],
+    forwards: npt.NDArray[np.float64],
+    end: npt.NDArray[np.float64],
+    onwards: npt.NDArray[np.float64],
+    spacing: float,
+) -> npt.NDArray[np.float64]:
+    """Return points across a gap: a cubic that leaves one end and reaches the other in given directions.
+
+    Its speed at the ends is the chord over ``cos^2`` of a quarter of the turn, with which an arc is met closely.
+
+    Parameters
+    ----------
+    start, end : (2,) float64
+        Not returned.
+    forwards, onwards : (2,) float64
+        Unit directions of travel at both.
+    spacing : float
+        Between the points, about.
+
+    Returns
+    -------
+    (m, 2) float64
+    """
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    chord = np.sqrt(dx * dx + dy * dy)
+    cosine = forwards[0] * onwards[0] + forwards[1] * onwards[1]
+    half = np.sqrt(0.5 * (1.0 + min(max(cosine, -1.0), 1.0)))  # the cosine of half the turn
+    speed = 2.0 * chord / (1.0 + half)
+    steps = max(int(chord / spacing + 0.5), 1)
+    points = np.empty((steps - 1, 2))
+    for i in range(1, steps):
+        t = i / steps
+        s = 1.0 - t
+        for d in range(2):
+            points[i - 1, d] = s * s * ((1.0 + 2.0 * t) * start[d] + t * speed * forwards[d]) + t * t * (
+                (1.0 + 2.0 * s) * end[d] - s * speed * onwards[d]
+            )
+    return points
+
+
+@kernel(read(float64, 1), read(float64, 2), int64, int64, int64, float64, int64)
+def grow_open_knots(
+    u: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    count: int,
+    most: int,
+    pick: int,
+    tolerance: float,
+    window: int,
+) -> int:
+    """Return how many distinct knots an open curve needs: more, while points lie beside it over a stretch of them.
+
+    Parameters
+    ----------
+    u : (m,) float64
+    points : (m, d) float64
+    count, most : int
+        Number of knots to start with, and the largest.
+    pick : int
+        Every so-many-th point is looked at, and the last one.
+    tolerance : float
+        How far beside the curve a stretch may lie, on average, px.
+    window : int
+        Points in a stretch, of those that are looked at.
+
+    Returns
+    -------
+    int
+    """
+    m, dims = points.shape
+    n = (m - 2) // pick + 2
+    own_u, own_points = np.empty(n), np.empty((n, dims))
+    for i in range(n):
+        k = min(i * pick, m - 1)
+        own_u[i] = u[k]
+        for d in range(dims):
+            own_points[i, d] = points[k, d]
+    for _ in range(_FITS):
+        if count >= most or n < ORDER:
+            break
+        knots = open_knots(own_u, count)
+        excess = misfit(own_u, own_points, knots, fit_open(own_u, own_points, knots), window) / tolerance
+        if excess <= 1.0:
+            break
+        growth = min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH)
+        count = min(int(np.ceil(count * growth)), most)
+    return count

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from dloftbs.config import CleaningConfig
 from dloftbs.kernels.boxes import tight_box, word_box
+from dloftbs.kernels.cleaning import give_back, keep_filled
 from dloftbs.kernels.thinning import find_border
 from dloftbs.patch import Patch, canonical_pose
 
@@ -20,8 +21,10 @@ _WORD = 8  # the kernels look at eight pixels at a time
 def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
     """Close and open the mask by squares and cut out what is left.
 
-    The paper opens by a 3 x 3 square. As in OpenCV, what lies beyond the image counts as foreground to an erosion, so
-    that a cable that leaves the image is not eaten from there.
+    The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable. Of what the
+    closing adds stays what fills a hole or a notch, so that nothing that lies close together is joined. As in OpenCV,
+    what lies beyond the image counts as foreground to an erosion, so that a cable that leaves the image is not eaten
+    from there.
 
     Parameters
     ----------
@@ -40,9 +43,17 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
         return None
     x0, y0, x1, y1 = _grow(box, config, binary.shape)
     cut = binary[y0:y1, x0:x1]
-    for operation, side in ((cv2.MORPH_CLOSE, config.close_px), (cv2.MORPH_OPEN, config.open_px)):
-        if side > 1:
-            cut = cv2.morphologyEx(cut, operation, np.ones((side, side), dtype=np.uint8))
+    if config.close_px > 1:
+        closed = cv2.morphologyEx(cut, cv2.MORPH_CLOSE, np.ones((config.close_px, config.close_px), dtype=np.uint8))
+        keep_filled(cut.copy(), closed)
+        cut = closed
+    if config.open_px > 1:
+        square = np.ones((config.open_px, config.open_px), dtype=np.uint8)
+        opened = cv2.morphologyEx(cut, cv2.MORPH_OPEN, square)
+        own = cut if config.close_px > 1 else cut.copy()
+        if config.thin_px > 0 and not give_back(own, opened, config.thin_px):
+            opened = cv2.morphologyEx(opened, cv2.MORPH_OPEN, square)
+        cut = opened
     inner = _bounding_box(cut)
     if inner is None:
         return None

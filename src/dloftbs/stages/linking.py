@@ -8,7 +8,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-from dloftbs.config import LinkingConfig
+from dloftbs.config import GreedyLinkingConfig
 from dloftbs.kernels import linking as kernels
 from dloftbs.kernels.fitting import arc_parameter
 from dloftbs.kernels.tracing import are_covered
@@ -17,7 +17,7 @@ from dloftbs.patch import Patch
 _Links = dict[int, tuple[int, JointKind, float, float]]  # from an end to its partner, the kind, cost and margin
 
 
-def link(patch: Patch, segments: list[Segment], config: LinkingConfig) -> list[Centerline]:
+def link(patch: Patch, segments: list[Segment], config: GreedyLinkingConfig) -> list[Centerline]:
     """Join segments end to end, cheapest pair first, while ``J < J_th``; what stays unconnected is another object.
 
     Parameters
@@ -26,7 +26,7 @@ def link(patch: Patch, segments: list[Segment], config: LinkingConfig) -> list[C
         Its mask tells whether a joint runs over foreground.
     segments : list of Segment
         Open ones, in the patch's order, so that of equal costs the same one wins in every pose.
-    config : LinkingConfig
+    config : GreedyLinkingConfig
 
     Returns
     -------

@@ -9,7 +9,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Segment
-from dloftbs.config import SegmentsConfig
+from dloftbs.config import GreedyLinkingConfig
 from dloftbs.kernels import tracing
 from dloftbs.patch import Patch, Skeleton
 
@@ -23,7 +23,7 @@ class Walks:
     Parameters
     ----------
     open : list of numpy.ndarray
-        With two ends each, of at least `SegmentsConfig.min_length_px` points.
+        With two ends each, of at least `GreedyLinkingConfig.min_length_px` points.
     loops : list of numpy.ndarray
         Without ends, as long; the last point touches the first.
     short : list of numpy.ndarray
@@ -35,7 +35,7 @@ class Walks:
     short: list[FloatArray]
 
 
-def walk(skeleton: Skeleton, config: SegmentsConfig) -> Walks:
+def walk(skeleton: Skeleton, config: GreedyLinkingConfig) -> Walks:
     """Remove the branch points, walk what remains, and drop what is shorter than ``p`` pixels.
 
     Without branch points no pixel has more than two neighbours, so every walk is unambiguous. What has no endpoint is a

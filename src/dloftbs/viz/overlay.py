@@ -12,7 +12,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
+from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
 from dloftbs.viz import shapes
 from dloftbs.viz.labels import Box, place
 from dloftbs.viz.path import Path, Span, complement, dashes, repeats
@@ -39,6 +39,12 @@ class Item:
         Of the object, px; None where it is not known.
     coasting : bool
         Whether the whole curve is remembered rather than seen.
+    crossed : tuple of float
+        The ``u`` of all crossings with itself and others.
+    below : tuple of float
+        The ``u`` of crossings at which it is known to lie below.
+    unordered : tuple of float
+        The ``u`` of crossings to mark since it is not known which lies on top.
     """
 
     curve: BSplineCurve
@@ -47,6 +53,9 @@ class Item:
     joints: tuple[Joint, ...] = ()
     width: float | None = None
     coasting: bool = False
+    crossed: tuple[float, ...] = ()
+    below: tuple[float, ...] = ()
+    unordered: tuple[float, ...] = ()
 
     def seen_in(self, view: View) -> Item:
         """Return the item as it lies in a view of its picture."""
@@ -65,8 +74,9 @@ def draw(
 
     Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
     place in the order. A dot is the start (``u = 0``), a ring the end, arrows point from the one to the other. Dashed
-    is what was inferred: across gaps of the mask, and the whole of a coasting track, which is dimmer too. A diamond
-    is a crossing that the curve was linked through.
+    is what was inferred: across gaps of the mask, and the whole of a coasting track, which is dimmer too. Where
+    curves cross, the one below is interrupted, as in drawings of knots; a small white ring marks where it is not known
+    which that is. A diamond is another junction that the curve was linked through.
 
     Parameters
     ----------
@@ -138,23 +148,51 @@ def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
         If a curve is not in the image.
     """
     if result.tracks:
-        items = [_of_track(track, style) for track in result.tracks]
+        items = [_of_track(track, result, style) for track in result.tracks]
     else:
-        items = [_of_detection(d, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
+        items = [_of_detection(d, i, result, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
     for item in items:
         if item.curve.ndim != 2:
             raise InputError(f"curves to draw must be in the image (ndim 2), got ndim {item.curve.ndim}")
     return tuple(items)
 
 
-def _of_detection(detection: Detection, label: str, colour: Colour) -> Item:
-    return Item(detection.curve, label, colour, detection.joints, detection.width)
+def _of_detection(detection: Detection, index: int, result: FrameResult, label: str, colour: Colour) -> Item:
+    return Item(
+        detection.curve,
+        label,
+        colour,
+        detection.joints,
+        detection.width,
+        crossed=tuple(u for c in result.crossings for which, u in c.passes if which == index),
+        below=tuple(c.passes[1 - c.top][1] for c in result.crossings if c.top is not None and _lower(c) == index),
+        unordered=tuple(c.passes[0][1] for c in result.crossings if c.top is None and c.passes[0][0] == index),
+    )
 
 
-def _of_track(track: Track, style: Style) -> Item:
+def _lower(crossing: Crossing) -> int:
+    """Return the index of the detection that lies below at a crossing of known order."""
+    assert crossing.top is not None
+    return crossing.passes[1 - crossing.top][0]
+
+
+def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
     label, colour = f"#{track.id}", style.colour(track.id - 1)
     if track.detection is None or track.state is TrackState.COASTING:
         return Item(track.curve, label, dimmed(colour, style.ink, _DIM), coasting=True)
+    for index, detection in enumerate(result.detections):
+        if track.detection is detection:
+            return _of_detection(detection, index, result, label, colour)
+        if track.detection.curve == detection.curve.reversed():
+            item = _of_detection(detection, index, result, label, colour)
+            return replace(
+                item,
+                curve=track.curve,
+                joints=track.detection.joints,
+                crossed=tuple(1.0 - u for u in item.crossed),
+                below=tuple(1.0 - u for u in item.below),
+                unordered=tuple(1.0 - u for u in item.unordered),
+            )
     return Item(track.curve, label, colour, track.detection.joints, track.detection.width)
 
 
@@ -188,12 +226,19 @@ def _line(item: Item, path: Path, pen: Style) -> list[Shape]:
     # The ring at the end stays hollow.
     end = path.length if item.curve.closed else max(path.length - _ring_radius(pen), 0.0)
     unseen = [(low, min(high, end)) for low, high in unseen if low < end]
-    spans = complement(unseen, end)
+    hidden = [(s - _clearance(pen), s + _clearance(pen)) for s in map(path.arc_at, item.below)]
+    spans = complement(unseen + hidden, end)
     # Round caps and halos eat into the space between dashes from both sides.
     space = pen.dash_px + width + 2.0 * pen.halo_px
     for span in unseen:
-        spans += dashes(span, pen.dash_px, space)
+        drawn = dashes(span, pen.dash_px, space)
+        spans += [(low, high) for low, high in drawn if not any(low < b and a < high for a, b in hidden)]
     return [shapes.line(path.piece(span), item.colour, width) for span in spans]
+
+
+def _clearance(pen: Style) -> float:
+    """Return how far from a crossing the curve below stops: its cap, the halo and half the line above, and a space."""
+    return 3.0 * pen.line_px + 2.0 * pen.halo_px
 
 
 def _gaps(item: Item, path: Path) -> list[Span]:
@@ -203,10 +248,12 @@ def _gaps(item: Item, path: Path) -> list[Span]:
 
 def _markers(item: Item, path: Path, pen: Style) -> list[Shape]:
     width = _line_width(item, pen)
-    crossings = [path.arc_at(sum(j.u) / 2.0) for j in item.joints if j.kind is JointKind.CROSSING]
-    markers = [shapes.diamond(path.point(s), 1.6 * pen.marker_px, item.colour, width) for s in crossings]
-    # An arrow in a diamond would be a blot, and one on a gap would hide its dashes.
-    taken = [(s, s) for s in crossings] + _gaps(item, path)
+    junctions = _junctions(item, path)
+    markers = [shapes.diamond(path.point(s), 1.6 * pen.marker_px, item.colour, width) for s in junctions]
+    unordered = [path.point(path.arc_at(u)) for u in item.unordered]
+    markers += [shapes.ring(place, 0.7 * pen.marker_px, pen.paper, 0.5 * pen.line_px) for place in unordered]
+    # An arrow at a crossing would be a blot, and one on a gap would hide its dashes.
+    taken = [(s, s) for s in (*junctions, *map(path.arc_at, item.crossed))] + _gaps(item, path)
     markers += [
         shapes.arrow(path.point(s), path.direction(s, pen.arrow_px / 2.0), pen.arrow_px + width, item.colour)
         for s in _arrow_places(path, taken, pen)
@@ -215,6 +262,18 @@ def _markers(item: Item, path: Path, pen: Style) -> list[Shape]:
         markers.append(shapes.disc(path.points[0], pen.marker_px, item.colour))
         markers.append(shapes.ring(path.points[-1], _ring_radius(pen), item.colour, pen.line_px))
     return markers
+
+
+def _junctions(item: Item, path: Path) -> list[float]:
+    """Return where joints run through junctions at which the curve does not cross, to about two widths."""
+    reach = 2.0 * (item.width or 0.0)
+    crossed = [path.arc_at(u) for u in item.crossed]
+    places = []
+    for joint in item.joints:
+        low, high = path.arc_at(joint.u[0]), path.arc_at(joint.u[1])
+        if joint.kind is JointKind.CROSSING and not any(low - reach <= s <= high + reach for s in crossed):
+            places.append(path.arc_at(sum(joint.u) / 2.0))
+    return places
 
 
 def _arrow_places(path: Path, taken: Sequence[Span], pen: Style) -> list[float]:

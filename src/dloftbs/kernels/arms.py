@@ -1,0 +1,324 @@
+"""The arms of a junction: where a run comes clear of it, where it points from there, and how it bends."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64, uint8
+
+from dloftbs.kernels._compile import helper, kernel, read
+
+_REACH_WIDTHS = 2.0  # direction and curvature are taken over this much of an arm
+_CLEAR_WIDTHS = 0.25  # from this far outside of a junction on
+_BLUNT_WIDTHS = 0.5  # from this far inside of a free end on, since thinning bends ends into corners
+_STRAIGHT_WIDTHS = 1.0  # what is shorter is taken for straight
+_LEAST_POINTS = 3
+_WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin above the one, end below the other
+_INNER, _OUTER = (-0.3, -0.15, 0.0, 0.15, 0.3), (0.65, 0.75, 0.85)  # of the radius: where a cap is looked at
+_NOISE_PX = 0.3  # of a point of the centre line, to both sides
+_USUAL_BEND = 0.25  # curvature times width
+
+
+@helper
+def _is_clear(
+    points: npt.NDArray[np.float64],
+    i: int,
+    node: int,
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    more: float,
+) -> bool:
+    """Tell whether a point lies outside of a junction, by `more` px."""
+    if node < 0:
+        return True
+    away = np.sqrt((points[i, 0] - centres[node, 0]) ** 2 + (points[i, 1] - centres[node, 1]) ** 2)
+    return away >= radii[node] + more
+
+
+@kernel(read(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(int64, 1))
+def clear_spans(
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+) -> npt.NDArray[np.int64]:
+    """Return which points of each run lie clear of the junctions at its ends: from the first to the last that does.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    centres, radii : (k, 2), (k,) float64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+        Of the runs with ends, and more.
+
+    Returns
+    -------
+    (n, 2) int64
+        Indices into `points`, the last one excluded; an empty span lies in the middle of its run.
+    """
+    n = len(nodes) // 2
+    spans = np.empty((n, 2), dtype=np.int64)
+    for run in range(n):
+        start, stop = offsets[run], offsets[run + 1]
+        while start < stop and not _is_clear(points, start, nodes[2 * run], centres, radii, 0.0):
+            start += 1
+        while stop > start and not _is_clear(points, stop - 1, nodes[2 * run + 1], centres, radii, 0.0):
+            stop -= 1
+        if start >= stop:
+            start = stop = (offsets[run] + offsets[run + 1]) // 2
+        spans[run, 0], spans[run, 1] = start, stop
+    return spans
+
+
+@helper
+def _fit_end(
+    points: npt.NDArray[np.float64],
+    first: int,
+    step: int,
+    count: int,
+    width: float,
+    arm: npt.NDArray[np.float64],
+    at: int,
+) -> None:
+    """Fit a parabola to `count` points from `first` on, away from the end; write what the arm is at the point `at`.
+
+    The bend is damped by what is known before any point is seen: that a cable bends little, and points are noisy.
+    """
+    middle = 0.5 * (count - 1)
+    squares, quartics, mean_square = 0.0, 0.0, 0.0
+    for k in range(count):
+        mean_square += (k - middle) ** 2 / count
+    sum_x, sum_y, lin_x, lin_y, quad_x, quad_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        x, y = points[first + step * k, 0], points[first + step * k, 1]
+        p = k - middle
+        q = p * p - mean_square
+        squares += p * p
+        quartics += q * q
+        sum_x += x / count
+        sum_y += y / count
+        lin_x += p * x
+        lin_y += p * y
+        quad_x += q * x
+        quad_y += q * y
+    lin_x /= squares
+    lin_y /= squares
+    if count > _STRAIGHT_WIDTHS * width:
+        pitch_squared = lin_x * lin_x + lin_y * lin_y  # px a point, squared
+        damping = quartics + (2.0 * _NOISE_PX * width / (_USUAL_BEND * pitch_squared)) ** 2
+        quad_x /= damping
+        quad_y /= damping
+        arm[5] = 1.0
+    else:
+        quad_x, quad_y = 0.0, 0.0
+    p = at - middle
+    dx, dy = lin_x + 2.0 * quad_x * p, lin_y + 2.0 * quad_y * p
+    speed = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+    arm[2], arm[3] = -dx / speed, -dy / speed  # outwards is against the order of the points
+    # Seen while moving outwards, a bend to the left stays one to the right inwards: the sign turns with the direction.
+    arm[4] = -2.0 * (lin_x * quad_y - lin_y * quad_x) / max(lin_x * lin_x + lin_y * lin_y, 1e-9) ** 1.5
+
+
+@kernel(
+    read(int64, 1),
+    read(float64, 2),
+    read(float64, 1),
+    read(float64, 2),
+    read(int64, 1),
+    read(int64, 2),
+    float64,
+)
+def locate_arms(
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    spans: npt.NDArray[np.int64],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Describe each end of each run by where it comes clear of its junction, and how it runs on from there.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    centres, radii : (k, 2), (k,) float64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+    spans : (n, 2) int64
+        As `clear_spans` makes them.
+    width : float
+        Of the cables, px.
+
+    Returns
+    -------
+    (2 n, 5) float64
+        ``x``, ``y``, the outward direction ``dx``, ``dy`` of length 1, and the curvature when moving outwards, 1 / px,
+        positive where it turns from x to y. The direction of a run without any extent is 0.
+    """
+    arms = np.zeros((len(nodes), 6), dtype=np.float64)
+    for end in range(len(nodes)):
+        run, node, far = end // 2, nodes[end], nodes[end ^ 1]
+        start, stop = spans[run]
+        step = 1 if end % 2 == 0 else -1
+        first = start if step == 1 else stop - 1  # of the clear points, as seen from this end
+        count = stop - start
+        if count <= 0:
+            first, count = start, 0
+            first = min(first, offsets[run + 1] - 1)
+        arms[end, 0], arms[end, 1] = points[first, 0], points[first, 1]
+        # Leave out what the junction or the tip distorts, as far as enough is left.
+        skip = 0
+        if node >= 0:
+            while skip < count and not _is_clear(
+                points, first + step * skip, node, centres, radii, _CLEAR_WIDTHS * width
+            ):
+                skip += 1
+        else:
+            skip = int(_BLUNT_WIDTHS * width)
+        blunt = int(_BLUNT_WIDTHS * width) if far < 0 else 0
+        most = int(max(_REACH_WIDTHS * width, _LEAST_POINTS + 1))
+        usable = min(count - skip - blunt, most)
+        if usable >= max(0.75 * width, _LEAST_POINTS):
+            _fit_end(points, first + step * skip, step, usable, width, arms[end], -skip)
+            continue
+        # Too short for that: straight from one end to the other, junctions counted from their centres.
+        ax, ay = arms[end, 0], arms[end, 1]
+        if node >= 0:
+            ax, ay = centres[node, 0], centres[node, 1]
+        last = offsets[run + 1] - 1 if step == 1 else offsets[run]
+        bx, by = points[last, 0], points[last, 1]
+        if far >= 0:
+            bx, by = centres[far, 0], centres[far, 1]
+        dx, dy = ax - bx, ay - by
+        norm = np.sqrt(dx * dx + dy * dy)
+        if norm > 0.0:
+            arms[end, 2], arms[end, 3] = dx / norm, dy / norm
+    return arms
+
+
+@kernel(read(int64, 1), read(int64, 2), read(float64, 1), float64)
+def wide_reach(
+    nodes: npt.NDArray[np.int64], spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Return how many points from each end of each run on the mask is wider than one cable, and the mean widths.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    spans : (n, 2) int64
+        As `clear_spans` makes them.
+    radii : (m,) float64
+        Half the mask's width at each point, px.
+    width : float
+        Of one cable, px.
+
+    Returns
+    -------
+    reach : (2 n,) int64
+    widths : (n,) float64
+        Of the runs, px; that of one cable where a run has no clear points.
+    """
+    reach = np.zeros(2 * len(spans), dtype=np.int64)
+    widths = np.full(len(spans), width)
+    for run in range(len(spans)):
+        if spans[run, 1] > spans[run, 0]:
+            widths[run] = 2.0 * radii[spans[run, 0] : spans[run, 1]].mean()
+    for end in range(len(reach)):
+        start, stop = spans[end // 2]
+        step = 1 if end % 2 == 0 else -1
+        first = start if step == 1 else stop - 1
+        thin = 0
+        for k in range(stop - start):
+            r = radii[first + step * k]
+            if r > 0.5 * _WIDE * width:
+                reach[end] = k + 1
+            thin = thin + 1 if r < 0.5 * _NARROW * width else 0
+            if thin >= _LASTING_WIDTHS * width:
+                break
+        # Towards a free end two cables get narrower together.
+        if nodes[end ^ 1] < 0 and reach[end] > 0.75 * width and stop - start - reach[end] < 2.0 * width:
+            reach[end] = stop - start
+    return reach, widths
+
+
+@helper
+def _ray(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to a quarter of a pixel; 0 outside of it."""
+    t = 0.0
+    while t < most:
+        row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)
+        if row < 0 or column < 0 or row >= mask.shape[0] or column >= mask.shape[1] or mask[row, column] == 0:
+            return max(t - 0.25, 0.0)
+        t += 0.5
+    return most
+
+
+@kernel(read(int64, 1), read(float64, 2), read(uint8, 2), float64)
+def measure_through(
+    nodes: npt.NDArray[np.int64], arms: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], most: float
+) -> npt.NDArray[np.float64]:
+    """Return how far the mask goes straight on from each arm of a junction.
+
+    Parameters
+    ----------
+    nodes : (n,) int64
+    arms : (n, 6) float64
+    mask : (H, W) uint8
+    most : float
+        Not looked farther than this, px.
+
+    Returns
+    -------
+    (n,) float64
+        px; 0 where an end touches no junction.
+    """
+    through = np.zeros(len(nodes))
+    for end in range(len(nodes)):
+        if nodes[end] >= 0:
+            through[end] = _ray(mask, arms[end, 0], arms[end, 1], arms[end, 2], arms[end, 3], most)
+    return through
+
+
+@kernel(read(int64, 1), read(float64, 2), read(uint8, 2), float64)
+def measure_caps(
+    nodes: npt.NDArray[np.int64], arms: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], width: float
+) -> npt.NDArray[np.float64]:
+    """Return how round each free end is: 1 for half a disc, 0 for a straight cut, below 0 for one that is hollow.
+
+    Parameters
+    ----------
+    nodes : (n,) int64
+    arms : (n, 6) float64
+        As `locate_arms` makes them.
+    mask : (H, W) uint8
+    width : float
+        px.
+
+    Returns
+    -------
+    (n,) float64
+        0 where an end is not free.
+    """
+    inner, outer = np.array(_INNER), np.array(_OUTER)
+    radius = 0.5 * width
+    expected = np.sqrt(1.0 - inner * inner).mean() - np.sqrt(1.0 - outer * outer).mean()
+    caps = np.zeros(len(nodes))
+    for end in range(len(nodes)):
+        dx, dy = arms[end, 2], arms[end, 3]
+        if nodes[end] != -1 or (dx == 0.0 and dy == 0.0):
+            continue
+        x, y = arms[end, 0] - 0.1 * width * dx, arms[end, 1] - 0.1 * width * dy
+        total = 0.0
+        for k in inner:
+            total += _ray(mask, x - k * radius * dy, y + k * radius * dx, dx, dy, 3.0 * width) / len(inner)
+        longest = 0.0
+        for side in (-radius, radius):  # a slanting cut is short on one side only
+            mean = 0.0
+            for k in outer:
+                mean += _ray(mask, x - k * side * dy, y + k * side * dx, dx, dy, 3.0 * width) / len(outer)
+            longest = max(longest, mean)
+        caps[end] = (total - longest) / (expected * radius)
+    return caps

@@ -1,0 +1,41 @@
+"""Spans of points, put one after the other."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64
+
+from dloftbs.kernels._compile import kernel, read
+
+
+@kernel(read(float64, 2), read(float64, 1), read(int64, 2))
+def gather(
+    points: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], spans: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Copy spans of points and their radius, some of them backwards.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+    radius : (n,) float64
+    spans : (k, 3) int64
+        First point, the one after the last, and the step: 1 or -1.
+
+    Returns
+    -------
+    points : (m, 2) float64
+    radius : (m,) float64
+    """
+    total = 0
+    for k in range(len(spans)):
+        total += abs(spans[k, 1] - spans[k, 0])
+    own_points = np.empty((total, 2))
+    own_radius = np.empty(total)
+    count = 0
+    for k in range(len(spans)):
+        for i in range(spans[k, 0], spans[k, 1], spans[k, 2]):
+            own_points[count, 0], own_points[count, 1] = points[i, 0], points[i, 1]
+            own_radius[count] = radius[i]
+            count += 1
+    return own_points, own_radius

@@ -1,0 +1,381 @@
+"""Where the runs of a skeleton meet: clusters of branch points, what hangs on them, and what is a spur."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int32, int64, uint8
+
+from dloftbs.kernels._compile import helper, kernel, read, write
+
+_RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
+_BRANCH = 2  # marks a branch point in the grid while a kernel runs
+FREE = -1
+"""In the place of a node: the end of a run that touches no junction."""
+
+
+@helper
+def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
+    """Return where a pixel stands in an ascending list that holds it."""
+    low, high = 0, len(pixels_rc) - 1
+    while low < high:
+        middle = (low + high) // 2
+        r, c = pixels_rc[middle, 0], pixels_rc[middle, 1]
+        if r < row or (r == row and c < column):
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@helper
+def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
+    """Return how far the nearest edge of the mask is, looked for along 16 rays, to half a pixel; 0 outside of it."""
+    t = 0.0
+    while True:
+        for dx, dy in _RAYS:
+            if mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] == 0:
+                return max(t - 0.25, 0.0)
+        t += 0.5
+
+
+@kernel(write(uint8, 2), read(int32, 2), read(uint8, 1), read(float64, 2), read(int64, 1), int64, read(uint8, 2))
+def find_junctions(
+    grid: npt.NDArray[np.uint8],
+    pixels_rc: npt.NDArray[np.int32],
+    degrees: npt.NDArray[np.uint8],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    n_open: int,
+    mask: npt.NDArray[np.uint8],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Collapse the branch points that touch into junctions, and tell which of them each end of each run touches.
+
+    Not checked: the outermost rows and columns of `grid` and `mask` are 0, and the list is complete.
+
+    Parameters
+    ----------
+    grid : (H, W) uint8
+        The skeleton, 0 and 1; 0 and 1 again afterwards.
+    pixels_rc : (n, 2) int32
+        Its foreground, ascending.
+    degrees : (n,) uint8
+        The number of neighbours of each.
+    points : (m, 2) float64
+        ``(x, y)`` of the runs between branch points, as `tracing.trace` makes them.
+    offsets : (runs + 1,) int64
+    n_open : int
+        Number of runs with ends; they come first.
+    mask : (H, W) uint8
+        What the skeleton is of.
+
+    Returns
+    -------
+    nodes : (2 n_open,) int64
+        The junction at the start and at the end of each run, or `FREE`.
+    centres : (k, 2) float64
+        ``(x, y)``, the mean of each junction's branch points.
+    radii : (k,) float64
+        How far the mask reaches around each centre, px.
+    """
+    n = len(pixels_rc)
+    label = np.full(n, -1, dtype=np.int64)
+    for i in range(n):
+        if degrees[i] > 2:
+            grid[pixels_rc[i, 0], pixels_rc[i, 1]] = _BRANCH
+    stack = np.empty(n, dtype=np.int64)
+    centres = np.empty((n, 2), dtype=np.float64)
+    count = 0
+    for first in range(n):
+        if degrees[first] <= 2 or label[first] >= 0:
+            continue
+        label[first] = count
+        stack[0] = first
+        height, size = 1, 0
+        sum_x, sum_y = 0.0, 0.0
+        while height > 0:
+            height -= 1
+            row, column = pixels_rc[stack[height], 0], pixels_rc[stack[height], 1]
+            size += 1
+            sum_x += column
+            sum_y += row
+            for r in range(row - 1, row + 2):
+                for c in range(column - 1, column + 2):
+                    if grid[r, c] == _BRANCH:
+                        i = _index_of(pixels_rc, r, c)
+                        if label[i] < 0:
+                            label[i] = count
+                            stack[height] = i
+                            height += 1
+        centres[count, 0], centres[count, 1] = sum_x / size, sum_y / size
+        count += 1
+
+    nodes = np.full(2 * n_open, FREE, dtype=np.int64)
+    for end in range(2 * n_open):
+        run = end // 2
+        i = offsets[run] if end % 2 == 0 else offsets[run + 1] - 1
+        row, column = int(points[i, 1]), int(points[i, 0])
+        for r in range(row - 1, row + 2):
+            for c in range(column - 1, column + 2):
+                if grid[r, c] == _BRANCH and nodes[end] == FREE:
+                    node = label[_index_of(pixels_rc, r, c)]
+                    # A run of one pixel has its two junctions in order.
+                    if end % 2 == 0 or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
+                        nodes[end] = node
+    radii = np.empty(count, dtype=np.float64)
+    for node in range(count):
+        radii[node] = _inscribed_radius(mask, centres[node, 0], centres[node, 1])
+    for i in range(n):
+        grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 1
+    return nodes, centres[:count].copy(), radii
+
+
+@helper
+def _sticks_out(
+    run: int,
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
+) -> float:
+    """Return how far a run with one free end sticks out of its junction, px; infinity for other runs."""
+    start, stop = nodes[2 * run], nodes[2 * run + 1]
+    if (start >= 0) == (stop >= 0):
+        return np.inf
+    node = max(start, stop)
+    tip = offsets[run] if start < 0 else offsets[run + 1] - 1
+    x, y = points[tip, 0], points[tip, 1]
+    away = np.sqrt((x - centres[node, 0]) ** 2 + (y - centres[node, 1]) ** 2)
+    return away + _inscribed_radius(mask, x, y) - radii[node]
+
+
+@kernel(write(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(int64, 1), read(uint8, 2), float64)
+def prune_spurs(
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
+    least: float,
+) -> npt.NDArray[np.bool_]:
+    """Find the runs that are spurs: they end freely, and stick out of their junction by little.
+
+    A run sticks out by how much farther the mask reaches with its tip than around the junction. The shortest goes
+    first, and a junction keeps one run; where only one is left, its end is free from then on and may be the tip of a
+    spur itself.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+        As `find_junctions` makes them; a junction that is down to one run becomes `FREE`.
+    centres, radii : (k, 2), (k,) float64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+        Of the runs with ends, and more.
+    mask : (H, W) uint8
+    least : float
+        What sticks out by less is a spur, px.
+
+    Returns
+    -------
+    (n,) bool
+        Which runs stay.
+    """
+    n = len(nodes) // 2
+    alive = np.ones(n, dtype=np.bool_)
+    degree = np.zeros(len(radii), dtype=np.int64)
+    for node in nodes:
+        if node >= 0:
+            degree[node] += 1
+    out = np.full(n, np.inf)
+    for run in range(n):
+        out[run] = _sticks_out(run, nodes, centres, radii, points, offsets, mask)
+    while n > 0:
+        run = int(np.argmin(out))
+        if out[run] >= least:
+            break
+        out[run] = np.inf
+        node = max(nodes[2 * run], nodes[2 * run + 1])
+        if degree[node] == 1:
+            continue
+        alive[run] = False
+        degree[node] -= 1
+        if degree[node] == 1:
+            for end in range(2 * n):
+                if nodes[end] == node and alive[end // 2]:
+                    nodes[end] = FREE
+                    out[end // 2] = _sticks_out(end // 2, nodes, centres, radii, points, offsets, mask)
+    return alive
+
+
+@kernel(write(boolean, 1), read(int64, 1), read(int64, 1), read(float64, 1), float64)
+def drop_specks(
+    alive: npt.NDArray[np.bool_],
+    nodes: npt.NDArray[np.int64],
+    offsets: npt.NDArray[np.int64],
+    radius: npt.NDArray[np.float64],
+    least: float,
+) -> None:
+    """Drop the runs that touch no junction and cover less than so much of the mask.
+
+    Parameters
+    ----------
+    alive : (n,) bool
+        Changed.
+    nodes : (2 n,) int64
+    offsets : (n + 1,) int64
+        And more.
+    radius : (m,) float64
+    least : float
+        px^2.
+    """
+    for run in range(len(alive)):
+        alone = nodes[2 * run] == FREE and nodes[2 * run + 1] == FREE
+        if alone and 2.0 * radius[offsets[run] : offsets[run + 1]].sum() < least:
+            alive[run] = False
+
+
+@kernel(read(int64, 1), read(int64, 1), read(boolean, 1), int64, float64)
+def merge_junctions(
+    nodes: npt.NDArray[np.int64],
+    clear: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    count: int,
+    least: float,
+) -> npt.NDArray[np.int64]:
+    """Merge junctions that are joined by a run too short to have a direction of its own.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    clear : (n,) int64
+        How many points of each run lie clear of its junctions.
+    alive : (n,) bool
+    count : int
+        Number of junctions.
+    least : float
+        A run with fewer clear points than this merges its junctions.
+
+    Returns
+    -------
+    (count,) int64
+        The lowest junction of those that each is merged with.
+    """
+    group = np.arange(count)
+    for run in range(len(clear)):
+        a, b = nodes[2 * run], nodes[2 * run + 1]
+        if not alive[run] or a < 0 or b < 0 or clear[run] >= least:
+            continue
+        while group[a] != a:
+            a = group[a]
+        while group[b] != b:
+            b = group[b]
+        group[max(a, b)] = min(a, b)
+    for node in range(count):
+        group[node] = group[group[node]]
+    return group
+
+
+@kernel(read(float64, 2), read(int64, 1), read(int64, 1), int64, float64, float64)
+def find_kinks(
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    nodes: npt.NDArray[np.int64],
+    n_open: int,
+    width: float,
+    sharp: float,
+) -> npt.NDArray[np.int64]:
+    """Find where runs turn more sharply than a cable can: where two cables meet at an angle, and no branch shows it.
+
+    Parameters
+    ----------
+    points : (m, 2) float64
+    offsets : (runs + 1,) int64
+    nodes : (2 n_open,) int64
+    n_open : int
+    width : float
+        px; a point's turn is that between the chords over one width before and after it.
+    sharp : float
+        The smallest turn, rad.
+
+    Returns
+    -------
+    (k,) int64
+        Indices into `points`, ascending.
+    """
+    reach = max(int(width + 0.5), 3)
+    blunt = np.cos(sharp) ** 2 if sharp < 0.5 * np.pi else 0.0
+    found = np.empty(len(points), dtype=np.int64)
+    count = 0
+    for run in range(n_open):
+        best, best_turn = -1, sharp
+        for i in range(offsets[run] + reach, offsets[run + 1] - reach):
+            ax, ay = points[i, 0] - points[i - reach, 0], points[i, 1] - points[i - reach, 1]
+            bx, by = points[i + reach, 0] - points[i, 0], points[i + reach, 1] - points[i, 1]
+            if best >= 0 and i > best + reach:
+                found[count] = best
+                count += 1
+                best, best_turn = -1, sharp
+            along = ax * bx + ay * by
+            if along > 0.0 and along * along > blunt * (ax * ax + ay * ay) * (bx * bx + by * by):
+                continue
+            turn = abs(np.arctan2(ax * by - ay * bx, along))
+            if turn > best_turn:
+                best, best_turn = i, turn
+        if best >= 0:
+            found[count] = best
+            count += 1
+    return found[:count].copy()
+
+
+@kernel(read(int64, 1), read(int64, 1), read(int64, 1), read(boolean, 1), int64)
+def split_runs(
+    cuts: npt.NDArray[np.int64],
+    offsets: npt.NDArray[np.int64],
+    nodes: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    count: int,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    """Cut runs in two, with a new junction of two arms at each cut.
+
+    Parameters
+    ----------
+    cuts : (k,) int64
+        Indices of points, ascending: where the second part starts. Those in runs that are not alive are left out.
+    offsets : (runs + 1,) int64
+    nodes : (2 n_open,) int64
+    alive : (n_open,) bool
+    count : int
+        Number of junctions; cut ``i`` becomes junction ``count + i``.
+
+    Returns
+    -------
+    offsets, nodes, alive
+        With the parts in the place of each run.
+    """
+    n_open = len(alive)
+    room = len(cuts)
+    new_offsets = np.empty(len(offsets) + room, dtype=np.int64)
+    new_nodes = np.empty(len(nodes) + 2 * room, dtype=np.int64)
+    new_alive = np.empty(n_open + room, dtype=np.bool_)
+    n, k = 0, 0
+    for run in range(n_open):
+        new_offsets[n] = offsets[run]
+        new_nodes[2 * n] = nodes[2 * run]
+        new_alive[n] = alive[run]
+        while k < len(cuts) and cuts[k] < offsets[run + 1]:
+            if alive[run]:
+                new_nodes[2 * n + 1] = count + k
+                n += 1
+                new_offsets[n] = cuts[k]
+                new_nodes[2 * n] = count + k
+                new_alive[n] = True
+            k += 1
+        new_nodes[2 * n + 1] = nodes[2 * run + 1]
+        n += 1
+    loops = len(offsets) - n_open
+    new_offsets[n : n + loops] = offsets[n_open:]
+    return new_offsets[: n + loops].copy(), new_nodes[: 2 * n].copy(), new_alive[:n].copy()

@@ -1,0 +1,298 @@
+"""Stage 5, the result: pairing to centre lines, with their free ends led on to where the mask ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray, frozen
+from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
+from dloftbs.graph import FREE, Graph, Pairing
+from dloftbs.kernels.ends import extend_end
+from dloftbs.kernels.fitting import arc_parameter
+from dloftbs.kernels.gathering import gather
+from dloftbs.patch import Patch
+
+_LEAST_WIDTHS = 1.5  # what is shorter is no cable
+_TAIL_WIDTHS = 6.0  # that leading an end on looks at
+_OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
+_AHEAD_WIDTHS = 3.5
+_CAP_PX = 4.5
+_MOST_HALF_TURN = 1.4  # rad
+_STEEP = 0.5  # sine of the least angle between them
+# A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
+# and even where two readings cost the same.
+_MARGIN_SCALE = {JointKind.CROSSING: 0.015, JointKind.GAP: 0.25}
+
+
+_Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or -1
+
+
+@dataclass
+class _Piece:
+    """What a cable has of one run, or of several with but spurs between them, and the joint that leads there."""
+
+    spans: list[_Span]
+    entered: int
+    cost: float
+    margin: float
+
+    @property
+    def count(self) -> int:
+        """How many points there are."""
+        return sum(abs(stop - start) for start, stop, _ in self.spans)
+
+
+class _Points:
+    """The points of a pairing, and those that its ends are led on by."""
+
+    def __init__(self, pairing: Pairing) -> None:
+        self.points, self.radius = [pairing.points], [pairing.radius]
+        self._count = len(pairing.points)
+
+    def add(self, points: FloatArray, radius: float) -> _Span:
+        self.points.append(points)
+        self.radius.append(np.full(len(points), radius))
+        self._count += len(points)
+        return self._count - len(points), self._count, 1
+
+    def gather(self, lines: list[list[_Piece]]) -> tuple[FloatArray, FloatArray]:
+        """Return points and radius of all lines, one after the other."""
+        spans = np.array([span for pieces in lines for piece in pieces for span in piece.spans], dtype=np.int64)
+        return gather(np.concatenate(self.points), np.concatenate(self.radius), spans.reshape(-1, 3))
+
+
+def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
+    """Make a centre line of each cable.
+
+    Parameters
+    ----------
+    patch : Patch
+    graph : Graph
+    pairing : Pairing
+
+    Returns
+    -------
+    list of Centerline
+        First those with ends, then the loops.
+    """
+    least = _LEAST_WIDTHS * graph.width
+    degree = _degrees(pairing)
+    buffer = _Points(pairing)
+    lines: list[list[_Piece]] = []
+    rings: list[list[_Piece]] = []
+    gone: set[int] = set()
+    for chain, is_ring in pairing.chains():
+        if _is_left_over(pairing, chain, gone):
+            gone |= {end // 2 for end in chain}
+            continue
+        pieces = _pieces(graph, pairing, chain, degree)
+        if is_ring and pieces:
+            rings.append(pieces)
+        elif sum(piece.count for piece in pieces) >= max(least, 2):
+            _lead_on(patch, graph, pairing, chain, pieces, buffer)
+            lines.append(pieces)
+    for start, stop in graph.loops:
+        if stop - start >= 2.0 * least:
+            rings.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
+    posed, radius = buffer.gather(lines + rings)
+    points = frozen(patch.to_image(posed))
+    places: list[Point] = []
+    if any(len(pieces) > 1 for pieces in lines):
+        places = [(x, y) for x, y in patch.to_image(pairing.arms[:, :2]).tolist()]
+    result: list[Centerline] = []
+    at = 0
+    for pieces in lines + rings:
+        counts = [piece.count for piece in pieces]
+        stop = at + sum(counts)
+        own = points[at:stop], radius[at:stop]
+        at = stop
+        if len(result) < len(lines):
+            result.append(_line(*own, counts, pairing, pieces, places))
+        else:
+            result.append(_loop(*own))
+    return result
+
+
+def _degrees(pairing: Pairing) -> list[int]:
+    """Return how many arms each junction has, spurs left out."""
+    degree = [0] * (max(pairing.nodes, default=0) + 1)
+    for end, node in enumerate(pairing.nodes):
+        if node >= 0 and not pairing.spurs[end // 2]:
+            degree[node] += 1
+    return degree
+
+
+def _is_left_over(pairing: Pairing, chain: list[int], gone: set[int]) -> bool:
+    """Tell whether a chain is nothing but copies of shared runs that found no cable."""
+    if not pairing.twin or not all(pairing.twin.get(end // 2, -1) not in gone | {-1} for end in chain):
+        return False
+    return all(pairing.nodes[end] != FREE for end in (chain[0], chain[-1] ^ 1))
+
+
+def _pieces(graph: Graph, pairing: Pairing, chain: list[int], degree: list[int]) -> list[_Piece]:
+    """Cut the points of each run of a chain, and put together what only a spur divides."""
+    pieces: list[_Piece] = []
+    cost, margin = 0.0, math.inf
+    for k, end in enumerate(chain):
+        if k > 0:
+            cost, margin = max(cost, pairing.cost[end]), min(margin, pairing.margin[end])
+        start, stop = _own_span(graph, pairing, end)
+        if stop <= start or (end // 2 in pairing.twin and pieces and stop - start < graph.width):
+            continue
+        span = (start, stop, 1) if end % 2 == 0 else (stop - 1, start - 1, -1)
+        if pieces and pairing.is_crossing(end) and degree[pairing.nodes[end]] == 2:
+            pieces[-1].spans.append(span)
+        else:
+            pieces.append(_Piece([span], end, cost, margin))
+        cost, margin = 0.0, math.inf
+    return pieces
+
+
+def _own_span(graph: Graph, pairing: Pairing, end: int) -> tuple[int, int]:
+    """Return the points of a run that a cable through it has: all up to an end that stays open."""
+    run = end // 2
+    start, stop = pairing.spans[run]
+    if run >= graph.runs:
+        return start, stop
+    first, last = int(graph.offsets[run]), int(graph.offsets[run + 1])
+    if pairing.spurs[run] and stop - start < 2:
+        return first, last
+    open_start, open_stop = pairing.partner[2 * run] < 0, pairing.partner[2 * run + 1] < 0
+    return (first if open_start else start), (last if open_stop else stop)
+
+
+def _lead_on(
+    patch: Patch, graph: Graph, pairing: Pairing, chain: list[int], pieces: list[_Piece], buffer: _Points
+) -> None:
+    """Lead the free ends of a cable on to where the mask ends."""
+    mask = patch.posed(patch.pixels)
+    tail = int(_TAIL_WIDTHS * graph.width) + 8
+    for end, at_start in ((chain[0], True), (chain[-1] ^ 1, False)):
+        spans = pieces[0].spans if at_start else pieces[-1].spans
+        if pairing.nodes[end] >= 0:
+            _lead_through(graph, pairing, end, spans, at_start, buffer)
+        if pairing.nodes[end] != FREE:
+            continue
+        start, stop, step = spans[0] if at_start else spans[-1]
+        low, high = (start, stop) if step == 1 else (stop + 1, start + 1)
+        towards_high = (step == 1) != at_start
+        own = slice(max(high - tail, low), high) if towards_high else slice(low, min(low + tail, high))
+        points = pairing.points[own]
+        radius = float(pairing.radius[(own.start + own.stop) // 2])
+        drop, added = extend_end(mask, points if towards_high else points[::-1], radius)
+        low, high = (low, high - drop) if towards_high else (low + drop, high)
+        cut = (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
+        if at_start:
+            spans[0] = cut
+            first, last, _ = buffer.add(added, radius)
+            spans.insert(0, (last - 1, first - 1, -1))
+        else:
+            spans[-1] = cut
+            spans.append(buffer.add(added, radius))
+
+
+def _lead_through(
+    graph: Graph, pairing: Pairing, end: int, spans: list[_Span], at_start: bool, buffer: _Points
+) -> None:
+    """Lead an end that stays open in a junction straight on, where the mask shows that the cable comes out again.
+
+    What sticks out there is too short to have a skeleton of its own.
+    """
+    run, width = end // 2, graph.width
+    if run >= graph.runs or pairing.partner[end] >= 0 or graph.spurs[run]:
+        return
+    ahead = float(graph.through[end])
+    if ahead < _far_side(pairing, end, width) + _OUT_WIDTHS * width or ahead > _AHEAD_WIDTHS * width:
+        return
+    x, y, dx, dy = pairing.arms[end, :4].tolist()
+    cap = 0.5 * width if width > _CAP_PX else 0.0  # what is thinner is taken for cut off flat, as where ends are led on
+    steps = np.arange(1.0, ahead - cap)
+    added = np.column_stack((x + steps * dx, y + steps * dy))
+    start, stop = pairing.spans[run]
+    k = 0 if at_start else -1
+    forwards = spans[k][2] == 1
+    low, high = sorted((spans[k][0], spans[k][1]) if forwards else (spans[k][1] + 1, spans[k][0] + 1))
+    low, high = (start, high) if end % 2 == 0 else (low, stop)  # without what lies in the junction
+    spans[k] = (low, high, 1) if forwards else (high - 1, low - 1, -1)
+    first, last, _ = buffer.add(added, 0.5 * width)
+    if at_start:
+        spans.insert(0, (last - 1, first - 1, -1))
+    else:
+        spans.append((first, last, 1))
+
+
+def _far_side(pairing: Pairing, end: int, width: float) -> float:
+    """Return how far ahead of an arm the cables end that pass its junction; infinite where one runs along it."""
+    x, y, dx, dy = pairing.arms[end, :4].tolist()
+    farthest = 0.0
+    for i, j in enumerate(pairing.partner):
+        if j > i and pairing.nodes[i] == pairing.nodes[end] == pairing.nodes[j]:
+            (ax, ay), (bx, by) = pairing.arms[[i, j], :2].tolist()
+            across = math.hypot(bx - ax, by - ay)
+            sine = (dx * (by - ay) - dy * (bx - ax)) / max(across, 1.0)
+            if abs(sine) < _STEEP:
+                return math.inf
+            meets = ((ax - x) * (by - ay) - (ay - y) * (bx - ax)) / max(across, 1.0) / sine
+            farthest = max(farthest, meets + 0.5 * width / abs(sine))
+    return farthest
+
+
+def _line(
+    points: FloatArray,
+    radius: FloatArray,
+    counts: list[int],
+    pairing: Pairing,
+    pieces: list[_Piece],
+    places: list[Point],
+) -> Centerline:
+    u = arc_parameter(points, False)
+    at = 0
+    for count, piece in zip(counts, pieces, strict=True):
+        if at and not pairing.is_crossing(piece.entered):
+            _widen(u, at, _arc_over_chord(pairing, piece.entered))
+        at += count
+    if u[-1] > 0.0:
+        u /= u[-1]
+    u = frozen(u)
+    segments, joints = [], []
+    at = 0
+    for count, piece in zip(counts, pieces, strict=True):
+        if at:
+            span = (float(u[at - 1]), float(u[at]))
+            kind = JointKind.CROSSING if pairing.is_crossing(piece.entered) else JointKind.GAP
+            confidence = 1.0 / (1.0 + math.exp(-min(piece.margin / _MARGIN_SCALE[kind], 50.0)))
+            alternatives = _alternatives(places, pairing, piece.entered)
+            joints.append(Joint(kind, span, piece.cost, piece.margin, confidence, alternatives))
+        stop = at + count
+        segments.append(Segment.trusted(points[at:stop], radius[at:stop]))
+        at = stop
+    return Centerline.trusted(tuple(segments), tuple(joints), closed=False, points=points, u=u)
+
+
+def _arc_over_chord(pairing: Pairing, end: int) -> float:
+    """Return how much longer than the straight line across a gap the arc is that the ends' directions tell of."""
+    ax, ay, ahead_x, ahead_y = pairing.arms[pairing.partner[end], :4].tolist()
+    bx, by, back_x, back_y = pairing.arms[end, :4].tolist()
+    cx, cy = bx - ax, by - ay
+    leaves = math.atan2(ahead_x * cy - ahead_y * cx, ahead_x * cx + ahead_y * cy)
+    comes = math.atan2(-cx * back_y + cy * back_x, -cx * back_x - cy * back_y)
+    half_turn = min(0.5 * abs(leaves + comes), _MOST_HALF_TURN)
+    return half_turn / math.sin(half_turn) if half_turn > 1e-3 else 1.0
+
+
+def _widen(u: FloatArray, at: int, factor: float) -> None:
+    """Make the step of the parameter from one point to the next so much longer, in place."""
+    u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
+
+
+def _alternatives(places: list[Point], pairing: Pairing, end: int) -> tuple[Point | None, Point | None]:
+    before, after = pairing.other[pairing.partner[end]], pairing.other[end]
+    return (places[before] if before >= 0 else None), (places[after] if after >= 0 else None)
+
+
+def _loop(points: FloatArray, radius: FloatArray) -> Centerline:
+    segment = Segment.trusted(points, radius)
+    return Centerline.trusted((segment,), (), closed=True, u=frozen(arc_parameter(points, True)))

@@ -1,0 +1,146 @@
+"""Stage 5: graph to pairing: which ends belong together, through junctions, across gaps and along shared runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.graph import UNAVAILABLE, Graph, Pairing
+from dloftbs.kernels import bending, matching, sharing
+from dloftbs.kernels.arms import wide_reach
+from dloftbs.kernels.tracing import measure_radius
+from dloftbs.patch import Patch
+
+_ROUNDS = 4
+_CHORD_REACH_PX = 4
+_Ints = npt.NDArray[np.int64]
+
+
+def pair(patch: Patch, graph: Graph, max_gap_widths: float) -> Pairing:
+    """Join the ends of a graph so that the cables bend the least, and few ends stay open.
+
+    Parameters
+    ----------
+    patch : Patch
+    graph : Graph
+    max_gap_widths : float
+        Longest gap that is bridged, in widths.
+
+    Returns
+    -------
+    Pairing
+    """
+    mask = patch.posed(patch.pixels)
+    copies, partial, saved, reach = _find_shared(graph, mask)
+    n = graph.runs
+    original = np.concatenate((np.arange(n), copies))
+    identity = (2 * original[:, None] + (0, 1)).ravel()
+    nodes, arms = graph.nodes[identity], graph.arms[identity]
+    points, radius, spans = _own_points(graph, copies, partial, reach)
+    far = partial >= 0
+    nodes[2 * n + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
+    spurs = np.concatenate((graph.spurs, np.zeros(len(copies), dtype=np.bool_)))
+    rows, columns, costs, price = bending.pair_costs(
+        nodes, identity, spurs, graph.caps[identity], arms, graph.width, mask, max_gap_widths * graph.width
+    )
+    partner, cost, margin, other = matching.pair_ends(rows, columns, costs, price, identity)
+    twin = {}
+    for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=n):
+        twin[copy], twin[run] = run, copy
+        for end in (2 * copy, 2 * copy + 1, 2 * run, 2 * run + 1):
+            # Not to share the run would be another choice, too.
+            if partner[end] >= 0:
+                margin[end] = margin[partner[end]] = min(margin[end], worth)
+    return Pairing(
+        points,
+        radius,
+        original.tolist(),
+        nodes.tolist(),
+        spans,
+        spurs.tolist(),
+        arms,
+        partner.tolist(),
+        cost.tolist(),
+        margin.tolist(),
+        other.tolist(),
+        twin,
+    )
+
+
+def _own_points(
+    graph: Graph, copies: _Ints, partial: _Ints, reach: _Ints
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], list[tuple[int, int]]]:
+    """Return points, radius and spans with those of the copies behind."""
+    spans = [(start, stop) for start, stop in graph.spans.tolist()]
+    if len(copies) == 0:
+        return graph.points, graph.radius, spans
+    points, radius = [graph.points], [graph.radius]
+    at = len(graph.points)
+    for run, end in zip(copies.tolist(), partial.tolist(), strict=True):
+        start, stop = spans[run]
+        if end >= 0:
+            start, stop = (start, start + int(reach[end])) if end % 2 == 0 else (stop - int(reach[end]), stop)
+        points.append(graph.points[start:stop])
+        radius.append(graph.radius[start:stop])
+        spans.append((at, at + stop - start))
+        at += stop - start
+    return np.concatenate(points), np.concatenate(radius), spans
+
+
+def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Ints, npt.NDArray[np.float64], _Ints]:
+    """Return the runs that two cables share.
+
+    Returns
+    -------
+    copies, partial : (c,) int64
+        The runs, and for each the end from which it is shared in part, or -1.
+    saved : (c,) float64
+        What it saves that they are shared.
+    reach : (2 n,) int64
+        As `wide_reach` makes it.
+    """
+    copies = partial = reach = np.empty(0, dtype=np.int64)
+    saved_by = np.empty(0)
+    of_arms = graph.nodes[~np.repeat(graph.spurs, 2) & (graph.nodes >= 0)]
+    if not (np.bincount(of_arms) % 2).any():
+        return copies, partial, saved_by, reach
+    spans, width = graph.spans, graph.width
+    # The width as it is at each pixel: what re-centring knows of it stops where two cables lie side by side.
+    raw = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
+    reach, widths = wide_reach(graph.nodes, spans, raw, width)
+    lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
+    first, members, starts, costs = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, width, mask)
+    price = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_ARM)
+    for _ in range(_ROUNDS):
+        paths, inside, path_price = sharing.list_paths(
+            graph.nodes, graph.spurs, reach, lengths, widths, width, first, members, starts, costs, copies, partial
+        )
+        if len(paths) == 0:
+            break
+        sets, slots, path_of = sharing.changed_junctions(paths, inside, graph.nodes, first, members, copies, partial)
+        totals = matching.least_costs(sets, slots, graph.nodes, price, first, members, starts, costs)
+        saved = np.bincount(path_of, totals[::2] - totals[1::2], len(paths)) - path_price
+        chosen = _choose(paths, saved, graph.nodes)
+        if not chosen:
+            break
+        for p in chosen:
+            ends = [end for end in paths[p].tolist() if end >= 0]
+            copies = np.append(copies, [end // 2 for end in ends])
+            saved_by = np.append(saved_by, [saved[p]] * len(ends))
+            partial = np.append(partial, [-1] * (len(ends) - 1) + [ends[-1] if inside[p] else -1])
+    return copies, partial, saved_by, reach
+
+
+def _choose(paths: _Ints, saved: npt.NDArray[np.float64], nodes: _Ints) -> list[int]:
+    """Take the paths that save anything, the best first, as far as they do not touch each other's junctions."""
+    chosen: list[int] = []
+    touched: set[int] = set()
+    for p in np.argsort(-saved, kind="stable").tolist():
+        if saved[p] <= 0.0:
+            break
+        ends = [end for end in paths[p].tolist() if end >= 0]
+        on_it = {int(nodes[e]) for end in ends for e in (end, end ^ 1) if nodes[e] >= 0}
+        if not touched & on_it:
+            touched |= on_it
+            chosen.append(p)
+    return chosen

@@ -1,0 +1,113 @@
+"""Stage 5, on whole cables: rings that come from a misread crossing, and a number of cables that is known."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from dloftbs.graph import Graph, Pairing
+from dloftbs.kernels.bending import OPEN_ARM, OPEN_FREE, turn_costs
+
+_MOST_RINGS = 20
+_WORTH = 2.5  # a ring is opened into a chain that crosses it where this costs less
+_RATHER_THAN_GAP = 0.3  # how much dearer that may be than opening the ring at a gap
+
+
+def open_rings(graph: Graph, pairing: Pairing) -> None:
+    """Open the rings among the cables, where another reading of a crossing or a gap makes them part of one with ends.
+
+    A cable that crosses itself has a ring in it; where the crossing is misread, the ring comes apart. It is exchanged
+    back where that costs the least. A ring that only a gap closes is opened there. What remains is a closed loop.
+    """
+    for _ in range(_MOST_RINGS):
+        rings = [chain for chain, is_ring in pairing.chains() if is_ring]
+        if not any(_open(graph, pairing, ring) for ring in rings):
+            return
+
+
+def _open(graph: Graph, pairing: Pairing, ring: list[int]) -> bool:
+    """Open one ring; return whether it was."""
+    exchange, price = _best_exchange(graph, pairing, ring)
+    gaps = [(pairing.cost[end], end) for end in ring if not pairing.is_crossing(end)]
+    if gaps:
+        cost, end = max(gaps)
+        saved = sum(OPEN_ARM if pairing.nodes[e] >= 0 else OPEN_FREE for e in (end, pairing.partner[end])) - cost
+        if exchange is None or price > saved + _RATHER_THAN_GAP:
+            pairing.open(end)
+            return True
+    elif exchange is None or price > _WORTH:
+        return False
+    assert exchange is not None
+    pairing.exchange(*exchange)
+    return True
+
+
+def _best_exchange(graph: Graph, pairing: Pairing, ring: list[int]) -> tuple[tuple[int, int] | None, float]:
+    """Return the two ends, one of the ring and one of another cable, whose exchange costs the least, and what."""
+    members = {end // 2 for end in ring}
+    partner, nodes = pairing.partner, pairing.nodes
+    options = []
+    for end in ring:
+        if pairing.is_crossing(end):
+            for other in range(len(nodes)):
+                if nodes[other] != nodes[end] or other // 2 in members or pairing.spurs[other // 2]:
+                    continue
+                if partner[other] < 0:
+                    # An end that lies at the ring is rather one of the ring's than another cable's.
+                    for mine in (end, partner[end]):
+                        options.append((mine, other, (mine, partner[mine], other, partner[mine])))
+                elif pairing.is_crossing(other):
+                    options.append((end, other, (end, partner[end], other, partner[other])))
+        twin = pairing.twin.get(end // 2)
+        if twin is not None and twin not in members:
+            mine, its = end ^ 1, 2 * twin + 1 - end % 2
+            before, after, its_before, its_after = (_beyond(pairing, e) for e in (end, mine, its ^ 1, its))
+            if min(before, after, its_before, its_after) >= 0:
+                options.append((mine, its, (before, after, its_before, its_after)))
+    if not options:
+        return None, 0.0
+    ends = np.array([around for _, _, around in options])
+    # Joined now: the first two, and the last two; then: crosswise. To an open end, its new partner stands for its own.
+    pairs = ends[:, ((0, 1), (2, 3), (0, 3), (2, 1))]
+    costs = turn_costs(pairing.arms, pairs.reshape(-1, 2), graph.width).reshape(-1, 4)
+    to_open = ends[:, 1] == ends[:, 3]
+    old = costs[:, 0] + np.where(to_open, 0.0, costs[:, 1])
+    new = costs[:, 3] + np.where(to_open, 0.0, costs[:, 2])
+    best = int(np.argmin(new - old))
+    return options[best][:2], float((new - old)[best])
+
+
+def _beyond(pairing: Pairing, end: int) -> int:
+    """Return the first end beyond a joint that is not of a shared run, or -1."""
+    for _ in range(len(pairing.original)):
+        end = pairing.partner[end]
+        if end < 0 or end // 2 not in pairing.twin:
+            return end
+        end ^= 1
+    return -1
+
+
+def join_to(graph: Graph, pairing: Pairing, objects: int) -> None:
+    """Join the cables that lie best for it, across whatever lies between, until there are so many.
+
+    Parameters
+    ----------
+    graph : Graph
+    pairing : Pairing
+        Changed.
+    objects : int
+        Where fewer were found, they stay.
+    """
+    while True:
+        chains = [chain for chain, is_ring in pairing.chains() if not is_ring]
+        if len(pairing.chains()) <= objects or len(chains) < 2:
+            return
+        ends = [(i, end) for i, chain in enumerate(chains) for end in (chain[0], chain[-1] ^ 1)]
+        pairs = np.array([(a, b) for (i, a), (j, b) in combinations(ends, 2) if i != j])
+        costs = turn_costs(pairing.arms, pairs, graph.width)
+        best = int(np.argmin(costs))
+        i, j = pairs[best].tolist()
+        pairing.join(i, j)
+        for end in (i, j):
+            pairing.cost[end], pairing.margin[end], pairing.other[end] = float(costs[best]), 0.0, -1

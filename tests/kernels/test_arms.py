@@ -1,0 +1,172 @@
+"""Where the runs of a junction come clear of it, where they point, how they bend, and how free ends look."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.kernels.arms import clear_spans, locate_arms, measure_caps, wide_reach
+from dloftbs.kernels.bending import _bend
+
+FREE = -1
+
+
+@given(st.integers(0, 10**6))
+def test_spans_go_from_the_first_to_the_last_clear_point(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    lengths = rng.integers(1, 30, n)
+    offsets = np.cumsum([0, *lengths])
+    points = np.cumsum(rng.uniform(-1, 1, (offsets[-1], 2)), axis=0)
+    centres, radii = points[rng.integers(0, len(points), 3)] + rng.uniform(-2, 2, (3, 2)), rng.uniform(0, 6, 3)
+    nodes = rng.integers(-1, 3, 2 * n)
+    spans = clear_spans(nodes, centres, radii, points, offsets)
+    for run in range(n):
+        a, b = offsets[run : run + 2]
+        clear = [
+            [node < 0 or np.linalg.norm(points[i] - centres[node]) >= radii[node] for i in range(a, b)]
+            for node in nodes[2 * run : 2 * run + 2]
+        ]
+        start = next((i for i in range(b - a) if clear[0][i]), b - a)
+        stop = next((i + 1 for i in range(b - a - 1, start - 1, -1) if clear[1][i]), start)
+        if start >= stop:
+            assert spans[run].tolist() == [(a + b) // 2] * 2
+        else:
+            assert spans[run].tolist() == [a + start, a + stop]
+
+
+def arms_of(points: np.ndarray, nodes: tuple[int, int], radius: float, width: float) -> np.ndarray:
+    """Return both arms of one run, whose junctions are where it starts and stops."""
+    offsets = np.array([0, len(points)])
+    centres, radii = np.array([points[0], points[-1]]), np.array([radius, radius])
+    where = np.array(nodes)
+    spans = clear_spans(where, centres, radii, points, offsets)
+    return locate_arms(where, centres, radii, points, offsets, spans, width)
+
+
+@given(st.floats(0, 2 * np.pi), st.sampled_from([3.0, 6.0, 15.0, 40.0]))
+def test_a_straight_run_points_out_of_both_ends(angle: float, width: float) -> None:
+    along = np.array([np.cos(angle), np.sin(angle)])
+    points = np.arange(0.0, 12 * width)[:, None] * along
+    arms = arms_of(points, (0, 1), 0.6 * width, width)
+    np.testing.assert_allclose(arms[:, 2:4], [-along, along], atol=1e-9)
+    np.testing.assert_allclose(arms[:, 4], 0.0, atol=1e-9)
+    assert arms[:, 5].tolist() == [1.0, 1.0]
+    first = np.linalg.norm(arms[0, :2])
+    assert 0.6 * width - 1e-9 <= first <= 0.6 * width + 1.0
+
+
+@pytest.mark.parametrize("width", [4.0, 10.0, 40.0])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_an_arc_is_known_by_its_curvature(width: float, side: float) -> None:
+    """Through a gap in a circle, the arms of the rest of it bend almost nothing more than promised."""
+    radius = 5 * width
+    angle = np.linspace(0.3, 2 * np.pi - 0.3, int(2 * np.pi * radius))
+    points = np.column_stack((radius * np.cos(angle), side * radius * np.sin(angle)))
+    arms = arms_of(points, (FREE, FREE), 0.0, width)
+    # Outwards from its start the circle is run backwards.
+    share = arms[:, 4] * radius * [-side, side]  # of the few points of a thin arm only a part is believed
+    assert (share > (0.85 if width >= 10 else 0.4)).all()
+    assert (share < 1.1).all()
+    tangents = np.array([np.sin(0.3), -side * np.cos(0.3)]), np.array([np.sin(0.3), side * np.cos(0.3)])
+    np.testing.assert_allclose(arms[:, 2:4], tangents, atol=0.06 if width >= 10 else 0.12)
+    bend, _ = _bend(arms, 0, 1, width)
+    straight = arms.copy()
+    straight[:, 5] = 0.0
+    assert bend < (0.4 if width >= 10 else 0.6) * _bend(straight, 0, 1, width)[0]
+
+
+def test_noise_is_not_taken_for_a_bend() -> None:
+    rng = np.random.default_rng(1)
+    width = 4.0
+    points = np.column_stack((np.arange(60.0), 0.3 * rng.standard_normal(60)))
+    arms = arms_of(points, (0, 1), 3.0, width)
+    assert np.abs(arms[:, 4] * width).max() < 0.15
+    assert np.abs(arms[:, 3]).max() < 0.25
+
+
+def test_a_short_run_points_from_end_to_end_and_has_no_known_bend() -> None:
+    points = np.column_stack((np.arange(6.0), np.zeros(6)))
+    arms = arms_of(points, (0, 1), 2.0, 8.0)
+    np.testing.assert_allclose(arms[:, 2:4], [[-1, 0], [1, 0]])
+    assert arms[:, 4:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
+
+
+def test_one_point_has_no_direction() -> None:
+    arms = arms_of(np.array([[3.0, 4.0]]), (FREE, FREE), 0.0, 5.0)
+    assert arms.tolist() == [[3.0, 4.0, 0.0, 0.0, 0.0, 0.0]] * 2
+
+
+def reach_of(radii: list[float], nodes: tuple[int, int] = (0, 1), width: float = 4.0) -> list[int]:
+    spans = np.array([[0, len(radii)]])
+    return wide_reach(np.array(nodes), spans, np.array(radii), width)[0].tolist()
+
+
+def test_the_reach_of_two_cables_ends_where_one_is_left() -> None:
+    assert reach_of([4.0] * 10 + [2.0] * 30) == [10, 0]
+    assert reach_of([2.0] * 30 + [4.0] * 10) == [0, 10]
+    assert reach_of([2.0] * 40) == [0, 0]
+    assert reach_of([4.0] * 40) == [40, 40]
+
+
+def test_a_short_narrow_place_does_not_end_the_reach() -> None:
+    """Where two cables cross, they are as narrow as one."""
+    assert reach_of([4.0] * 10 + [2.0] + [4.0] * 10 + [2.0] * 30) == [21, 0]
+    assert reach_of([4.0] * 10 + [2.0] * 9 + [4.0] * 10 + [2.0] * 30)[0] == 10
+
+
+def test_two_cables_get_narrower_together_towards_a_free_end() -> None:
+    assert reach_of([4.0] * 20 + [2.0] * 4, (0, FREE)) == [24, 24]
+    assert reach_of([4.0] * 20 + [2.0] * 4, (0, 1)) == [20, 24]
+
+
+def test_the_mean_width_of_each_run() -> None:
+    spans = np.array([[0, 4], [6, 8], [9, 9]])
+    radii = np.arange(12.0)
+    assert wide_reach(np.full(6, -1), spans, radii, 5.0)[1].tolist() == [3.0, 13.0, 5.0]
+
+
+def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Draw a bar that ends in the middle of the picture, round, flat or hollow; return it and the arm of its end."""
+    size = 12 * width
+    yy, xx = np.indices((size, size), dtype=float)
+    along = np.array([np.cos(angle), np.sin(angle)])
+    u = (xx - size / 2) * along[0] + (yy - size / 2) * along[1]
+    v = -(xx - size / 2) * along[1] + (yy - size / 2) * along[0]
+    r = width / 2
+    bar = (np.abs(v) <= r) & (u > -4 * width)
+    distance = np.hypot(u, v)
+    mask = {
+        "round": bar & ((u <= 0) | (distance <= r)),
+        "flat": bar & (u <= r),
+        "slanting": bar & (u <= r + 0.5 * v),
+        "hollow": bar & (u <= r) & (np.hypot(u - r, v) > r),
+    }[kind]
+    tip = size / 2 - 0.2 * width * along
+    return mask.astype(np.uint8), np.array([[*tip, *along, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("width", [7, 12, 40])
+@pytest.mark.parametrize("angle", [0.0, 0.6, np.pi / 4, 2.5])
+def test_round_flat_and_hollow_ends_are_told_apart(width: int, angle: float) -> None:
+    caps = {}
+    for kind in ("round", "flat", "slanting", "hollow"):
+        mask, arm = bar_with_end(kind, width, angle)
+        (caps[kind],) = measure_caps(np.array([FREE]), arm, mask, width)
+    if width >= 12:  # in thinner ones a pixel is too much of the radius
+        slack = 0.3 if width < 40 else 0.15
+        assert caps["round"] == pytest.approx(1.0, abs=slack)
+        assert caps["flat"] == pytest.approx(0.0, abs=slack)
+    assert caps["hollow"] < 0.0
+    assert caps["hollow"] + 0.5 < caps["flat"] < caps["round"] - 0.3
+    assert caps["slanting"] < caps["round"] - 0.3
+
+
+def test_only_free_ends_with_a_direction_have_a_cap() -> None:
+    mask, arm = bar_with_end("round", 12, 0.0)
+    arms = np.concatenate((arm, arm, arm, arm * [1, 1, 0, 0, 1, 1]))
+    caps = measure_caps(np.array([FREE, 0, -2, FREE]), arms, mask, 12.0)
+    assert caps[0] > 0.5
+    assert caps[1:].tolist() == [0.0, 0.0, 0.0]

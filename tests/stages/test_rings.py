@@ -1,0 +1,95 @@
+"""Rings that come from a misread crossing, and a number of cables that is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linking_examples import circle, draw, pairing_of
+
+from dloftbs.graph import Graph, Pairing
+from dloftbs.stages.rings import join_to, open_rings
+
+
+def loop_that_crosses_itself() -> np.ndarray:
+    t = np.linspace(-1.35, 1.35, 400)
+    return np.column_stack((200 + 132 * (t**3 - t), 30 + 170 * (1 - t**2 / 1.9)))
+
+
+def misread(graph: Graph, pairing: Pairing) -> None:
+    """Exchange the two joints of the only crossing, so that a ring comes apart from the rest."""
+    i, k = sorted({min(i, j) for i, j in enumerate(pairing.partner) if j >= 0})
+    for one, other in ((i, k), (pairing.partner[i], k)):
+        pairing.exchange(one, other)
+        if any(is_ring for _, is_ring in pairing.chains()):
+            return
+        pairing.exchange(one, other)
+    raise AssertionError("no exchange makes a ring")
+
+
+def test_a_misread_crossing_is_put_right() -> None:
+    _, graph, pairing = pairing_of(draw(loop_that_crosses_itself()))
+    before = list(pairing.partner)
+    misread(graph, pairing)
+    assert sorted(is_ring for _, is_ring in pairing.chains()) == [False, True]
+    open_rings(graph, pairing)
+    assert pairing.partner == before
+    assert [is_ring for _, is_ring in pairing.chains()] == [False]
+
+
+def test_a_ring_that_only_a_gap_closes_is_opened_there() -> None:
+    _, graph, pairing = pairing_of(draw(circle((200, 120), 80, 0.2, 2 * np.pi - 0.2)))
+    pairing.join(0, 1)
+    open_rings(graph, pairing)
+    assert pairing.partner == [-1, -1]
+    assert [is_ring for _, is_ring in pairing.chains()] == [False]
+
+
+def test_a_figure_eight_stays_closed() -> None:
+    a = np.linspace(0, 2 * np.pi, 600)
+    _, graph, pairing = pairing_of(draw(np.column_stack((200 + 150 * np.sin(a), 120 + 80 * np.sin(2 * a)))))
+    before = list(pairing.partner)
+    open_rings(graph, pairing)
+    assert pairing.partner == before
+    assert [is_ring for _, is_ring in pairing.chains()] == [True]
+
+
+@pytest.mark.xfail(strict=True, reason="opening the ring at a crossing costs less than leaving it closed")
+def test_a_ring_that_a_straight_cable_crosses_stays_a_ring() -> None:
+    _, graph, pairing = pairing_of(draw(circle((200, 100), 70), [(20, 120), (380, 140)]))
+    open_rings(graph, pairing)
+    assert sorted(is_ring for _, is_ring in pairing.chains()) == [False, True]
+
+
+def test_without_rings_nothing_changes() -> None:
+    _, graph, pairing = pairing_of(draw([(20, 60), (380, 80)], [(200, 20), (210, 220)]))
+    before = list(pairing.partner)
+    open_rings(graph, pairing)
+    assert pairing.partner == before
+
+
+DASHES = [[(10, 100), (60, 104)], [(170, 110), (220, 116)], [(330, 120), (385, 118)]]
+
+
+@pytest.mark.parametrize("objects", [1, 2, 3, 7])
+def test_cables_are_joined_until_there_are_so_many(objects: int) -> None:
+    _, graph, pairing = pairing_of(draw(*DASHES), max_gap_widths=1.0)
+    assert len(pairing.chains()) == 3
+    join_to(graph, pairing, objects)
+    assert len(pairing.chains()) == min(objects, 3)
+    assert all(pairing.partner[j] == i for i, j in enumerate(pairing.partner) if j >= 0)
+    joints = [i for i, j in enumerate(pairing.partner) if j >= 0]
+    assert len(joints) == 2 * (3 - min(objects, 3))
+    assert all(pairing.cost[i] > 0.0 and pairing.margin[i] == 0.0 and pairing.other[i] == -1 for i in joints)
+
+
+def test_the_nearest_in_line_are_joined_first() -> None:
+    _, graph, pairing = pairing_of(draw(*DASHES, [(170, 200), (220, 30)]), max_gap_widths=1.0)
+    join_to(graph, pairing, 1)
+    ((chain, _),) = pairing.chains()
+    assert len(chain) == graph.runs
+
+
+def test_rings_are_counted_but_not_joined() -> None:
+    _, graph, pairing = pairing_of(draw(circle((70, 70), 40), *[np.add(d, (0, 60)) for d in DASHES]), 1.0)
+    join_to(graph, pairing, 1)
+    assert len(pairing.chains()) == 1  # the ring touches no junction and is none of the runs
