@@ -46,7 +46,6 @@ class TestCrossings:
         assert max(distances(found, cables)) < 0.5 * width + 2.5
         assert [detection.width for detection in found] == pytest.approx([width] * 2, abs=0.6)
 
-    @pytest.mark.xfail(strict=True, reason="oblique crossings of thin cables are read as touches")
     def test_thin_cables_cross_obliquely(self) -> None:
         wrong = []
         for tilt in np.arange(3, 180, 12):

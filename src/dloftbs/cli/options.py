@@ -82,7 +82,7 @@ def config_options(command: Command) -> Command:
         multiple=True,
         metavar="SECTION.KEY=VALUE",
         callback=_parse_changes,
-        help="Change one setting, e.g. linking.max_cost=5; the value is YAML. Repeatable.",
+        help="Change one setting, e.g. linking.objects=1; the value is YAML. Repeatable.",
     )
     @click.option(
         "--hsv",

@@ -11,6 +11,8 @@ from dloftbs.kernels._compile import helper, kernel, read
 _TERMS = 4  # of a cubic
 _NARROW, _WIDE = 0.4, 0.7  # widths between the axes: below the one they may cross, above the other they do not
 _WINDOW = 3.0  # widths to both sides of a narrow place that are looked at
+_LEAST_WINDOW_PX = 24  # thin cables are as coarse as their pixels
+_PIXEL = 1.0
 _BEFORE_END, _AFTER_END = 5.0, 4.0  # widths around the end of one of them
 _FLOOR_END_PX2 = 0.01
 _FLOOR_PX2 = 0.04  # of the mean squared residual: what the pixels' staircase leaves
@@ -144,21 +146,22 @@ def follow_lanes(
     n = len(arc)
     changed = np.zeros(n + 1, dtype=np.bool_)
     margin = np.inf
-    most = int(_WINDOW * width) + 4
+    most = max(int(_WINDOW * width) + 4, _LEAST_WINDOW_PX)
+    narrow_px, wide_px = _NARROW * width + _PIXEL, _WIDE * width + _PIXEL
     room = 2 * most + n + 16
     points = np.empty((room, 2))
     at = 0
     while at <= n:
-        narrow = at < n and separation[at] < _NARROW * width
+        narrow = at < n and separation[at] < narrow_px
         hidden = 0 < at < n and arc[at] - arc[at - 1] > width
-        edge = (at == 0 and separation[0] < _WIDE * width) or (at == n and separation[n - 1] < _WIDE * width)
+        edge = (at == 0 and separation[0] < wide_px) or (at == n and separation[n - 1] < wide_px)
         if not (narrow or hidden or edge):
             at += 1
             continue
         place = at
         at += 1
         if place < n:
-            while at < n and separation[at] < _WIDE * width:
+            while at < n and separation[at] < wide_px:
                 if separation[at] < separation[place]:
                     place = at
                 at += 1

@@ -24,7 +24,7 @@ _MOST_HALF_TURN = 1.4  # rad
 _STEEP = 0.5  # sine of the least angle between them
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
-_MARGIN_SCALE = {JointKind.CROSSING: 0.015, JointKind.GAP: 0.25}
+_MARGIN_SCALE = {JointKind.CROSSING: 0.025, JointKind.GAP: 0.25}
 
 
 _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or -1

@@ -10,7 +10,7 @@ from dloftbs.kernels import lanes as kernels
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.patch import Patch
 
-_REACH_WIDTHS = 3.0
+_REACH_WIDTHS, _LEAST_REACH_PX = 3.0, 24
 _CHORD_REACH_PX = 4
 _LEAST_EVIDENCE = 0.1
 _NOTHING: FloatArray = np.empty((0, 2))
@@ -115,7 +115,7 @@ def _stretch(graph: Graph, pairing: Pairing, ends: tuple[int, int]) -> np.ndarra
 def _along(graph: Graph, pairing: Pairing, end: int) -> FloatArray:
     """Return how a run goes on from one of its ends."""
     start, stop = pairing.spans[end // 2]
-    most = int(_REACH_WIDTHS * graph.width) + 4
+    most = max(int(_REACH_WIDTHS * graph.width) + 4, _LEAST_REACH_PX)
     if end % 2 == 0:
         return pairing.points[start : min(start + most, stop)]
     return pairing.points[max(stop - most, start) : stop][::-1]

@@ -40,6 +40,10 @@ def _open(graph: Graph, pairing: Pairing, ring: list[int]) -> bool:
         return False
     assert exchange is not None
     pairing.exchange(*exchange)
+    for end in exchange:
+        other = pairing.partner[end]
+        if other >= 0:  # what speaks for it is that a ring is rare
+            pairing.margin[end] = pairing.margin[other] = max(_WORTH - price, 0.0)
     return True
 
 
