@@ -3,12 +3,14 @@
 Run it with ``python -m benchmarks.speed [--quick]``. The references are
 
 - Lee: ``skimage.morphology.skeletonize(method="lee")`` on the bounding box, most of what the authors' code costs;
-- floor: OpenCV's 3 x 3 open and contours of the whole mask, next to nothing.
+- floor: OpenCV's 3 x 3 open and contours of the whole mask, next to nothing;
+- paper: the published method, mask to curves.
 """
 
 from __future__ import annotations
 
 import argparse
+from itertools import cycle
 
 import cv2
 import numpy as np
@@ -19,7 +21,7 @@ from benchmarks.timing import interleaved, row
 from dloftbs import Config, Frame, HsvRange, Pipeline, SegmentationConfig
 from dloftbs.stages.segmentation import HsvSegmenter
 
-HEADER = f"{'':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ Lee':>11}{'/ floor':>11}"
+HEADER = f"{'':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ Lee':>11}{'/ floor':>11}{'/ paper':>11}"
 
 
 def main() -> None:
@@ -35,33 +37,39 @@ def main() -> None:
 
 
 def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
-    """Time the published method on masks in turn, whole and by stage."""
-    pipeline = Pipeline(Config.paper())
+    """Time both methods on masks in turn, the default one by stage, too."""
+    pipeline, paper = Pipeline(), Pipeline(Config.paper())
     stages: dict[str, list[float]] = {}
     boxes = [crop_to_box(mask) for mask in masks]
-    turn = iter(range(10**9))
-
-    def alone() -> None:
-        pipeline.detect(Frame(mask=masks[next(turn) % len(masks)]))
+    # Each function has its own turn, so that all see all masks.
+    turns = [cycle(masks) for _ in range(5)]
+    box = cycle(boxes)
 
     def tracked() -> None:
-        result = pipeline.process(Frame(mask=masks[next(turn) % len(masks)]))
+        result = pipeline.process(Frame(mask=next(turns[0])))
         for stage, milliseconds in result.stage_ms.items():
             stages.setdefault(stage, []).append(milliseconds)
 
-    def lee() -> None:
-        skeletonize(boxes[next(turn) % len(boxes)], method="lee")
-
-    ours = {"alone": alone, "tracked": tracked}
-    times = interleaved({**ours, "floor": lambda: floor(masks[next(turn) % len(masks)])}, rounds)
+    times = interleaved(
+        {
+            "alone": lambda: pipeline.detect(Frame(mask=next(turns[1]))),
+            "tracked": tracked,
+            "paper": lambda: paper.detect(Frame(mask=next(turns[2]))),
+            "paper, tracked": lambda: paper.process(Frame(mask=next(turns[3]))),
+            "floor": lambda: floor(next(turns[4])),
+        },
+        rounds,
+    )
     # Lee's method is slow and even: fewer rounds, straight after.
-    times |= interleaved({"Lee": lee}, max(rounds // 10, 4))
-    references = float(np.median(times["Lee"])), float(np.median(times["floor"]))
+    times |= interleaved({"Lee": lambda: skeletonize(next(box), method="lee")}, max(rounds // 10, 4))
+    references = tuple(float(np.median(times[name])) for name in ("Lee", "floor", "paper"))
     print(f"{title:<34}{HEADER[34:]}")
     print(row("  mask to curves", times["alone"], *references))
     print(row("  mask to tracked curves", times["tracked"], *references))
     for stage, milliseconds in stages.items():
         print(row(f"    {stage}", np.array(milliseconds), *references))
+    print(row("  published: mask to curves", times["paper"], *references))
+    print(row("  published: to tracked curves", times["paper, tracked"], *references))
     print(row("  Lee's skeleton of the box", times["Lee"], *references))
     print(row("  floor: open and contours", times["floor"], *references), end="\n\n")
 
