@@ -9,6 +9,7 @@ from numba import boolean, float64, int32, int64, uint8
 from dloftbs.kernels._compile import helper, kernel, read, write
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
+_CHORD_WIDTHS = 1.5
 _BRANCH = 2  # marks a branch point in the grid while a kernel runs
 FREE = -1
 """In the place of a node: the end of a run that touches no junction."""
@@ -297,7 +298,7 @@ def find_kinks(
     nodes : (2 n_open,) int64
     n_open : int
     width : float
-        px; a point's turn is that between the chords over one width before and after it.
+        px; a point's turn is that between the chords over one and a half widths before and after it.
     sharp : float
         The smallest turn, rad.
 
@@ -306,7 +307,7 @@ def find_kinks(
     (k,) int64
         Indices into `points`, ascending.
     """
-    reach = max(int(width + 0.5), 3)
+    reach = max(int(_CHORD_WIDTHS * width + 0.5), 3)
     blunt = np.cos(sharp) ** 2 if sharp < 0.5 * np.pi else 0.0
     found = np.empty(len(points), dtype=np.int64)
     count = 0

@@ -15,7 +15,7 @@ _SPUR_WIDTHS = 0.6  # a spur sticks out by less
 _MERGE_WIDTHS = 1.0  # a run with less between two junctions makes them one
 _SPECK_WIDTHS2 = 0.3  # what stands alone and covers less, in squares of the width, is noise
 _THROUGH_WIDTHS = 4.0  # how far ahead of an arm is looked
-_KINK_RAD = 1.2  # a cable does not turn by more within two widths
+_KINK_RAD = 1.2  # a cable does not turn by more within three widths
 
 
 def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph | None, int]:
