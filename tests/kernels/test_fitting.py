@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
 from dloftbs import centerline
-from dloftbs.kernels.fitting import arc_parameter, bridge, fit_closed, fit_open, misfit, open_knots
+from dloftbs.kernels.fitting import arc_parameter, fit_closed, fit_open, misfit, open_knots
 from dloftbs.stages.fitting import closed_knots
 
 
@@ -95,21 +95,3 @@ def test_the_misfit_agrees_with_scipy(seed: int, n: int, k: int, window: int) ->
     residual = (points - BSpline(knots, control, 3)(u))[:whole].reshape(-1, window, 2).mean(axis=1)
     expected = np.linalg.norm(residual, axis=1).max(initial=0.0)
     np.testing.assert_allclose(misfit(u, points, knots, control, window), expected, rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.parametrize("turn", [0.001, 0.3, 1.0, 2.0, 3.0])
-def test_a_bridge_over_an_arc_keeps_to_it(turn: float) -> None:
-    radius = 60.0 / turn
-    ends = radius * np.array([[0.0, 0.0], [np.sin(turn), 1.0 - np.cos(turn)]])
-    forwards, onwards = np.array([1.0, 0.0]), np.array([np.cos(turn), np.sin(turn)])
-    points = bridge(ends[0], forwards, ends[1], onwards, 3.0)
-    off = np.linalg.norm(points - (0.0, radius), axis=1) - radius
-    assert np.abs(off).max() < 0.02 * 60.0
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    assert steps.max() < 6.0
-
-
-def test_a_bridge_over_nothing_is_empty() -> None:
-    ahead = np.array([1.0, 0.0])
-    assert bridge(np.zeros(2), ahead, np.array([1.0, 0.0]), ahead, 3.0).shape == (0, 2)
-    assert bridge(np.zeros(2), ahead, np.zeros(2), -ahead, 3.0).shape == (0, 2)

@@ -8,7 +8,9 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels._compile import helper, kernel, read
 
-_FITS = 3
+FITS = 3
+"""How often the number of knots is tried."""
+
 _ERROR_ORDER = 4  # a cubic's error falls with the fourth power of the spacing
 _SLACK, _MOST_GROWTH = 1.1, 2.0
 
@@ -307,46 +309,10 @@ def misfit(
     return np.sqrt(worst) / window
 
 
-@kernel(read(float64, 1), read(float64, 1), read(float64, 1), read(float64, 1), float64)
-def bridge(
-    start: npt.NDArray[np.float64],
-    forwards: npt.NDArray[np.float64],
-    end: npt.NDArray[np.float64],
-    onwards: npt.NDArray[np.float64],
-    spacing: float,
-) -> npt.NDArray[np.float64]:
-    """Return points across a gap: a cubic that leaves one end and reaches the other in given directions.
-
-    Its speed at the ends is the chord over ``cos^2`` of a quarter of the turn, with which an arc is met closely.
-
-    Parameters
-    ----------
-    start, end : (2,) float64
-        Not returned.
-    forwards, onwards : (2,) float64
-        Unit directions of travel at both.
-    spacing : float
-        Between the points, about.
-
-    Returns
-    -------
-    (m, 2) float64
-    """
-    dx, dy = end[0] - start[0], end[1] - start[1]
-    chord = np.sqrt(dx * dx + dy * dy)
-    cosine = forwards[0] * onwards[0] + forwards[1] * onwards[1]
-    half = np.sqrt(0.5 * (1.0 + min(max(cosine, -1.0), 1.0)))  # the cosine of half the turn
-    speed = 2.0 * chord / (1.0 + half)
-    steps = max(int(chord / spacing + 0.5), 1)
-    points = np.empty((steps - 1, 2))
-    for i in range(1, steps):
-        t = i / steps
-        s = 1.0 - t
-        for d in range(2):
-            points[i - 1, d] = s * s * ((1.0 + 2.0 * t) * start[d] + t * speed * forwards[d]) + t * t * (
-                (1.0 + 2.0 * s) * end[d] - s * speed * onwards[d]
-            )
-    return points
+@kernel(int64, float64, int64)
+def grow(count: int, excess: float, most: int) -> int:
+    """Return how many knots to try next, where the misfit is so many times what it may be."""
+    return min(int(np.ceil(count * min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH))), most)
 
 
 @kernel(read(float64, 1), read(float64, 2), int64, int64, int64, float64, int64)
@@ -386,13 +352,12 @@ def grow_open_knots(
         own_u[i] = u[k]
         for d in range(dims):
             own_points[i, d] = points[k, d]
-    for _ in range(_FITS):
+    for _ in range(FITS):
         if count >= most or n < ORDER:
             break
         knots = open_knots(own_u, count)
         excess = misfit(own_u, own_points, knots, fit_open(own_u, own_points, knots), window) / tolerance
         if excess <= 1.0:
             break
-        growth = min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH)
-        count = min(int(np.ceil(count * growth)), most)
+        count = grow(count, excess, most)
     return count

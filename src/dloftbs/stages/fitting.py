@@ -13,11 +13,7 @@ _DEGREE = 3
 _FIRST_SPACING = 8.0  # from knot to knot, in widths of the object
 _LEAST_SPACING = 1.5
 _LEAST_SPACING_PX = 6.0
-_FITS = 3
 _PICK = 6  # while knots are counted, every so-many-th point will do, three a span or more
-_ERROR_ORDER = 4  # a cubic's error falls with the fourth power of the spacing
-_SLACK = 1.1
-_MOST_GROWTH = 2.0
 
 
 def fit(points: FloatArray, u: FloatArray, closed: bool, config: FittingConfig, width_px: float) -> BSplineCurve:
@@ -76,20 +72,19 @@ def needed_knots(points: FloatArray, u: FloatArray, closed: bool, tolerance_px: 
     most = max(int(n / max(_LEAST_SPACING * width_px, _LEAST_SPACING_PX)), 2) + 1
     count = min(max(int(n / (_FIRST_SPACING * width_px)), 1) + 3, most)
     pick = max(min(_PICK, n // (3 * most)), 1)
+    window = max(round(1.5 * width_px / pick), 2)
     if not closed:
-        window = max(round(1.5 * width_px / pick), 2)
         return kernels.grow_open_knots(u, points, count, most, pick, tolerance_px, window) if n > 1 else count
     if pick > 1:
         chosen = np.append(np.arange(0, n - 1, pick), n - 1)
         points, u = points[chosen], u[chosen]
-    window = max(round(1.5 * width_px / pick), 2)
-    for _ in range(_FITS):
+    for _ in range(kernels.FITS):
         if count >= most or len(points) <= _DEGREE:
             break
         excess = kernels.misfit(u, points, *_fit(points, u, closed, count), window) / tolerance_px
         if excess <= 1.0:
             break
-        count = min(int(np.ceil(count * min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH))), most)
+        count = kernels.grow(count, excess, most)
     return count
 
 
