@@ -36,9 +36,10 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("gap: per rad² of bend", bending._GAP_TURN),
     ("gap: per width of its length", bending._GAP_LENGTH),
     ("gap: from an arm of a junction", bending._GAP_ARM),
-    ("gap: between two round ends", bending._GAP_ROUND),
     ("open end: arm of a junction", bending.OPEN_ARM),
-    ("open end: free", bending.OPEN_FREE),
+    ("open end: free and round", bending.OPEN_ROUND),
+    ("open end: free and cut off", bending.OPEN_CUT),
+    ("open end: of a cable inside of a shared run", bending.OPEN_INSIDE),
     ("open end: at a sharp turn where nothing else meets", bending.OPEN_KINK),
     ("share of the arms' curvature that is believed to go on", bending._PROMISE),
     ("ends matched exactly, up to", matching.EXACT),
@@ -152,7 +153,19 @@ def pairing_without_sharing(look: Look) -> Pairing:
     full = look.paired
     nodes, arms = look.graph.nodes.tolist(), look.graph.arms
     return Pairing(
-        full.points, full.radius, full.original[:n], nodes, full.spans[:n], full.spurs[:n], arms, [], [], [], [], {}
+        full.points,
+        full.radius,
+        full.original[:n],
+        nodes,
+        full.price[: 2 * n],
+        full.spans[:n],
+        full.spurs[:n],
+        arms,
+        [],
+        [],
+        [],
+        [],
+        {},
     )
 
 

@@ -13,6 +13,7 @@ from dloftbs.patch import Patch
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.junctions import build_graph
 from dloftbs.stages.lanes import settle_lanes
+from dloftbs.stages.merging import join_inside
 from dloftbs.stages.pairing import pair
 from dloftbs.stages.rings import open_rings
 from dloftbs.stages.skeleton import skeletonize
@@ -40,6 +41,7 @@ def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[Patch, Grap
     patch, graph, pairing = pairing_of(mask, max_gap_widths)
     settle_lanes(patch, graph, pairing)
     open_rings(graph, pairing)
+    join_inside(graph, pairing, max_gap_widths)
     return patch, graph, pairing
 
 
@@ -101,3 +103,18 @@ def distances(detections: list[Detection], truth: list[np.ndarray]) -> list[floa
         both = [max(cKDTree(points).query(one)[0].max(), cKDTree(one).query(points)[0].max()) for one in found]
         result.append(float(min(both)))
     return result
+
+
+def coil(radius: float = 50.0) -> np.ndarray:
+    """Return a cable from the left to the right with one full turn on the way, which touches itself at (200, 180)."""
+    turn, way = np.linspace(0.0, 2.0 * np.pi, 200), np.linspace(0.0, 1.0, 60)
+    left = np.column_stack((20 + 180 * way, 165 + 15 * np.sin(way * np.pi / 2)))
+    ring = np.column_stack((200 + radius * np.sin(turn), 180 - radius + radius * np.cos(turn)))
+    right = np.column_stack((200 + 180 * way, 165 + 15 * np.cos(way * np.pi / 2)))
+    return np.concatenate((left, ring[1:-1], right))
+
+
+def hide(mask: np.ndarray, x: float, y: float, radius: float) -> np.ndarray:
+    """Return a mask of which a disc hides a part."""
+    yy, xx = np.indices(mask.shape)
+    return np.where(np.hypot(xx - x, yy - y) < radius, 0, mask)

@@ -21,6 +21,7 @@ def pairing(nodes: list[int], partner: list[int], spurs: list[bool] | None = Non
         radius=np.ones(2 * n),
         original=list(range(n)),
         nodes=nodes,
+        price=[1.0] * 2 * n,
         spans=[(2 * i, 2 * i + 2) for i in range(n)],
         spurs=[False] * n if spurs is None else spurs,
         arms=np.zeros((2 * n, 6)),

@@ -90,6 +90,8 @@ class Pairing:
         The run of the graph that each run is.
     nodes : list of int
         As the graph's, of all runs.
+    price : list of float
+        Of leaving each end open.
     spans : list of (int, int)
         Of each run, the points that are its own.
     spurs : list of bool
@@ -108,6 +110,7 @@ class Pairing:
     radius: FloatArray
     original: list[int]
     nodes: list[int]
+    price: list[float]
     spans: list[tuple[int, int]]
     spurs: list[bool]
     arms: FloatArray

@@ -29,6 +29,7 @@ from dloftbs.stages.junctions import build_graph
 from dloftbs.stages.lanes import settle_lanes
 from dloftbs.stages.lifting import MIN_POINTS, lift
 from dloftbs.stages.linking import close, link
+from dloftbs.stages.merging import join_inside
 from dloftbs.stages.pairing import pair
 from dloftbs.stages.rings import join_to, open_rings
 from dloftbs.stages.segmentation import HsvSegmenter
@@ -209,6 +210,7 @@ def _link_by_bending(
     pairing = pair(patch, run.graph, config.max_gap_widths)
     settle_lanes(patch, run.graph, pairing)
     open_rings(run.graph, pairing)
+    join_inside(run.graph, pairing, config.max_gap_widths)
     if config.objects is not None:
         join_to(run.graph, pairing, config.objects)
     lines = assemble(patch, run.graph, pairing)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.kernels.arms import clear_spans, locate_arms, measure_caps, wide_reach
+from dloftbs.kernels.arms import UNTOLD, clear_spans, locate_arms, measure_caps, wide_reach
 from dloftbs.kernels.bending import _bend
 
 FREE = -1
@@ -128,8 +128,8 @@ def test_the_mean_width_of_each_run() -> None:
     assert wide_reach(np.full(6, -1), spans, radii, 5.0)[1].tolist() == [3.0, 13.0, 5.0]
 
 
-def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Draw a bar that ends in the middle of the picture, round, flat or hollow; return it and the arm of its end."""
+def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Draw a bar that ends in the middle of the picture; return it, its centre line from there on, and the arm."""
     size = 12 * width
     yy, xx = np.indices((size, size), dtype=float)
     along = np.array([np.cos(angle), np.sin(angle)])
@@ -145,7 +145,16 @@ def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.nd
         "hollow": bar & (u <= r) & (np.hypot(u - r, v) > r),
     }[kind]
     tip = size / 2 - 0.2 * width * along
-    return mask.astype(np.uint8), np.array([[*tip, *along, 0.0, 1.0]])
+    line = tip - np.arange(3 * width)[:, None] * along
+    return mask.astype(np.uint8), line, np.array([[*tip, *along, 0.0, 1.0]])
+
+
+def cap_of(mask: np.ndarray, line: np.ndarray, arm: np.ndarray, width: float, node: int = FREE) -> float:
+    """Return how round the first end of a run is."""
+    nodes, spans = np.array([node, -2]), np.array([[0, len(line)]])
+    caps = measure_caps(nodes, line, spans, np.concatenate((arm, arm)), mask, width)
+    assert caps[1] == UNTOLD
+    return float(caps[0])
 
 
 @pytest.mark.parametrize("width", [7, 12, 40])
@@ -153,20 +162,37 @@ def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.nd
 def test_round_flat_and_hollow_ends_are_told_apart(width: int, angle: float) -> None:
     caps = {}
     for kind in ("round", "flat", "slanting", "hollow"):
-        mask, arm = bar_with_end(kind, width, angle)
-        (caps[kind],) = measure_caps(np.array([FREE]), arm, mask, width)
-    if width >= 12:  # in thinner ones a pixel is too much of the radius
-        slack = 0.3 if width < 40 else 0.15
-        assert caps["round"] == pytest.approx(1.0, abs=slack)
-        assert caps["flat"] == pytest.approx(0.0, abs=slack)
-    assert caps["hollow"] < 0.0
-    assert caps["hollow"] + 0.5 < caps["flat"] < caps["round"] - 0.3
+        caps[kind] = cap_of(*bar_with_end(kind, width, angle), width)
+    assert all(0.0 <= cap <= 1.0 for cap in caps.values())
+    assert caps["hollow"] <= caps["flat"] < caps["round"] - 0.3
     assert caps["slanting"] < caps["round"] - 0.3
+    if width >= 12:  # in thinner ones a pixel is too much of the radius
+        slack = 0.35 if width < 40 else 0.15
+        assert caps["round"] > 1.0 - slack
+        assert max(caps["flat"], caps["hollow"], caps["slanting"]) < slack
 
 
-def test_only_free_ends_with_a_direction_have_a_cap() -> None:
-    mask, arm = bar_with_end("round", 12, 0.0)
-    arms = np.concatenate((arm, arm, arm, arm * [1, 1, 0, 0, 1, 1]))
-    caps = measure_caps(np.array([FREE, 0, -2, FREE]), arms, mask, 12.0)
-    assert caps[0] > 0.5
-    assert caps[1:].tolist() == [0.0, 0.0, 0.0]
+def test_of_ends_that_are_not_free_and_of_short_and_thin_ones_nothing_is_told() -> None:
+    mask, line, arm = bar_with_end("round", 12, 0.0)
+    assert cap_of(mask, line, arm, 12.0) > UNTOLD
+    assert cap_of(mask, line, arm, 12.0, node=0) == UNTOLD
+    assert cap_of(mask, line, arm, 12.0, node=-2) == UNTOLD
+    assert cap_of(mask, line[:10], arm, 12.0) == UNTOLD
+    assert cap_of(*bar_with_end("flat", 4, 0.0), 4.0) == UNTOLD
+
+
+@pytest.mark.parametrize("turn", [-0.4, 0.4])
+def test_a_bent_cable_with_a_round_end_is_round(turn: float) -> None:
+    width = 12
+    radius = width / abs(turn)
+    away = np.arange(4.0 * width) / radius  # rad, from the tip
+    line = np.column_stack((150 - radius * np.sin(away), 150 + np.sign(turn) * radius * (1 - np.cos(away))))
+    yy, xx = np.indices((300, 300))
+    mask = np.zeros((300, 300), np.uint8)
+    for x, y in line:
+        mask[np.hypot(xx - x, yy - y) <= width / 2] = 1
+    arm = np.array([[*line[0], 1.0, 0.0, turn / width, 1.0]])
+    assert cap_of(mask, line, arm, width) > 0.7
+    cut = mask.copy()
+    cut[np.hypot(xx - 168, yy - 150) < 30] = 0
+    assert cap_of(cut, line[12:], arm, width) < 0.3

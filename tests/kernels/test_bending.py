@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from dloftbs.kernels.bending import (
     OPEN_ARM,
-    OPEN_FREE,
+    OPEN_CUT,
     OPEN_KINK,
+    OPEN_ROUND,
     _bend,
     _outside,
     junction_costs,
@@ -160,11 +161,13 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
 def test_open_ends_have_their_price() -> None:
     nodes, arms = plus_arms()
     _, price = costs_of(nodes, arms)
-    assert price.tolist() == [OPEN_ARM, OPEN_FREE] * 4
+    assert price.tolist() == [OPEN_ARM, OPEN_CUT] * 4
     _, price = costs_of(nodes, arms, spur=np.array([True, False, False, False]))
-    assert price.tolist() == [0.0, 0.0] + [OPEN_ARM, OPEN_FREE] * 3
+    assert price.tolist() == [0.0, 0.0] + [OPEN_ARM, OPEN_CUT] * 3
     _, price = costs_of(nodes[:4], arms[:4])
-    assert price.tolist() == [OPEN_KINK, OPEN_FREE] * 2
+    assert price.tolist() == [OPEN_KINK, OPEN_CUT] * 2
+    _, price = costs_of(nodes, arms, caps=np.tile([0.0, 1.0, 0.0, 0.5], 2))
+    assert price.tolist() == pytest.approx([OPEN_ARM, OPEN_ROUND, OPEN_ARM, 0.5 * (OPEN_ROUND + OPEN_CUT)] * 2)
 
 
 def two_dashes(gap: float) -> tuple[np.ndarray, np.ndarray]:
@@ -172,11 +175,16 @@ def two_dashes(gap: float) -> tuple[np.ndarray, np.ndarray]:
     return np.full(4, -1), np.array(arms)
 
 
-def test_a_gap_costs_its_length_and_more_between_round_ends() -> None:
+def test_a_gap_costs_its_length() -> None:
     pairs, _ = costs_of(*two_dashes(24.0))
     assert pairs == {(1, 2): pytest.approx(0.06 * 24 / WIDTH)}
-    pairs, _ = costs_of(*two_dashes(24.0), caps=np.array([0.0, 1.0, 0.5, 0.0]))
-    assert pairs == {(1, 2): pytest.approx(0.06 * 24 / WIDTH + 0.15)}
+
+
+def test_a_longer_gap_is_bridged_between_cut_ends_than_between_round_ones() -> None:
+    gap = 0.5 * (OPEN_ROUND + OPEN_CUT) * 2 * WIDTH / 0.06
+    nodes, arms = two_dashes(gap)
+    assert len(costs_of(nodes, arms, caps=np.zeros(4), max_gap=1e3)[0]) == 1
+    assert costs_of(nodes, arms, caps=np.ones(4), max_gap=1e3)[0] == {}
 
 
 def test_a_gap_that_is_too_long_is_none() -> None:

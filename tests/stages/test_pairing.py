@@ -10,7 +10,7 @@ from linking_examples import beside, cross, draw, graph_of, pairing_of
 
 from dloftbs import Config
 from dloftbs.graph import UNAVAILABLE, Graph, Pairing
-from dloftbs.kernels.bending import OPEN_ARM, OPEN_FREE, OPEN_KINK
+from dloftbs.kernels.bending import OPEN_ARM, OPEN_CUT, OPEN_KINK
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.junctions import build_graph
 from dloftbs.stages.pairing import pair
@@ -126,7 +126,7 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
     if graph is None:
         return
     pairing = pair(patch, graph, 25.0)
-    most = 2 * max(OPEN_ARM, OPEN_FREE, OPEN_KINK)
+    most = 2 * max(OPEN_ARM, OPEN_CUT, OPEN_KINK)
     for i, j in enumerate(pairing.partner):
         if j >= 0:
             assert pairing.partner[j] == i != j

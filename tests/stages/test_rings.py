@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linking_examples import circle, draw, pairing_of
+from linking_examples import circle, coil, draw, hide, pairing_of
 
 from dloftbs.graph import Graph, Pairing
+from dloftbs.stages.lanes import settle_lanes
 from dloftbs.stages.rings import join_to, open_rings
 
 
@@ -41,6 +42,16 @@ def test_a_ring_that_only_a_gap_closes_is_opened_there() -> None:
     pairing.join(0, 1)
     open_rings(graph, pairing)
     assert pairing.partner == [-1, -1]
+    assert [is_ring for _, is_ring in pairing.chains()] == [False]
+
+
+@pytest.mark.parametrize(("x", "radius"), [(165, 18), (180, 18), (180, 26), (225, 18), (240, 22)])
+def test_a_ring_whose_crossing_is_hidden_is_put_into_the_cable_beside_it(x: float, radius: float) -> None:
+    mask = hide(draw(coil(40.0)), x, 180.0 if radius == 18 and x != 165 else 170.0, radius)
+    patch, graph, pairing = pairing_of(mask)
+    settle_lanes(patch, graph, pairing)
+    assert any(is_ring for _, is_ring in pairing.chains())
+    open_rings(graph, pairing)
     assert [is_ring for _, is_ring in pairing.chains()] == [False]
 
 

@@ -14,7 +14,15 @@ _BLUNT_WIDTHS = 0.5  # from this far inside of a free end on, since thinning ben
 _STRAIGHT_WIDTHS = 1.0  # what is shorter is taken for straight
 _LEAST_POINTS = 3
 _WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin above the one, end below the other
-_INNER, _OUTER = (-0.3, -0.15, 0.0, 0.15, 0.3), (0.65, 0.75, 0.85)  # of the radius: where a cap is looked at
+_ACROSS = np.linspace(-0.75, 0.75, 11)  # of the radius: where a cap is looked at
+# How far the mask goes ahead there, in radii, is about c + slant * k + roundness * sqrt(1 - k^2): least squares.
+_, _TO_SLANT, _TO_ROUND = np.linalg.pinv(np.stack([np.ones_like(_ACROSS), _ACROSS, np.sqrt(1.0 - _ACROSS**2)], axis=1))
+_SLANT = 0.25  # more than the end of a cable has
+_NOTCH = 4  # half pixels
+_DUMB_PX = 4.0  # of so wide a cable, caps tell nothing; of one twice as wide, all
+UNTOLD = 0.65
+"""How round an end counts of which nothing is known."""
+
 _NOISE_PX = 0.3  # of a point of the centre line, to both sides
 _USUAL_BEND = 0.25  # curvature times width
 
@@ -282,16 +290,45 @@ def measure_through(
     return through
 
 
-@kernel(read(int64, 1), read(float64, 2), read(uint8, 2), float64)
+@helper
+def _reach_along(
+    mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, curvature: float, aside: float, most: float
+) -> float:
+    """Return how much mask lies ahead on a parabola beside an arm, to half a pixel; small notches are passed."""
+    t, found, missed = 0.0, 0, 0
+    while t < most and missed < _NOTCH:
+        across = aside + 0.5 * curvature * t * t
+        row, column = int(y + t * dy + across * dx + 0.5), int(x + t * dx - across * dy + 0.5)
+        if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0:
+            found += 1
+            missed = 0
+        else:
+            missed += 1
+        t += 0.5
+    return 0.5 * found
+
+
+@kernel(read(int64, 1), read(float64, 2), read(int64, 2), read(float64, 2), read(uint8, 2), float64)
 def measure_caps(
-    nodes: npt.NDArray[np.int64], arms: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], width: float
+    nodes: npt.NDArray[np.int64],
+    points: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
+    arms: npt.NDArray[np.float64],
+    mask: npt.NDArray[np.uint8],
+    width: float,
 ) -> npt.NDArray[np.float64]:
-    """Return how round each free end is: 1 for half a disc, 0 for a straight cut, below 0 for one that is hollow.
+    """Return how round each free end is: 1 for half a disc, 0 for a cut, straight, slanting or hollow.
+
+    How far the mask goes ahead is taken for several places across the arm, and explained by a length, a slant and a
+    multiple of a half circle.
 
     Parameters
     ----------
-    nodes : (n,) int64
-    arms : (n, 6) float64
+    nodes : (2 n,) int64
+    points : (m, 2) float64
+    spans : (n, 2) int64
+        As `clear_spans` makes them.
+    arms : (2 n, 6) float64
         As `locate_arms` makes them.
     mask : (H, W) uint8
     width : float
@@ -299,26 +336,30 @@ def measure_caps(
 
     Returns
     -------
-    (n,) float64
-        0 where an end is not free.
+    (2 n,) float64
+        In 0..1; where nothing can be told, and where an end is not free, `UNTOLD`.
     """
-    inner, outer = np.array(_INNER), np.array(_OUTER)
     radius = 0.5 * width
-    expected = np.sqrt(1.0 - inner * inner).mean() - np.sqrt(1.0 - outer * outer).mean()
-    caps = np.zeros(len(nodes))
+    sure = min(max((width - _DUMB_PX) / _DUMB_PX, 0.0), 1.0)  # a thin cable has no shape
+    back, chord = int(_BLUNT_WIDTHS * width), int(width)
+    caps = np.full(len(nodes), UNTOLD)
     for end in range(len(nodes)):
-        dx, dy = arms[end, 2], arms[end, 3]
-        if nodes[end] != -1 or (dx == 0.0 and dy == 0.0):
+        start, stop = spans[end // 2]
+        step = 1 if end % 2 == 0 else -1
+        at = (start if step == 1 else stop - 1) + step * back
+        along = min(chord, stop - start - back - 1)
+        if nodes[end] != -1 or along < max(radius, _LEAST_POINTS):
             continue
-        x, y = arms[end, 0] - 0.1 * width * dx, arms[end, 1] - 0.1 * width * dy
-        total = 0.0
-        for k in inner:
-            total += _ray(mask, x - k * radius * dy, y + k * radius * dx, dx, dy, 3.0 * width) / len(inner)
-        longest = 0.0
-        for side in (-radius, radius):  # a slanting cut is short on one side only
-            mean = 0.0
-            for k in outer:
-                mean += _ray(mask, x - k * side * dy, y + k * side * dx, dx, dy, 3.0 * width) / len(outer)
-            longest = max(longest, mean)
-        caps[end] = (total - longest) / (expected * radius)
+        dx, dy = points[at, 0] - points[at + step * along, 0], points[at, 1] - points[at + step * along, 1]
+        length = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+        angle = np.arctan2(dy, dx) + 0.5 * arms[end, 4] * length  # from the chord to the tangent
+        dx, dy = np.cos(angle), np.sin(angle)
+        roundness, slant = 0.0, 0.0
+        for k in range(len(_ACROSS)):
+            aside = _ACROSS[k] * radius
+            ahead = _reach_along(mask, points[at, 0], points[at, 1], dx, dy, arms[end, 4], aside, 2.5 * width) / radius
+            roundness += _TO_ROUND[k] * ahead
+            slant += _TO_SLANT[k] * ahead
+        cap = min(max(roundness - max(abs(slant) - _SLANT, 0.0), 0.0), 1.0)
+        caps[end] = sure * cap + (1.0 - sure) * UNTOLD
     return caps

@@ -18,15 +18,17 @@ _GAP_BEND, _GAP_TURN = 2.0, 0.4  # of a gap, as above
 _GAP_LENGTH = 0.06  # of a gap, per width
 _GAP_ARM = 0.4  # of a gap from an arm of a junction: where the mask goes on, a cable rarely stops
 _GAP_ARM_BEND = 1.0  # and per rad^2
-_GAP_ROUND = 0.3  # of a gap between two round ends: what hides a cable leaves straight or hollow ones
 _PROMISE = 0.7  # share of the arms' own curvature that is believed to go on
 _PROMISE_WIDTHS = 3.0  # over so much of the way
 _UNKNOWN_BEND = 0.25  # of an arm without any direction, rad^2
 _SETTLED = 0.15  # a pass that costs less is not given up for a gap
 _NEVER = 1e3
 
-OPEN_ARM, OPEN_FREE, OPEN_KINK = 1.4, 0.8, 2.0
-"""Prices of ends left open: in a junction, free, and where a run turns sharply and nothing else meets it."""
+OPEN_ARM, OPEN_KINK, OPEN_INSIDE = 1.4, 2.0, 0.4
+"""Prices of ends left open: in a junction, where a run turns sharply and nothing else meets it, inside a run."""
+
+OPEN_ROUND, OPEN_CUT = 0.55, 0.9
+"""Prices of free ends left open, round and cut off ones: what hides a cable leaves straight or hollow ends."""
 
 
 @helper
@@ -270,7 +272,7 @@ def pair_costs(
             degree[nodes[end]] += 1
     price = np.empty(n)
     for end in range(n):
-        price[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_FREE
+        price[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * caps[end]
         if spur[end // 2]:
             price[end] = 0.0
         elif nodes[end] >= 0 and degree[nodes[end]] == 2:
@@ -303,7 +305,6 @@ def pair_costs(
                 if nodes[i] >= 0 or nodes[j] >= 0:
                     bend, _ = _bend(arms, i, j, width)
                     cost += _GAP_ARM + _GAP_ARM_BEND * bend
-                cost += _GAP_ROUND * min(max(min(caps[i], caps[j]), 0.0), 1.0)
             if cost >= price[i] + price[j]:
                 continue
             if count == capacity:

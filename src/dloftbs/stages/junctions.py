@@ -65,6 +65,6 @@ def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph 
     merged = np.where(nodes >= 0, group[nodes], nodes) if len(group) else nodes
     merged[np.repeat(inner | ~(alive | spurs), 2)] = UNAVAILABLE
     merged[np.repeat(spurs, 2) & (merged == FREE)] = UNAVAILABLE
-    caps = arms_kernels.measure_caps(merged, arms, mask, width)
+    caps = arms_kernels.measure_caps(merged, points, spans, arms, mask, width)
     through = arms_kernels.measure_through(merged, arms, mask, _THROUGH_WIDTHS * width)
     return Graph(points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, width), runs

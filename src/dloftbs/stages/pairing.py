@@ -56,6 +56,7 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float) -> Pairing:
         radius,
         original.tolist(),
         nodes.tolist(),
+        price.tolist(),
         spans,
         spurs.tolist(),
         arms,

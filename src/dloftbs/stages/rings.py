@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 
 from dloftbs.graph import Graph, Pairing
-from dloftbs.kernels.bending import OPEN_ARM, OPEN_FREE, turn_costs
+from dloftbs.kernels.bending import turn_costs
 
 _MOST_RINGS = 20
 _WORTH = 2.5  # a ring is opened into a chain that crosses it where this costs less
@@ -18,7 +19,8 @@ def open_rings(graph: Graph, pairing: Pairing) -> None:
     """Open the rings among the cables, where another reading of a crossing or a gap makes them part of one with ends.
 
     A cable that crosses itself has a ring in it; where the crossing is misread, the ring comes apart. It is exchanged
-    back where that costs the least. A ring that only a gap closes is opened there. What remains is a closed loop.
+    back where that costs the least; where the crossing is hidden, with a gap of another cable. Otherwise a ring that
+    only a gap closes is opened there. What remains is a closed loop.
     """
     for _ in range(_MOST_RINGS):
         rings = [chain for chain, is_ring in pairing.chains() if is_ring]
@@ -32,7 +34,7 @@ def _open(graph: Graph, pairing: Pairing, ring: list[int]) -> bool:
     gaps = [(pairing.cost[end], end) for end in ring if not pairing.is_crossing(end)]
     if gaps:
         cost, end = max(gaps)
-        saved = sum(OPEN_ARM if pairing.nodes[e] >= 0 else OPEN_FREE for e in (end, pairing.partner[end])) - cost
+        saved = pairing.price[end] + pairing.price[pairing.partner[end]] - cost
         if exchange is None or price > saved + _RATHER_THAN_GAP:
             pairing.open(end)
             return True
@@ -50,25 +52,7 @@ def _open(graph: Graph, pairing: Pairing, ring: list[int]) -> bool:
 def _best_exchange(graph: Graph, pairing: Pairing, ring: list[int]) -> tuple[tuple[int, int] | None, float]:
     """Return the two ends, one of the ring and one of another cable, whose exchange costs the least, and what."""
     members = {end // 2 for end in ring}
-    partner, nodes = pairing.partner, pairing.nodes
-    options = []
-    for end in ring:
-        if pairing.is_crossing(end):
-            for other in range(len(nodes)):
-                if nodes[other] != nodes[end] or other // 2 in members or pairing.spurs[other // 2]:
-                    continue
-                if partner[other] < 0:
-                    # An end that lies at the ring is rather one of the ring's than another cable's.
-                    for mine in (end, partner[end]):
-                        options.append((mine, other, (mine, partner[mine], other, partner[mine])))
-                elif pairing.is_crossing(other):
-                    options.append((end, other, (end, partner[end], other, partner[other])))
-        twin = pairing.twin.get(end // 2)
-        if twin is not None and twin not in members:
-            mine, its = end ^ 1, 2 * twin + 1 - end % 2
-            before, after, its_before, its_after = (_beyond(pairing, e) for e in (end, mine, its ^ 1, its))
-            if min(before, after, its_before, its_after) >= 0:
-                options.append((mine, its, (before, after, its_before, its_after)))
+    options = [option for end in ring for option in _exchanges(pairing, end, members)]
     if not options:
         return None, 0.0
     ends = np.array([around for _, _, around in options])
@@ -80,6 +64,29 @@ def _best_exchange(graph: Graph, pairing: Pairing, ring: list[int]) -> tuple[tup
     new = costs[:, 3] + np.where(to_open, 0.0, costs[:, 2])
     best = int(np.argmin(new - old))
     return options[best][:2], float((new - old)[best])
+
+
+def _exchanges(pairing: Pairing, end: int, members: set[int]) -> Iterator[tuple[int, int, tuple[int, int, int, int]]]:
+    """List with which ends of other cables an end of a ring might be exchanged, and the ends around both joints."""
+    partner, nodes = pairing.partner, pairing.nodes
+    others = [e for e in range(len(nodes)) if e // 2 not in members and not pairing.spurs[e // 2]]
+    for other in others:
+        if not pairing.is_crossing(end):
+            if partner[other] >= 0:
+                yield end, other, (end, partner[end], other, partner[other])
+        elif nodes[other] == nodes[end]:
+            if partner[other] < 0:
+                # An end that lies at the ring is rather one of the ring's than another cable's.
+                for mine in (end, partner[end]):
+                    yield mine, other, (mine, partner[mine], other, partner[mine])
+            elif pairing.is_crossing(other):
+                yield end, other, (end, partner[end], other, partner[other])
+    twin = pairing.twin.get(end // 2)
+    if twin is not None and twin not in members:
+        mine, its = end ^ 1, 2 * twin + 1 - end % 2
+        before, after, its_before, its_after = (_beyond(pairing, e) for e in (end, mine, its ^ 1, its))
+        if min(before, after, its_before, its_after) >= 0:
+            yield mine, its, (before, after, its_before, its_after)
 
 
 def _beyond(pairing: Pairing, end: int) -> int:
