@@ -15,8 +15,19 @@ import dloftbs
 PACKAGE = Path(dloftbs.__file__).parent
 
 GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
-DATA = {"curve", "centerline", "camera", "frame", "patch", "graph", "truth"}
-KNOWN_OUTSIDE = {"errors", "config", "_arrays", "_version", "curve", "centerline", "camera", "frame", "truth"}
+DATA = {"curve", "centerline", "camera", "camera_files", "lens", "registration", "frame", "patch", "graph", "truth"}
+KNOWN_OUTSIDE = {
+    "errors",
+    "config",
+    "_arrays",
+    "_version",
+    "curve",
+    "centerline",
+    "camera",
+    "registration",
+    "frame",
+    "truth",
+}
 BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
 
 MAY_IMPORT = {
@@ -26,7 +37,7 @@ MAY_IMPORT = {
     "_version": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
-    "patch": GROUND | (DATA - {"patch"}),
+    **{name: GROUND | (DATA - {name}) for name in ("patch", "lens", "registration")},
     "stages": GROUND | DATA,
     "tracking": (GROUND - {"kernels"}) | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},

@@ -14,6 +14,7 @@ from dloftbs.config import (
     HsvRange,
     LiftingConfig,
     LinkingConfig,
+    PixelLiftingConfig,
     SegmentationConfig,
     SegmentsConfig,
     TrackingConfig,
@@ -60,6 +61,7 @@ GOOD = [
     (LiftingConfig, "integer_unit_m", [1e-9, 1]),
     (LiftingConfig, "min_depth_m", [0, 19.9]),
     (LiftingConfig, "max_depth_m", [0.001, INF]),
+    (PixelLiftingConfig, "max_depth_m", [0.001, INF]),
     (TrackingConfig, "gate", [1e-9, 5]),
     (TrackingConfig, "min_hits", [1]),
     (TrackingConfig, "max_misses", [0]),
@@ -81,6 +83,7 @@ BAD = [
     (LiftingConfig, "integer_unit_m", [0, -1.0, INF, NAN, True]),
     (LiftingConfig, "min_depth_m", [-0.1, 20.0, 21.0, NAN, True]),
     (LiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
+    (PixelLiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
     (TrackingConfig, "gate", [0, -1.0, NAN, "x", True]),
     (TrackingConfig, "min_hits", [0, 2.0, True]),
     (TrackingConfig, "max_misses", [-1, 1.0, True]),
@@ -149,6 +152,7 @@ def test_the_paper_s_parameters():
     assert paper.linking.min_length_px == 10  # p
     assert paper.fitting.knots == 25  # k
     assert paper.cleaning == CleaningConfig(open_px=3, close_px=1, thin_px=0)
+    assert isinstance(paper.lifting, PixelLiftingConfig)
 
 
 @pytest.mark.parametrize("config", EACH, ids=["default", "paper", "changed"])
@@ -172,6 +176,10 @@ def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
     assert Config.from_yaml(path) == Config(linking=LinkingConfig(max_gap_widths=5.0))
     path.write_text("linking:\n  method: greedy\n  max_cost: 5\n")
     assert Config.from_yaml(path) == Config(linking=GreedyLinkingConfig(max_cost=5.0))
+    path.write_text("lifting:\n  max_depth_m: 5\n")
+    assert Config.from_yaml(path) == Config(lifting=LiftingConfig(max_depth_m=5.0))
+    path.write_text("lifting:\n  method: pixels\n  max_depth_m: 5\n")
+    assert Config.from_yaml(path) == Config(lifting=PixelLiftingConfig(max_depth_m=5.0))
     path.write_text("")
     assert Config.from_yaml(path) == Config()
 
@@ -184,6 +192,7 @@ def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
         ({"linking": {"max_cost": 1.0}}, ["max_cost", "$.linking"]),
         ({"linking": {"method": "greedy", "objects": 1}}, ["objects", "$.linking"]),
         ({"linking": {"method": "guess"}}, ["guess", "$.linking.method"]),
+        ({"lifting": {"method": "guess"}}, ["guess", "$.lifting.method"]),
         ({"linking": {"max_gap_widths": "high"}}, ["float", "str", "$.linking.max_gap_widths"]),
         ({"linking": {"max_gap_widths": -1.0}}, ["max_gap_widths", "-1.0", "$.linking"]),
         ({"fitting": {"knots": 2.5}}, ["int", "float", "$.fitting.knots"]),
@@ -225,6 +234,14 @@ def test_replace_follows_dotted_paths_and_leaves_the_original():
         linking=LinkingConfig(objects=5), fitting=FittingConfig(knots=40), tracking=TrackingConfig(min_hits=4)
     )
     assert original == Config()
+
+
+def test_replace_changes_the_method_of_a_section():
+    assert Config().replace({"lifting.method": "pixels"}).lifting == PixelLiftingConfig()
+    assert Config.paper().replace({"lifting.method": "axis", "lifting.max_depth_m": 3.0}).lifting == LiftingConfig(
+        max_depth_m=3.0
+    )
+    assert Config.paper().replace({"lifting.max_depth_m": 3.0}).lifting == PixelLiftingConfig(max_depth_m=3.0)
 
 
 def test_replace_takes_ranges_as_values_and_as_plain_data():

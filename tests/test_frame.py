@@ -13,7 +13,17 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
+from dloftbs.frame import (
+    Crossing,
+    Detection,
+    Frame,
+    FrameResult,
+    Track,
+    TrackState,
+    check_depth,
+    check_image,
+    check_mask,
+)
 
 IMAGE = np.zeros((4, 6, 3), np.uint8)
 MASK = np.zeros((4, 6), np.uint8)
@@ -106,6 +116,21 @@ class TestFrame:
     def test_the_checks_give_back_the_array_itself(self):
         assert check_image(IMAGE) is IMAGE
         assert check_mask(MASK) is MASK
+        assert check_depth(DEPTH) is DEPTH
+
+    def test_depth_of_another_size_names_the_remedy(self):
+        with pytest.raises(
+            InputError, match=r"registered to the image first: DepthRegistration\.register, .*registration="
+        ):
+            Frame(image=IMAGE, depth=DEPTH[:, :5])
+
+    def test_a_camera_of_another_size_is_refused(self):
+        camera = PinholeCamera(1, 1, 0, 0, size=(8, 12))
+        with pytest.raises(
+            InputError, match=r"for images of size \(8, 12\) .* got one of \(4, 6\).*camera\.scaled\(\(4, 6\)\)"
+        ):
+            Frame(mask=MASK, camera=camera)
+        assert Frame(mask=MASK, camera=camera.scaled((4, 6))).camera.size == (4, 6)
 
 
 class TestDetection:
@@ -132,6 +157,14 @@ class TestDetection:
         assert [joint.kind for joint in back.joints] == [JointKind.GAP, JointKind.CROSSING]
         np.testing.assert_array_equal(back.centerline.points, detection.centerline.points[::-1])
         assert (back.width, back.confidence) == (detection.width, detection.confidence)
+
+    def test_what_no_depth_tells_of_turns_with_the_curve_in_space(self):
+        made = detection_of(wave(), line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0)))
+        detection = Detection(made.centerline, made.curve, made.curve_3d, None, ((0.0, 0.125), (0.5, 0.75)))
+        assert detection.reversed().inferred_3d == ((0.25, 0.5), (0.875, 1.0))
+        assert detection.reversed().reversed().inferred_3d == detection.inferred_3d
+        assert through_json(detection.to_dict())["inferred_3d"] == [[0.0, 0.125], [0.5, 0.75]]
+        assert made.inferred_3d == ()
 
     def test_reversed_keeps_the_reason_for_no_curve_in_space(self):
         detection = Detection(detection_of(wave()).centerline, wave(), None, "the frame has no depth")

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         HsvRange,
         LiftingConfig,
         LinkingConfig,
+        PixelLiftingConfig,
         SegmentationConfig,
         SegmentsConfig,
         TrackingConfig,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
     from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
     from dloftbs.pipeline import Pipeline, detect, track
+    from dloftbs.registration import DepthRegistration
     from dloftbs.tracking import Tracker
 
 _HOME = {
@@ -57,6 +59,7 @@ _HOME = {
             "HsvRange",
             "LiftingConfig",
             "LinkingConfig",
+            "PixelLiftingConfig",
             "SegmentationConfig",
             "SegmentsConfig",
             "TrackingConfig",
@@ -67,6 +70,7 @@ _HOME = {
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
     **dict.fromkeys(("Crossing", "Detection", "Frame", "FrameResult", "Track", "TrackState"), "frame"),
     **dict.fromkeys(("Pipeline", "detect", "track"), "pipeline"),
+    "DepthRegistration": "registration",
     "Tracker": "tracking",
 }
 _SUBMODULES = ("evaluation", "sinks", "sources", "viz")
@@ -78,6 +82,7 @@ __all__ = [
     "Config",
     "ConfigError",
     "Crossing",
+    "DepthRegistration",
     "Detection",
     "DloftbsError",
     "FittingConfig",
@@ -92,6 +97,7 @@ __all__ = [
     "LinkingConfig",
     "PinholeCamera",
     "Pipeline",
+    "PixelLiftingConfig",
     "Segment",
     "SegmentationConfig",
     "SegmentsConfig",

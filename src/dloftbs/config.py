@@ -217,8 +217,8 @@ class FittingConfig(Section, frozen=True, kw_only=True):
         _require(valid, "tolerance_px", "a positive number", tolerance)
 
 
-class LiftingConfig(Section, frozen=True, kw_only=True):
-    """Depth image to metres.
+class DepthConfig(Section, frozen=True, kw_only=True):
+    """What depth images hold: the base of the ways to lift.
 
     Parameters
     ----------
@@ -238,6 +238,26 @@ class LiftingConfig(Section, frozen=True, kw_only=True):
         low, high = self.min_depth_m, self.max_depth_m
         valid = _is_number(low) and _is_number(high) and 0.0 <= low < high
         _require(valid, "min_depth_m, max_depth_m", "numbers with 0 <= min < max", (low, high))
+
+
+class LiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="method", tag="axis"):
+    """Depth image to metres: the axis of each object, from a robust smooth line along its surface.
+
+    Parameters
+    ----------
+    integer_unit_m, min_depth_m, max_depth_m
+        As for `DepthConfig`.
+    """
+
+
+class PixelLiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="method", tag="pixels"):
+    """Depth image to metres, as published: each pixel of a centre line by itself, on the surface.
+
+    Parameters
+    ----------
+    integer_unit_m, min_depth_m, max_depth_m
+        As for `DepthConfig`.
+    """
 
 
 class TrackingConfig(Section, frozen=True, kw_only=True):
@@ -264,6 +284,13 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
         _check_int("max_misses", self.max_misses, 0)
 
 
+_METHODS: dict[str, tuple[type[Section], ...]] = {
+    "linking": (LinkingConfig, GreedyLinkingConfig),
+    "lifting": (LiftingConfig, PixelLiftingConfig),
+}
+"""Sections with several methods, the default one first."""
+
+
 class Config(Section, frozen=True, kw_only=True):
     """The whole configuration, a section per stage.
 
@@ -278,12 +305,12 @@ class Config(Section, frozen=True, kw_only=True):
     segments: SegmentsConfig = SegmentsConfig()
     linking: LinkingConfig | GreedyLinkingConfig = LinkingConfig()
     fitting: FittingConfig = FittingConfig()
-    lifting: LiftingConfig = LiftingConfig()
+    lifting: LiftingConfig | PixelLiftingConfig = LiftingConfig()
     tracking: TrackingConfig = TrackingConfig()
 
     def __post_init__(self) -> None:
         for name, default in zip(self.__struct_fields__, self.__struct_defaults__, strict=True):
-            kinds = (LinkingConfig, GreedyLinkingConfig) if name == "linking" else (type(default),)
+            kinds = _METHODS.get(name, (type(default),))
             expected = " or ".join(f"a {kind.__name__}" for kind in kinds)
             _require(isinstance(getattr(self, name), kinds), name, expected, getattr(self, name))
 
@@ -294,22 +321,25 @@ class Config(Section, frozen=True, kw_only=True):
             cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0),
             linking=GreedyLinkingConfig(min_length_px=10, distance_weight=0.05, max_cost=8.0, direction_px=10),
             fitting=FittingConfig(knots=25),
+            lifting=PixelLiftingConfig(),
         )
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Config:
         """Build a configuration from nested dictionaries; what is left out keeps its default.
 
-        The section `linking` may name its ``method``, ``"bending"`` or ``"greedy"``; the first one, where it does not.
+        The sections `linking` and `lifting` may name their ``method``, ``"bending"`` or ``"greedy"`` and ``"axis"`` or
+        ``"pixels"``; it is the first one, where they do not.
 
         Raises
         ------
         ConfigError
             On an unknown key, a wrong type or a value out of range, with the path of the culprit.
         """
-        linking = data.get("linking") if isinstance(data, dict) else None
-        if isinstance(linking, dict) and "method" not in linking:
-            data = {**data, "linking": {"method": "bending", **linking}}
+        for name, (default, *_) in _METHODS.items():
+            section = data.get(name) if isinstance(data, dict) else None
+            if isinstance(section, dict) and "method" not in section:
+                data = {**data, name: {"method": default.__struct_config__.tag, **section}}
         try:
             return msgspec.convert(data, cls)
         except msgspec.ValidationError as error:
@@ -356,9 +386,10 @@ class Config(Section, frozen=True, kw_only=True):
             As `from_dict`.
         """
         data = self.to_dict()
-        method = changes.get("linking.method")
-        if method not in (None, data["linking"]["method"]):  # another method has other settings
-            data = type(self).from_dict({**data, "linking": {"method": method}}).to_dict()
+        for name in _METHODS:
+            method = changes.get(f"{name}.method")
+            if method not in (None, data[name]["method"]):  # another method has other settings
+                data = type(self).from_dict({**data, name: {"method": method}}).to_dict()
         for path, value in changes.items():
             *parents, key = path.split(".")
             section: Any = data

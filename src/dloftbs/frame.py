@@ -20,6 +20,11 @@ from dloftbs.errors import InputError
 
 AnyArray = npt.NDArray[Any]
 
+_REGISTER = (
+    "; depth of a camera of its own must be registered to the image first: DepthRegistration.register, "
+    "or registration= of sources.open, or --registration"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -32,7 +37,8 @@ class Frame:
     mask : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
         Any non-zero is cable. Where it is given, no segmentation takes place.
     depth : numpy.ndarray, shape (H, W) or (H, W, 1), floating point or integer, optional
-        Registered to the image: metres where floating point, `LiftingConfig.integer_unit_m` where integer.
+        Registered to the image: metres where floating point, `LiftingConfig.integer_unit_m` where integer. Depth that
+        is not, `DepthRegistration` brings there.
     camera : PinholeCamera, optional
         Without it, depth cannot become metres and there are no curves in space.
     index : int
@@ -45,7 +51,8 @@ class Frame:
     Raises
     ------
     InputError
-        If neither image nor mask is given, or shapes or types are wrong or disagree.
+        If neither image nor mask is given, or shapes or types are wrong or disagree, or the camera is for images of
+        another size.
     """
 
     image: AnyArray | None = None
@@ -64,13 +71,16 @@ class Frame:
         if self.mask is not None:
             object.__setattr__(self, "mask", _read_only(check_mask(self.mask)))
         if self.depth is not None:
-            object.__setattr__(self, "depth", _read_only(_check_depth(self.depth)))
+            object.__setattr__(self, "depth", _read_only(check_depth(self.depth)))
         for name in ("image", "mask", "depth"):
             array = getattr(self, name)
             if array is not None and array.shape[:2] != self.size:
+                remedy = _REGISTER if name == "depth" else ""
                 raise InputError(
-                    f"{name} must have the frame's size {self.size} (rows, columns), got {array.shape[:2]}"
+                    f"{name} must have the frame's size {self.size} (rows, columns), got {array.shape[:2]}{remedy}"
                 )
+        if self.camera is not None:
+            self.camera.check_size(self.size)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -112,7 +122,14 @@ def check_mask(mask: npt.ArrayLike) -> AnyArray:
     return array
 
 
-def _check_depth(depth: npt.ArrayLike) -> AnyArray:
+def check_depth(depth: npt.ArrayLike) -> AnyArray:
+    """Return the depth as an array (H, W) of integers or floating point.
+
+    Raises
+    ------
+    InputError
+        If it has another shape or type.
+    """
     array = np.asarray(depth)
     if array.ndim == 3 and array.shape[2] == 1:
         array = array[:, :, 0]
@@ -140,15 +157,20 @@ class Detection:
     curve : BSplineCurve
         In the image, px.
     curve_3d : BSplineCurve, optional
-        In the camera's frame, metres; with the same ``u`` as `curve`.
+        In the camera's frame, metres: the object's axis, or what was published, its surface. Its ``u`` is its own arc
+        length in space, normalised, what is hidden counted in; ``u = 0`` is at the same end as that of `curve`.
     no_3d_reason : str, optional
         Why there is no `curve_3d`.
+    inferred_3d : tuple of (float, float)
+        The intervals of the ``u`` of `curve_3d`, ascending, that no depth tells of: under another cable or an occluder,
+        in holes of the depth image, where depth was not to be believed, and beyond the last depth at an end.
     """
 
     centerline: Centerline
     curve: BSplineCurve
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
+    inferred_3d: tuple[tuple[float, float], ...] = ()
 
     @cached_property
     def width(self) -> float:
@@ -167,13 +189,14 @@ class Detection:
 
     @property
     def inferred(self) -> tuple[tuple[float, float], ...]:
-        """The intervals of ``u`` that were inferred across gaps of the mask rather than seen."""
+        """The intervals of the ``u`` of `curve` that were inferred across gaps of the mask rather than seen."""
         return tuple(joint.u for joint in self.joints if joint.kind is JointKind.GAP)
 
     def reversed(self) -> Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
-        return Detection(self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason)
+        inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
+        return Detection(self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON, which has no infinity: an infinite margin becomes None."""
@@ -181,6 +204,7 @@ class Detection:
             "curve": self.curve.to_dict(),
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
             "no_3d_reason": self.no_3d_reason,
+            "inferred_3d": [list(interval) for interval in self.inferred_3d],
             "width_px": self.width,
             "confidence": self.confidence,
             "joints": [

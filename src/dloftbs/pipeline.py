@@ -5,8 +5,9 @@ Importing this module loads the compiled kernels, and compiles them if this mach
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
@@ -14,8 +15,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
-from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
 from dloftbs.errors import InputError
 from dloftbs.frame import AnyArray, Crossing, Detection, Frame, FrameResult, StageTrace, Track, check_mask
 from dloftbs.graph import Graph
@@ -27,10 +27,11 @@ from dloftbs.stages.crossings import find_crossings
 from dloftbs.stages.fitting import distinct_knots, fit, fit_with_knots
 from dloftbs.stages.junctions import build_graph
 from dloftbs.stages.lanes import settle_lanes
-from dloftbs.stages.lifting import MIN_POINTS, lift
+from dloftbs.stages.lifting import Lifted, lift
 from dloftbs.stages.linking import close, link
 from dloftbs.stages.merging import join_inside
 from dloftbs.stages.pairing import pair
+from dloftbs.stages.pixel_lifting import MIN_POINTS, lift_pixels
 from dloftbs.stages.rings import join_to, open_rings
 from dloftbs.stages.segmentation import HsvSegmenter
 from dloftbs.stages.segments import Walks, make_segments, walk
@@ -39,6 +40,8 @@ from dloftbs.tracking import Tracker
 
 Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
+
+_KNOTS_PER_FREEDOM = 2.0
 
 
 @dataclass
@@ -169,14 +172,11 @@ def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> Sta
     clock.lap("linking")
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     clock.lap("fitting")
-    lifted = [_lift(line, curve, frame, config) for line, curve in zip(lines, curves, strict=True)]
-    clock.lap("lifting")
-    run.detections = tuple(
-        Detection(line, curve, curve_3d, why)
-        for line, curve, (curve_3d, why) in zip(lines, curves, lifted, strict=True)
-    )
+    run.detections = tuple(Detection(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)
     clock.lap("crossings")
+    run.detections = _lift(run.detections, run.crossings, run.patch, frame, config)
+    clock.lap("lifting")
     return run
 
 
@@ -287,18 +287,42 @@ def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
 
 
 def _lift(
-    line: Centerline, curve: BSplineCurve, frame: Frame, config: Config
-) -> tuple[BSplineCurve | None, str | None]:
-    """Return the curve in space, or None and the reason why there is none."""
-    if frame.depth is None:
-        return None, "the frame has no depth"
-    if frame.camera is None:
-        return None, "the frame has depth, but no camera to turn it into metres"
-    points_m, seen = lift(line.points, frame.depth, frame.camera, config.lifting)
+    detections: tuple[Detection, ...], crossings: tuple[Crossing, ...], patch: Patch, frame: Frame, config: Config
+) -> tuple[Detection, ...]:
+    """Return the detections with their curves in space, or with the reason why there is none."""
+    depth, camera = frame.depth, frame.camera
+    if depth is None or camera is None:
+        why = "the frame has no depth" if depth is None else "the frame has depth, but no camera to turn it into metres"
+        return tuple(replace(detection, no_3d_reason=why) for detection in detections)
+    if isinstance(config.lifting, PixelLiftingConfig):
+        knots = config.fitting.knots
+        return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
+    lifted = lift(detections, crossings, patch, depth, camera, config.lifting)
+    return tuple(_fit_in_space(*one, config.fitting.knots) for one in zip(detections, lifted, strict=True))
+
+
+def _lift_as_published(
+    detection: Detection, depth: AnyArray, camera: PinholeCamera, config: PixelLiftingConfig, knots: int | None
+) -> Detection:
+    """Fit the curve in space to the pixels that have depth, by the parameter of the curve in the image."""
+    line = detection.centerline
+    points_m, seen = lift_pixels(line.points, depth, camera, config)
     if len(points_m) < MIN_POINTS:
-        return None, f"only {len(points_m)} of {len(seen)} pixels of the centre line have depth"
-    knots = config.fitting.knots or distinct_knots(curve)  # what the curve in the image needed
-    return fit_with_knots(points_m, line.u[seen], line.closed and bool(seen.all()), knots), None
+        reason = f"only {len(points_m)} of {len(seen)} pixels of the centre line have depth"
+        return replace(detection, no_3d_reason=reason)
+    knots = knots or distinct_knots(detection.curve)  # what the curve in the image needed
+    curve = fit_with_knots(points_m, line.u[seen], line.closed and bool(seen.all()), knots)
+    return replace(detection, curve_3d=curve)
+
+
+def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None) -> Detection:
+    """Fit the curve in space to the points on the axis."""
+    if isinstance(lifted, str):
+        return replace(detection, no_3d_reason=lifted)
+    if knots is None:  # what the curve in the image needed, or its depth does
+        knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
+    curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
+    return replace(detection, curve_3d=curve, inferred_3d=lifted.inferred)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:

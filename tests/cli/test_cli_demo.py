@@ -5,13 +5,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from builders import line
 from cli.cli_inputs import run
 
+from dloftbs.cli.demo_space import SpaceRun
 from dloftbs.cli.scoring import CableScore, FrameScore, Scores, score_frame
 from dloftbs.config import Config
 from dloftbs.frame import Detection, FrameResult, Track, TrackState
 from dloftbs.pipeline import detect
 from dloftbs.sinks import read_json_lines
+from dloftbs.sources.synthetic import rgbd_artificial
 from dloftbs.truth import Truth
 
 FRAMES = 14
@@ -69,6 +72,68 @@ def test_the_command_in_the_readme_gives_the_same_curves(folder):
         found.append([row["detections"] for row in read_json_lines(again)])
     both = [row["detections"] for row in read_json_lines(folder / "curves.jsonl")]
     assert both == [first + second for first, second in zip(*found, strict=True)]
+
+
+def test_the_curves_in_space_are_written_in_every_form(folder):
+    rows = list(read_json_lines(folder / "space" / "curves.jsonl"))
+    summary = json.loads((folder / "summary.json").read_text())["in_space"]
+    assert summary["frames"] == len(rows) == FRAMES // 3
+    assert summary["frames_without_a_curve"] == sum(row["detections"][0]["curve_3d"] is None for row in rows)
+    assert len(list((folder / "space" / "curves").glob("*.ply"))) == len(rows)
+    assert (folder / "space" / "curves.csv").read_text().count("\n") == 1 + 100 * len(rows)
+    assert cv2.imread(str(folder / "space.png")).shape[1] > 2 * 640
+    assert Config.from_yaml(folder / "space" / "curves.config.yaml").segmentation.hsv
+
+
+def test_the_command_in_the_readme_gives_the_same_curve_in_space(folder, monkeypatch):
+    (command,) = [x for x in (folder / "README.txt").read_text().splitlines() if "dloftbs detect" in x]
+    monkeypatch.chdir(folder)
+    run(*command.split()[1:], "--out", "cable.jsonl")
+    (again,) = read_json_lines(folder / "cable.jsonl")
+    meshes = [folder / "cable.ply", next((folder / "space" / "curves").glob(f"*{FRAMES // 3 // 2:06d}.ply"))]
+    assert all(mesh.read_bytes().startswith(b"ply\n") for mesh in meshes)
+    for name in ("cable.ply", "cable.jsonl", "cable.config.yaml"):
+        (folder / name).unlink()
+    rows = list(read_json_lines(folder / "space" / "curves.jsonl"))
+    assert again["detections"] == rows[len(rows) // 2]["detections"]
+
+
+def axis(shift_m=0.0, scale=1.0):
+    return line((0.0, 0.0, 0.8), (0.4, 0.0, 0.8)).transformed(
+        scale * np.eye(3), (0.0, 0.0, (1 - scale) * 0.8 + shift_m)
+    )
+
+
+def in_space(*curves, reason=None):
+    flat = detections(30)[0]
+    return found(*(replace(flat, curve_3d=curve, no_3d_reason=reason) for curve in curves))
+
+
+def in_space_run(*results):
+    truth = Truth((detections(30)[0].curve,), (), (0,), (axis(),))
+    scores = SpaceRun(rgbd_artificial(0.01, 0, (180, 320))[1])
+    for result in results:
+        tracks = tuple(replace(track, curve_3d=track.detection.curve_3d) for track in result.tracks)
+        scores.score(replace(result, tracks=tracks), truth)
+    return scores
+
+
+def test_in_space_the_truth_scores_nothing_and_a_shift_its_size():
+    figures = in_space_run(in_space(axis())).to_dict()
+    assert (figures["l3_mm"]["worst"], figures["length_error"]["worst"]) == (0.0, 0.0)
+    figures = in_space_run(in_space(axis()), in_space(axis(shift_m=0.003))).to_dict()
+    assert figures["l3_mm"] == pytest.approx({"mean": 1.5, "median": 1.5, "worst": 3.0})
+    assert in_space_run(in_space(axis(scale=1.05))).to_dict()["length_error"]["mean"] == pytest.approx(0.05)
+
+
+def test_a_frame_without_a_curve_in_space_is_counted_with_its_reason():
+    scores = in_space_run(in_space(axis()), in_space(None, reason="no depth there"))
+    figures = scores.to_dict()
+    assert (figures["frames"], figures["frames_without_a_curve"]) == (2, 1)
+    assert figures["l3_mm"]["mean"] == 0.0
+    assert ("without a curve there", "1 frames: no depth there") in scores.rows()
+    empty = in_space_run(in_space(None, reason="no depth there"))
+    assert dict(empty.rows())["L3, curve to true axis"] == "no curve at all"
 
 
 def test_a_size_too_small_is_bad_input(tmp_path):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config
 from dloftbs.curve import BSplineCurve
 from dloftbs.sinks import read_json_lines, read_npz
@@ -138,7 +139,8 @@ def test_depth_and_a_camera_give_metres(tmp_path):
     save(tmp_path / "depth.png", np.full((100, 200), 500, np.uint16))
     (line,) = lines(run("detect", image, "--depth", tmp_path / "depth.png", "--camera", "100,100,100,50"))
     curve = BSplineCurve.from_dict(line["detections"][0]["curve_3d"])
-    assert curve.sample(20)[:, 2] == pytest.approx(0.5)
+    radius_m = 2.5 * 0.5 / 100
+    assert curve.sample(20)[:, 2] == pytest.approx(0.5 + radius_m, abs=0.001)
 
 
 def test_a_results_file_that_cannot_be_written_ends_the_run(tmp_path):
@@ -165,3 +167,65 @@ def test_the_configuration_of_an_earlier_run_is_replaced(tmp_path):
     for knots in (9, 12):
         run("detect", image, "--out", tmp_path / "curves.csv", "--set", f"fitting.knots={knots}")
     assert Config.from_yaml(tmp_path / "curves.config.yaml").fitting.knots == 12
+
+
+def test_a_camera_may_be_a_file(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    save(tmp_path / "depth.png", np.full((100, 200), 500, np.uint16))
+    camera = tmp_path / "camera.yaml"
+    camera.write_text("{fx: 100, fy: 100, cx: 100, cy: 50, distortion: [-0.1, 0, 0, 0], width: 200, height: 100}")
+    (line,) = lines(run("detect", image, "--depth", tmp_path / "depth.png", "--camera", camera))
+    points = BSplineCurve.from_dict(line["detections"][0]["curve_3d"]).sample(20)
+    pinhole, lens = PinholeCamera(100, 100, 100, 50), PinholeCamera.from_file(camera)
+    pixels = BSplineCurve.from_dict(line["detections"][0]["curve"]).sample(2)
+    ends = points[[0, -1], 2]
+    assert np.ptp(points[:, 0]) == pytest.approx(np.ptp(lens.deproject(pixels, ends)[:, 0]), rel=0.01)
+    assert np.ptp(points[:, 0]) > 1.05 * np.ptp(pinhole.deproject(pixels, ends)[:, 0])
+
+
+def test_a_camera_for_another_size_is_an_error_that_says_so(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    (tmp_path / "camera.json").write_text('{"fx": 1, "fy": 1, "cx": 1, "cy": 1, "size": [50, 100]}')
+    result = run("detect", image, "--camera", tmp_path / "camera.json", code=1)
+    assert "camera is for images of size (50, 100)" in result.stderr
+
+
+@pytest.mark.parametrize("option", ["--camera", "--registration"])
+def test_a_calibration_that_cannot_be_read_is_bad_input(tmp_path, option):
+    image = save(tmp_path / "mask.png", mask())
+    result = run("detect", image, option, tmp_path / "none.yaml", code=1)
+    assert result.stderr.startswith("error: ")
+    assert "none.yaml: cannot be read" in result.stderr
+
+
+def test_what_is_neither_numbers_nor_a_file_is_bad_usage(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    for text in ("1,2,3", "a,b,c,d", "camera.txt", "-1,1,1,1"):
+        assert "four numbers FX,FY,CX,CY in pixels, or a file" in " ".join(
+            run("detect", image, "--camera", text, code=2).stderr.split()
+        )
+
+
+def test_the_unit_of_depth(tmp_path):
+    image = save(tmp_path / "mask.png", mask())
+    save(tmp_path / "depth.png", np.full((100, 200), 5000, np.uint16))
+    options = ("--depth", tmp_path / "depth.png", "--camera", "100,100,100,50", "--depth-unit", "0.0001")
+    (line,) = lines(run("detect", image, *options))
+    assert BSplineCurve.from_dict(line["detections"][0]["curve_3d"]).sample(9)[:, 2] == pytest.approx(0.5, rel=0.05)
+    run("detect", image, "--depth-unit", "0", code=2)
+
+
+@pytest.mark.parametrize("unit", [[], ["--depth-unit", "0.0001"]], ids=["millimetres", "tenths"])
+def test_depth_of_a_camera_of_its_own_is_registered(tmp_path, unit):
+    image = save(tmp_path / "mask.png", mask())
+    depth = save(tmp_path / "depth.png", np.full((60, 120), 5000 if unit else 500, np.uint16))
+    refused = run("detect", image, "--depth", depth, "--camera", "100,100,100,50", code=1)
+    assert "or --registration" in refused.stderr
+    registration = tmp_path / "registration.yaml"
+    registration.write_text(
+        "depth_camera: {fx: 50, fy: 50, cx: 59.5, cy: 29.5, width: 120, height: 60}\n"
+        "colour_camera: {fx: 100, fy: 100, cx: 99.5, cy: 49.5, width: 200, height: 100}\n"
+        "rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]\ntranslation_m: [0.02, 0, 0.1]\n"
+    )
+    (line,) = lines(run("detect", image, "--depth", depth, "--registration", registration, *unit))
+    assert BSplineCurve.from_dict(line["detections"][0]["curve_3d"]).sample(9)[:, 2] == pytest.approx(0.6, rel=0.05)

@@ -175,7 +175,8 @@ def test_ctrl_c_ends_it_and_keeps_what_is_finished(tmp_path):
 
 def test_progress_counts_frames(capsys):
     rows = tuple(
-        FrameRow("s", "q", i, "m", 1, 1, 0.0, 0.0, 0.0, 0.0, None, None, 0, 0, 1, True, 1.0, None) for i in range(5)
+        FrameRow("s", "q", i, "m", 1, 1, 0.0, 0.0, 0.0, 0.0, None, None, None, 0, 0, 1, True, 1.0, None)
+        for i in range(5)
     )
     part = Part(Key("s", "q", "m", 0, 5, "", "", ""), rows)
     with open_parts_progress(10) as show:

@@ -85,6 +85,32 @@ def test_curves_in_space_are_scored_in_millimetres_and_in_the_image(tmp_path):
     assert row.l3_px == pytest.approx(0.5, abs=0.01)  # 10 mm, 2 m away, seen with 100 px
 
 
+def true_axes(frame):
+    return [stubs.lifted(curve) for curve in stubs.bars(frame.index)]
+
+
+def stretched(frame):
+    return [curve.transformed(np.diag([1.02, 1.0, 1.0]), np.zeros(3)) for curve in true_axes(frame)]
+
+
+def test_the_true_axes_score_nothing_in_millimetres_and_of_the_length(tmp_path):
+    for row in rows_of(tmp_path, true_axes, Bars(deep=True)):
+        assert (row.l3_mm, row.length_error) == (0.0, 0.0)
+        assert row.l3_px < 1e-6
+
+
+def test_the_length_in_space_is_off_by_its_share(tmp_path):
+    for row in rows_of(tmp_path, stretched, Bars(deep=True)):
+        assert row.length_error == pytest.approx(0.02, abs=1e-6)
+    for row in rows_of(tmp_path / "shifted", stubs.in_space, Bars(deep=True)):
+        assert row.length_error == pytest.approx(0.0, abs=1e-6)
+
+
+def test_without_a_curve_in_space_there_is_no_length(tmp_path):
+    for row in rows_of(tmp_path, stubs.perfect, Bars(deep=True)):
+        assert (row.l3_mm, row.length_error) == (None, None)
+
+
 def test_curves_in_space_need_a_camera(tmp_path):
     (row,) = rows_of(tmp_path, stubs.in_space, Bars(length=1))
     assert "camera" in row.failure

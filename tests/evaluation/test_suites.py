@@ -69,7 +69,7 @@ def test_a_folder_without_labels_is_an_error(tmp_path):
 
 
 def test_what_is_neither_suite_nor_folder_is_an_error():
-    with pytest.raises(InputError, match="no suite and no folder 'rgbb'; the suites are rgbd-artificial, rgb,"):
+    with pytest.raises(InputError, match="no suite and no folder 'rgbb'; the suites are rgbd-artificial, rgbd-noisy,"):
         open_suite("rgbb")
 
 

@@ -54,10 +54,12 @@ def test_pixels_are_the_nearest_ones_inside() -> None:
 def literal_depth(values: np.ndarray, pixels: float, resolution_m: float) -> float:
     grid, sides = values[:CELLS].reshape(ACROSS, ACROSS), values[CELLS:].reshape(2, 2, ALONG, ACROSS)[..., CORE]
     variance = resolution_m**2 / 12
-    for side in sides.reshape(4, ALONG, -1):
-        sigma = np.nanmedian(np.abs(np.diff(side, 2, axis=0))) / 0.6745 / 6**0.5
-        variance += sigma**2 * np.pi / 2 / min(max(pixels, 1), side.size) / 4
-    expected = np.nanmedian(sides.reshape(2, 2, -1), axis=2).mean(axis=1)
+    expected = np.empty(2)
+    for p, own in enumerate(sides):
+        pairs = own.mean(axis=0)
+        sigma = np.nanmedian(np.abs(np.diff(own, 2, axis=1))) / 0.6745 / 6**0.5
+        variance += sigma**2 * np.pi / 4 / min(max(pixels, 1), (~np.isnan(pairs)).sum())
+        expected[p] = np.nanmedian(pairs)
     miss = np.abs(np.nanmedian(grid[CORE, CORE]) - expected)
     if abs(expected[0] - expected[1]) <= 3 * variance**0.5:
         return 0.0
@@ -99,6 +101,16 @@ def test_where_too_much_is_missing_nothing_is_told() -> None:
         holed[hole] = np.nan
         assert judge_depth(holed[None], np.array([9.0]), 0.0)[0] == 0.0
         assert judge_image(np.repeat(holed[None, :, None], 3, axis=2))[0] == 0.0
+
+
+@pytest.mark.parametrize("hole", [np.s_[:, 0, 2:], np.s_[0, 1, :4], np.s_[1, :, :, 3:]], ids=["far", "near", "along"])
+def test_a_hole_that_leaves_a_part_does_not_matter(hole: tuple[slice, ...]) -> None:
+    values = np.where(np.arange(PLACES) < CELLS + 2 * ALONG * ACROSS, 0.99, 1.0)
+    sides = values[CELLS:].reshape(2, 2, ALONG, ACROSS)  # a view
+    sides += 0.02 * np.array([-1.0, 1.0])[:, None, None] * np.arange(3.0, 3.0 + ALONG)[:, None]
+    sides[hole] = np.nan
+    values[: CELLS // 2] = np.nan
+    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(1.0)
 
 
 def test_a_picture_of_one_colour_tells_nothing() -> None:

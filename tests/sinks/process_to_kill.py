@@ -10,11 +10,11 @@ import sink_examples as examples
 
 from dloftbs import sinks
 
-NAMES = ("a.jsonl", "a.npz", "a.csv", "a.mp4", "pictures/")
+NAMES = ("a.jsonl", "a.npz", "a.csv", "a.ply", "a.mp4", "pictures/")
 
 
 def main(folder: str) -> None:
-    options = {".mp4": {"draw": examples.draw}, "": {"draw": examples.draw}}
+    options = {".ply": {"radius_m": 0.005}, ".mp4": {"draw": examples.draw}, "": {"draw": examples.draw}}
     opened = [sinks.open(f"{folder}/{name}", **options.get(Path(name).suffix, {})) for name in NAMES]
     with sinks.MultiSink(opened) as sink:
         for i in itertools.count():

@@ -1,12 +1,16 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import sinks.sink_examples as examples
+from builders import curve_through, detection_of, line
 
+from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
+from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks import CsvSink
 
 
@@ -31,7 +35,8 @@ def test_detections_with_and_without_metres(tmp_path):
     assert points == pytest.approx(results[0].detections[0].curve.sample(11), abs=5.1e-4)
     metres = np.array([[float(row[f"{axis}_m"]) for axis in "xyz"] for row in rows[:11]])
     assert metres == pytest.approx(results[0].detections[0].curve_3d.sample(11), abs=5.1e-7)
-    assert {rows[11][f"{axis}_m"] for axis in "xyz"} == {""}
+    assert {rows[11][name] for name in ("u_3d", "x_m", "y_m", "z_m", "inferred_3d")} == {""}
+    assert [row["u_3d"] for row in rows[:11]] == [row["u"] for row in rows[:11]]  # without a camera, nobody knows
     assert [float(row["u"]) for row in rows[:11]] == pytest.approx(np.linspace(0, 1, 11))
     assert [row["inferred"] for row in rows[:11]] == list("00000100000")  # the gap spans u = 0.4 to 0.6
 
@@ -46,11 +51,30 @@ def test_tracks(tmp_path):
     assert [row["inferred"] for row in rows] == ["0", "0", "0", "0", "1", "1"]
 
 
+def test_a_row_is_one_point_in_the_image_and_in_space(tmp_path):
+    camera = PinholeCamera(500.0, 500.0, 320.0, 240.0)
+    deep = line((-0.2, 0.0, 0.5), (0.3, 0.1, 1.5))
+    flat = curve_through(camera.project(deep.sample(200)))
+    found = replace(detection_of(flat, deep), inferred_3d=((0.5, 0.8),))
+    with CsvSink(tmp_path / "a.csv") as sink:
+        frame = Frame(mask=np.zeros((480, 640), bool), camera=camera)
+        sink.write(frame, FrameResult((found,), (), None, (480, 640)))
+    rows = table(tmp_path / "a.csv")
+    pixels, metres = (
+        np.array([[float(row[name]) for name in names] for row in rows])
+        for names in (("x_px", "y_px"), ("x_m", "y_m", "z_m"))
+    )
+    assert np.abs(camera.project(metres) - pixels).max() < 0.02
+    u = np.array([float(row["u_3d"]) for row in rows])
+    assert u[50] < 0.4  # the nearer half of a cable takes up more of the image
+    assert [row["inferred_3d"] == "1" for row in rows] == ((u > 0.5) & (u < 0.8)).tolist()
+    assert {row["inferred"] for row in rows} == {"0"}
+
+
 def test_whole_after_every_frame(tmp_path):
     with CsvSink(tmp_path / "a.csv", samples=5) as sink:
-        assert (
-            (tmp_path / "a.csv").read_text().startswith("frame,stamp,object,state,i,u,x_px,y_px,x_m,y_m,z_m,inferred\n")
-        )
+        columns = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d\n"
+        assert (tmp_path / "a.csv").read_text() == columns
         sink.write(examples.frame(), examples.detected())
         assert len(table(tmp_path / "a.csv")) == 10
 

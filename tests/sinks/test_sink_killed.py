@@ -52,7 +52,10 @@ def test_after_a_kill_every_frame_written_can_be_read(killed):
 
     table = (folder / "a.csv").read_text().splitlines()
     assert len(table) - 1 >= 200 * count
-    assert all(line.count(",") == 11 for line in table[: 200 * count + 1])
+    assert all(line.count(",") == 13 for line in table[: 200 * count + 1])
+
+    meshes = sorted((folder / "a").glob("*.ply"))
+    assert count <= len(meshes) + (folder / "a.ply").is_file() <= count + 1
 
     pictures = read_video(folder / "a.mp4")
     whole = count - 1  # a fragment ends where the next picture begins
@@ -76,9 +79,9 @@ def read_video(path: Path) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("the camera is gone")])
-@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "a.mp4", "pictures/"])
+@pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "a.ply", "a.mp4", "pictures/"])
 def test_an_error_in_the_block_closes_the_sink(tmp_path, name, error):
-    options = {} if name in ("a.jsonl", "a.npz", "a.csv") else {"draw": examples.draw}
+    options = {} if name in ("a.jsonl", "a.npz", "a.csv", "a.ply") else {"draw": examples.draw}
     sink = sinks.open(f"{tmp_path}/{name}", **options)
 
     def work():

@@ -17,6 +17,8 @@ FILES = {
     "a.ndjson": sinks.JsonLinesSink,
     "a.npz": sinks.NpzSink,
     "a.CSV": sinks.CsvSink,
+    "a.ply": sinks.GeometrySink,
+    "a.obj": sinks.GeometrySink,
     "a.mp4": sinks.OverlayVideoSink,
     "a.mov": sinks.OverlayVideoSink,
 }

@@ -6,12 +6,14 @@ import json
 import logging
 import pickle
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from recorded_examples import SIZE, TinySequence, assert_same_bits, assert_same_truth
 
 from dloftbs import sinks, sources
+from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SinkError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
@@ -255,7 +257,7 @@ def test_corrupt_truth_is_named(tmp_path, fields, message):
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"camera": {"fx": 1}}, "truth.jsonl, line 2: camera: "),
+        ({"camera": {"fx": 1}}, "frame 1: a camera needs fx, fy, cx and cy; missing: fy, cx, cy"),
         ({"camera": {"fx": -1, "fy": 1, "cx": 1, "cy": 1}}, "frame 1: focal lengths must be positive"),
         ({"image": "images/none.png"}, "none.png: cannot be read"),
         ({"mask": {"file": "masks/none.npy", "type": "|b1"}}, "none.npy: cannot be read as a .npy file"),
@@ -291,3 +293,13 @@ def test_a_lost_list_of_frames_is_named(tmp_path):
     (tmp_path / "truth.jsonl").unlink()
     with pytest.raises(SourceError, match=re.escape("truth.jsonl: cannot be read")):
         sources.open_labelled(tmp_path)
+
+
+@pytest.mark.parametrize("model", ["polynomial", "fisheye"])
+def test_lens_and_size_of_the_camera_come_back(tmp_path, model):
+    class WithLens(TinySequence):
+        def frame(self, index):
+            return replace(super().frame(index), camera=camera)
+
+    camera = PinholeCamera(512.25, 511.1, 22.3, 15.7, (-0.1, 1 / 3, 1e-17, 0.002), model, SIZE)
+    assert read_back(WithLens(1), tmp_path).frame(0).camera == camera

@@ -66,6 +66,15 @@ def test_depth_and_camera_may_lie_beside(tmp_path, suffix):
     assert frame.camera == PinholeCamera(500, 501.5, 20, 10)
 
 
+@pytest.mark.parametrize("name", ["camera.json", "camera.yaml", "camera.yml"])
+def test_the_camera_may_have_a_lens_and_any_form(tmp_path, name):
+    text = """{image_width: 45, image_height: 31, camera_matrix: {data: [50, 0, 22, 0, 51, 15, 0, 0, 1]},
+        distortion_model: plumb_bob, distortion_coefficients: {data: [0.1, 0.2, 0.0, 0.0, 0.0]}}"""
+    (fill(tmp_path, "0") / name).write_text(text)
+    (frame,) = sources.open_labelled(tmp_path)
+    assert frame.camera == PinholeCamera(50, 51, 22, 15, (0.1, 0.2, 0.0, 0.0, 0.0), size=(31, 45))
+
+
 @pytest.mark.parametrize("text", ["{}", '{"fx": 0, "fy": 1, "cx": 1, "cy": 1}', "[1, 2]", '{"fx": "a"}', "fx"])
 def test_a_wrong_camera_is_named(tmp_path, text):
     (fill(tmp_path, "0") / "camera.json").write_text(text)

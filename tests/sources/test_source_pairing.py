@@ -163,7 +163,8 @@ def test_own_depth_is_replaced(tmp_path):
     np.save(tmp_path / "small.npy", np.full((2, 3, 3), 3.0))
     assert depths(sources.open(tmp_path / "a.npz")) == [1.0, 1.0]
     assert depths(sources.open(tmp_path / "a.npz", depth=tmp_path / "d.npy")) == [2.0, 2.0]
-    assert depths(sources.open(tmp_path / "a.npz", depth=tmp_path / "small.npy")) == [None, None]
+    with pytest.raises(InputError, match=r"a\.npz#0: depth must have the frame's size \(6, 8\).*registration"):
+        depths(sources.open(tmp_path / "a.npz", depth=tmp_path / "small.npy"))
 
 
 def test_one_file_beside_another(tmp_path):
@@ -179,7 +180,6 @@ def test_one_file_beside_another(tmp_path):
     [
         (np.zeros(SHAPE, np.uint8), "16 bits or floating point.*uint8"),
         (np.zeros((*SHAPE, 3), np.uint16), "one channel"),
-        (np.zeros((3, 3), np.uint16), "size"),
     ],
 )
 def test_unsuitable_depth(tmp_path, caplog, pixels, message):

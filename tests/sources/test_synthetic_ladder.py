@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dloftbs.errors import InputError
-from dloftbs.sources.synthetic import LADDER_BASES, KindSequence, LadderBase, noise_ladder
+from dloftbs.sources.synthetic import LADDER_BASES, KindSequence, LadderBase, noise_ladder, rgbd_artificial
 
 SIZE = (180, 320)
 CALM = {
@@ -19,6 +19,12 @@ LEVELS = {
     "missing stretches": [0, 5, 10, 20],
     "width": [2, 4, 8, 12, 20, 40],
     "size": [320, 640, 1280, 1920, 3840],
+}
+OF_DEPTH = {
+    "depth noise": [0, 0.5, 1, 2, 4],
+    "depth holes": [0, 5, 10, 20, 40],
+    "depth flying pixels": [0, 25, 50, 100],
+    "depth grain": [0, 1, 2, 4, 8],
 }
 
 
@@ -43,9 +49,8 @@ def test_every_suite_has_its_ladder():
     rungs = noise_ladder(0.01, 0, SIZE)
     for base in LADDER_BASES:
         found = levels([rung for rung in rungs if rung.base == base])
-        assert found == {
-            name: steps for name, steps in LEVELS.items() if name != "width" or not base.startswith("rgbd")
-        }
+        known = {name: steps for name, steps in LEVELS.items() if name != "width" or not base.startswith("rgbd")}
+        assert found == known | (OF_DEPTH if base == "rgbd artificial" else {})
     assert len({rung.name for rung in rungs}) == len(rungs)
     for rung in rungs:
         if rung.ladder == "missing stretches":
@@ -63,6 +68,26 @@ def test_each_rung_is_worse_than_the_one_before_and_the_curves_are_the_same():
         assert wrong[0] == 0
         assert (np.diff(wrong) > 0).all()
         assert all(rung.truth(1).curves == clean.curves for rung in ladder)
+
+
+def test_depth_gets_worse_on_its_ladders_and_nothing_else_changes():
+    rungs = [rung for rung in noise_ladder(0.01, 1, (360, 640), bases=["rgbd artificial"]) if "depth" in rung.ladder]
+    exact = rgbd_artificial(0.01, 1, (360, 640))[0].frame(1)
+    for ladder in OF_DEPTH:
+        of_ladder = [rung for rung in rungs if rung.ladder == ladder]
+        frames = [rung.frame(1) for rung in of_ladder]
+        for rung, frame in zip(of_ladder, frames, strict=True):
+            np.testing.assert_array_equal(frame.mask, exact.mask)
+            assert rung.truth(1).curves_3d == of_ladder[0].truth(1).curves_3d
+        holes = [(frame.depth[exact.mask] == 0).mean() for frame in frames]
+        expected = (
+            [level / 100 for level in OF_DEPTH["depth holes"]] if ladder == "depth holes" else [0.05] * len(holes)
+        )
+        assert holes == pytest.approx(expected, abs=0.005)
+        assert len({frame.depth.tobytes() for frame in frames}) == len(frames)
+        if ladder == "depth noise":
+            off = [np.median(np.abs(frame.depth - exact.depth)[frame.depth > 0]) for frame in frames]
+            assert off[1:] == pytest.approx([off[2] * level for level in (0.5, 1, 2, 4)], rel=0.05)
 
 
 def test_widths_and_sizes_go_in_proportion():

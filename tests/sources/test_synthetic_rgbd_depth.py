@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
-from dloftbs.sources.synthetic import DepthNoise, RgbdSequence, depth_sigma, rgbd_manipulation
+from dloftbs.errors import InputError
+from dloftbs.sources.synthetic import (
+    DepthNoise,
+    RgbdSequence,
+    depth_sigma,
+    rgbd_manipulation,
+    rgbd_noisy,
+)
 from dloftbs.sources.synthetic.hand import Hand
 from dloftbs.sources.synthetic.signals import keyed, steady
 from dloftbs.sources.synthetic.space import SpaceMotion, Wave
@@ -42,6 +50,41 @@ def test_noise_is_gaussian_and_grows_with_distance(distance, factor):
     assert error.std() == pytest.approx(sigma, rel=0.02)
     assert abs(error.mean()) < 0.02 * sigma
     assert (np.abs(error) < sigma).mean() == pytest.approx(0.683, abs=0.01)
+
+
+@pytest.mark.parametrize("grain_px", [1.0, 3.0])
+def test_grain_goes_together_over_its_px_and_keeps_its_size(grain_px):
+    depth = np.full(SIZE, 1.0, np.float32)
+    error = DepthNoise(depth_noise=1.0, grain_px=grain_px).apply(depth, depth > 0, rng()) - depth
+    assert error.std() == pytest.approx(float(depth_sigma(1.0)), rel=0.05)
+    assert error[:20].std() == pytest.approx(float(depth_sigma(1.0)), rel=0.25)  # at the border, too
+    for lag in (1, 2, round(2 * grain_px)):
+        measured = np.corrcoef(error[:, lag:].ravel(), error[:, :-lag].ravel())[0, 1]
+        # Two Gaussian windows of sigma s, a lag apart, overlap as exp(-lag^2 / (4 s^2)).
+        assert measured == pytest.approx(np.exp(-((lag / (2 * grain_px)) ** 2)), abs=0.05)
+
+
+def test_white_noise_has_no_grain():
+    depth = np.full(SIZE, 1.0, np.float32)
+    error = DepthNoise(depth_noise=1.0).apply(depth, depth > 0, rng()) - depth
+    assert abs(np.corrcoef(error[:, 1:].ravel(), error[:, :-1].ravel())[0, 1]) < 0.01
+
+
+def test_steps_are_those_of_disparity():
+    depth = np.tile(np.linspace(0.5, 1.5, SIZE[1], dtype=np.float32), (SIZE[0], 1))
+    stepped = DepthNoise(quantum_m=0.02).apply(depth, depth > 0, rng())
+    levels = np.unique(stepped)
+    assert np.diff(1.0 / levels) == pytest.approx(-0.02, rel=1e-3)
+    middle = 0.5 * (levels[1:] + levels[:-1])
+    assert np.diff(levels) == pytest.approx(0.02 * middle**2, rel=0.01)
+    assert (np.abs(stepped - depth) <= 0.5 * 0.02 * depth**2 * 1.02).all()
+
+
+@pytest.mark.parametrize("name", ["depth_noise", "hole_share", "flying", "grain_px", "quantum_m"])
+@pytest.mark.parametrize("value", [-0.1, float("nan"), float("inf")])
+def test_noise_out_of_range(name, value):
+    with pytest.raises(InputError, match=f"{name} must be a finite number"):
+        DepthNoise(**{name: value})
 
 
 @pytest.mark.parametrize("share", [0.02, 0.05, 0.2])
@@ -84,6 +127,44 @@ def test_sequences_have_the_noise_that_was_asked_for():
     error = ((frame.depth - exact.depth) / depth_sigma(exact.depth))[frame.depth > 0]
     assert error.std() == pytest.approx(1.0, abs=0.01)
     assert (rgbd_manipulation(0.02, 0, SIZE)[0].frame(1).depth != frame.depth).any()
+
+
+def test_the_noisy_suite_has_every_scene_by_two_cameras_near_and_far():
+    sequences = rgbd_noisy(0.04, 0, SIZE)
+    assert [sequence.name for sequence in sequences[:4]] == [
+        "0 high curvature, time of flight, near",
+        "0 high curvature, time of flight, far",
+        "0 high curvature, stereo, near",
+        "0 high curvature, stereo, far",
+    ]
+    assert len({sequence.name for sequence in sequences}) == len(sequences) == 20
+    sigma = []
+    for sequence in sequences:
+        clean = RgbdSequence(sequence.scene, len(sequence), SIZE)
+        frame, exact = sequence.frame(1), clean.frame(1)
+        np.testing.assert_array_equal(frame.mask, exact.mask)
+        assert (frame.depth[frame.mask] == 0).mean() == pytest.approx(0.05, abs=0.01)
+        kernel = np.ones((3, 3), np.uint8)
+        calm = cv2.dilate(exact.depth, kernel) - cv2.erode(exact.depth, kernel) < 0.003  # where nothing flies
+        error = ((frame.depth - exact.depth) / depth_sigma(exact.depth))[calm & (frame.depth > 0)]
+        # A step s of disparity has a variance of s^2 / 12 beside that of the noise.
+        steps = np.mean(sequence.noise.quantum_m * exact.depth**2 / depth_sigma(exact.depth))
+        assert error.std() == pytest.approx(np.sqrt(1.0 + steps**2 / 12.0), abs=0.03)
+        (axis,) = sequence.truth(1).curves_3d
+        assert axis.length == pytest.approx(clean.scene.motion.length_m, rel=1e-3)
+        sigma += depth_sigma(axis.sample(50)[:, 2]).tolist()
+    assert 1.2e-3 < min(sigma) < 1.5e-3  # the range of noise is covered, the far end of it too
+    assert 3.5e-3 < max(sigma) < 4.0e-3
+
+
+def test_neighbours_agree_more_by_stereo():
+    both = [rgbd_noisy(0.04, 0, (720, 1280))[i] for i in (0, 2)]
+    agree = []
+    for sequence in both:
+        exact = RgbdSequence(sequence.scene, len(sequence), (720, 1280)).frame(1)
+        error = np.where(exact.mask, 0.0, np.clip(sequence.frame(1).depth - exact.depth, -0.005, 0.005))[:200]
+        agree.append(np.corrcoef(error[:, 1:].ravel(), error[:, :-1].ravel())[0, 1])
+    assert agree[1] > agree[0] + 0.1
 
 
 def held(presence):

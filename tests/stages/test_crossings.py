@@ -296,7 +296,7 @@ class TestThroughThePipeline:
         colours = [image[tuple(np.rint(result.detections[d].curve(0.9)).astype(int)[::-1])] for d, _ in crossing.passes]
         assert crossing.top is not None
         assert colours[crossing.top][2] > colours[1 - crossing.top][2]
-        assert list(result.stage_ms).index("crossings") == list(result.stage_ms).index("lifting") + 1
+        assert list(result.stage_ms).index("crossings") == list(result.stage_ms).index("fitting") + 1
 
     def test_a_frame_without_a_crossing_has_none(self) -> None:
         mask = cv2.circle(np.zeros(SIZE, np.uint8), (160, 120), 80, 1, 9)

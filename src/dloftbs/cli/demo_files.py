@@ -12,12 +12,14 @@ import numpy.typing as npt
 
 from dloftbs import sinks, viz
 from dloftbs._version import __version__
+from dloftbs.cli import demo_space
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks._files import sink_errors
 from dloftbs.sources.synthetic import DemoSequence
 
 if TYPE_CHECKING:
     from dloftbs.cli.demo_run import DemoRun
+    from dloftbs.cli.demo_space import SpaceRun
 
 INPUT, OVERLAY, CURVES, SHEET = "input.mp4", "overlay.mp4", "curves.jsonl", "contact_sheet.png"
 SUMMARY, README = "summary.json", "README.txt"
@@ -28,6 +30,7 @@ _WHAT = {
     CURVES: "all curves, one line of JSON a frame",
     "cable_1.config.yaml": "the settings used, with the colour of the first cable",
     "cable_2.config.yaml": "the same for the second one",
+    **demo_space.WHAT,
     SUMMARY: "the figures below, and each frame's",
     README: "this text",
 }
@@ -66,7 +69,7 @@ def _title(run: DemoRun, index: int) -> str:
     return f"frame {index}: {score.curves} found"
 
 
-def write_summary(run: DemoRun, sequence: DemoSequence, folder: Path) -> None:
+def write_summary(run: DemoRun, space: SpaceRun, sequence: DemoSequence, folder: Path) -> None:
     """Write the figures, and each frame's, as JSON."""
     height, width = sequence.size
     summary = {
@@ -75,6 +78,7 @@ def write_summary(run: DemoRun, sequence: DemoSequence, folder: Path) -> None:
         "configs": [config.to_dict() for config in run.configs],
         **_timing(run),
         **run.scores.to_dict(),
+        "in_space": space.to_dict(),
         "per_frame": [msgspec.to_builtins(score) for score in run.scores.frames],
     }
     _write(folder / SUMMARY, msgspec.json.format(msgspec.json.encode(summary), indent=2))
@@ -92,7 +96,7 @@ def _timing(run: DemoRun) -> dict[str, Any]:
     }
 
 
-def table(run: DemoRun, sequence: DemoSequence) -> str:
+def table(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> str:
     """Return the figures as text."""
     timing, scores = _timing(run), run.scores.to_dict()
     height, width = sequence.size
@@ -116,6 +120,7 @@ def table(run: DemoRun, sequence: DemoSequence) -> str:
         ids = scores["ids_of_each_cable"][cable]
         rows.append((f"cable {cable + 1}", f"without a curve in {missing} of {frames} frames; ids in all: {ids}"))
     rows.append(("turned around", f"{scores['turned_around']} times"))
+    rows += space.rows()
     return "\n".join(f"{name:24}{value}" for name, value in rows)
 
 
@@ -125,13 +130,15 @@ def _spread(figures: dict[str, float | None]) -> str:
     return f"mean {figures['mean']:.2f}, median {figures['median']:.2f}, worst {figures['worst']:.2f} px"
 
 
-def describe(figures: str, folder: Path) -> None:
+def describe(figures: str, space: SpaceRun, folder: Path) -> None:
     """Write what the folder holds, the command that makes the same, and the figures."""
     files = "\n".join(f"{name:20}{what}" for name, what in _WHAT.items())
     text = (
         f"The demo of dloftbs {__version__}\n\n{files}\n\n"
         "One cable by hand, in this folder:\n\n"
         f"    dloftbs track {INPUT} --config cable_1.config.yaml --out cable_1.jsonl --overlay cable_1.mp4\n\n"
+        "A cable in space, its curve as a mesh:\n\n"
+        f"    {space.command()}\n\n"
         f"{figures}\n\n"
         "L1: mean distance of the cables' visible pixels to the nearest curve; a perfect one has a quarter of their\n"
         "width. L2: of the curves' points to the nearest visible pixel; parts under a hand or a gripper count here.\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +15,15 @@ from dloftbs.errors import ConfigError
 if TYPE_CHECKING:
     from dloftbs.camera import PinholeCamera
     from dloftbs.config import Config, HsvRange
+    from dloftbs.registration import DepthRegistration
     from dloftbs.sources import Source
     from dloftbs.sources.pixels import Kind
 
 Command = Callable[..., None]
 
-DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv")
+DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj")
 VIDEO_SUFFIXES = (".mp4", ".mov")
+CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
 
@@ -38,18 +40,30 @@ def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[s
 
 
 def parse_camera(context: click.Context, parameter: click.Parameter, text: str | None) -> PinholeCamera | None:
-    """Read the intrinsics of a camera, four numbers; anything else is bad usage."""
+    """Read the intrinsics of a camera, four numbers or a file; other numbers are bad usage, another file bad input."""
     if text is None:
         return None
     from dloftbs.camera import PinholeCamera
 
+    if Path(text).suffix.lower() in CAMERA_SUFFIXES:
+        return PinholeCamera.from_file(text)
     try:
         fx, fy, cx, cy = (float(part) for part in text.split(","))
         return PinholeCamera(fx, fy, cx, cy)
     except ValueError as error:  # InputError is one
-        raise click.BadParameter(
-            f"expected four numbers FX,FY,CX,CY in pixels, got {text!r}: {error}", context, parameter
-        ) from error
+        expected = f"four numbers FX,FY,CX,CY in pixels, or a file ({', '.join(CAMERA_SUFFIXES)})"
+        raise click.BadParameter(f"expected {expected}, got {text!r}: {error}", context, parameter) from error
+
+
+def parse_registration(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> DepthRegistration | None:
+    """Read a registration from a file."""
+    if text is None:
+        return None
+    from dloftbs.registration import DepthRegistration
+
+    return DepthRegistration.from_file(text)
 
 
 def parse_size(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, int] | None:
@@ -65,7 +79,7 @@ def parse_size(context: click.Context, parameter: click.Parameter, text: str | N
 def config_options(command: Command) -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
-    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv`` overrides what comes before.
+    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--depth-unit`` overrides what comes before.
     """
 
     @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
@@ -92,6 +106,13 @@ def config_options(command: Command) -> Command:
         help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
         "Hue wraps: 170:10 is red. Repeatable; a pixel in any of them is cable.",
     )
+    @click.option(
+        "--depth-unit",
+        type=click.FloatRange(min=0.0, min_open=True),
+        metavar="METRES",
+        help="What a count of an integer depth image is worth, as lifting.integer_unit_m; 0.001 where nobody says: "
+        "millimetres. Floating-point depth is in metres.",
+    )
     @functools.wraps(command)
     def with_config(
         *args: Any,
@@ -99,9 +120,13 @@ def config_options(command: Command) -> Command:
         config_file: Path | None,
         changes: dict[str, Any],
         hsv: tuple[HsvRange, ...],
+        depth_unit: float | None,
         **kwargs: Any,
     ) -> None:
-        command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
+        config = read_config(paper, config_file, changes, hsv)
+        if depth_unit is not None:
+            config = config.replace({"lifting.integer_unit_m": depth_unit})
+        command(*args, config=config, **kwargs)
 
     return with_config
 
@@ -159,9 +184,10 @@ class InputOptions:
     depth: str | None
     masks: str | None
     camera: PinholeCamera | None
+    registration: DepthRegistration | None
 
-    def open(self, where: str, fps: float | None = None) -> Source:
-        """Open an input with these options.
+    def open(self, where: str, config: Config, fps: float | None = None) -> Source:
+        """Open an input with these options; the unit of depth is the configuration's.
 
         Raises
         ------
@@ -170,7 +196,18 @@ class InputOptions:
         """
         from dloftbs import sources
 
-        return sources.open(where, kind=self.kind, depth=self.depth, masks=self.masks, camera=self.camera, fps=fps)
+        registration = self.registration
+        if registration is not None:
+            registration = replace(registration, integer_unit_m=config.lifting.integer_unit_m)
+        return sources.open(
+            where,
+            kind=self.kind,
+            depth=self.depth,
+            masks=self.masks,
+            camera=self.camera,
+            registration=registration,
+            fps=fps,
+        )
 
     @property
     def rules(self) -> list[str]:
@@ -196,17 +233,30 @@ def input_options(command: Command) -> Command:
     @click.option("--masks", metavar="PATH|RULE", help="Masks for the frames, in the same ways, in place of a colour.")
     @click.option(
         "--camera",
-        metavar="FX,FY,CX,CY",
+        metavar="FX,FY,CX,CY|FILE",
         callback=parse_camera,
-        help="Intrinsics in pixels; with depth, curves are in metres too.",
+        help="Intrinsics in pixels, or a calibration (YAML, JSON, XML), lens distortion included; with depth, curves "
+        "are in metres too.",
+    )
+    @click.option(
+        "--registration",
+        metavar="FILE",
+        callback=parse_registration,
+        help="Depth is of a camera of its own: YAML or JSON with depth_camera, colour_camera, rotation, translation_m.",
     )
     @functools.wraps(command)
     def with_inputs(
-        *args: Any, kind: Kind, depth: str | None, masks: str | None, camera: PinholeCamera | None, **kwargs: Any
+        *args: Any,
+        kind: Kind,
+        depth: str | None,
+        masks: str | None,
+        camera: PinholeCamera | None,
+        registration: DepthRegistration | None,
+        **kwargs: Any,
     ) -> None:
         if masks is not None and kind == "mask":
             raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
-        command(*args, inputs=InputOptions(kind, depth, masks, camera), **kwargs)
+        command(*args, inputs=InputOptions(kind, depth, masks, camera, registration), **kwargs)
 
     return with_inputs
 
@@ -261,6 +311,7 @@ out_option = click.option(
     multiple=True,
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz or .csv; - is JSON lines on standard output. Repeatable. "
+    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; - is JSON lines on standard output. "
+    "Repeatable. "
     "The configuration used is written beside the first file, as NAME.config.yaml.",
 )

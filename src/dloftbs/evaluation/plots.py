@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.errors import SinkError
 from dloftbs.evaluation.report_joints import KINDS, binned, joints_by_method
-from dloftbs.evaluation.report_table import mean
+from dloftbs.evaluation.report_table import existing, mean, percent
 from dloftbs.evaluation.report_tables import clean_share
 from dloftbs.evaluation.runner_parts import FrameRow, Part
 
@@ -22,7 +23,8 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _BAD = "#B00020"
 _LINES = ("-", "--", ":")  # so that two methods that agree are both seen
 _MOST_PANELS, _LEAST_FRAMES = 16, 12
-_LEAST_L3_PX = 0.05
+_LEAST_L3 = 0.05  # px or mm
+_IN_METRES = ("rgbd-noisy",)
 _RC: Any = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -56,10 +58,16 @@ def write_plots(parts: Sequence[Part], folder: Path) -> list[Path]:
         of_suite = [part for part in parts if part.key.suite == suite]
         ladders = list(dict.fromkeys(part.ladder for part in of_suite if part.ladder is not None))
         for base in dict.fromkeys(ladder.partition(",")[0] for ladder in ladders):
-            path = _file(folder, "noise", base)
-            paths.append(_noise(of_suite, [one for one in ladders if one.partition(",")[0] == base], colours, path))
+            of_base = [one for one in ladders if one.partition(",")[0] == base]
+            of_depth = [one for one in of_base if one.partition(", ")[2].startswith("depth")]
+            in_image = [one for one in of_base if one not in of_depth]
+            if in_image:
+                paths.append(_noise(of_suite, in_image, _IN_IMAGE, colours, _file(folder, "noise", base)))
+            if of_depth:
+                paths.append(_noise(of_suite, of_depth, _IN_SPACE, colours, _file(folder, "depth", base)))
         if not ladders:
-            paths.append(_frames(of_suite, colours, _file(folder, "frames", suite)))
+            error = "l3_mm" if suite in _IN_METRES else "l3_px"
+            paths.append(_frames(of_suite, error, colours, _file(folder, "frames", suite)))
     if parts:
         paths.append(_times(parts, colours, _file(folder, "times", "")))
     if any(part.joints for part in parts):
@@ -67,22 +75,27 @@ def write_plots(parts: Sequence[Part], folder: Path) -> list[Path]:
     return paths
 
 
-def _frames(parts: Sequence[Part], colours: dict[str, str], path: Path) -> Path:
-    """Draw L3 over the frames, a panel for each sequence; on the axis stand marks where something is missing."""
+def _frames(parts: Sequence[Part], error: str, colours: dict[str, str], path: Path) -> Path:
+    """Draw an error, ``"l3_px"`` or ``"l3_mm"``, over the frames, a panel for each sequence.
+
+    On the axis stand marks where something is missing.
+    """
     sequences = list(dict.fromkeys(part.key.number for part in parts))
     # A few frames are not worth a panel of their own.
     together = len(sequences) > _MOST_PANELS or max(len(part.rows) for part in parts) < _LEAST_FRAMES
     panels = [parts] if together else [[part for part in parts if part.key.number == n] for n in sequences]
-    known = [row.l3_px for part in parts for row in part.rows if row.l3_px is not None]
+    known = existing(getattr(row, error) for part in parts for row in part.rows)
     highest = max([*known, 10.0])
     with _figure(path, len(panels)) as axes:
         for axis, of_panel in zip(axes, panels, strict=True):
             for number, (method, colour) in enumerate(colours.items()):
                 rows = [row for part in of_panel if part.key.method == method for row in part.rows]
-                _draw_frames(axis, rows, {"label": method, "color": colour, "linestyle": _LINES[number % len(_LINES)]})
+                _draw_frames(
+                    axis, rows, error, {"label": method, "color": colour, "linestyle": _LINES[number % len(_LINES)]}
+                )
             key = of_panel[0].key
             axis.set_title(key.suite if together else f"{key.suite}: {key.sequence}")
-            axis.set(yscale="log", ylim=(_LEAST_L3_PX, 1.3 * highest), ylabel="L3, px")
+            axis.set(yscale="log", ylim=(_LEAST_L3, 1.3 * highest), ylabel=f"L3, {error[-2:]}")
             axis.yaxis.set_major_formatter("{x:g}")
             axis.xaxis.get_major_locator().set_params(integer=True)
         axes[-1].set_xlabel("frame; marks on the axis: something is missing (|) or redundant (x)")
@@ -90,9 +103,10 @@ def _frames(parts: Sequence[Part], colours: dict[str, str], path: Path) -> Path:
     return path
 
 
-def _draw_frames(axis: Any, rows: Sequence[FrameRow], style: dict[str, Any]) -> None:
+def _draw_frames(axis: Any, rows: Sequence[FrameRow], error: str, style: dict[str, Any]) -> None:
     x = np.arange(len(rows))
-    axis.plot(x, _values([row.l3_px for row in rows]).clip(min=_LEAST_L3_PX), linewidth=1.0, marker=".", ms=3, **style)
+    values = _values([getattr(row, error) for row in rows]).clip(min=_LEAST_L3)
+    axis.plot(x, values, linewidth=1.0, marker=".", ms=3, **style)
     for name, marker in (("missing", "|"), ("redundant", "x")):
         bad = np.array([getattr(row, name) > 0 for row in rows], dtype=bool)
         at = axis.get_xaxis_transform()
@@ -100,23 +114,44 @@ def _draw_frames(axis: Any, rows: Sequence[FrameRow], style: dict[str, Any]) -> 
         marks.set_in_layout(False)  # what is not clipped, and empty, would make the axes collapse
 
 
-def _noise(parts: Sequence[Part], ladders: Sequence[str], colours: dict[str, str], path: Path) -> Path:
-    """Draw L3 and the share of clean frames over the level, a row of two panels for each ladder."""
+def _noise(
+    parts: Sequence[Part], ladders: Sequence[str], figures: Sequence[_Figure], colours: dict[str, str], path: Path
+) -> Path:
+    """Draw two figures over the level, a row of two panels for each ladder."""
     with _figure(path, len(ladders), columns=2) as axes:
         for i, ladder in enumerate(ladders):
             for number, (method, colour) in enumerate(colours.items()):
                 style = {"marker": "o", "ms": 4, "color": colour, "linestyle": _LINES[number % len(_LINES)]}
                 rungs = _rungs(parts, ladder, method)
                 levels = sorted(rungs)
-                error = [mean(row.l3_px for row in rungs[level]) for level in levels]
-                clean = [100.0 * clean_share(rungs[level]) for level in levels]
-                axes[2 * i].plot(levels, _values(error), label=method, **style)
-                axes[2 * i + 1].plot(levels, clean, **style)
-            axes[2 * i].set(ylabel="L3, px", title=ladder)
-            axes[2 * i].set_ylim(bottom=0.0)
-            axes[2 * i + 1].set(ylabel="clean frames, %", ylim=(-3.0, 103.0))
+                for j, figure in enumerate(figures):
+                    values = _values([figure.of(rungs[level]) for level in levels])
+                    axes[2 * i + j].plot(levels, values, label=method, **style)
+            axes[2 * i].set_title(ladder)
+            for j, figure in enumerate(figures):
+                axes[2 * i + j].set(ylabel=figure.label)
+                axes[2 * i + j].set_ylim(*figure.limits)
         axes[0].legend(loc="best")
     return path
+
+
+@dataclass(frozen=True)
+class _Figure:
+    """What is drawn over the levels of a ladder."""
+
+    label: str
+    of: Callable[[Sequence[FrameRow]], float | None]
+    limits: tuple[float, float | None]
+
+
+_IN_IMAGE = (
+    _Figure("L3, px", lambda rows: mean(row.l3_px for row in rows), (0.0, None)),
+    _Figure("clean frames, %", lambda rows: 100.0 * clean_share(rows), (-3.0, 103.0)),
+)
+_IN_SPACE = (
+    _Figure("L3, mm", lambda rows: mean(row.l3_mm for row in rows), (0.0, None)),
+    _Figure("length off, %", lambda rows: percent(mean(row.length_error for row in rows)), (0.0, None)),
+)
 
 
 def _rungs(parts: Sequence[Part], ladder: str, method: str) -> dict[float, list[FrameRow]]:

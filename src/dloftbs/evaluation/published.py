@@ -130,3 +130,28 @@ KINDS: dict[tuple[str, str], Kind] = {
     if clean is not None
 }
 """By kind, as the sequences of the suite are named, and method."""
+
+
+class SpaceBar(NamedTuple):
+    """What is asked of curves in space on a scenario with noisy depth, mm: the mean L3, and that of most frames."""
+
+    mean_mm: float
+    frame_mm: float
+
+
+SPACE_SHARE = 0.95
+"""Of the frames that must be within `SpaceBar.frame_mm`."""
+SPACE_LENGTH = 0.01
+"""By how much of the true length the mean length may be off."""
+_SPACE_BARS = {
+    "0": SpaceBar(2.0, 4.0),
+    "1": SpaceBar(3.0, 6.0),
+    "2": SpaceBar(3.0, 6.0),
+    "3": SpaceBar(2.0, 4.0),
+    "4": SpaceBar(2.0, 4.0),
+}
+
+
+def space_bar(scenario: str) -> SpaceBar | None:
+    """Return what is asked of a scenario, whose name begins with its number; None where nothing is."""
+    return _SPACE_BARS.get(scenario.partition(" ")[0])

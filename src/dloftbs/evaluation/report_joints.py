@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from dloftbs.centerline import JointKind
-from dloftbs.evaluation.report_table import Cell, Table
+from dloftbs.evaluation.report_table import Cell, Table, percent
 from dloftbs.evaluation.runner_parts import JointRow, Part
 
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
@@ -89,7 +89,7 @@ def _bins_table(groups: Mapping[str, Mapping[str, Sequence[JointRow]]]) -> Table
         for of_kinds in zip(*(binned(by_kind[kind]) for kind in KINDS), strict=True):
             row: list[Cell] = [method, f"{of_kinds[0].low:g} to {of_kinds[0].high:g}"]
             for one in of_kinds:
-                row += [_percent(one.stated), _percent(one.right), one.number]
+                row += [percent(one.stated), percent(one.right), one.number]
             rows.append(tuple(row))
     return Table("joints", "Joints: stated confidence, share right, number", columns, tuple(rows), _NOTE)
 
@@ -101,9 +101,5 @@ def _errors_table(groups: Mapping[str, Mapping[str, Sequence[JointRow]]]) -> Tab
         for kind, joints in by_kind.items():
             whole = _bin(0.0, 1.0, joints)
             figures = (whole.stated, whole.right, calibration_error(binned(joints)))
-            rows.append((method, kind, whole.number, *map(_percent, figures)))
+            rows.append((method, kind, whole.number, *map(percent, figures)))
     return Table("joint-calibration", "Joints: calibration", columns, tuple(rows))
-
-
-def _percent(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share

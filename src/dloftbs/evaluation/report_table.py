@@ -93,6 +93,11 @@ def median(values: Iterable[float | None], share: float = 0.5) -> float | None:
     return known[min(int(share * len(known)), len(known) - 1)] if known else None
 
 
+def percent(share: float | None) -> float | None:
+    """Return a share as a percentage, if there is one."""
+    return None if share is None else 100.0 * share
+
+
 def existing(values: Iterable[float | None]) -> list[float]:
     """Return the values that exist."""
     return [value for value in values if value is not None]

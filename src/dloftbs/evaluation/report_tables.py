@@ -8,12 +8,14 @@ from dloftbs.evaluation import published
 from dloftbs.evaluation.report_counts import exceptions_table, tracking_table
 from dloftbs.evaluation.report_joints import joint_tables
 from dloftbs.evaluation.report_kinds import kinds_table
-from dloftbs.evaluation.report_table import Cell, Table, existing, mean, median
+from dloftbs.evaluation.report_space import space_table
+from dloftbs.evaluation.report_table import Cell, Table, existing, mean, median, percent
 from dloftbs.evaluation.runner_parts import FrameRow, Part
 from dloftbs.evaluation.runner_score import CLEAN_DICE
 
 _EMPTY = "frames without a curve"
 _WHOLE = "L3 px, whole curve"
+_LENGTH = "length in space off, %"
 _COUNTS = ("frames", _EMPTY)
 _MATCHED = "L3 is of the matched objects, however far off; missing ones have none."
 _SEEN = "Means are over the frames that have a curve; those without are counted beside them."
@@ -62,6 +64,7 @@ _FIGURES: dict[str, Callable[[_Rows], Cell]] = {
     "L3 mm mean": lambda rows: mean(row.l3_mm for row in rows),
     "L3 mm max": lambda rows: max(existing(row.l3_mm for row in rows), default=None),
     "L3 mm min": lambda rows: min(existing(row.l3_mm for row in rows), default=None),
+    _LENGTH: lambda rows: percent(mean(row.length_error for row in rows)),
     "DICE": lambda rows: mean(row.dice for row in rows),
     "missing": lambda rows: sum(row.missing for row in rows),
     "missing, %": lambda rows: _share_of_objects(rows, sum(row.missing for row in rows)),
@@ -158,7 +161,7 @@ def _table_4(parts: Sequence[Part], suite: str) -> Table:
         }
         for other in published.TABLE_IV
     ]
-    figures = (*spread, "ms median", *_COUNTS, "frames without a curve in space")
+    figures = (*spread, _LENGTH, "ms median", *_COUNTS, "frames without a curve in space")
     note = (
         "L3 in px is that of the curve in the image, from the whole true curve; in mm that of the curve in space, "
         f"beside which the published figures stand. {_SEEN}"
@@ -168,9 +171,10 @@ def _table_4(parts: Sequence[Part], suite: str) -> Table:
 
 
 def _noise(parts: Sequence[Part], suite: str) -> Table:
-    figures = ("clean frames, %", "L3 px", _WHOLE, "L1 px", "missing", "redundant", "ms median", *_COUNTS)
+    errors = ("L3 px", _WHOLE, "L1 px", "L3 mm", _LENGTH)
+    figures = ("clean frames, %", *errors, "missing", "redundant", "ms median", *_COUNTS)
     title = f"{suite}: error as the input gets worse"
-    return Table(suite, title, *_rows(parts, {**_RUNG, **_METHOD}, figures), _SEEN)
+    return Table(suite, title, *_rows(parts, {**_RUNG, **_METHOD}, figures), _SEEN).compact()
 
 
 def _plain(parts: Sequence[Part], suite: str) -> Table:
@@ -184,6 +188,7 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "several-cables": _table_2,
     "rgbd": _table_3,
     "rgbd-artificial": _table_4,
+    "rgbd-noisy": space_table,
     "noise": _noise,
 }
 

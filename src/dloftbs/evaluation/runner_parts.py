@@ -44,6 +44,8 @@ class FrameRow:
         The same from the whole true curve in every case, hidden ends included: the paper's criterion to the letter.
     l3_mm : float or None
         The same in space, of those that are known there.
+    length_error : float or None
+        Mean distance of their lengths in space from the true ones, as a share of these.
     dice : float or None
         Of the label images, where the truth has nothing else.
     missing, redundant : int
@@ -68,6 +70,7 @@ class FrameRow:
     l3_px: float | None
     l3_whole_px: float | None
     l3_mm: float | None
+    length_error: float | None
     dice: float | None
     missing: int
     redundant: int

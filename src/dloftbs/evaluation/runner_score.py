@@ -14,7 +14,7 @@ from dloftbs.evaluation.instances import dice
 from dloftbs.evaluation.matching import CurveDistances, Matching, match_distances
 from dloftbs.evaluation.metrics import l1, l2
 from dloftbs.evaluation.runner_found import Found, samples
-from dloftbs.evaluation.runner_visible import distances_of, l3_in_space, visible_objects
+from dloftbs.evaluation.runner_visible import distances_of, in_space, visible_objects
 from dloftbs.evaluation.tracking import TrackingScorer, TrackingScores
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
@@ -41,6 +41,7 @@ class Score:
     l3_px: float | None
     l3_whole_px: float | None
     l3_mm: float | None
+    length_error: float | None
     dice: float | None
     missing: int
     redundant: int
@@ -64,7 +65,7 @@ def score(found: Found, truth: Truth, frame: Frame) -> Score:
         l2_px,
         _or_none(matching.mean_l3),
         float(np.mean([whole[pair.true, pair.found] for pair in matching.pairs])) if matching.pairs else None,
-        _in_space(found, truth, matching, frame),
+        *_in_space(found, truth, matching, frame),
         None,
         missing,
         matching.redundant,
@@ -112,13 +113,16 @@ def _cover(found: Found, truth: Truth, frame: Frame) -> tuple[float | None, floa
     return l1(pixels, points), l2(points, pixels)
 
 
-def _in_space(found: Found, truth: Truth, matching: Matching, frame: Frame) -> float | None:
-    """Return the mean L3 in millimetres of the pairs that are known in space."""
+def _in_space(found: Found, truth: Truth, matching: Matching, frame: Frame) -> tuple[float | None, float | None]:
+    """Return the mean L3 in millimetres and the mean error of the length of the pairs that are known in space."""
     if not truth.curves_3d:
-        return None
+        return None, None
     pairs = [(found.curves_3d[pair.found], pair.true) for pair in matching.pairs]
-    known = [l3_in_space(curve, true, truth, frame) for curve, true in pairs if curve is not None]
-    return _MM_PER_M * float(np.mean(known)) if known else None
+    known = [in_space(curve, true, truth, frame) for curve, true in pairs if curve is not None]
+    if not known:
+        return None, None
+    l3_m, length_error = np.mean(known, axis=0).tolist()
+    return _MM_PER_M * l3_m, length_error
 
 
 def _by_masks(found: Found, truth: Truth, l1_px: float | None, l2_px: float | None) -> Score:
@@ -129,7 +133,7 @@ def _by_masks(found: Found, truth: Truth, l1_px: float | None, l2_px: float | No
     redundant += max(len(found.curves) - (len(truth.ids) - missing + redundant), 0)
     right = sum(one.dice >= CLEAN_DICE for one in result.instances)
     clean = missing == redundant == 0 and right == len(truth.ids)
-    return Score(l1_px, l2_px, None, None, None, _or_none(result.mean), missing, redundant, right, clean, None)
+    return Score(l1_px, l2_px, None, None, None, None, _or_none(result.mean), missing, redundant, right, clean, None)
 
 
 def _labels(found: Found, true_labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
-from dloftbs.evaluation.curves import curve_l3
+from dloftbs.evaluation.curves import curve_l3, length_error
 from dloftbs.evaluation.matching import CurveDistances, compare_curves
 from dloftbs.evaluation.runner_found import Curve, Found
 from dloftbs.frame import Frame
@@ -47,15 +47,20 @@ def distances_of(found: Found, truth: Truth) -> tuple[CurveDistances, FloatArray
     return CurveDistances(l3, forward), whole.l3
 
 
-def l3_in_space(curve: Curve, number: int, truth: Truth, frame: Frame) -> float:
-    """Return the L3 in metres of a curve from a true one in space: from its whole or its visible extent."""
+def in_space(curve: Curve, number: int, truth: Truth, frame: Frame) -> tuple[float, float]:
+    """Return the L3 in metres, and the share by which the length is off, of a curve from a true one in space.
+
+    From its whole or its visible extent, where the L3 is smaller.
+    """
     true = truth.curves_3d[number]
-    whole = curve_l3(curve, true, directed=False)
+    whole = curve_l3(curve, true, directed=False), length_error(curve, true)
     if frame.camera is None or not truth.visible_masks:
         return whole
     points = true.sample(_SAMPLES)
     extent = _extent(points, _seen(frame.camera.project(points), truth.visible_masks[number]), true)
-    return whole if extent is None else min(whole, curve_l3(curve, extent, directed=False))
+    if extent is None:
+        return whole
+    return min(whole, (curve_l3(curve, extent, directed=False), length_error(curve, extent)))
 
 
 def visible_objects(truth: Truth) -> npt.NDArray[np.bool_]:
@@ -89,7 +94,8 @@ def _lose_ends(seen: npt.NDArray[np.bool_], points: FloatArray, others: Sequence
 
 
 def _seen(points_px: FloatArray, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    columns, rows = np.rint(points_px).astype(int).T
+    # Beyond the field of a lens model, points have no place in the image.
+    columns, rows = np.rint(np.where(np.isfinite(points_px), points_px, -1.0)).astype(int).T
     inside = (columns >= 0) & (rows >= 0) & (columns < mask.shape[1]) & (rows < mask.shape[0])
     seen: npt.NDArray[np.bool_] = np.zeros(len(points_px), np.bool_)
     seen[inside] = mask[rows[inside], columns[inside]]

@@ -52,6 +52,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "a cable in space, perfect depth: high curvature, self-intersection, rapid moves",
         lambda scale, seed, size: synthetic.rgbd_artificial(scale, seed=seed, size=size),
     ),
+    "rgbd-noisy": (
+        "the same by time-of-flight and stereo cameras, near and far: sigma 1.2 to 3.8 mm, holes, flying pixels",
+        lambda scale, seed, size: synthetic.rgbd_noisy(scale, seed=seed, size=size),
+    ),
     "rgb": (
         "a cable held by two grippers: thick, thin, occluded, out of the image, crossing itself",
         lambda scale, seed, size: synthetic.rgb(scale, seed=seed, size=size),

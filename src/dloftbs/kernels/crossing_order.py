@@ -24,6 +24,7 @@ _CLEAR = 0.4  # in widths: from the other object to the first row
 _CHORD = 0.75  # in widths: how far to either side the direction at a crossing is taken
 _LEAST_SINE = 0.3  # more oblique crossings are too long for the sides to foretell them
 _CORE = 2  # of the places across, how many to either side of the axis tell the depth
+_LEAST_KNOWN = 6  # of the places that tell a depth, so many must have one: holes are as large as crossings
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
@@ -167,9 +168,9 @@ def _level(values: _Floats) -> float:
 
 
 @helper
-def _roughness(side: _Floats) -> float:
-    """Return the standard deviation of the noise in rows (ALONG, n); second differences do not show a slope."""
-    second = np.abs(side[2:] - 2.0 * side[1:-1] + side[:-2]).copy().reshape(-1)
+def _roughness(sides: _Floats) -> float:
+    """Return the standard deviation of the noise in sides (2, ALONG, n); second differences do not show a slope."""
+    second = np.abs(sides[:, 2:] - 2.0 * sides[:, 1:-1] + sides[:, :-2]).copy().reshape(-1)
     return _median(second, 1) / (0.6745 * np.sqrt(6.0))
 
 
@@ -177,8 +178,9 @@ def _roughness(side: _Floats) -> float:
 def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Floats:
     """Tell from depth which pass is on top.
 
-    For each pass the depth at the crossing is foretold from its two sides. The one that the depth measured there agrees
-    with is on top; where the two foretell the same within three times the noise, neither is.
+    For each pass the depth at the crossing is foretold from its two sides, from places that are as far from it on the
+    one as on the other, so that a slope does not matter, whatever is missing. The one that the depth measured there
+    agrees with is on top; where the two foretell the same within three times the noise, neither is.
 
     Parameters
     ----------
@@ -200,16 +202,16 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
     for k in range(len(values)):
         grid = values[k, : ACROSS * ACROSS].copy().reshape((ACROSS, ACROSS))
         sides = values[k, ACROSS * ACROSS :].copy().reshape((2, 2, ALONG, ACROSS))
-        measured = _level(grid[low:high, low:high].copy().reshape(-1))
+        core = grid[low:high, low:high].copy().reshape(-1)
+        measured = _median(core, _LEAST_KNOWN)
         variance = resolution_m**2 / 12.0
-        share = 1.0 / min(max(pixels[k], 1.0), float(ALONG * (2 * _CORE + 1)))
         for p in range(2):
-            expected[p] = 0.0
-            for s in range(2):
-                core = sides[p, s, :, low:high].copy()
-                expected[p] += 0.5 * _level(core.reshape(-1))
-                # A median's variance is pi / 2 times that of the mean; the two sides count half each.
-                variance += 0.25 * share * (np.pi / 2.0) * _roughness(core) ** 2
+            pairs = 0.5 * (sides[p, 0, :, low:high] + sides[p, 1, :, low:high])
+            known = pairs.size - np.isnan(pairs).sum()
+            expected[p] = _median(pairs.copy().reshape(-1), _LEAST_KNOWN)
+            # A median's variance is pi / 2 times that of the mean, and a pair's is half that of one.
+            share = 1.0 / min(max(pixels[k], 1.0), float(max(known, 1)))
+            variance += share * (np.pi / 4.0) * _roughness(sides[p, :, :, low:high]) ** 2
         noise = np.sqrt(variance)
         if not abs(expected[1] - expected[0]) > 3.0 * noise:  # not, so that NaN is unknown too
             continue

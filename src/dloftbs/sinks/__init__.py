@@ -1,4 +1,4 @@
-"""Where results go: JSON lines, arrays, tables, videos and pictures.
+"""Where results go: JSON lines, arrays, tables, geometry, videos and pictures.
 
 Every sink is a context manager, and what it has written stays readable whatever ends the process::
 
@@ -15,6 +15,8 @@ from typing import Any
 
 from dloftbs.errors import InputError
 from dloftbs.sinks.base import MultiSink, Sink
+from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
+from dloftbs.sinks.geometry import GeometrySink
 from dloftbs.sinks.jsonl import JsonLinesSink, read_json_lines
 from dloftbs.sinks.npz import NpzRow, NpzSink, read_npz
 from dloftbs.sinks.overlay import VIDEO_SUFFIXES, OverlayImagesSink, OverlayVideoSink
@@ -23,6 +25,7 @@ from dloftbs.sinks.sequence import write_sequence
 
 __all__ = [
     "CsvSink",
+    "GeometrySink",
     "JsonLinesSink",
     "MultiSink",
     "NpzRow",
@@ -41,6 +44,7 @@ _KINDS: dict[str, Callable[..., Sink]] = {
     ".ndjson": JsonLinesSink,
     ".npz": NpzSink,
     ".csv": CsvSink,
+    **dict.fromkeys(GEOMETRY_SUFFIXES, GeometrySink),
     **dict.fromkeys(VIDEO_SUFFIXES, OverlayVideoSink),
 }
 
@@ -51,8 +55,9 @@ def open(path: str | Path, **options: Any) -> Sink:
     Parameters
     ----------
     path : str or Path
-        ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``: `NpzSink`. ``.csv``: `CsvSink`. ``.mp4`` or ``.mov``:
-        `OverlayVideoSink`. No suffix, a slash at the end, or a folder that exists: `OverlayImagesSink`.
+        ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``: `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``:
+        `GeometrySink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. No suffix, a slash at the end, or a folder that
+        exists: `OverlayImagesSink`.
     **options
         As the sink's constructor takes them.
 

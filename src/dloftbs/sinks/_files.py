@@ -84,3 +84,19 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+class UnusedNames:
+    """Gives every name once: what comes again gets ``_1`` and so on. All of them stay in memory."""
+
+    def __init__(self) -> None:
+        self._repeats: dict[str, int] = {}
+
+    def __call__(self, stem: str) -> str:
+        """Return the name, or one made of it that was not given yet."""
+        name = stem
+        while name.casefold() in self._repeats:  # some file systems take a.png for A.png
+            self._repeats[stem.casefold()] += 1
+            name = f"{stem}_{self._repeats[stem.casefold()]}"
+        self._repeats[name.casefold()] = 0
+        return name

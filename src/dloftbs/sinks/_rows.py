@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
+from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, FrameResult
 
@@ -48,3 +50,11 @@ def _number(detections: tuple[Detection, ...], wanted: Detection | None) -> int:
             if np.array_equal(candidate, control) or np.array_equal(candidate[::-1], control):
                 return number
     return NO_DETECTION
+
+
+def inside(u: FloatArray, spans: Sequence[tuple[float, float]]) -> npt.NDArray[np.bool_]:
+    """Return which parameters (n,) lie strictly inside of a span."""
+    result: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
+    for low, high in spans:
+        result |= (low < u) & (u < high)
+    return result

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame, FrameResult, check_image
-from dloftbs.sinks._files import AppendFile, replacing, sink_errors
+from dloftbs.sinks._files import AppendFile, UnusedNames, replacing, sink_errors
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._video import H264Mp4
 from dloftbs.sinks.base import PathSink
@@ -120,7 +120,7 @@ class OverlayImagesSink(PathSink):
             raise InputError(f"suffix must be one of {', '.join(IMAGE_SUFFIXES)}, got {suffix!r}")
         self._draw = draw
         self._suffix = suffix
-        self._repeats: dict[str, int] = {}
+        self._unused = UnusedNames()
         with sink_errors(self._path):
             self._path.mkdir(parents=True, exist_ok=True)
 
@@ -129,14 +129,6 @@ class OverlayImagesSink(PathSink):
         target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
         with sink_errors(target), replacing(target) as temporary:
             temporary.write_bytes(data)
-
-    def _unused(self, stem: str) -> str:
-        name = stem
-        while name.casefold() in self._repeats:  # some file systems take a.png for A.png
-            self._repeats[stem.casefold()] += 1
-            name = f"{stem}_{self._repeats[stem.casefold()]}"
-        self._repeats[name.casefold()] = 0
-        return name
 
     def _close(self) -> None:
         """Every picture is complete already."""

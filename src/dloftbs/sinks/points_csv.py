@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs.camera import PinholeCamera
+from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks._files import AppendFile
-from dloftbs.sinks._rows import ObjectRow, object_rows
+from dloftbs.sinks._rows import ObjectRow, inside, object_rows
 from dloftbs.sinks.base import PathSink
 
-HEADER = "frame,stamp,object,state,i,u,x_px,y_px,x_m,y_m,z_m,inferred\n"
+HEADER = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d\n"
+_DENSE = 1000
 
 
 class CsvSink(PathSink):
@@ -21,9 +25,10 @@ class CsvSink(PathSink):
 
     A result's objects are its tracks, or its detections where it has none. The columns: ``frame`` the index; ``stamp``
     in seconds, empty where the frame has none; ``object`` the track's id, or the detection's number from 0; ``state``
-    of the track, empty for a detection; ``i`` the point's number and ``u`` its parameter; ``x_px, y_px``; ``x_m, y_m,
-    z_m``, empty without a curve in space; ``inferred`` 1 where the point was not seen in this frame (it lies across a
-    gap of the mask, or the track coasts), else 0.
+    of the track, empty for a detection; ``i`` the point's number and ``u`` its parameter; ``x_px, y_px``; ``inferred``
+    1 where the point was not seen in this frame (it lies across a gap of the mask, or the track coasts), else 0. Then
+    the same point in space, empty without a curve there: ``u_3d`` its parameter on that curve, which is the arc length
+    in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where depth was bridged, not measured.
 
     Each frame's rows are on their way to the disk before `write` returns: whenever the process dies, every frame
     written is whole.
@@ -57,23 +62,46 @@ class CsvSink(PathSink):
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         stamp = "" if result.stamp is None else repr(float(result.stamp))
-        rows = "".join(_object_text(f"{result.index},{stamp}", row, self._u) for row in object_rows(result))
+        rows = "".join(
+            _object_text(f"{result.index},{stamp}", row, self._u, frame.camera) for row in object_rows(result)
+        )
         self._file.append(rows.encode())
 
     def _close(self) -> None:
         self._file.close()
 
 
-def _object_text(moment: str, row: ObjectRow, u: FloatArray) -> str:
+def _object_text(moment: str, row: ObjectRow, u: FloatArray, camera: PinholeCamera | None) -> str:
     start = f"{moment},{row.track_id or row.number},{row.state}"
-    metres = [",,"] * len(u) if row.curve_3d is None else [f"{x:.6f},{y:.6f},{z:.6f}" for x, y, z in row.curve_3d(u)]
-    points = zip(u, row.curve(u), metres, _inferred(row, u), strict=True)
-    lines = [f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{m},{guess:d}\n" for i, (t, (x, y), m, guess) in enumerate(points)]
+    pixels = zip(u, row.curve(u), _inferred(None if row.detection is None else row.detection.inferred, u), strict=True)
+    points = zip(pixels, _in_space(row, u, camera), strict=True)
+    lines = [f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{g:d},{m}\n" for i, ((t, (x, y), g), m) in enumerate(points)]
     return "".join(lines)
 
 
-def _inferred(row: ObjectRow, u: FloatArray) -> list[bool]:
-    if row.detection is None:
-        return [True] * len(u)
-    spans = row.detection.inferred
-    return [any(low < t < high for low, high in spans) for t in u.tolist()]
+def _in_space(row: ObjectRow, u: FloatArray, camera: PinholeCamera | None) -> list[str]:
+    """Return the columns of the curve in space."""
+    if row.curve_3d is None:
+        return [",,,,"] * len(u)
+    at = _same_points(row.curve_3d, u, camera)
+    inferred = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
+    columns = zip(at, row.curve_3d(at), inferred, strict=True)
+    return [f"{t:.6f},{x:.6f},{y:.6f},{z:.6f},{guess:d}" for t, (x, y, z), guess in columns]
+
+
+def _same_points(curve: BSplineCurve, u: FloatArray, camera: PinholeCamera | None) -> FloatArray:
+    """Return the parameters in space (n,) of the points that are at `u` in the image.
+
+    Each curve's parameter is its own arc length: what recedes from the camera is shorter in the image than it is.
+    """
+    dense = np.linspace(0.0, 1.0, _DENSE)
+    points = curve(dense)
+    if camera is None or not (points[:, 2] > 0.0).all():
+        return u
+    arc = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(camera.project(points), axis=0), axis=1))))
+    return np.interp(u * arc[-1], arc, dense)
+
+
+def _inferred(spans: Sequence[tuple[float, float]] | None, u: FloatArray) -> list[bool]:
+    """Return which points were not seen; without a detection, none was."""
+    return [True] * len(u) if spans is None else [bool(value) for value in inside(u, spans)]

@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sinks._files import AppendFile, replacing, sink_errors
@@ -106,7 +105,7 @@ def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images
                 "stamp": frame.stamp,
                 "name": frame.name,
                 "size": frame.size,
-                "camera": None if frame.camera is None else _camera(frame.camera),
+                "camera": None if frame.camera is None else frame.camera.to_dict(),
                 "mask": None if frame.mask is None else _write_mask(root, index, frame.mask),
                 "depth": None if frame.depth is None else _write_depth(root, index, frame.depth),
                 "visible": _write_visible(root, index, frame, truth) if truth.visible_masks else None,
@@ -157,10 +156,6 @@ class _Video:
                 self._video.finish()
         finally:
             self._file.close()
-
-
-def _camera(camera: PinholeCamera) -> dict[str, float]:
-    return {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy")}
 
 
 def _write_mask(root: Path, index: int, mask: AnyArray) -> dict[str, str]:

@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
+from dloftbs.registration import DepthRegistration
 from dloftbs.sources.arrays import STACK_EXTENSIONS, ArraySource, from_array, from_file
 from dloftbs.sources.base import KnownSequence, Source
 from dloftbs.sources.files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
@@ -52,7 +53,8 @@ def open(
     kind: Kind = "auto",
     depth: PathLike | None = None,
     masks: PathLike | None = None,
-    camera: PinholeCamera | None = None,
+    camera: PinholeCamera | PathLike | None = None,
+    registration: DepthRegistration | PathLike | None = None,
     fps: float | None = None,
 ) -> Source:
     """Open whatever frames come from.
@@ -63,7 +65,8 @@ def open(
         An image file, a folder or a glob of such (in natural order: img2 before img10), a video file, a .npy or .npz
         file, the address of a stream (``"rtsp://..."``), or the index of a camera (0, ``"0"``). An array is a stack of
         images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), bool or integer. A .npz holds `images`, `masks` or both,
-        and may hold `depth` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy.
+        and may hold `depth` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with
+        `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask"}
         What the frames are. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos and cameras are images; arrays are what their shape or key says. In masks
@@ -75,8 +78,11 @@ def open(
         there is a warning, and the frame goes without.
     masks : str or path, optional
         Masks to go with images, in the same ways; the key in a .npz file is `masks`.
-    camera : PinholeCamera, optional
-        Goes with every frame, in place of what a .npz file says.
+    camera : PinholeCamera, str or path, optional
+        Goes with every frame, in place of what a .npz file says; a file as `PinholeCamera.from_file` reads it.
+    registration : DepthRegistration, str or path, optional
+        The depth is that of a camera of its own, of any size: it is brought into the pixels of the images, whose camera
+        is that of the registration. A file as `DepthRegistration.from_file` reads it.
     fps : float, optional
         Frames per second: the stamps are then ``index / fps``. Without it, files and arrays have no stamps of their own
         (a .npz file may), and videos have the container's times.
@@ -93,7 +99,8 @@ def open(
     SourceError
         If there is nothing there, it cannot be opened, or depth or masks differ from the frames in number.
     """
-    _check_options(kind, masks, camera, fps)
+    _check_options(kind, masks, fps)
+    camera, registration = _cameras(camera, registration)
     if masks is not None:
         kind = "image"
     paired: dict[What, str] = {}
@@ -101,29 +108,59 @@ def open(
         if partner is not None:
             paired[cast(What, what)] = _path_text(what, partner)
     if _is_live(where):
-        if paired or fps is not None:
-            raise InputError(f"{' and '.join(paired) or 'fps'} cannot go with a camera or a stream")
+        given = [*paired, *(["fps"] if fps is not None else []), *(["registration"] if registration else [])]
+        if given:
+            raise InputError(f"{' and '.join(given)} cannot go with a camera or a stream")
         return LiveSource(_live_address(where), kind=kind, camera=camera)
-    source = _open_recorded(where, kind, camera, fps, rules=[text for text in paired.values() if is_rule(text)])
-    return _pair(source, paired) if paired else source
+    rules = [text for text in paired.values() if is_rule(text)]
+    # Depth of its own replaces that of a stack.
+    source = _open_recorded(where, kind, camera, fps, rules, None if depth is not None else registration)
+    if registration is not None and depth is None and not (isinstance(source, ArraySource) and source.has_depth):
+        source.close()
+        raise InputError("a registration needs depth to be registered; there is none")
+    return _pair(source, paired, registration) if paired else source
 
 
-def _pair(source: Source, paired: dict[What, str]) -> Source:
+def _cameras(
+    camera: PinholeCamera | PathLike | None, registration: DepthRegistration | PathLike | None
+) -> tuple[PinholeCamera | None, DepthRegistration | None]:
+    if isinstance(camera, (str, os.PathLike)):
+        camera = PinholeCamera.from_file(Path(camera).expanduser())
+    if isinstance(registration, (str, os.PathLike)):
+        registration = DepthRegistration.from_file(Path(registration).expanduser())
+    if camera is not None and not isinstance(camera, PinholeCamera):
+        raise InputError(f"camera must be a PinholeCamera or the path of a file, got {camera!r}")
+    if registration is None:
+        return camera, None
+    if not isinstance(registration, DepthRegistration):
+        raise InputError(f"registration must be a DepthRegistration or the path of a file, got {registration!r}")
+    if camera not in (None, registration.colour_camera):
+        raise InputError("camera and registration name two colour cameras; leave out the camera")
+    return registration.colour_camera, registration
+
+
+def _pair(source: Source, paired: dict[What, str], registration: DepthRegistration | None) -> Source:
     beside = source.paths if isinstance(source, FileSource) else None
     try:
-        return PairedSource(source, {what: open_partner(what, text, beside) for what, text in paired.items()})
+        partners = {what: open_partner(what, text, beside) for what, text in paired.items()}
+        return PairedSource(source, partners, registration)
     except DloftbsError:
         source.close()
         raise
 
 
 def _open_recorded(
-    where: Where, kind: Kind, camera: PinholeCamera | None, fps: float | None, rules: Sequence[str]
+    where: Where,
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    rules: Sequence[str],
+    registration: DepthRegistration | None,
 ) -> Source:
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, (str, os.PathLike)):
-        return _open_path(Path(where).expanduser(), kind, camera, fps, rules)
+        return _open_path(Path(where).expanduser(), kind, camera, fps, rules, registration)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
     paths = [Path(item).expanduser() for item in where]
@@ -132,7 +169,14 @@ def _open_recorded(
     return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps)
 
 
-def _open_path(path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None, rules: Sequence[str]) -> Source:
+def _open_path(
+    path: Path,
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    rules: Sequence[str],
+    registration: DepthRegistration | None,
+) -> Source:
     if is_glob(str(path)) or path.is_dir():
         paths = list_files(str(path), IMAGE_EXTENSIONS)
         for rule in rules:
@@ -144,7 +188,7 @@ def _open_path(path: Path, kind: Kind, camera: PinholeCamera | None, fps: float 
     if path.suffix.lower() in IMAGE_EXTENSIONS:
         return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
     if path.suffix.lower() in STACK_EXTENSIONS:
-        return from_file(path, kind, camera, fps)
+        return from_file(path, kind, camera, fps, registration)
     return VideoSource(path, kind=kind, camera=camera, fps=fps)
 
 
@@ -174,13 +218,11 @@ def _path_text(what: str, where: object) -> str:
     return os.fspath(where)
 
 
-def _check_options(kind: object, masks: object, camera: object, fps: object) -> None:
+def _check_options(kind: object, masks: object, fps: object) -> None:
     if kind not in KINDS:
         raise InputError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
     if masks is not None and kind == "mask":
         raise InputError("kind must be 'image' where masks are given, got 'mask'")
-    if camera is not None and not isinstance(camera, PinholeCamera):
-        raise InputError(f"camera must be a PinholeCamera, got {camera!r}")
     valid = isinstance(fps, (int, float)) and not isinstance(fps, bool) and math.isfinite(fps) and fps > 0
     if fps is not None and not valid:
         raise InputError(f"fps must be a positive number, got {fps!r}")

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
+from dloftbs.registration import DepthRegistration
 from dloftbs.sources.base import Source
 from dloftbs.sources.npz import NpzMember, read_whole
 from dloftbs.sources.pixels import AnyArray, Kind, image_or_mask, load_npy
@@ -25,7 +26,12 @@ NPZ_KEYS = {
     "depth": "(N, H, W)",
     "stamps": "(N,) seconds",
     "camera": "(4,) fx, fy, cx, cy",
+    "distortion": "(n,) of the camera",
+    "distortion_model": "its name",
 }
+
+
+_LENS_KEYS = {"distortion": "distortion", "model": "distortion_model"}
 
 
 class ArraySource(Source):
@@ -47,6 +53,8 @@ class ArraySource(Source):
         Goes with every frame.
     fps : float, optional
         Gives the stamps ``index / fps``, in place of `stamps`.
+    registration : DepthRegistration, optional
+        Brings the depth, which may then have a size of its own, into the images.
 
     Raises
     ------
@@ -65,12 +73,13 @@ class ArraySource(Source):
         kind: Kind = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
+        registration: DepthRegistration | None = None,
     ) -> None:
         stacks = {"images": images, "masks": masks, "depth": depth}
         self._stacks = {key: stack for key, stack in stacks.items() if stack is not None}
         self.name = name
         self.fps = fps
-        self.length = check_stacks(self._stacks)
+        self.length = check_stacks(self._stacks, registered=registration is None)
         self._stamps = None if stamps is None else _check_stamps(stamps, self.length)
         if images is not None and masks is not None and kind != "auto":
             del self._stacks["masks" if kind == "image" else "images"]
@@ -78,6 +87,7 @@ class ArraySource(Source):
             raise InputError(f"masks must be uint8 to be taken for images, got {self._stacks['masks'].dtype}")
         self._kind = kind
         self._camera = camera
+        self._registration = registration
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames, as views of the arrays where these are in memory.
@@ -102,7 +112,7 @@ class ArraySource(Source):
         assert self.length is not None  # the constructor counted
         for index in range(self.length):
             image, mask = self._image_and_mask(index)
-            depth = self._stacks["depth"][index] if "depth" in self._stacks else None
+            depth = self._depth(index, image if image is not None else mask)
             stamp, name = self._stamp(index), f"{self.name}#{index}"
             yield Frame(image=image, mask=mask, depth=depth, camera=self._camera, index=index, stamp=stamp, name=name)
             if self._closed:
@@ -114,6 +124,17 @@ class ArraySource(Source):
             return given.get("images"), given.get("masks")
         (pixels,) = given.values()
         return image_or_mask(pixels, self._kind, lossy=False)
+
+    @property
+    def has_depth(self) -> bool:
+        """Whether there is depth."""
+        return "depth" in self._stacks
+
+    def _depth(self, index: int, pixels: AnyArray | None) -> AnyArray | None:
+        depth = self._stacks["depth"][index] if self.has_depth else None
+        if depth is None or pixels is None or self._registration is None:
+            return depth
+        return self._registration.register(depth, pixels.shape[:2])
 
     def _stamp(self, index: int) -> float | None:
         if self.fps is not None:
@@ -140,7 +161,13 @@ def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | N
     return ArraySource(name, masks=array, kind=kind, camera=camera, fps=fps)
 
 
-def from_file(path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> ArraySource:
+def from_file(
+    path: Path,
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    registration: DepthRegistration | None = None,
+) -> ArraySource:
     """Open a .npy file as `from_array`, or a .npz file with the arrays of `NPZ_KEYS`; an explicit camera comes first.
 
     Raises
@@ -151,26 +178,30 @@ def from_file(path: Path, kind: Kind, camera: PinholeCamera | None, fps: float |
     try:
         if path.suffix.lower() == ".npy":
             return from_array(load_npy(path), path.name, kind, camera, fps)
-        return _from_npz(path, kind, camera, fps)
+        return _from_npz(path, kind, camera, fps, registration)
     except InputError as error:
         raise SourceError(f"{path}: {error}") from error
 
 
-def _from_npz(path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> ArraySource:
-    keys, small = read_whole(path, ("stamps", "camera"))
+def _from_npz(
+    path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None, registration: DepthRegistration | None
+) -> ArraySource:
+    keys, small = read_whole(path, ("stamps", "camera", "distortion", "distortion_model"))
     if "images" not in keys and "masks" not in keys:
         expected = "; ".join(f"{key} {shape}" for key, shape in NPZ_KEYS.items())
         found = ", ".join(keys) or "none"
         raise SourceError(f"{path}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
     if camera is None and "camera" in small:
-        camera = _camera(small["camera"])
+        camera = _camera(small)
     stacks = {key: NpzMember(path, key) for key in ("images", "masks", "depth") if key in keys}
     stamps = small.get("stamps")
-    return ArraySource(path.name, **stacks, stamps=stamps, kind=kind, camera=camera, fps=fps)
+    return ArraySource(path.name, **stacks, stamps=stamps, kind=kind, camera=camera, fps=fps, registration=registration)
 
 
-def check_stacks(stacks: dict[str, Stack]) -> int:
+def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
     """Return the number of frames of the stacks "images", "masks", "depth", of which at least one is given.
+
+    Depth that is not registered yet may have another size.
 
     Raises
     ------
@@ -181,9 +212,11 @@ def check_stacks(stacks: dict[str, Stack]) -> int:
         raise InputError("images or masks must be given, got neither")
     for key, stack in stacks.items():
         check_stack(key, stack)
-    shapes = {key: stack.shape[:3] for key, stack in stacks.items()}
-    if len(set(shapes.values())) > 1:
-        raise InputError(f"the arrays must agree in (N, H, W), got {shapes}")
+    shapes = {key: stack.shape[: 3 if registered or key != "depth" else 1] for key, stack in stacks.items()}
+    counts = {shape[0] for shape in shapes.values()}
+    if len(counts) > 1 or len({shape for shape in shapes.values() if len(shape) == 3}) > 1:
+        remedy = "; depth of a camera of its own needs a registration" if "depth" in stacks else ""
+        raise InputError(f"the arrays must agree in (N, H, W), got {shapes}{remedy}")
     return int(next(iter(shapes.values()))[0])
 
 
@@ -215,7 +248,10 @@ def _check_stamps(stamps: npt.ArrayLike, length: int) -> npt.NDArray[np.float64]
     return array.astype(np.float64)
 
 
-def _camera(values: AnyArray) -> PinholeCamera:
+def _camera(small: dict[str, AnyArray]) -> PinholeCamera:
+    values = small["camera"]
     if values.shape != (4,) or values.dtype.kind not in "fiu":
         raise InputError(f"camera must be four numbers fx, fy, cx, cy, got {values.shape} of {values.dtype}")
-    return PinholeCamera(*(float(value) for value in values))
+    intrinsics = dict(zip(("fx", "fy", "cx", "cy"), values.tolist(), strict=True))
+    lens = {key: small[name].tolist() for key, name in _LENS_KEYS.items() if name in small}
+    return PinholeCamera.from_dict({**intrinsics, **lens})

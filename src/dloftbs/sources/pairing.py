@@ -10,6 +10,7 @@ from typing import Literal, Protocol
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
+from dloftbs.registration import DepthRegistration
 from dloftbs.sources.arrays import STACK_EXTENSIONS, Stack, check_stack
 from dloftbs.sources.base import Source, logger
 from dloftbs.sources.files import IMAGE_EXTENSIONS, is_glob, list_files
@@ -75,6 +76,8 @@ class PairedSource(Source):
     source : Source
         Belongs to this one from now on, and is closed with it.
     partners : dict of {"depth", "mask"} to Partner
+    registration : DepthRegistration, optional
+        Brings the depth into the images.
 
     Raises
     ------
@@ -82,10 +85,13 @@ class PairedSource(Source):
         If there are more or fewer of them than frames.
     """
 
-    def __init__(self, source: Source, partners: dict[What, Partner]) -> None:
+    def __init__(
+        self, source: Source, partners: dict[What, Partner], registration: DepthRegistration | None = None
+    ) -> None:
         self.name, self.fps, self.length = source.name, source.fps, source.length
         self._source = source
         self._partners = partners
+        self._registration = registration
         for what, partner in partners.items():
             if self.length not in (None, partner.count):
                 raise SourceError(
@@ -93,10 +99,12 @@ class PairedSource(Source):
                 )
 
     def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames. One whose depth or mask is missing goes without.
+        """Yield the frames. One whose depth or mask is missing or cannot be read goes without.
 
         Raises
         ------
+        InputError
+            If depth has another size than its frame and there is no registration, or not the size of its camera.
         SourceError
             As the source itself, and if a stack turns out to be corrupt.
         """
@@ -116,20 +124,25 @@ class PairedSource(Source):
                 self.skipped = self._source.skipped
                 paired = frame
                 for what, partner in self._partners.items():
-                    paired = _with(paired, what, partner)
+                    paired = _with(paired, what, partner, self._registration if what == "depth" else None)
                 yield paired
         finally:
             self.skipped = self._source.skipped
 
 
-def _with(frame: Frame, what: What, partner: Partner) -> Frame:
+def _with(frame: Frame, what: What, partner: Partner, registration: DepthRegistration | None) -> Frame:
     without = _give(frame, what, None)
     if frame.index >= partner.count:
         logger.warning("frame %d goes without %s: there are only %d", frame.index, what, partner.count)
         return without
     try:
-        return _give(without, what, partner.read(frame.index))
+        array = partner.read(frame.index)
+        if array is not None and registration is not None:
+            array = registration.register(array, frame.size)
+        return _give(without, what, array)
     except InputError as error:
+        if what == "depth":  # another size is no fault of one file
+            raise InputError(f"{frame.name}: {error}") from error
         logger.warning("frame %d goes without %s: %s", frame.index, what, error)
         return without
 

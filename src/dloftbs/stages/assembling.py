@@ -16,6 +16,7 @@ from dloftbs.kernels.gathering import gather
 from dloftbs.patch import Patch
 
 _LEAST_WIDTHS = 1.5  # what is shorter is no cable
+_LEAST_AROUND = 8  # points of a loop
 _TAIL_WIDTHS = 6.0  # that leading an end on looks at
 _OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
 _AHEAD_WIDTHS = 3.5
@@ -89,13 +90,14 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
             gone |= {end // 2 for end in chain}
             continue
         pieces = _pieces(graph, pairing, chain, degree)
-        if is_ring and pieces:
+        count = sum(piece.count for piece in pieces)
+        if is_ring and count >= max(2.0 * least, _LEAST_AROUND):
             rings.append(pieces)
-        elif sum(piece.count for piece in pieces) >= max(least, 2):
+        elif not is_ring and count >= max(least, 2):
             _lead_on(patch, graph, pairing, chain, pieces, buffer)
             lines.append(pieces)
     for start, stop in graph.loops:
-        if stop - start >= 2.0 * least:
+        if stop - start >= max(2.0 * least, _LEAST_AROUND):
             rings.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
     posed, radius = buffer.gather(lines + rings)
     points = frozen(patch.to_image(posed))

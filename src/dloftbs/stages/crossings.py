@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.config import LiftingConfig
+from dloftbs.config import DepthConfig
 from dloftbs.frame import Crossing, Detection, Frame
 from dloftbs.kernels import crossing_order as order
 from dloftbs.kernels.crossing_groups import select_crossings
@@ -42,7 +42,7 @@ class _Lines(NamedTuple):
     widths: FloatArray
 
 
-def find_crossings(detections: Sequence[Detection], frame: Frame, config: LiftingConfig) -> tuple[Crossing, ...]:
+def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthConfig) -> tuple[Crossing, ...]:
     """Find where detections cross each other and themselves, across gaps too, and which pass lies on top there.
 
     Passes that share a stretch, or come together several times within one and a half widths, cross once or not at all:
@@ -57,7 +57,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: Liftin
     detections : sequence of Detection
     frame : Frame
         That they were found in.
-    config : LiftingConfig
+    config : DepthConfig
         What depth is valid.
 
     Returns
@@ -99,7 +99,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: Liftin
 
 
 def _on_top(
-    lines: _Lines, pairs: npt.NDArray[np.int64], at: FloatArray, frame: Frame, config: LiftingConfig
+    lines: _Lines, pairs: npt.NDArray[np.int64], at: FloatArray, frame: Frame, config: DepthConfig
 ) -> FloatArray:
     """Return for each crossing how surely its first pass is on top, below 0 its second; 0 is unknown."""
     verdicts = np.zeros(len(pairs))

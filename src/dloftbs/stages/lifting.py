@@ -1,7 +1,10 @@
-"""Stage 7: depth to metres: each pixel of the centre line brings its depth (paper: extension to 3D)."""
+"""Stage 7: depth to the axis of each object, in metres (not in the paper, which lifts every pixel by itself)."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,20 +13,100 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
+from dloftbs.frame import Crossing, Detection
+from dloftbs.kernels import sections as kernels
+from dloftbs.kernels.fitting import arc_parameter
+from dloftbs.kernels.smoothing import smooth
+from dloftbs.kernels.tubes import hide, lead_to_axis
+from dloftbs.patch import Patch
 
-MIN_POINTS = 4
-"""Points with depth that a curve in space needs."""
+_STEP_WIDTHS = 0.6  # from section to section
+_LEAST_PIXELS = 9.0  # of a section
+_LEAST_SECTIONS = 8
+_SPAN_WIDTHS = 2.4  # from knot to knot of the smooth line
+_BLOCK_WIDTHS = 8.0  # over which the width is levelled
+# How far from the middle line a section looks, in radii, and how far it stays off the border, px: the pixels there mix
+# with what is behind.
+_SHARE, _BORDER_PX, _LEAST_SHARE = 0.6, 1.0, 0.3
+_MIXED_PX = 2.0  # along the curve, off what hides it
+_FLOOR_WIDTHS = 0.05  # no cable's surface is known, or need be, better than this
+_STRETCH_WIDTHS = 6.0  # what covers a cable for longer shows in the mask
+_INFERRED_WIDTHS = 1.0  # a shorter stretch between two that are seen is not worth a word
+
+_MOST_TIMES = 2.0  # as far as the farthest depth that was seen, where the line is led on
+
+LEAST_SEEN = 0.3
+"""Share of a curve that must have depth of its own."""
+MOST_LED_ON = 0.2
+"""Share of a curve's length that may be led on straight beyond the last depth at an end."""
+
+_Interval = tuple[float, float]
 
 
-def lift(
-    points: FloatArray, depth: npt.NDArray[Any], camera: PinholeCamera, config: LiftingConfig
-) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Lift the pixels of a centre line into space.
+@dataclass(frozen=True, eq=False)
+class Lifted:
+    """Points on the axis of an object.
 
     Parameters
     ----------
-    points : numpy.ndarray, shape (n, 2)
-        Pixel centres inside the depth image.
+    points_m : numpy.ndarray, shape (n, 3)
+        In the camera's frame, in order from end to end, evenly spaced in the image; of a loop, once around.
+    u : numpy.ndarray, shape (n,)
+        Their normalised arc length in space.
+    inferred : tuple of (float, float)
+        The intervals of `u` that no depth tells of.
+    radius_m : float
+    depth_freedom : float
+        How many parameters the depth along the object makes use of: 2 is straight.
+    """
+
+    points_m: FloatArray
+    u: FloatArray
+    inferred: tuple[_Interval, ...]
+    radius_m: float
+    depth_freedom: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Sections:
+    """Where sections lie across a curve, ascending in its parameter."""
+
+    u: FloatArray
+    points: FloatArray
+    tangents: FloatArray
+    radius: FloatArray
+    used: npt.NDArray[np.bool_]
+    spacing_px: float
+
+    def nearest(self, u: float, closed: bool) -> int:
+        """Return the number of the section at a parameter."""
+        n = len(self.u)
+        return round(u * n) % n if closed else round(u * (n - 1))
+
+
+def lift(
+    detections: Sequence[Detection],
+    crossings: Sequence[Crossing],
+    patch: Patch,
+    depth: npt.NDArray[Any],
+    camera: PinholeCamera,
+    config: LiftingConfig,
+) -> list[Lifted | str]:
+    """Lift objects into space: along each, the nearest surface within the mask, made smooth, then led on to the axis.
+
+    Depth is looked at in sections across the middle of the object, where no other pass covers it and the mask is not
+    interrupted. A robust smooth line through it, in 1 / depth, for which a straight cable is straight, bridges what is
+    missing and what it does not explain: that is inferred. The radius, one for the whole object, comes from the width
+    in the image.
+
+    Parameters
+    ----------
+    detections : sequence of Detection
+        Their curves in the image count, not those in space.
+    crossings : sequence of Crossing
+        Of the detections. A pass that is not known to be on top is not looked at where the other one may cover it.
+    patch : Patch
+        The mask that they were found in.
     depth : numpy.ndarray, shape (H, W)
         Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
     camera : PinholeCamera
@@ -31,15 +114,133 @@ def lift(
 
     Returns
     -------
-    points_m : numpy.ndarray, shape (m, 3)
-        Those with depth, in the camera's frame, metres.
-    seen : numpy.ndarray, shape (n,), bool
-        Which points have depth: finite, not 0 and within the range of the configuration.
+    list of Lifted or str
+        For each detection; text says why its depth is too little.
     """
-    column, row = np.rint(points).astype(np.intp).T
-    sampled = depth[row, column]
-    unit = 1.0 if np.issubdtype(depth.dtype, np.floating) else config.integer_unit_m
-    metres = sampled.astype(np.float64) * unit
-    with np.errstate(invalid="ignore"):
-        seen = np.isfinite(metres) & (metres > 0.0) & (metres >= config.min_depth_m) & (metres <= config.max_depth_m)
-    return camera.deproject(points[seen], metres[seen]), seen
+    laid = [_lay(detection) for detection in detections]
+    for crossing in crossings:
+        for own, (a, u_a) in enumerate(crossing.passes):
+            b, u_b = crossing.passes[1 - own]
+            if crossing.top == own:
+                continue
+            mine, other = laid[a], laid[b]
+            closed_a, closed_b = detections[a].curve.closed, detections[b].curve.closed
+            at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
+            reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
+            hide(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
+    return [
+        _lift_one(detection, sections, patch, depth, camera, config)
+        for detection, sections in zip(detections, laid, strict=True)
+    ]
+
+
+def _lay(detection: Detection) -> _Sections:
+    curve, line, width = detection.curve, detection.centerline, detection.width
+    half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _LEAST_SHARE * 0.5 * width)
+    step = max(_STEP_WIDTHS * width, _LEAST_PIXELS / (2 * int(half) + 1))
+    block = int(_BLOCK_WIDTHS * width)
+    u, points, tangents, radius, length = kernels.lay_sections(
+        curve.knots, curve.control_points, line.u, line.radius, curve.closed, step, _LEAST_SECTIONS, block
+    )
+    used = np.ones(len(u), dtype=np.bool_)
+    margin = _MIXED_PX / max(length, 1.0)
+    for low, high in detection.inferred:
+        used[(u > low - margin) & (u < high + margin)] = False
+    return _Sections(u, points, tangents, radius, used, length / len(u))
+
+
+def _lift_one(
+    detection: Detection,
+    sections: _Sections,
+    patch: Patch,
+    depth: npt.NDArray[Any],
+    camera: PinholeCamera,
+    config: LiftingConfig,
+) -> Lifted | str:
+    closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
+    n = len(sections.u)
+    surface, counts, led = _surface(sections, focal_px, patch, depth, config)
+    if _is_too_few(known := n - int(np.count_nonzero(np.isnan(surface))), n):
+        return _too_few(known, n)
+    spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
+    line, explained, freedom = _smooth(1.0 / surface, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
+    seen, stretches = kernels.settle(explained, closed, max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1))
+    where = np.flatnonzero(seen)
+    if _is_too_few(len(where), n):
+        return _too_few(len(where), n)
+    beyond = max(int(where[0]), n - 1 - int(where[-1])) / (n - 1)
+    if not closed and beyond > MOST_LED_ON:
+        return f"the last {100.0 * beyond:.0f} % of the curve have no depth, more than {100.0 * MOST_LED_ON:.0f} %"
+    if line.min() * _MOST_TIMES < line[seen].min():
+        return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
+    borders = kernels.find_borders(sections.points, sections.tangents, sections.radius)
+    rays, left, right = camera.deproject(borders, np.ones(3 * n)).reshape(3, n, 3)
+    beyond_lens = int(np.isnan(rays + left + right).any(axis=1).sum())
+    if beyond_lens:
+        return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
+    points, radius = lead_to_axis(rays, left, right, 1.0 / line, led, seen, closed)
+    u = arc_parameter(points, closed)
+    return Lifted(points, u, _intervals(stretches.tolist(), u, closed), radius, freedom)
+
+
+def _surface(
+    sections: _Sections, focal_px: float, patch: Patch, depth: npt.NDArray[Any], config: LiftingConfig
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return the depth of the surface in each section, NaN where there is none, and more as `nearest_surface` does."""
+    h, w = patch.size
+    left, top = patch.origin
+    rows, columns, across, first = kernels.choose_pixels(
+        sections.points,
+        sections.tangents,
+        sections.radius,
+        sections.used,
+        patch.pixels[1 : h + 1, 1 : w + 1],
+        left,
+        top,
+        _SHARE,
+        _BORDER_PX,
+        _LEAST_SHARE,
+    )
+    metres = depth[rows, columns].astype(np.float64)
+    if not np.issubdtype(depth.dtype, np.floating):
+        metres *= config.integer_unit_m
+    surface, counts, led = kernels.nearest_surface(
+        metres, across, first, sections.radius / focal_px, float(config.min_depth_m), float(config.max_depth_m)
+    )
+    kernels.strike_steps(surface, sections.radius / focal_px, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
+    return surface, counts.astype(np.float64), led
+
+
+def _smooth(
+    inverse: FloatArray, counts: FloatArray, spans: int, floor: float, closed: bool
+) -> tuple[FloatArray, npt.NDArray[np.bool_], float]:
+    """Return what `smooth` returns for 1 / depth; around a loop, which has no ends, it goes twice."""
+    if not closed:
+        return smooth(inverse, counts, spans, floor)
+    n = len(inverse)
+    half = n // 2
+    inverse, counts = np.roll(np.tile(inverse, 2), half), np.roll(np.tile(counts, 2), half)
+    line, explained, freedom = smooth(inverse, counts, 2 * spans, floor)
+    return line[half : half + n], explained[half : half + n], 0.5 * freedom
+
+
+def _is_too_few(seen: int, sections: int) -> bool:
+    return seen < max(LEAST_SEEN * sections, 2)
+
+
+def _too_few(seen: int, sections: int) -> str:
+    return f"only {seen} of {sections} sections of the curve have depth, fewer than {100.0 * LEAST_SEEN:.0f} %"
+
+
+def _intervals(stretches: list[list[int]], u: FloatArray, closed: bool) -> tuple[_Interval, ...]:
+    """Return the intervals of `u` that stretches of sections cover, from the last seen before to the next seen."""
+    n = len(u)
+    intervals = []
+    for start, stop in stretches:
+        low = float(u[start - 1]) if start > 0 else 0.0
+        high = 1.0 if stop == n else float(u[stop % n])
+        if low > high:  # through a loop's seam
+            intervals += [(0.0, high), (low, 1.0)]
+        else:
+            intervals.append((low, high))
+    return tuple(sorted(intervals))

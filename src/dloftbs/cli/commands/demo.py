@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _FULL = (90, (720, 1280))
 _QUICK = (24, (360, 640))
 _WIDTH_PX = 12.0  # at 720 rows
+_SPACE_SHARE = 3  # so many times fewer frames in space
 
 
 @click.command(short_help="Draw a video, track it, and say how well that went.")
@@ -28,10 +29,12 @@ def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None,
     """Draw a video of two cables, track each by its colour, and say how well that went.
 
     The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
-    frames, the figures, and a README that says what is what and which command does the same.
+    frames, the figures, and a README that says what is what and which command does the same. Then
+    the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
     """
     from dloftbs.cli.demo_files import describe, render, table, write_sheet, write_summary
     from dloftbs.cli.demo_run import follow
+    from dloftbs.cli.demo_space import follow_in_space
     from dloftbs.cli.outputs import write_config_beside
     from dloftbs.config import Config, SegmentationConfig
 
@@ -45,9 +48,11 @@ def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None,
     for cable, config in enumerate(configs, start=1):
         write_config_beside([str(out / f"cable_{cable}")], config)
     write_sheet(run, out)
-    text = table(run, sequence)
-    write_summary(run, sequence, out)
-    describe(text, out)
+    click.echo("tracking a cable in space by colour and depth", err=True)
+    space = follow_in_space(max(3, len(sequence) // _SPACE_SHARE), sequence.size, seed, out)
+    text = table(run, space, sequence)
+    write_summary(run, space, sequence, out)
+    describe(text, space, out)
     click.echo(text)
 
 

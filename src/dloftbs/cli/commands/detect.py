@@ -119,7 +119,7 @@ class _Batch:
     def _frames(self, where: str) -> Iterator[Frame]:
         from dloftbs.cli.frames import UsableFrames
 
-        with self._inputs.open(where) as source:
+        with self._inputs.open(where, self._config) as source:
             frames = UsableFrames(source, self._config, self._inputs)
             try:
                 yield from frames

@@ -75,7 +75,7 @@ def track(
     if not outs and overlay is None:
         outs = (STANDARD_OUTPUT,)
     pipeline = Pipeline(config)
-    with inputs.open(where, fps) as source:
+    with inputs.open(where, config, fps) as source:
         frames = UsableFrames(source, config, inputs)
         length = min((n for n in (source.length, limit) if n is not None), default=None)
         report = RunReport()

@@ -40,6 +40,7 @@ def _process_once() -> None:
     """Take a small picture through all stages."""
     import numpy as np
 
+    from dloftbs.camera import PinholeCamera
     from dloftbs.config import Config, HsvRange, SegmentationConfig
     from dloftbs.frame import Frame
     from dloftbs.pipeline import Pipeline
@@ -47,4 +48,6 @@ def _process_once() -> None:
     image = np.zeros((64, 64, 3), np.uint8)
     image[30:34, 8:56] = (0, 0, 255)
     red = HsvRange(hue=(170, 10), saturation=(100, 255), value=(100, 255))
-    Pipeline(Config(segmentation=SegmentationConfig(hsv=(red,)))).process(Frame(image=image))
+    camera = PinholeCamera(50.0, 50.0, 31.5, 31.5, distortion=(0.01, 0.0, 0.0, 0.0))
+    frame = Frame(image=image, depth=np.ones((64, 64)), camera=camera)
+    Pipeline(Config(segmentation=SegmentationConfig(hsv=(red,)))).process(frame)

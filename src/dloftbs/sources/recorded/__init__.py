@@ -38,8 +38,9 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     -------
     KnownSequence
         Named as the folder, or as what was written. Where points are given, the curves are cubic splines through them.
-        In all but "written", whose frames have what they had, camera.json (fx, fy, cx, cy) gives the camera, and
-        STEM.depth.png (16 bits) or STEM.depth.npy beside an image its depth.
+        In all but "written", whose frames have what they had, camera.json or camera.yaml gives the camera, in any
+        form that `PinholeCamera.from_file` takes, and STEM.depth.png (16 bits) or STEM.depth.npy beside an image its
+        depth.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.errors import InputError, SourceError
+from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import cv2
 
 CAMERA = "camera.json"
+CAMERA_FILES = (CAMERA, "camera.yaml", "camera.yml")
 PARTNERS = (".labels", ".mask", ".depth")
 """What goes with an image has its name and one of these before the suffix."""
 
@@ -67,21 +68,15 @@ def depth_beside(path: Path) -> AnyArray | None:
 
 
 def camera_in(folder: Path) -> PinholeCamera | None:
-    """Read camera.json, an object with fx, fy, cx and cy in px; None where there is none.
+    """Read camera.json or camera.yaml in any form that `PinholeCamera.from_file` takes; None where there is none.
 
     Raises
     ------
     SourceError
         If it cannot be read.
     """
-    path = folder / CAMERA
-    if not path.exists():
-        return None
-    data = decoded(path, dict[str, float])
-    try:
-        return PinholeCamera(**{name: data[name] for name in ("fx", "fy", "cx", "cy")})
-    except (KeyError, InputError) as error:
-        raise SourceError(f"{path}: a camera needs fx, fy, cx and cy: {error}") from error
+    paths = (folder / name for name in CAMERA_FILES)
+    return next((PinholeCamera.from_file(path) for path in paths if path.exists()), None)
 
 
 def decoded(path: Path, kind: Any) -> Any:

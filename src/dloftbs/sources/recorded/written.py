@@ -48,7 +48,7 @@ class _Record(msgspec.Struct):
     stamp: float | None
     name: str
     size: tuple[int, int]
-    camera: dict[str, float] | None
+    camera: dict[str, Any] | None
     mask: _Stored | None
     depth: _Stored | None
     visible: str | None
@@ -96,7 +96,7 @@ class WrittenSequence(RecordedSequence):
             image=None if record.image is None else self._image(index, record),
             mask=None if record.mask is None else self._mask(record.mask),
             depth=None if record.depth is None else self._depth(record.depth),
-            camera=None if record.camera is None else self._camera(index, record.camera),
+            camera=None if record.camera is None else PinholeCamera.from_dict(record.camera),
             index=record.index,
             stamp=record.stamp,
             name=record.name,
@@ -121,12 +121,6 @@ class WrittenSequence(RecordedSequence):
                 return msgspec.json.decode(file.readline(), type=_Record)
         except (OSError, msgspec.DecodeError) as error:
             raise SourceError(f"{path}, line {index + 1}: {error}") from error
-
-    def _camera(self, index: int, values: dict[str, float]) -> PinholeCamera:
-        try:
-            return PinholeCamera(**values)
-        except TypeError as error:
-            raise SourceError(f"{self._folder / RECORDS}, line {index + 1}: camera: {error}") from error
 
     def _image(self, index: int, record: _Record) -> AnyArray:
         if record.image != VIDEO or self._video is None:

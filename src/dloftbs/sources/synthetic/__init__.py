@@ -10,7 +10,7 @@ from dloftbs.sources.synthetic.kinds import KINDS, KindSequence, kinds
 from dloftbs.sources.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
 from dloftbs.sources.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.sources.synthetic.rgbd import RgbdSequence
-from dloftbs.sources.synthetic.rgbd_suites import rgbd_artificial, rgbd_manipulation
+from dloftbs.sources.synthetic.rgbd_suites import TYPICAL_NOISE, rgbd_artificial, rgbd_manipulation, rgbd_noisy
 from dloftbs.sources.synthetic.strand import random_curve
 from dloftbs.sources.synthetic.tube import draw_tube_mask
 
@@ -21,6 +21,7 @@ __all__ = [
     "NOISY",
     "OCCLUDED",
     "RGB_SCENARIOS",
+    "TYPICAL_NOISE",
     "Degradation",
     "DegradedSequence",
     "DemoSequence",
@@ -39,5 +40,6 @@ __all__ = [
     "rgb",
     "rgbd_artificial",
     "rgbd_manipulation",
+    "rgbd_noisy",
     "several_cables",
 ]

@@ -1,4 +1,4 @@
-"""What an RGB-D camera does to depth: noise that grows with distance, flying pixels at edges, holes."""
+"""What an RGB-D camera does to depth: noise that grows with distance, steps, flying pixels at edges, holes."""
 
 from __future__ import annotations
 
@@ -35,6 +35,12 @@ class DepthNoise:
         as a cable.
     flying : float
         Share of the pixels at edges of more than 3 mm whose depth is a mixture of what is in front and what is behind.
+    grain_px : float
+        How far the noise of neighbours goes together: the sigma of the Gaussian that white noise is blurred with, px;
+        its deviation stays the same. 0, white noise, is what a time-of-flight camera has; a stereo camera, which
+        matches windows, has some px.
+    quantum_m : float
+        Steps of depth at 1 m; they grow as z^2, since a stereo camera counts in steps of disparity. 0: none.
 
     Raises
     ------
@@ -45,10 +51,13 @@ class DepthNoise:
     depth_noise: float = 0.0
     hole_share: float = 0.0
     flying: float = 0.0
+    grain_px: float = 0.0
+    quantum_m: float = 0.0
 
     def __post_init__(self) -> None:
-        ranges = (("depth_noise", math.inf), ("hole_share", 1.0), ("flying", 1.0))
-        for name, most in ranges:
+        shares = ("hole_share", "flying")
+        for name in ("depth_noise", *shares, "grain_px", "quantum_m"):
+            most = 1.0 if name in shares else math.inf
             value = getattr(self, name)
             if not (0.0 <= value <= most and math.isfinite(value)):
                 raise InputError(f"{name} must be a finite number in 0..{most:g}, got {value}")
@@ -61,11 +70,29 @@ class DepthNoise:
             depth = _with_flying_pixels(depth, self.flying, rng)
         if self.depth_noise > 0.0:
             sigma = np.float32(_CONSTANT_M) + np.float32(_QUADRATIC) * depth * depth
-            grain = rng.standard_normal(depth.shape, dtype=np.float32)
-            depth = depth + np.float32(self.depth_noise) * sigma * grain
+            depth = depth + np.float32(self.depth_noise) * sigma * self._grain(depth.shape, rng)
+        if self.quantum_m > 0.0:
+            depth = _in_steps(depth, self.quantum_m)
         if self.hole_share > 0.0 and mask.any():
             depth = np.where(_holes(mask, self.hole_share, rng), np.float32(0.0), depth)
         return depth
+
+    def _grain(self, shape: tuple[int, ...], rng: np.random.Generator) -> npt.NDArray[np.float32]:
+        """Return noise (H, W) of unit variance."""
+        white = rng.standard_normal(shape, dtype=np.float32)
+        if self.grain_px == 0.0:
+            return white
+        reach = math.ceil(4.0 * self.grain_px)
+        weights = cv2.getGaussianKernel(2 * reach + 1, self.grain_px, cv2.CV_32F)
+        # A weighted sum of white noise has the sum of the squared weights as its variance.
+        weights /= np.sqrt(np.square(weights).sum())
+        return cv2.sepFilter2D(white, -1, weights, weights, borderType=cv2.BORDER_REFLECT_101)
+
+
+def _in_steps(depth: npt.NDArray[np.float32], quantum_m: float) -> npt.NDArray[np.float32]:
+    """Return depth whose inverse is a whole number of steps; a step of the inverse is one of depth at 1 m."""
+    counts = np.rint(1.0 / (quantum_m * depth.astype(np.float64)))
+    return (1.0 / (quantum_m * np.maximum(counts, 1.0))).astype(np.float32)
 
 
 def _with_flying_pixels(

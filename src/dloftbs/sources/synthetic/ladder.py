@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 
 from dloftbs.errors import InputError
 from dloftbs.sources.base import KnownSequence
 from dloftbs.sources.synthetic.cables import TangleSequence
 from dloftbs.sources.synthetic.degrade import Degradation, DegradedSequence
+from dloftbs.sources.synthetic.depth_noise import DepthNoise
 from dloftbs.sources.synthetic.generated import count_at, proportion
 from dloftbs.sources.synthetic.rgb import RgbSequence
-from dloftbs.sources.synthetic.rgbd_suites import rgbd_artificial, rgbd_manipulation
+from dloftbs.sources.synthetic.rgbd_suites import TYPICAL_NOISE, rgbd_artificial, rgbd_manipulation
 
 Size = tuple[int, int]
 
@@ -20,6 +21,10 @@ _SALT_PERCENT = (0.0, 0.1, 0.3, 0.5, 1.0, 2.0)
 _JITTER_PX = (0.0, 0.5, 1.0, 2.0)
 _MISSING_PERCENT = (0.0, 5.0, 10.0, 20.0)
 _WIDTHS_PX = (2.0, 4.0, 8.0, 12.0, 20.0, 40.0)
+_DEPTH_NOISE = (0.0, 0.5, 1.0, 2.0, 4.0)
+_DEPTH_HOLES_PERCENT = (0.0, 5.0, 10.0, 20.0, 40.0)
+_DEPTH_FLYING_PERCENT = (0.0, 25.0, 50.0, 100.0)
+_DEPTH_GRAIN_PX = (0.0, 1.0, 2.0, 4.0, 8.0)
 _SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
 
 
@@ -34,10 +39,14 @@ class LadderBase:
     make_wide : callable, optional
         Frames, size, seed and the cable's width in px to a sequence with the same motion; without it there is no ladder
         of widths.
+    make_noisy : callable, optional
+        Frames, size, seed and the noise of its depth to a sequence with the same motion; without it there are no
+        ladders of depth.
     """
 
     make: Callable[[int, Size, int], KnownSequence]
     make_wide: Callable[[int, Size, int, float], KnownSequence] | None = None
+    make_noisy: Callable[[int, Size, int, DepthNoise], KnownSequence] | None = None
 
 
 _BASES = {
@@ -49,7 +58,10 @@ _BASES = {
         lambda frames, size, seed: TangleSequence(3, frames, size, seed),
         lambda frames, size, seed, width_px: TangleSequence(3, frames, size, seed, width_px),
     ),
-    "rgbd artificial": LadderBase(lambda frames, size, seed: rgbd_artificial(frames / 280, seed, size)[0]),
+    "rgbd artificial": LadderBase(
+        lambda frames, size, seed: rgbd_artificial(frames / 280, seed, size)[0],
+        make_noisy=lambda frames, size, seed, noise: rgbd_artificial(frames / 280, seed, size, **asdict(noise))[0],
+    ),
     "rgbd": LadderBase(lambda frames, size, seed: rgbd_manipulation(frames / 250, seed, size)[0]),
 }
 
@@ -69,11 +81,12 @@ class Rung(DegradedSequence):
     base : str
         What the ladder makes harder.
     ladder : str
-        What grows: ``"salt and pepper"``, ``"edge jitter"``, ``"missing stretches"``, ``"width"`` or ``"size"``.
+        What grows: ``"salt and pepper"``, ``"edge jitter"``, ``"missing stretches"``, ``"width"``, ``"size"``, or
+        one that begins with ``"depth"``.
     level : float
         How much of it there is, in `unit`.
     unit : str
-        ``"%"`` or ``"px"``; of sizes, px is the width of the image.
+        ``"%"``, ``"px"`` or ``"sigma"``, multiples of `depth_sigma`; of sizes, px is the width of the image.
     """
 
     def __init__(
@@ -100,7 +113,10 @@ def noise_ladder(
     *,
     bases: Sequence[str] | dict[str, LadderBase] = LADDER_BASES,
 ) -> list[Rung]:
-    """Return ladders of salt-and-pepper, edge jitter, missing stretches, widths and image sizes.
+    """Return ladders of salt-and-pepper, edge jitter, missing stretches, widths, depth and image sizes.
+
+    Those of depth let one of noise, holes, flying pixels and grain grow, and leave the others as `TYPICAL_NOISE` has
+    them.
 
     All rungs of a base show the same motion, but that several cables lie as their width and the image allow. Lengths
     in px are those in an image of 1280 x 720 and go in proportion with `size`, which does not concern the ladder of
@@ -147,5 +163,21 @@ def _rungs(name: str, base: LadderBase, frames: int, size: Size, seed: int) -> I
         for level in _WIDTHS_PX:
             wide = base.make_wide(frames, size, seed, max(1.0, level * k))
             yield Rung(wide, Degradation(), seed, name, "width", level, "px")
+    if base.make_noisy is not None:
+        for ladder, level, unit, noise in _depth_steps(k):
+            noisy = base.make_noisy(frames, size, seed, noise)
+            yield Rung(noisy, Degradation(), seed, name, ladder, level, unit)
     for shape in _SIZES:
         yield Rung(base.make(frames, shape, seed), Degradation(), seed, name, "size", float(shape[1]), "px")
+
+
+def _depth_steps(k: float) -> Iterator[tuple[str, float, str, DepthNoise]]:
+    """Yield ladder, level, unit and noise, px being those of an image `k` times as large as HD."""
+    for level in _DEPTH_NOISE:
+        yield "depth noise", level, "sigma", replace(TYPICAL_NOISE, depth_noise=level)
+    for level in _DEPTH_HOLES_PERCENT:
+        yield "depth holes", level, "%", replace(TYPICAL_NOISE, hole_share=level / 100.0)
+    for level in _DEPTH_FLYING_PERCENT:
+        yield "depth flying pixels", level, "%", replace(TYPICAL_NOISE, flying=level / 100.0)
+    for level in _DEPTH_GRAIN_PX:
+        yield "depth grain", level, "px", replace(TYPICAL_NOISE, grain_px=level * k)

@@ -35,7 +35,7 @@ class RgbdSequence(GeneratedSequence):
         ``(H, W)`` px. The camera's field of view is that of an HD image with 900 px of focal length.
     seed : int
         Of the depth's noise, not negative.
-    depth_noise, hole_share, flying : float
+    depth_noise, hole_share, flying, grain_px, quantum_m : float
         See `DepthNoise`; 0 is perfect depth.
     with_image : bool
         Whether frames have a shaded colour image too.
@@ -58,13 +58,15 @@ class RgbdSequence(GeneratedSequence):
         depth_noise: float = 0.0,
         hole_share: float = 0.0,
         flying: float = 0.0,
+        grain_px: float = 0.0,
+        quantum_m: float = 0.0,
         with_image: bool = False,
         fps: float = 30.0,
     ) -> None:
         super().__init__(scene.name, scene.frames if frames is None else frames, size, seed, fps)
         self.scene = scene
         self.camera: PinholeCamera = hd_camera(size)
-        self.noise = DepthNoise(depth_noise, hole_share, flying)
+        self.noise = DepthNoise(depth_noise, hole_share, flying, grain_px, quantum_m)
         self._seconds = 1.0 / fps
         self._with_image = with_image
 

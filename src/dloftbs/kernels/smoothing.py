@@ -1,0 +1,224 @@
+"""A smooth line through what is noisy, interrupted and partly wrong: a penalised B-spline, weighted over and over.
+
+Penalised splines as of Eilers and Marx (1996): equally spaced knots, more than needed, and a price on the second
+differences of the coefficients. Where nothing is known the line goes on as smoothly as it can, straight at the ends.
+The price is that of the least generalised cross-validation (Craven and Wahba, 1979) under the present weights.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64
+
+from dloftbs.kernels._compile import helper, kernel, read
+
+_ORDER = 4
+_PRICES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coefficient has
+_STIFF = 4  # the price to begin with: waves of twenty knots or more
+_STARTS, _ROUNDS = 2, 3
+_TUKEY = 4.685
+_MAD = 0.6745  # of a Gaussian's standard deviation
+# Neighbouring residuals of depth are alike, which cross-validation takes for a shape; this makes up for it.
+_CAUTION = 1.2
+
+_Floats = npt.NDArray[np.float64]
+
+
+@helper
+def _factor(band: _Floats) -> None:
+    """Replace a matrix by its Cholesky factor, its diagonal inverted; band[i, k] is the entry at (i, i + k)."""
+    n = len(band)
+    for i in range(n):
+        scale = 1.0 / np.sqrt(band[i, 0])
+        band[i, 0] = scale
+        reach = min(_ORDER, n - i)
+        for k in range(1, reach):
+            band[i, k] *= scale
+        for k in range(1, reach):
+            for j in range(k, reach):
+                band[i + k, j - k] -= band[i, k] * band[i, j]
+
+
+@helper
+def _solve(factor: _Floats, right: _Floats) -> None:
+    """Solve by the factor, in place."""
+    n = len(factor)
+    for i in range(n):
+        right[i] *= factor[i, 0]
+        for k in range(1, min(_ORDER, n - i)):
+            right[i + k] -= factor[i, k] * right[i]
+    for i in range(n - 1, -1, -1):
+        for k in range(1, min(_ORDER, n - i)):
+            right[i] -= factor[i, k] * right[i + k]
+        right[i] *= factor[i, 0]
+
+
+@helper
+def _trace(factor: _Floats, normal: _Floats, inverse: _Floats) -> float:
+    """Return the trace of the inverse of a factored matrix times another one; only the bands are needed of both."""
+    n = len(factor)
+    total = 0.0
+    for i in range(n - 1, -1, -1):
+        reach = min(_ORDER, n - i)
+        for j in range(reach - 1, 0, -1):
+            value = 0.0
+            for k in range(1, j):
+                value -= factor[i, k] * inverse[i + k, j - k]
+            for k in range(j, reach):
+                value -= factor[i, k] * inverse[i + j, k - j]
+            inverse[i, j] = value * factor[i, 0]
+            total += 2.0 * inverse[i, j] * normal[i, j]
+        value = factor[i, 0]
+        for k in range(1, reach):
+            value -= factor[i, k] * inverse[i, k]
+        inverse[i, 0] = value * factor[i, 0]
+        total += inverse[i, 0] * normal[i, 0]
+    return total
+
+
+@helper
+def _gather(
+    cells: npt.NDArray[np.int64], basis: _Floats, y: _Floats, weight: _Floats, normal: _Floats, right: _Floats
+) -> None:
+    """Write the normal equations."""
+    normal[:] = 0.0
+    right[:] = 0.0
+    for i in range(len(y)):
+        if weight[i] > 0.0:
+            cell = cells[i]
+            for a in range(_ORDER):
+                share = weight[i] * basis[i, a]
+                right[cell + a] += share * y[i]
+                for b in range(a, _ORDER):
+                    normal[cell + a, b - a] += share * basis[i, b]
+
+
+@helper
+def _solve_at(price: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
+    """Write the coefficients for a price, and the factor of their matrix."""
+    m = len(normal)
+    factor[:] = normal
+    for i in range(m - 2):
+        factor[i, 0] += price
+        factor[i, 1] -= 2.0 * price
+        factor[i, 2] += price
+        factor[i + 1, 0] += 4.0 * price
+        factor[i + 1, 1] -= 2.0 * price
+        factor[i + 2, 0] += price
+    _factor(factor)
+    coefficients[:] = right
+    _solve(factor, coefficients)
+
+
+@helper
+def _misfit(normal: _Floats, right: _Floats, squared: float, coefficients: _Floats) -> float:
+    """Return the weighted sum of the squared residuals, `squared` being that of the values themselves."""
+    total = squared
+    for i in range(len(normal)):
+        line = 0.5 * normal[i, 0] * coefficients[i]
+        for k in range(1, min(_ORDER, len(normal) - i)):
+            line += normal[i, k] * coefficients[i + k]
+        total += 2.0 * coefficients[i] * (line - right[i])
+    return max(total, 0.0)
+
+
+@kernel(read(float64, 1), read(float64, 1), int64, float64)
+def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floats, npt.NDArray[np.bool_], float]:
+    """Lay a smooth line through equally spaced values, whatever stretches of them are missing or wrong.
+
+    It starts from a stiff line that follows most values, and is then bent as far as the values that it explains ask
+    for; values farther from it than the noise explains count less and less, and at last not at all. The noise is what
+    most values differ from the line by.
+
+    Not checked: two values or more are known.
+
+    Parameters
+    ----------
+    y : (n,) float64
+        NaN where it is not known.
+    counts : (n,) float64
+        Of how many measurements each is the mean.
+    spans : int
+        Knot spans over all values.
+    floor : float
+        Noise that may be taken for granted, as a share of the mean value; 0 or more.
+
+    Returns
+    -------
+    line : (n,) float64
+    explained : (n,) bool
+        Which values count.
+    freedom : float
+        How many parameters the line makes use of: 2 is straight.
+    """
+    n, m = len(y), spans + _ORDER - 1
+    cells, basis = np.empty(n, dtype=np.int64), np.empty((n, _ORDER))
+    value, prior = np.zeros(n), np.zeros(n)
+    known, total, mean = 0, 0.0, 0.0
+    for i in range(n):
+        place = i * spans / max(n - 1, 1)
+        cells[i] = min(int(place), spans - 1)
+        t = place - cells[i]
+        basis[i, 0] = (1.0 - t) ** 3 / 6.0
+        basis[i, 1] = (3.0 * t**3 - 6.0 * t**2 + 4.0) / 6.0
+        basis[i, 2] = (-3.0 * t**3 + 3.0 * t**2 + 3.0 * t + 1.0) / 6.0
+        basis[i, 3] = t**3 / 6.0
+        if not np.isnan(y[i]):
+            prior[i] = counts[i]
+            total += counts[i]
+            mean += counts[i] * y[i]
+            known += 1
+    mean /= total
+    usual = total / known
+    for i in range(n):
+        if prior[i] > 0.0:
+            value[i] = y[i] - mean
+    normal, factor, inverse = np.empty((m, _ORDER)), np.empty((m, _ORDER)), np.zeros((m, _ORDER))
+    right, coefficients = np.empty(m), np.empty(m)
+    line, weight, misses = np.empty(n), prior.copy(), np.empty(known)
+    scores = np.empty(len(_PRICES))
+    price = _STIFF
+    for turn in range(_STARTS + _ROUNDS + 1):
+        _gather(cells, basis, value, weight, normal, right)
+        unit, squared, heaviest = 0.0, 0.0, 0.0
+        for i in range(n):
+            unit += weight[i]
+            squared += weight[i] * value[i] * value[i]
+            heaviest = max(heaviest, weight[i])
+        if turn >= _STARTS and turn < _STARTS + _ROUNDS:
+            scores[:] = np.nan
+            at = price
+            for step in (0, -1, 1):  # from the price so far on, as long as it gets better
+                p = price + step
+                while 0 <= p < len(_PRICES) and np.isnan(scores[p]):
+                    _solve_at(_PRICES[p] * unit / m, normal, right, factor, coefficients)
+                    free = unit / heaviest - _CAUTION * _trace(factor, normal, inverse)
+                    scores[p] = _misfit(normal, right, squared, coefficients) / free**2 if free > 0.0 else np.inf
+                    if step != 0 and not scores[p] < scores[at]:
+                        break
+                    at = p
+                    p += step
+            price = at
+        _solve_at(_PRICES[price] * unit / m, normal, right, factor, coefficients)
+        k = 0
+        for i in range(n):
+            line[i] = 0.0
+            for a in range(_ORDER):
+                line[i] += basis[i, a] * coefficients[cells[i] + a]
+            if prior[i] > 0.0:
+                misses[k] = abs(value[i] - line[i]) * np.sqrt(prior[i] / usual)
+                k += 1
+        if turn == _STARTS + _ROUNDS:
+            break
+        scale = max(np.median(misses) / _MAD, floor * abs(mean))
+        k = 0
+        for i in range(n):
+            if prior[i] > 0.0:
+                miss = misses[k] / scale if scale > 0.0 else 0.0
+                k += 1
+                if turn < _STARTS:
+                    weight[i] = prior[i] / max(miss, 1.0)
+                else:
+                    weight[i] = prior[i] * max(1.0 - (miss / _TUKEY) ** 2, 0.0) ** 2
+    return line + mean, weight > 0.0, _trace(factor, normal, inverse)

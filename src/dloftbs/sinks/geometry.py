@@ -1,0 +1,151 @@
+"""Curves in space as geometry: tubes or lines in PLY and OBJ files."""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.curve import BSplineCurve
+from dloftbs.errors import InputError
+from dloftbs.frame import Detection, Frame, FrameResult
+from dloftbs.sinks import _mesh
+from dloftbs.sinks._files import UnusedNames, replacing, sink_errors
+from dloftbs.sinks._rows import ObjectRow, inside, object_rows
+from dloftbs.sinks.base import PathSink
+
+logger = logging.getLogger("dloftbs.sinks")
+
+_FORMATS = {".ply": _mesh.ply, ".obj": _mesh.obj}
+SUFFIXES = tuple(_FORMATS)
+FORMS = ("tube", "line")
+_LINE_POINTS = 200
+
+
+class GeometrySink(PathSink):
+    """Writes the curves in space of each frame as a file that viewers of meshes open.
+
+    A single frame goes into the file of that name. When a second one comes, the folder of that name without the suffix
+    takes its place, with a file per frame, named by the frame's index in six digits: ``curves/000000.ply``. What comes
+    a second time under the same index gets ``_1`` and so on; files of an earlier run are replaced. Each file appears as
+    a whole or not at all, whenever the process dies.
+
+    Coordinates are the camera's, metres: x right, y down, z forward. A result's objects are its tracks, or its
+    detections where it has none; tracks that coast are left out, since they are nowhere to be seen. Objects without a
+    curve in space are left out, too: the first one is named in a warning in the log, and closing counts all of them.
+
+    PLY files are binary; their points have ``nx, ny, nz``, the colour of the object in overlays as ``red, green,
+    blue``, its id or number as ``object``, and ``inferred``, 1 where depth was bridged rather than measured. In OBJ
+    files each object is an ``o object_ID``, and colours stand behind the coordinates.
+
+    Parameters
+    ----------
+    path : str or Path
+        Ends in ``.ply`` or ``.obj``; missing folders are made, an older file is replaced.
+    form : str
+        ``"tube"``: triangles around the curve. ``"line"``: points along it, joined by edges.
+    radius_m : float, optional
+        Of tubes; where it is left out, what each object's width and distance give.
+    caps : bool
+        Whether half spheres close the tubes, which are then watertight.
+
+    Raises
+    ------
+    InputError
+        If the suffix or the form is another, or the radius is not positive; in `write`, if a radius is wanted and
+        neither it nor the frame's camera is given.
+    SinkError
+        If the file cannot be opened.
+    """
+
+    def __init__(
+        self, path: str | Path, *, form: str = "tube", radius_m: float | None = None, caps: bool = True
+    ) -> None:
+        super().__init__(path)
+        self._suffix = self._path.suffix.lower()
+        if self._suffix not in SUFFIXES:
+            raise InputError(f"a geometry's name must end in {', '.join(SUFFIXES)}, got {str(path)!r}")
+        if form not in FORMS:
+            raise InputError(f"form must be one of {', '.join(FORMS)}, got {form!r}")
+        if radius_m is not None and not 0.0 < radius_m < math.inf:
+            raise InputError(f"radius_m must be a positive number, got {radius_m!r}")
+        self._form, self._radius_m, self._caps = form, radius_m, caps
+        self._name = UnusedNames()
+        self._only: Path | None = None
+        self._frames = self._objects = self._left_out = 0
+        # An empty scene: what cannot be written fails here, and what is there is valid.
+        self._replace(self._path, [])
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        items = []
+        for row in object_rows(result):
+            if row.detection is None:
+                continue
+            self._objects += 1
+            if row.curve_3d is None:
+                self._leave_out(row, row.detection, result)
+            else:
+                items.append(self._item(row, row.detection, row.curve_3d, frame.camera))
+        folder = self._path.with_suffix("")
+        target = folder / f"{self._name(f'{result.index:06d}')}{self._suffix}"
+        if self._frames == 0:
+            self._only, target = target, self._path
+        elif self._only is not None:
+            with sink_errors(folder):
+                folder.mkdir(exist_ok=True)
+                os.replace(self._path, self._only)
+            self._only = None
+        self._replace(target, items)
+        self._frames += 1
+
+    def _item(
+        self, row: ObjectRow, detection: Detection, curve: BSplineCurve, camera: PinholeCamera | None
+    ) -> _mesh.Item:
+        from dloftbs.viz import Style
+
+        if self._form == "line":
+            shape = _mesh.line(curve, curve.length / _LINE_POINTS)
+        else:
+            shape = _mesh.tube(curve, self._radius_m or _radius_m(detection, curve, camera), caps=self._caps)
+        blue, green, red = Style().colour(row.track_id - 1 if row.track_id else row.number)
+        seen_not = inside(shape.u, detection.inferred_3d)
+        return _mesh.Item(row.track_id or row.number, shape, (red, green, blue), seen_not)
+
+    def _leave_out(self, row: ObjectRow, detection: Detection, result: FrameResult) -> None:
+        self._left_out += 1
+        if self._left_out == 1:
+            why = detection.no_3d_reason or "nobody said why"
+            logger.warning(
+                "frame %d: object %d is not in %s, since it has no curve in space: %s",
+                result.index,
+                row.track_id or row.number,
+                self._path.name,
+                why,
+            )
+
+    def _replace(self, target: Path, items: list[_mesh.Item]) -> None:
+        with sink_errors(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(target) as temporary:
+                temporary.write_bytes(_FORMATS[self._suffix](items))
+
+    def _close(self) -> None:
+        if self._left_out > 1:
+            logger.warning(
+                "%s lacks %d of %d objects, since they have no curve in space",
+                self._path.name,
+                self._left_out,
+                self._objects,
+            )
+
+
+def _radius_m(detection: Detection, curve: BSplineCurve, camera: PinholeCamera | None) -> float:
+    """Return half the width in space that the width in the image has at the curve's distance."""
+    if camera is None:
+        raise InputError("the radius of a tube needs the frame's camera, or radius_m; got neither")
+    depth_m = float(np.median(curve.sample(_LINE_POINTS)[:, 2]))
+    return 0.5 * detection.width * depth_m / math.sqrt(camera.fx * camera.fy)

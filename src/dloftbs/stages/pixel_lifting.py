@@ -1,0 +1,49 @@
+"""Stage 7, as published: each pixel of the centre line brings its depth (paper: extension to 3D)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.camera import PinholeCamera
+from dloftbs.config import PixelLiftingConfig
+
+MIN_POINTS = 4
+"""Points with depth that a curve in space needs."""
+
+
+def lift_pixels(
+    points: FloatArray, depth: npt.NDArray[Any], camera: PinholeCamera, config: PixelLiftingConfig
+) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Lift the pixels of a centre line into space: on to the surface of the object, as the depth image has it.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, shape (n, 2)
+        Pixel centres inside the depth image.
+    depth : numpy.ndarray, shape (H, W)
+        Metres where floating point, counts of `PixelLiftingConfig.integer_unit_m` where integer.
+    camera : PinholeCamera
+    config : PixelLiftingConfig
+
+    Returns
+    -------
+    points_m : numpy.ndarray, shape (m, 3)
+        Those with depth, in the camera's frame, metres.
+    seen : numpy.ndarray, shape (n,), bool
+        Which points have depth: finite, not 0 and within the range of the configuration; and a ray, which pixels
+        beyond the field of the camera's lens model have not.
+    """
+    column, row = np.rint(points).astype(np.intp).T
+    sampled = depth[row, column]
+    unit = 1.0 if np.issubdtype(depth.dtype, np.floating) else config.integer_unit_m
+    metres = sampled.astype(np.float64) * unit
+    with np.errstate(invalid="ignore"):
+        seen = np.isfinite(metres) & (metres > 0.0) & (metres >= config.min_depth_m) & (metres <= config.max_depth_m)
+    points_m = camera.deproject(points[seen], metres[seen])
+    known = np.isfinite(points_m).all(axis=1)  # not beyond the field of the lens model
+    seen[seen] = known
+    return points_m[known], seen
