@@ -124,6 +124,15 @@ class TestEnds:
         assert found.joints == ()
         assert distances([found], [LINE])[0] < 4.5
 
+    @pytest.mark.parametrize("slant", [-1.6, -1.2, 0.8, 1.2, 1.6])
+    def test_a_slanting_band_over_a_cable_leaves_it_one(self, slant: float) -> None:
+        mask = draw([(20, 120), (380, 120)], width=13)
+        yy, xx = np.indices(mask.shape)
+        mask[np.abs(xx - 200 - slant * (yy - 120)) < 10 * np.hypot(1.0, slant)] = 0
+        (detection,) = detect(mask)
+        assert [joint.kind.value for joint in detection.joints] == ["gap"]
+        assert np.abs(detection.curve.sample(200)[:, 1] - 120.0).max() < 2.0
+
     def test_a_gap_of_four_widths_is_bridged_and_reported(self) -> None:
         mask = draw(LINE)
         mask[:, 186:214] = 0

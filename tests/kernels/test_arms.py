@@ -22,7 +22,7 @@ def test_spans_go_from_the_first_to_the_last_clear_point(seed: int) -> None:
     points = np.cumsum(rng.uniform(-1, 1, (offsets[-1], 2)), axis=0)
     centres, radii = points[rng.integers(0, len(points), 3)] + rng.uniform(-2, 2, (3, 2)), rng.uniform(0, 6, 3)
     nodes = rng.integers(-1, 3, 2 * n)
-    spans = clear_spans(nodes, centres, radii, points, offsets)
+    spans = clear_spans(nodes, centres, radii, points, np.full(len(points), 3.0), offsets, 6.0)
     for run in range(n):
         a, b = offsets[run : run + 2]
         clear = [
@@ -42,8 +42,26 @@ def arms_of(points: np.ndarray, nodes: tuple[int, int], radius: float, width: fl
     offsets = np.array([0, len(points)])
     centres, radii = np.array([points[0], points[-1]]), np.array([radius, radius])
     where = np.array(nodes)
-    spans = clear_spans(where, centres, radii, points, offsets)
+    spans = clear_spans(where, centres, radii, points, np.full(len(points), 0.5 * width), offsets, width)
     return locate_arms(where, centres, radii, points, offsets, spans, width)
+
+
+@pytest.mark.parametrize(
+    ("narrow", "cut"),
+    [(0, 0), (1, 1), (10, 10), (25, 25), (26, 0), (40, 0)],  # what is narrow for 2.2 widths or more is a narrow cable
+)
+@pytest.mark.parametrize("node", [FREE, 0])
+def test_what_tapers_at_a_free_end_is_left_out(narrow: int, cut: int, node: int) -> None:
+    points = np.column_stack((np.arange(100.0), np.zeros(100)))
+    half = np.full(100, 6.0)
+    half[:narrow] = 4.0
+    half[100 - narrow :] = 4.0
+    for back in (False, True):
+        nodes = np.array([FREE, node] if back else [node, FREE])
+        far = np.array([[-100.0, 0.0]])  # a junction that lies far from both ends
+        spans = clear_spans(nodes, far, np.array([1.0]), points, half, np.array([0, 100]), 12.0)
+        free = cut, 0 if node == 0 else cut
+        assert spans.tolist() == [[free[0], 100 - free[1]] if back else [free[1], 100 - free[0]]]
 
 
 @given(st.floats(0, 2 * np.pi), st.sampled_from([3.0, 6.0, 15.0, 40.0]))

@@ -102,6 +102,20 @@ def test_round_and_cut_ends_differ() -> None:
     assert rounded > flat + 0.3
 
 
+@pytest.mark.parametrize("slant", [-0.6, 0.6])
+def test_the_end_that_a_slanting_cut_leaves_points_along_the_cable(slant: float) -> None:
+    mask = draw([(20, 120), (380, 120)], width=13)
+    yy, xx = np.indices(mask.shape)
+    mask[xx > 250 + slant * (yy - 120)] = 0
+    patch, graph = graph_of(mask)
+    tips = patch.to_image(graph.arms[:, :2])
+    right = int(np.argmax(tips[:, 0]))
+    ahead = patch.to_image(graph.arms[:, :2] + graph.arms[:, 2:4])[right] - tips[right]
+    assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) < 15.0
+    assert abs(tips[right, 1] - 120.0) < 3.0
+    assert graph.caps[right] < 0.6
+
+
 def test_more_runs_than_allowed_make_no_graph() -> None:
     patch = clean(draw(*cross(90)), Config().cleaning)
     assert patch is not None

@@ -13,10 +13,12 @@ _CLEAR_WIDTHS = 0.25  # from this far outside of a junction on
 _BLUNT_WIDTHS = 0.5  # from this far inside of a free end on, since thinning bends ends into corners
 _STRAIGHT_WIDTHS = 1.0  # what is shorter is taken for straight
 _LEAST_POINTS = 3
+_TAPERED, _TAPER_WIDTHS = 0.92, 2.2  # of the usual width, and over how much of a run at most
 _WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin above the one, end below the other
 _ACROSS = np.linspace(-0.75, 0.75, 11)  # of the radius: where a cap is looked at
 # How far the mask goes ahead there, in radii, is about c + slant * k + roundness * sqrt(1 - k^2): least squares.
 _, _TO_SLANT, _TO_ROUND = np.linalg.pinv(np.stack([np.ones_like(_ACROSS), _ACROSS, np.sqrt(1.0 - _ACROSS**2)], axis=1))
+_CAP_WIDTHS = 0.8  # before a free end: from where its cap is looked at
 _SLANT = 0.25  # more than the end of a cable has
 _NOTCH = 4  # half pixels
 _DUMB_PX = 4.0  # of so wide a cable, caps tell nothing; of one twice as wide, all
@@ -43,28 +45,53 @@ def _is_clear(
     return away >= radii[node] + more
 
 
-@kernel(read(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(int64, 1))
+@helper
+def _tapered(half: npt.NDArray[np.float64], first: int, step: int, count: int, width: float) -> int:
+    """Return how many points from a free end on lie where the mask tapers: a slanting cut leads thinning to its corner.
+
+    What is narrow for longer than that is a narrow cable.
+    """
+    most = int(_TAPER_WIDTHS * width)
+    if count < 2 * most or most == 0:
+        return 0
+    usual = 0.0
+    for k in range(most, 2 * most):
+        usual += half[first + step * k] / most
+    narrow = 0
+    for k in range(most):
+        if half[first + step * k] < _TAPERED * usual:
+            narrow = k + 1
+    return narrow if narrow < most else 0
+
+
+@kernel(read(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(float64, 1), read(int64, 1), float64)
 def clear_spans(
     nodes: npt.NDArray[np.int64],
     centres: npt.NDArray[np.float64],
     radii: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
+    half: npt.NDArray[np.float64],
     offsets: npt.NDArray[np.int64],
+    width: float,
 ) -> npt.NDArray[np.int64]:
-    """Return which points of each run lie clear of the junctions at its ends: from the first to the last that does.
+    """Return which points of each run lie clear of the junctions and the slanting cuts at its ends.
 
     Parameters
     ----------
     nodes : (2 n,) int64
     centres, radii : (k, 2), (k,) float64
     points : (m, 2) float64
+    half : (m,) float64
+        Half the mask's width at each point, px.
     offsets : (n + 1,) int64
         Of the runs with ends, and more.
+    width : float
+        Of the cables, px.
 
     Returns
     -------
     (n, 2) int64
-        Indices into `points`, the last one excluded; an empty span lies in the middle of its run.
+        From the first to the last that does: indices into `points`, the last one excluded; an empty span lies in the middle of its run.
     """
     n = len(nodes) // 2
     spans = np.empty((n, 2), dtype=np.int64)
@@ -76,6 +103,11 @@ def clear_spans(
             stop -= 1
         if start >= stop:
             start = stop = (offsets[run] + offsets[run + 1]) // 2
+        count = stop - start
+        if nodes[2 * run] == -1:
+            start += _tapered(half, start, 1, count, width)
+        if nodes[2 * run + 1] == -1:
+            stop -= _tapered(half, stop - 1, -1, count, width)
         spans[run, 0], spans[run, 1] = start, stop
     return spans
 
@@ -341,7 +373,7 @@ def measure_caps(
     """
     radius = 0.5 * width
     sure = min(max((width - _DUMB_PX) / _DUMB_PX, 0.0), 1.0)  # a thin cable has no shape
-    back, chord = int(_BLUNT_WIDTHS * width), int(width)
+    back, chord = int(_CAP_WIDTHS * width), int(width)
     caps = np.full(len(nodes), UNTOLD)
     for end in range(len(nodes)):
         start, stop = spans[end // 2]
@@ -357,7 +389,7 @@ def measure_caps(
         roundness, slant = 0.0, 0.0
         for k in range(len(_ACROSS)):
             aside = _ACROSS[k] * radius
-            ahead = _reach_along(mask, points[at, 0], points[at, 1], dx, dy, arms[end, 4], aside, 2.5 * width) / radius
+            ahead = _reach_along(mask, points[at, 0], points[at, 1], dx, dy, arms[end, 4], aside, 3.0 * width) / radius
             roundness += _TO_ROUND[k] * ahead
             slant += _TO_SLANT[k] * ahead
         cap = min(max(roundness - max(abs(slant) - _SLANT, 0.0), 0.0), 1.0)

@@ -56,7 +56,7 @@ def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph 
         offsets, nodes, alive = offsets_cut, nodes_cut, alive_cut
         centres = np.concatenate((centres, points[kinks]))
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
-    spans = arms_kernels.clear_spans(nodes, centres, radii, points, offsets)
+    spans = arms_kernels.clear_spans(nodes, centres, radii, points, radius, offsets, width)
     clear = spans[:, 1] - spans[:, 0]
     group = kernels.merge_junctions(nodes, clear, alive, len(radii), _MERGE_WIDTHS * width)
     arms = arms_kernels.locate_arms(nodes, centres, radii, points, offsets, spans, width)
