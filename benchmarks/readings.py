@@ -29,6 +29,7 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("an arm's direction and curvature are taken over, widths", arms_kernels._REACH_WIDTHS),
     ("... starting outside of the junction by, widths", arms_kernels._CLEAR_WIDTHS),
     ("... and inside of a free end by, widths", arms_kernels._BLUNT_WIDTHS),
+    ("... and where the mask tapers there, by up to, widths", arms_kernels._TAPER_WIDTHS),
     ("pass: per rad² of bend, times width / length", bending._PASS_BEND),
     ("pass: per rad² of bend", bending._PASS_TURN),
     ("pass: times the share of the way that leaves the mask", bending._OUTSIDE),

@@ -47,8 +47,9 @@ def _is_clear(
 
 @helper
 def _tapered(half: npt.NDArray[np.float64], first: int, step: int, count: int, width: float) -> int:
-    """Return how many points from a free end on lie where the mask tapers: a slanting cut leads thinning to its corner.
+    """Return how many points from a free end on lie where the mask tapers.
 
+    A slanting cut leads thinning to its corner.
     What is narrow for longer than that is a narrow cable.
     """
     most = int(_TAPER_WIDTHS * width)
@@ -91,7 +92,8 @@ def clear_spans(
     Returns
     -------
     (n, 2) int64
-        From the first to the last that does: indices into `points`, the last one excluded; an empty span lies in the middle of its run.
+        From the first to the last that does: indices into `points`, the last one excluded; an empty span lies in the
+        middle of its run.
     """
     n = len(nodes) // 2
     spans = np.empty((n, 2), dtype=np.int64)
