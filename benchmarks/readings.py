@@ -234,6 +234,7 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
         graph.width,
         mask,
         config.max_gap_widths * graph.width,
+        0.0,
     )
     return costs
 

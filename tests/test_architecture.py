@@ -15,7 +15,19 @@ import dloftbs
 PACKAGE = Path(dloftbs.__file__).parent
 
 GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
-DATA = {"curve", "centerline", "camera", "camera_files", "lens", "registration", "frame", "patch", "graph", "truth"}
+DATA = {
+    "curve",
+    "centerline",
+    "camera",
+    "camera_files",
+    "lens",
+    "registration",
+    "frame",
+    "patch",
+    "past",
+    "graph",
+    "truth",
+}
 KNOWN_OUTSIDE = {
     "errors",
     "config",
@@ -37,7 +49,7 @@ MAY_IMPORT = {
     "_version": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
-    **{name: GROUND | (DATA - {name}) for name in ("patch", "lens", "registration")},
+    **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "lens", "registration")},
     "stages": GROUND | DATA,
     "tracking": (GROUND - {"kernels"}) | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},

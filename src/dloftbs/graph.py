@@ -104,6 +104,8 @@ class Pairing:
         The end that each end would be joined to in the next best choice, or -1.
     twin : dict of int to int
         From each shared run to the other one.
+    overruled : float
+        By how much this frame alone would prefer another reading than the one that follows what was seen before.
     """
 
     points: FloatArray
@@ -119,6 +121,7 @@ class Pairing:
     margin: list[float]
     other: list[int]
     twin: dict[int, int]
+    overruled: float = 0.0
 
     def join(self, i: int, j: int) -> None:
         """Join two ends; whom they were joined to before is not told."""

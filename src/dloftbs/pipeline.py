@@ -6,7 +6,7 @@ Importing this module loads the compiled kernels, and compiles them if this mach
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
@@ -16,10 +16,12 @@ import numpy.typing as npt
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
+from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import AnyArray, Crossing, Detection, Frame, FrameResult, StageTrace, Track, check_mask
 from dloftbs.graph import Graph
 from dloftbs.inspection import trace_stages
+from dloftbs.past import Past
 from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.assembling import assemble
 from dloftbs.stages.cleaning import clean
@@ -54,6 +56,7 @@ class StageRun:
     skeleton: Skeleton | None = None
     walks: Walks | None = None
     graph: Graph | None = None
+    overruled: float = 0.0
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     reason: str | None = None
@@ -145,8 +148,12 @@ class _Clock:
         self._since = now
 
 
-def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> StageRun:
+def run_stages(
+    frame: Frame, config: Config, segmenter: Segmenter | None, expected: Sequence[tuple[BSplineCurve, float]] = ()
+) -> StageRun:
     """Take one frame through all stages but tracking.
+
+    Where the default method finds links ambiguous, it follows the curves expected, each with its trust in 0..1.
 
     Raises
     ------
@@ -166,7 +173,9 @@ def run_stages(frame: Frame, config: Config, segmenter: Segmenter | None) -> Sta
     if isinstance(config.linking, GreedyLinkingConfig):
         lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
-        lines = _link_by_bending(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
+        lines = _link_by_bending(
+            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected
+        )
     if not lines:
         return run
     clock.lap("linking")
@@ -199,7 +208,13 @@ def _link_as_published(
 
 
 def _link_by_bending(
-    run: StageRun, patch: Patch, skeleton: Skeleton, config: LinkingConfig, most: int, clock: _Clock
+    run: StageRun,
+    patch: Patch,
+    skeleton: Skeleton,
+    config: LinkingConfig,
+    most: int,
+    clock: _Clock,
+    expected: Sequence[tuple[BSplineCurve, float]],
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
     run.graph, found = build_graph(patch, skeleton, most)
@@ -207,8 +222,10 @@ def _link_by_bending(
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    pairing = pair(patch, run.graph, config.max_gap_widths)
-    settle_lanes(patch, run.graph, pairing)
+    past = Past.of(expected, patch, run.graph.width) if expected else None
+    pairing = pair(patch, run.graph, config.max_gap_widths, past)
+    settle_lanes(patch, run.graph, pairing, past)
+    run.overruled = pairing.overruled
     open_rings(run.graph, pairing)
     join_inside(run.graph, pairing, config.max_gap_widths)
     if config.objects is not None:

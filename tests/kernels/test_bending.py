@@ -149,11 +149,13 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
         "caps": np.zeros(len(nodes)),
         "mask": FULL,
         "max_gap": 100.0,
+        "more": 0.0,
         **changes,
     }
     rows, columns, costs, price = pair_costs(
-        nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], given_["max_gap"]
-    )
+        nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], given_["max_gap"],
+        given_["more"],
+    )  # fmt: skip
     assert (rows < columns).all()
     return dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), costs.tolist(), strict=True)), price
 
@@ -185,6 +187,13 @@ def test_a_longer_gap_is_bridged_between_cut_ends_than_between_round_ones() -> N
     nodes, arms = two_dashes(gap)
     assert len(costs_of(nodes, arms, caps=np.zeros(4), max_gap=1e3)[0]) == 1
     assert costs_of(nodes, arms, caps=np.ones(4), max_gap=1e3)[0] == {}
+
+
+def test_dearer_pairs_are_listed_where_they_may_be() -> None:
+    nodes, arms = two_dashes((2 * OPEN_CUT + 0.3) * WIDTH / 0.06)
+    assert costs_of(nodes, arms, max_gap=1e3)[0] == {}
+    assert costs_of(nodes, arms, max_gap=1e3, more=0.2)[0] == {}
+    assert len(costs_of(nodes, arms, max_gap=1e3, more=0.4)[0]) == 1
 
 
 def test_a_gap_that_is_too_long_is_none() -> None:

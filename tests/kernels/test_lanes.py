@@ -40,7 +40,7 @@ def two_smooth(kind: str, width: float, length: int = 121, slope: float = 0.35) 
     return np.column_stack((x, y)), np.column_stack((x, -y))
 
 
-def follow(one: np.ndarray, two: np.ndarray, first: int, last: int, width: float) -> tuple[np.ndarray, float]:
+def follow(one: np.ndarray, two: np.ndarray, first: int, last: int, width: float) -> tuple[np.ndarray, float, int]:
     """Make a run of the points from `first` to `last`, and arms of the rest, sorted by side as the mask shows them."""
     above = np.where((one[:, 1] >= two[:, 1])[:, None], one, two)
     below = np.where((one[:, 1] >= two[:, 1])[:, None], two, one)
@@ -56,7 +56,8 @@ def follow(one: np.ndarray, two: np.ndarray, first: int, last: int, width: float
 @pytest.mark.parametrize("width", [5.0, 12.0])
 @pytest.mark.parametrize(("first", "last"), [(50, 71), (30, 91), (0, 121)])
 def test_cables_that_cross_change_lanes_in_the_middle(width: float, first: int, last: int) -> None:
-    changed, margin = follow(*two_smooth("cross", width), first, last, width)
+    changed, margin, weakest = follow(*two_smooth("cross", width), first, last, width)
+    assert abs(weakest - (60 - first)) <= 3
     assert len(changed) == last - first + 1
     middle = 60 - first
     assert not changed[: middle - 3].any()
@@ -67,7 +68,8 @@ def test_cables_that_cross_change_lanes_in_the_middle(width: float, first: int, 
 @pytest.mark.parametrize("width", [5.0, 12.0])
 @pytest.mark.parametrize(("first", "last"), [(50, 71), (30, 91), (0, 121)])
 def test_cables_that_touch_and_part_keep_their_lanes(width: float, first: int, last: int) -> None:
-    changed, margin = follow(*two_smooth("touch", width), first, last, width)
+    changed, margin, weakest = follow(*two_smooth("touch", width), first, last, width)
+    assert 0 <= weakest <= last - first
     assert not changed.any()
     assert np.isfinite(margin)
     assert margin > 0.0
@@ -75,15 +77,16 @@ def test_cables_that_touch_and_part_keep_their_lanes(width: float, first: int, l
 
 def test_cables_that_stay_apart_take_no_decision() -> None:
     x = np.arange(80.0)
-    changed, margin = follow(np.column_stack((x, x * 0 + 5)), np.column_stack((x, x * 0 - 5)), 20, 60, 10.0)
+    changed, margin, weakest = follow(np.column_stack((x, x * 0 + 5)), np.column_stack((x, x * 0 - 5)), 20, 60, 10.0)
     assert not changed.any()
+    assert weakest == -1
     assert margin == np.inf
 
 
 def test_two_crossings_change_lanes_and_back() -> None:
     x = np.arange(201.0)
     y = 9.0 * np.sin(2 * np.pi * (x - 50) / 200)  # crosses at 50 and 150
-    changed, _ = follow(np.column_stack((x, y)), np.column_stack((x, -y)), 0, 201, 10.0)
+    changed, _, _ = follow(np.column_stack((x, y)), np.column_stack((x, -y)), 0, 201, 10.0)
     assert not changed[:45].any()
     assert changed[56:145].all()
     assert not changed[156:].any()

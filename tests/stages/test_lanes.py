@@ -7,7 +7,9 @@ import pytest
 from linking_examples import beside, cross, dense, draw, pairing_of
 from scipy.spatial import cKDTree
 
+import dloftbs
 from dloftbs.graph import Pairing
+from dloftbs.past import Past
 from dloftbs.patch import Patch
 from dloftbs.stages.lanes import settle_lanes
 
@@ -22,6 +24,27 @@ def sides_of_ends(patch: Patch, pairing: Pairing) -> list[tuple[bool, bool]]:
             at.append(patch.to_image(pairing.points[[start if end % 2 == 0 else stop - 1]])[0])
         found.append(tuple(y > 120 for _, y in sorted(map(tuple, at))))
     return sorted(found)
+
+
+def test_where_crossing_and_touching_are_about_alike_the_past_decides() -> None:
+    """The crossing is too short for the mask alone to show it."""
+    cables = beside(7 * 5, 7, True)
+    patch, graph, pairing = pairing_of(draw(*cables))
+    before = [detection for cable in cables for detection in dloftbs.detect(draw(cable))]
+    assert len(before) == 2
+    past = Past.of([(detection.curve, 1.0) for detection in before], patch, graph.width)
+    settle_lanes(patch, graph, pairing, past)
+    assert sides_of_ends(patch, pairing) == [(False, True), (True, False)]
+    assert pairing.overruled > 0.0
+
+
+def test_the_past_does_not_exchange_what_clearly_touches() -> None:
+    touching = beside(7 * 15, 7, False)
+    patch, graph, pairing = pairing_of(draw(*touching))
+    wrong = [dloftbs.detect(draw(cable))[0] for cable in beside(7 * 15, 7, True)]
+    settle_lanes(patch, graph, pairing, Past.of([(seen.curve, 0.2) for seen in wrong], patch, graph.width))
+    assert sides_of_ends(patch, pairing) == [(False, False), (True, True)]
+    assert pairing.overruled == 0.0
 
 
 SHORT = pytest.mark.xfail(strict=True, reason="a crossing in a short bundle is read as a touch")

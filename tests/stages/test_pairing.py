@@ -8,12 +8,15 @@ from drawings import random_masks
 from hypothesis import given
 from linking_examples import beside, cross, draw, graph_of, pairing_of
 
+import dloftbs
 from dloftbs import Config
 from dloftbs.graph import UNAVAILABLE, Graph, Pairing
 from dloftbs.kernels.bending import OPEN_ARM, OPEN_CUT, OPEN_KINK
+from dloftbs.past import Past
+from dloftbs.patch import Patch
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.junctions import build_graph
-from dloftbs.stages.pairing import pair
+from dloftbs.stages.pairing import PAST_BONUS, pair
 from dloftbs.stages.skeleton import skeletonize
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
@@ -144,3 +147,44 @@ def test_the_graph_stays_as_it_is() -> None:
     pair(patch, graph, 25.0)
     for name, value in vars(graph).items():
         np.testing.assert_array_equal(value, before[name])
+
+
+def fork(dearer: float) -> list[list[tuple[float, float]]]:
+    """Return a cable that ends before a gap and two beyond it, of which the second is the worse continuation."""
+    return [[(20, 120), (160, 120)], [(210, 138), (380, 160)], [(210, 102 - dearer), (380, 60 - dearer)]]
+
+
+def past_along(points: list[tuple[float, float]], patch: Patch, graph: Graph, trust: float = 1.0) -> Past:
+    (seen,) = dloftbs.detect(draw(points))
+    return Past.of([(seen.curve, trust)], patch, graph.width)
+
+
+@pytest.mark.parametrize("dearer", [0, 14])
+def test_where_two_continuations_are_about_alike_the_past_decides(dearer: float) -> None:
+    patch, graph = graph_of(draw(*fork(dearer)))
+    alone = pair(patch, graph, 25.0)
+    start, lower, upper = fork(dearer)
+    follow_lower = pair(patch, graph, 25.0, past_along([*start, *lower], patch, graph))
+    follow_upper = pair(patch, graph, 25.0, past_along([*start, *upper], patch, graph))
+    assert len(joined(follow_lower)) == len(joined(follow_upper)) == 1
+    assert joined(follow_lower) != joined(follow_upper)
+    follows, overrules = sorted((follow_lower, follow_upper), key=lambda found: joined(found) != joined(alone))
+    assert joined(follows) == joined(alone)
+    assert follows.cost == alone.cost
+    assert follows.overruled == alone.overruled == 0.0
+    assert 0.0 < overrules.overruled < PAST_BONUS
+    for i, j in joined(overrules):
+        assert overrules.cost[i] == overrules.cost[j] > 0.0
+
+
+def test_a_past_of_little_trust_does_not() -> None:
+    patch, graph = graph_of(draw(*fork(14)))
+    start, _, upper = fork(14)
+    past = past_along([*start, *upper], patch, graph, trust=0.2)
+    assert joined(pair(patch, graph, 25.0, past)) == joined(pair(patch, graph, 25.0))
+
+
+def test_the_past_does_not_bend_a_clear_crossing() -> None:
+    patch, graph = graph_of(draw(*cross(90)))
+    wrong = past_along([(60, 120), (190, 120), (200, 130), (200, 220)], patch, graph)
+    assert joined(pair(patch, graph, 25.0, wrong)) == joined(pair(patch, graph, 25.0))

@@ -228,6 +228,7 @@ def _settled(
     float64,
     read(uint8, 2),
     float64,
+    float64,
 )
 def pair_costs(
     nodes: npt.NDArray[np.int64],
@@ -238,6 +239,7 @@ def pair_costs(
     width: float,
     mask: npt.NDArray[np.uint8],
     max_gap: float,
+    more: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """List the pairs of ends that are cheaper joined than left open, and the prices of leaving them open.
 
@@ -257,6 +259,8 @@ def pair_costs(
     mask : (H, W) uint8
     max_gap : float
         Longest gap, px.
+    more : float
+        How much dearer than that pairs may be.
 
     Returns
     -------
@@ -305,7 +309,7 @@ def pair_costs(
                 if nodes[i] >= 0 or nodes[j] >= 0:
                     bend, _ = _bend(arms, i, j, width)
                     cost += _GAP_ARM + _GAP_ARM_BEND * bend
-            if cost >= price[i] + price[j]:
+            if cost >= price[i] + price[j] + more:
                 continue
             if count == capacity:
                 capacity *= 2

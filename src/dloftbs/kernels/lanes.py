@@ -119,7 +119,7 @@ def follow_lanes(
     after_one: npt.NDArray[np.float64],
     after_two: npt.NDArray[np.float64],
     width: float,
-) -> tuple[npt.NDArray[np.bool_], float]:
+) -> tuple[npt.NDArray[np.bool_], float, int]:
     """Tell where two cables in one run change lanes.
 
     Where the lanes come close, the cables cross, or touch and part again: whichever leaves the smoother curves.
@@ -142,10 +142,12 @@ def follow_lanes(
     margin : float
         How clear the least clear decision was: half the logarithm of the ratio of the mean squared residuals; infinity
         where there was none to take.
+    weakest : int
+        The point at which that one was taken; -1 where there was none.
     """
     n = len(arc)
     changed = np.zeros(n + 1, dtype=np.bool_)
-    margin = np.inf
+    margin, weakest = np.inf, -1
     most = max(int(_WINDOW * width) + 4, _LEAST_WINDOW_PX)
     narrow_px, wide_px = _NARROW * width + _PIXEL, _WIDE * width + _PIXEL
     room = 2 * most + n + 16
@@ -184,10 +186,11 @@ def follow_lanes(
             m = _gather(before, lane, first, place, other, last, after_two if k == 0 else after_one, most, points)
             cross += _roughness(points, m)
         evidence = 0.5 * np.log((stay + _FLOOR_PX2) / (cross + _FLOOR_PX2))
-        margin = min(margin, abs(evidence))
+        if abs(evidence) < margin:
+            margin, weakest = abs(evidence), place
         if evidence > 0.0:
             changed[place:] = ~changed[place:]
-    return changed, margin
+    return changed, margin, weakest
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)

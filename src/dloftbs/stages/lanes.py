@@ -8,18 +8,23 @@ from dloftbs._arrays import FloatArray
 from dloftbs.graph import UNAVAILABLE, Graph, Pairing
 from dloftbs.kernels import lanes as kernels
 from dloftbs.kernels.tracing import measure_radius
+from dloftbs.past import Past
 from dloftbs.patch import Patch
 
 _REACH_WIDTHS, _LEAST_REACH_PX = 3.0, 24
 _CHORD_REACH_PX = 4
 _LEAST_EVIDENCE = 0.1
+_UNCLEAR = 0.7  # of the evidence for crossing or touching; past that, what was seen before does not count
+_LEAST_LEAD = 0.3
 _NOTHING: FloatArray = np.empty((0, 2))
 
 _Series = list[tuple[int, int]]
 
 
-def settle_lanes(patch: Patch, graph: Graph, pairing: Pairing) -> None:
+def settle_lanes(patch: Patch, graph: Graph, pairing: Pairing, past: Past | None = None) -> None:
     """Give each cable of a shared run its own side of it, and join it with what goes on there.
+
+    Where that is not clear, `past` decides, what was seen before.
 
     Changes `pairing`: partners, where the cables cross otherwise than the copies were joined, and the points and radii
     of the shared runs.
@@ -32,7 +37,7 @@ def settle_lanes(patch: Patch, graph: Graph, pairing: Pairing) -> None:
         start, stop = graph.offsets[run : run + 2].tolist()
         raw[start:stop] = measure_radius(mask, graph.pixels[start:stop], np.array([0, stop - start]), _CHORD_REACH_PX)
     for series in _all_series(pairing):
-        _settle(graph, pairing, series, raw)
+        _settle(graph, pairing, series, raw, past)
 
 
 def _all_series(pairing: Pairing) -> list[_Series]:
@@ -59,7 +64,7 @@ def _follow(pairing: Pairing, end: int, done: set[int]) -> _Series:
         series.append((one, two))
 
 
-def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray) -> None:
+def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, past: Past | None) -> None:
     nodes, partner, width = pairing.nodes, pairing.partner, graph.width
     if UNAVAILABLE in (nodes[series[0][0]], nodes[series[0][1]]):  # where a cable ends inside comes last
         series = [(one ^ 1, two ^ 1) for one, two in reversed(series)]
@@ -88,9 +93,16 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray) ->
             ways_out.reverse()
     shift = first_side * shift
     ways_in = [_along(graph, pairing, end) for end in before]
-    changed, margin = kernels.follow_lanes(
+    changed, margin, weakest = kernels.follow_lanes(
         way + shift, way - shift, arc, separation, ways_in[0], ways_in[1], ways_out[0], ways_out[1], width
     )
+    if leaves and past is not None and margin < _UNCLEAR and weakest >= 0:
+        # What comes from the first side leaves on it, if it does not change lanes.
+        stays = (last_side == first_side) != changed[-1]
+        lead = _lead(pairing, past, before, after if stays else after[::-1], graph.width)
+        if lead > _LEAST_LEAD:
+            changed[weakest:] = ~changed[weakest:]
+            pairing.overruled, margin = max(pairing.overruled, margin), 0.0
     for end in (*before, *(after if leaves else ())):
         pairing.margin[end] = pairing.margin[partner[end]] = min(pairing.margin[end], margin)
     if leaves and (last_side != first_side) != changed[-1]:
@@ -100,6 +112,13 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray) ->
         pairing.exchange(series[0][0], series[0][1])
         sign = -sign
     _move(pairing, series, stretches, sign[:, None] * shift, width)
+
+
+def _lead(pairing: Pairing, past: Past, before: list[int], after: list[int], width: float) -> float:
+    """Return by how much the past prefers that two cables leave a run the other way round."""
+    rows, columns = np.array([*before, *before]), np.array([*after, *after[::-1]])
+    same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns, width).tolist()
+    return float(other + other_2 - same - same_2)
 
 
 def _stretch(graph: Graph, pairing: Pairing, ends: tuple[int, int]) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -9,14 +9,17 @@ from dloftbs.graph import UNAVAILABLE, Graph, Pairing
 from dloftbs.kernels import bending, matching, sharing
 from dloftbs.kernels.arms import wide_reach
 from dloftbs.kernels.tracing import measure_radius
+from dloftbs.past import Past
 from dloftbs.patch import Patch
 
 _ROUNDS = 4
+PAST_BONUS = 0.6
+"""How much less the joint costs at most that continues a curve that was seen before."""
 _CHORD_REACH_PX = 4
 _Ints = npt.NDArray[np.int64]
 
 
-def pair(patch: Patch, graph: Graph, max_gap_widths: float) -> Pairing:
+def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = None) -> Pairing:
     """Join the ends of a graph so that the cables bend the least, and few ends stay open.
 
     Parameters
@@ -25,6 +28,8 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float) -> Pairing:
     graph : Graph
     max_gap_widths : float
         Longest gap that is bridged, in widths.
+    past : Past, optional
+        Pairs of ends that continue each other along a curve that was seen before cost less.
 
     Returns
     -------
@@ -41,9 +46,24 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float) -> Pairing:
     nodes[2 * n + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
     spurs = np.concatenate((graph.spurs, np.zeros(len(copies), dtype=np.bool_)))
     rows, columns, costs, price = bending.pair_costs(
-        nodes, identity, spurs, graph.caps[identity], arms, graph.width, mask, max_gap_widths * graph.width
+        nodes,
+        identity,
+        spurs,
+        graph.caps[identity],
+        arms,
+        graph.width,
+        mask,
+        max_gap_widths * graph.width,
+        0.0 if past is None else PAST_BONUS,
     )
-    partner, cost, margin, other = matching.pair_ends(rows, columns, costs, price, identity)
+    bonus = np.zeros(len(rows)) if past is None else PAST_BONUS * past.continuity(arms, rows, columns, graph.width)
+    partner, cost, margin, other = matching.pair_ends(rows, columns, costs - bonus, price, identity)
+    overruled = 0.0
+    if bonus.any():
+        joined = partner[rows] == columns
+        cost[rows[joined]] = cost[columns[joined]] = costs[joined]
+        alone, *_ = matching.pair_ends(rows, columns, costs, price, identity)
+        overruled = _total(partner, rows, columns, costs, price) - _total(alone, rows, columns, costs, price)
     twin = {}
     for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=n):
         twin[copy], twin[run] = run, copy
@@ -65,7 +85,19 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float) -> Pairing:
         margin.tolist(),
         other.tolist(),
         twin,
+        overruled,
     )
+
+
+def _total(
+    partner: _Ints,
+    rows: _Ints,
+    columns: _Ints,
+    costs: npt.NDArray[np.float64],
+    price: npt.NDArray[np.float64],
+) -> float:
+    """Return what a pairing costs."""
+    return float(costs[partner[rows] == columns].sum() + price[partner < 0].sum())
 
 
 def _own_points(
