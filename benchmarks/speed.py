@@ -19,6 +19,7 @@ from skimage.morphology import skeletonize
 from benchmarks.scenes import Mask, cables, photograph
 from benchmarks.timing import interleaved, row
 from dloftbs import Config, Frame, HsvRange, Pipeline, SegmentationConfig
+from dloftbs.sources.synthetic import rgbd_artificial
 from dloftbs.stages.segmentation import HsvSegmenter
 
 HEADER = f"{'':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ Lee':>11}{'/ floor':>11}{'/ paper':>11}"
@@ -34,6 +35,7 @@ def main() -> None:
     for count in (1, 5):
         compare_pipeline(f"{count} cable{'s' * (count > 1)}", [cables(count, seed) for seed in range(4)], rounds)
     compare_segmentation(rounds)
+    compare_lifting(rounds)
 
 
 def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
@@ -42,21 +44,22 @@ def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
     stages: dict[str, list[float]] = {}
     boxes = [crop_to_box(mask) for mask in masks]
     # Each function has its own turn, so that all see all masks.
-    turns = [cycle(masks) for _ in range(5)]
+    turns = [cycle(masks) for _ in range(3)]
+    streams = [cycle(moving(masks, rounds)) for _ in range(2)]
     box = cycle(boxes)
 
     def tracked() -> None:
-        result = pipeline.process(Frame(mask=next(turns[0])))
+        result = pipeline.process(Frame(mask=next(streams[0])))
         for stage, milliseconds in result.stage_ms.items():
             stages.setdefault(stage, []).append(milliseconds)
 
     times = interleaved(
         {
-            "alone": lambda: pipeline.detect(Frame(mask=next(turns[1]))),
+            "alone": lambda: pipeline.detect(Frame(mask=next(turns[0]))),
             "tracked": tracked,
-            "paper": lambda: paper.detect(Frame(mask=next(turns[2]))),
-            "paper, tracked": lambda: paper.process(Frame(mask=next(turns[3]))),
-            "floor": lambda: floor(next(turns[4])),
+            "paper": lambda: paper.detect(Frame(mask=next(turns[1]))),
+            "paper, tracked": lambda: paper.process(Frame(mask=next(streams[1]))),
+            "floor": lambda: floor(next(turns[2])),
         },
         rounds,
     )
@@ -89,6 +92,29 @@ def compare_segmentation(rounds: int) -> None:
     print(f"{'colour to mask, 1280 x 720':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ OpenCV':>11}")
     print(row("  ours, hue wrapping around 0", times["ours"], reference))
     print(row("  cvtColor and one inRange", times["OpenCV"], reference))
+
+
+def compare_lifting(rounds: int) -> None:
+    """Time depth to curves in space against all that the image alone takes."""
+    print(f"\n{'depth to metres, 1280 x 720':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ 2D':>11}")
+    all_lifted, all_flat = [], []
+    for sequence in rgbd_artificial(0.05, depth_noise=1.0, hole_share=0.05, flying=0.5):
+        pipeline, frames = Pipeline(), [sequence.frame(i) for i in range(0, len(sequence), 3)]
+        frame = cycle(frames)
+        lifted, flat = [], []
+        for _ in range(max(rounds // 2, 2 * len(frames))):
+            times = dict(pipeline.detect(next(frame)).stage_ms)
+            lifted.append(times.pop("lifting"))
+            flat.append(sum(times.values()))
+        print(row(f"  {sequence.name}", np.array(lifted), float(np.median(flat))))
+        all_lifted += lifted
+        all_flat += flat
+    print(row("  all", np.array(all_lifted), float(np.median(all_flat))))
+
+
+def moving(masks: list[Mask], rounds: int) -> list[Mask]:
+    """Return a stream in which each mask moves for a while, 3 px a frame, before the next one comes."""
+    return [np.roll(mask, 3 * k, axis=0) for mask in masks for k in range(max(rounds // len(masks), 2))]
 
 
 def floor(mask: Mask) -> None:

@@ -175,8 +175,8 @@ def _lift_one(
         return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
     borders = kernels.find_borders(sections.points, sections.tangents, sections.radius)
     rays, left, right = camera.deproject(borders, np.ones(3 * n)).reshape(3, n, 3)
-    beyond_lens = int(np.isnan(rays + left + right).any(axis=1).sum())
-    if beyond_lens:
+    if math.isnan(rays.sum() + left.sum() + right.sum()):
+        beyond_lens = int(np.isnan(rays + left + right).any(axis=1).sum())
         return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
     points, radius = lead_to_axis(rays, left, right, 1.0 / line, led, seen, closed)
     u = arc_parameter(points, closed)
