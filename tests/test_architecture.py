@@ -51,7 +51,7 @@ MAY_IMPORT = {
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
     **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "lens", "registration")},
     "stages": GROUND | DATA,
-    "tracking": (GROUND - {"kernels"}) | DATA,
+    "tracking": GROUND | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},
     "pipeline": BELOW_PIPELINE | {"inspection"},
     "sources": KNOWN_OUTSIDE | {"kernels"},
@@ -222,8 +222,8 @@ def test_nothing_heavy_is_loaded_before_it_is_needed(statement):
     assert loaded.isdisjoint(HEAVY)
 
 
-def test_the_data_types_and_the_tracker_load_no_compiler_and_no_opencv():
-    loaded = loaded_by("from dloftbs import Detection, Frame, Tracker, PinholeCamera")
+def test_the_data_types_load_no_compiler_and_no_opencv():
+    loaded = loaded_by("from dloftbs import Detection, Frame, Track, PinholeCamera")
     assert "numpy" in loaded
     assert loaded.isdisjoint({"numba", "cv2"})
 

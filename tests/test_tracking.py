@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import pickle
+
 import numpy as np
 import pytest
 from builders import curve_through, detection_of, line, loop, part, through_json, wave
@@ -10,11 +13,13 @@ from hypothesis import strategies as st
 
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
+from dloftbs.errors import InputError
 from dloftbs.frame import Detection, TrackState
 from dloftbs.tracking import Tracker
 
 TENTATIVE, CONFIRMED, COASTING = TrackState.TENTATIVE, TrackState.CONFIRMED, TrackState.COASTING
 AT_ONCE = TrackingConfig(min_hits=1)
+FRAME_S = TrackingConfig().frame_s
 
 _T = np.linspace(0.0, 1.0, 80)[:, None]
 OMEGA = np.hstack((np.cos(1.8 * np.pi * _T), np.sin(1.8 * np.pi * _T))) * 100.0
@@ -79,20 +84,21 @@ class TestLife:
         assert see(tracker) == ()
         assert ids(see(tracker, wave())) == [2]
 
-    @pytest.mark.parametrize("max_misses", [0, 1, 5])
-    def test_a_confirmed_track_coasts_exactly_as_long_as_it_may(self, max_misses):
-        tracker = Tracker(TrackingConfig(min_hits=1, max_misses=max_misses))
+    @pytest.mark.parametrize("frames", [0, 1, 5])
+    def test_a_confirmed_track_coasts_exactly_as_long_as_it_may(self, frames):
+        tracker = Tracker(TrackingConfig(min_hits=1, max_coast_s=frames * FRAME_S))
         (last,) = see(tracker, wave())
-        for misses in range(1, max_misses + 1):
+        for misses in range(1, frames + 1):
             (track,) = see(tracker)
             assert (track.id, track.state, track.hits, track.misses) == (1, COASTING, 1, misses)
             assert track.curve is last.curve
             assert track.detection is None
+            assert track.inferred == ((0.0, 1.0),)
         assert see(tracker) == ()
         assert ids(see(tracker, wave())) == [2]
 
     def test_what_comes_back_is_the_same_and_may_coast_as_long_again(self):
-        tracker = Tracker(TrackingConfig(min_hits=2, max_misses=2))
+        tracker = Tracker(TrackingConfig(min_hits=2, max_coast_s=2 * FRAME_S))
         for _ in range(2):
             see(tracker, wave())
         for hits in (3, 4):
@@ -100,6 +106,14 @@ class TestLife:
             assert states(see(tracker)) == [COASTING]
             (track,) = see(tracker, wave((3.0, 0.0)))
             assert (track.id, track.state, track.hits, track.misses) == (1, CONFIRMED, hits, 0)
+
+    def test_the_confidence_in_what_is_not_seen_decays(self):
+        tracker = Tracker(AT_ONCE)
+        assert see(tracker, wave())[0].confidence == 1.0
+        confidence = [see(tracker)[0].confidence for _ in range(10)]
+        assert confidence[0] < 1.0
+        assert (np.diff(confidence) < 0.0).all()
+        assert see(tracker, wave())[0].confidence == 1.0
 
     def test_a_track_carries_this_frame_s_detection(self):
         tracker = Tracker(AT_ONCE)
@@ -165,11 +179,12 @@ class TestIdentity:
         assert ids(tracks) == expected
         assert tracks[-1].curve == level(step)
 
-    @pytest.mark.parametrize("lengths", [(500.0, 100.0), (100.0, 500.0)])
-    def test_the_gate_is_a_share_of_the_longer_one(self, lengths):
-        tracker = Tracker(TrackingConfig(gate=0.1, min_hits=1))
+    @pytest.mark.parametrize("lengths", [(500.0, 125.0), (125.0, 500.0)])
+    @pytest.mark.parametrize(("step", "expected"), [(24.0, [1]), (26.0, [1, 2])])
+    def test_the_gate_is_a_share_of_the_mean_of_both_lengths(self, lengths, step, expected):
+        tracker = Tracker(TrackingConfig(gate=0.1, min_hits=1))  # 25 px
         see(tracker, level(0, lengths[0]))
-        assert ids(see(tracker, level(40, lengths[1]))) == [1]
+        assert ids(see(tracker, level(step, lengths[1]))) == expected
 
     @pytest.mark.parametrize("shape", SHAPES)
     def test_a_visible_part_is_still_the_same(self, shape):
@@ -186,7 +201,7 @@ class TestIdentity:
         assert [track.curve for track in tracker.tracks] == [level(100), level(0), level(200)]
 
     def test_one_of_two_leaves_and_the_other_stays(self):
-        tracker = Tracker(TrackingConfig(min_hits=1, max_misses=1))
+        tracker = Tracker(TrackingConfig(min_hits=1, max_coast_s=FRAME_S))
         see(tracker, level(0), level(200))
         assert states(see(tracker, level(200))) == [COASTING, CONFIRMED]
         assert ids(see(tracker, level(200))) == [2]
@@ -200,13 +215,6 @@ class TestIdentity:
         assert ids(tracks) == [1, 2]
         assert (tracks[0].curve, tracks[1].curve) == (whole, piece)
 
-    def test_the_longest_piece_takes_the_track_of_a_cable_hidden_in_the_middle(self):
-        tracker = Tracker(AT_ONCE)
-        see(tracker, wave())
-        short, long = part(wave(), 0.0, 0.3), part(wave((0.0, 2.0)), 0.4, 1.0)
-        first, second = see(tracker, short, long)
-        assert (first.curve, second.curve) == (long, short)
-
     def test_a_detection_of_no_length_disturbs_no_other(self):
         tracker = Tracker(AT_ONCE)
         point = BSplineCurve([0.0] * 4 + [1.0] * 4, np.zeros((4, 2)))
@@ -217,7 +225,7 @@ class TestIdentity:
     @given(st.lists(st.tuples(st.permutations([0, 1, 2]), st.tuples(*[st.booleans()] * 6)), max_size=25))
     def test_cables_that_come_and_go(self, frames):
         """Three cables far apart, seen or not, in any order and direction: the tracks live by the rules."""
-        config = TrackingConfig(min_hits=2, max_misses=2)
+        config, most_misses = TrackingConfig(min_hits=2, max_coast_s=2 * FRAME_S), 2
         tracker = Tracker(config)
         alive: dict[int, list[int]] = {}  # per cable: id, hits, misses, whether confirmed
         newest = 0
@@ -229,7 +237,7 @@ class TestIdentity:
                 number, hits, misses, confirmed = alive[cable]
                 if visible[cable]:
                     alive[cable] = [number, hits + 1, 0, confirmed or hits + 1 >= config.min_hits]
-                elif confirmed and misses < config.max_misses:
+                elif confirmed and misses < most_misses:
                     alive[cable] = [number, hits, misses + 1, True]
                 else:
                     del alive[cable]
@@ -356,3 +364,331 @@ def test_the_same_frames_give_the_same_tracks():
     first = run()
     assert any(len(tracks) == 3 for tracks in first)
     assert run() == first
+
+
+def shown_for(tracker: Tracker, frames: int, *curves: BSplineCurve):
+    """Show the tracker the same curves for some frames, and return its tracks."""
+    for _ in range(frames):
+        tracks = see(tracker, *curves)
+    return tracks
+
+
+def error_px(found: BSplineCurve, true: BSplineCurve) -> float:
+    """Return the mean distance of points at equal parameters."""
+    u = np.linspace(0.0, 1.0, 101)
+    return float(np.linalg.norm(found(u) - true(u), axis=1).mean())
+
+
+def is_covered(intervals, u: float) -> bool:
+    return any(low <= u <= high for low, high in intervals)
+
+
+class TestHidden:
+    @pytest.mark.parametrize("flip", [False, True])
+    @pytest.mark.parametrize("hidden", [(0.3, 0.5), (0.45, 0.75)])
+    def test_two_parts_of_one_cable_are_one_track(self, hidden, flip):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 10, wave())
+        whole = wave((4.0, 2.0))
+        first, second = part(whole, 0.0, hidden[0]), part(whole, hidden[1], 1.0)
+        (track,) = see(tracker, second.reversed() if flip else second, first)
+        assert (track.id, track.state) == (1, CONFIRMED)
+        assert error_px(track.curve, whole) < 2.0
+        ((low, high),) = track.inferred
+        assert (low, high) == pytest.approx(hidden, abs=0.02)
+
+    @pytest.mark.parametrize("shape", SHAPES)
+    @pytest.mark.parametrize("span", [(0.0, 0.75), (0.25, 1.0), (0.15, 0.9)])
+    def test_a_hidden_end_is_where_the_rest_says(self, shape, span):
+        """The cable is carried and turned while a part of it is hidden."""
+        tracker = Tracker(AT_ONCE)
+        for step in range(10):
+            see(tracker, turned(SHAPES[shape], 0.004 * step))
+        for step in range(10, 16):
+            whole = turned(SHAPES[shape], 0.004 * step)
+            (track,) = see(tracker, part(whole, *span))
+            assert track.id == 1
+            assert error_px(track.curve, whole) < 0.02 * whole.length
+            assert track.curve.length == pytest.approx(whole.length, rel=0.02)
+            assert is_covered(track.inferred, 0.01) == (span[0] > 0.0)
+            assert is_covered(track.inferred, 0.99) == (span[1] < 1.0)
+            assert 0.5 < track.confidence < 1.0
+
+    @pytest.mark.parametrize("end", [0, 1])
+    def test_an_end_that_goes_little_by_little_is_missed(self, end):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 10, wave())
+        for step in range(40):
+            gone = 0.006 * step
+            (track,) = see(tracker, part(wave(), *((gone, 1.0) if end == 0 else (0.0, 1.0 - gone))))
+        assert error_px(track.curve, wave()) < 10.0
+        assert is_covered(track.inferred, float(end))
+
+    def test_what_is_seen_whole_is_published_as_it_was_detected(self):
+        tracker = Tracker(AT_ONCE)
+        for step in range(20):
+            curve = wave((3.0 * step, step), phase=0.05 * step)
+            (track,) = see(tracker, curve)
+            assert track.curve is curve
+            assert track.inferred == ()
+
+    @pytest.mark.parametrize("shape", SHAPES)
+    @pytest.mark.parametrize("rate", [0.998, 0.99])
+    def test_an_object_that_goes_away_from_the_camera_is_not_taken_for_hidden(self, shape, rate):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 10, SHAPES[shape])
+        for step in range(1, 60):
+            curve = SHAPES[shape].transformed(np.eye(2) * rate**step, [0.5 * step, 0.0])
+            (track,) = see(tracker, curve)
+            assert error_px(track.curve, curve) < 0.01 * curve.length
+
+    def test_a_curve_in_space_is_whole_too(self):
+        tracker = Tracker(AT_ONCE)
+        curve, axis = level(0.0), line((0.0, 0.0, 1.0), (0.5, 0.0, 1.2))
+        for _ in range(10):
+            tracker.update([detection_of(curve, axis)])
+        (track,) = tracker.update(
+            [
+                detection_of(part(curve, 0.0, 0.4), part(axis, 0.0, 0.4)),
+                detection_of(part(curve, 0.6, 1.0), part(axis, 0.6, 1.0)),
+            ]
+        )
+        assert error_px(track.curve_3d, axis) < 0.002
+        (track,) = tracker.update([detection_of(part(curve, 0.0, 0.4)), detection_of(part(curve, 0.6, 1.0))])
+        assert track.curve_3d is None
+
+    def test_a_cable_hidden_for_a_second_is_found_again(self):
+        tracker = Tracker(AT_ONCE)
+        for step in range(10):
+            see(tracker, wave((2.0 * step, 0.0)))
+        shown_for(tracker, 30)
+        (track,) = see(tracker, wave((40.0, 10.0)).reversed())
+        assert (track.id, track.state) == (1, CONFIRMED)
+        assert runs_like(track.curve, wave())
+
+    def test_what_leaves_the_image_is_still_there_much_later(self):
+        """Beyond the border anything may be, so that standing still there is no sign of an end."""
+        tracker, size = Tracker(AT_ONCE), (400, 300)
+        for _ in range(10):
+            tracker.update([detection_of(level(200.0, 250.0))], size=size)
+        whole = line((50.0, 200.0), (300.0, 200.0))
+        for step in range(12):
+            whole = line((5.0 * step, 200.0), (250.0 + 5.0 * step, 200.0))
+            tracker.update([detection_of(part(whole, 0.0, min(1.0, (299.0 - 5.0 * step) / 250.0)))], size=size)
+        for _ in range(30):
+            (track,) = tracker.update([detection_of(part(whole, 0.0, (299.0 - 55.0) / 250.0))], size=size)
+        assert track.curve(1.0)[0] == pytest.approx(305.0, abs=3.0)
+
+
+def turned(curve: BSplineCurve, angle: float) -> BSplineCurve:
+    c, s = np.cos(angle), np.sin(angle)
+    return curve.transformed([[c, -s], [s, c]], [200.0 * angle, 100.0 * angle])
+
+
+def bent(*corners: tuple[float, float]) -> BSplineCurve:
+    """Return a curve along the sides between corners."""
+    sides = [np.linspace(a, b, 30, endpoint=False) for a, b in itertools.pairwise(corners)]
+    return curve_through(np.vstack([*sides, corners[-1:]]))
+
+
+class TestSplitAndMerge:
+    def test_two_cables_that_touch_end_to_end_stay_two(self):
+        tracker = Tracker(AT_ONCE)
+        for gap in np.linspace(120.0, 0.0, 25):
+            see(tracker, line((0.0, gap), (300.0, gap)), line((301.0, -gap), (500.0, -gap)))
+        for _ in range(60):
+            tracks = see(tracker, line((0.0, 0.0), (500.0, 0.0)))
+            assert ids(tracks) == [1, 2]
+            assert tracks[0].curve.length == pytest.approx(300.0, abs=5.0)
+            assert tracks[1].curve.length == pytest.approx(200.0, abs=5.0)
+        for gap in np.linspace(0.0, 60.0, 12):
+            upper, lower = line((0.0, gap), (300.0, gap)), line((301.0, -gap), (500.0, -gap))
+            tracks = see(tracker, lower, upper)
+        assert [track.curve for track in tracks] == [upper, lower]
+
+    def test_what_grows_together_is_one(self):
+        """An occluder goes; its two sides, seen as two from the first frame on, were never two."""
+        tracker = Tracker(AT_ONCE)
+        for right in np.linspace(200.0, 395.0, 40):
+            see(tracker, line((0.0, 0.0), (right, 0.0)), line((400.0, 0.0), (500.0, 0.0)))
+        tracks = shown_for(tracker, 10, level(0.0))
+        assert [track.curve for track in tracks if track.state is CONFIRMED] == [level(0.0)]
+
+    def test_a_new_cable_beside_a_hidden_one_is_new(self):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 10, wave())
+        tracks = shown_for(tracker, 2, part(wave(), 0.0, 0.6), wave((0.0, 200.0)))
+        assert ids(tracks) == [1, 2]
+
+    def test_what_two_frames_took_for_one_comes_apart(self):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 2, level(0.0))
+        first, second = part(level(0.0), 0.0, 0.45), part(level(0.0), 0.55, 1.0)
+        tracks = shown_for(tracker, 2, first, second)
+        assert sorted(float(track.curve(0.5)[0]) for track in tracks) == pytest.approx([112.5, 387.5], abs=1.0)
+        assert all(track.inferred == () for track in tracks)
+
+
+class TestWrongPast:
+    """A track that was forced wrong is right again after ten frames of clear view, however long it was wrong."""
+
+    CLEAR = 10
+
+    @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
+    @pytest.mark.parametrize("span", [(0.0, 0.6), (0.4, 1.0), (0.2, 0.8)])
+    def test_that_was_too_long(self, wrong, span):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, wrong, level(0.0))
+        truth = part(level(0.0), *span)
+        (track,) = shown_for(tracker, self.CLEAR, truth)
+        assert track.curve == truth
+
+    @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
+    def test_that_was_too_short(self, wrong):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, wrong, part(level(0.0), 0.0, 0.5))
+        (track,) = shown_for(tracker, self.CLEAR, level(0.0))
+        assert track.curve == level(0.0)
+
+    @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
+    def test_that_took_two_cables_for_one(self, wrong):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, wrong, line((0.0, 0.0), (500.0, 0.0)))
+        upper, lower = line((0.0, 0.0), (240.0, 0.0)), line((260.0, 0.0), (500.0, 0.0))
+        tracks = shown_for(tracker, self.CLEAR, upper, lower)
+        assert {tuple(track.curve(0.0)) for track in tracks} == {(0.0, 0.0), (260.0, 0.0)}
+        assert all(track.curve in (upper, lower) for track in tracks)
+
+    @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
+    def test_that_took_one_cable_for_two(self, wrong):
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, wrong, part(level(0.0), 0.0, 0.5), part(level(0.0), 0.5, 1.0))
+        tracks = shown_for(tracker, self.CLEAR, level(0.0))
+        assert level(0.0) in [track.curve for track in tracks if track.state is CONFIRMED]
+
+    @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
+    def test_that_took_the_wrong_turn_at_a_crossing(self, wrong):
+        a, b = bent((0.0, 0.0), (400.0, 400.0)), bent((0.0, 400.0), (400.0, 0.0))
+        up, down = bent((0.0, 0.0), (200.0, 200.0), (400.0, 0.0)), bent((0.0, 400.0), (200.0, 200.0), (400.0, 400.0))
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, wrong, up, down)
+        tracks = shown_for(tracker, self.CLEAR, a, b)
+        assert ids(tracks) == [1, 2]
+        assert {track.curve for track in tracks} <= {a, b, a.reversed(), b.reversed()}
+
+
+class TestLoops:
+    @pytest.mark.parametrize("flip", [False, True])
+    def test_the_start_of_a_loop_stays_where_it_was(self, flip):
+        squashed = [[1.5, 0.0], [0.0, 0.7]]
+        tracker = Tracker(AT_ONCE)
+        (first,) = see(tracker, loop(60.0).transformed(squashed, [0.0, 0.0]))
+        for step in range(1, 20):
+            seen = loop(60.0, start=0.7 * step).transformed(squashed, [1.0 * step, 0.0])
+            (track,) = see(tracker, seen.reversed() if flip else seen)
+            np.testing.assert_allclose(track.curve(0.0), first.curve(0.0) + np.array([step, 0.0]), atol=2.0)
+            np.testing.assert_allclose(track.curve(0.25), first.curve(0.25) + np.array([step, 0.0]), atol=2.0)
+
+    def test_the_ends_pass_close_by_each_other(self):
+        """The ends of an almost closed ring pass each other to and fro, and it is found from either end."""
+        rng = np.random.default_rng(5)
+        tracker = Tracker(AT_ONCE)
+        for step in range(60):
+            t = np.linspace(0.0, 1.0, 80)[:, None]
+            angle = 1.98 * np.pi * t
+            truth = curve_through(np.hstack((np.cos(angle), np.sin(angle))) * (100.0 + 15.0 * np.cos(0.1 * step) * t))
+            (track,) = see(tracker, truth.reversed() if rng.random() < 0.5 else truth)
+            assert track.id == 1
+            np.testing.assert_allclose(track.curve([0.0, 1.0]), truth([0.0, 1.0]), atol=1e-6)
+
+
+class TestTime:
+    def test_the_same_frame_again_changes_nothing(self):
+        tracker = Tracker(AT_ONCE)
+        first = tracker.update([wave()], stamp=1.0)
+        assert tracker.update([], stamp=1.0) is first
+
+    def test_time_counts_not_frames(self):
+        tracker = Tracker(TrackingConfig(min_hits=1, max_coast_s=1.0))
+        tracker.update([wave()], stamp=0.0)
+        assert len(tracker.update([], stamp=0.9)) == 1
+        assert len(tracker.update([], stamp=1.1)) == 0
+
+    def test_a_steady_motion_goes_on_over_dropped_frames(self):
+        tracker = Tracker(AT_ONCE)
+        for step in range(10):
+            tracker.update([wave((900.0 * step / 30.0, 0.0))], stamp=step / 30.0)
+        (prediction,) = tracker.predict(12.0 / 30.0)
+        assert prediction.id == 1
+        np.testing.assert_allclose(prediction.curve(0.5), wave((360.0, 0.0))(0.5), atol=2.0)
+        before = tracker.tracks
+        assert tracker.predict(12.0 / 30.0)[0].curve == prediction.curve
+        assert tracker.tracks is before
+
+    @pytest.mark.parametrize("what", ["stamp", "size"])
+    def test_what_does_not_follow_on_the_last_frame_is_a_reset_or_an_error(self, what):
+        other = {"stamp": {"stamp": 0.5}, "size": {"stamp": 1.5, "size": (20, 10)}}[what]
+        tracker = Tracker(AT_ONCE)
+        tracker.update([wave()], stamp=1.0, size=(10, 20))
+        assert ids(tracker.update([wave()], **other)) == [2]
+        strict = Tracker(TrackingConfig(on_new_size="error", on_old_stamp="error"))
+        strict.update([wave()], stamp=1.0, size=(10, 20))
+        with pytest.raises(InputError, match="reset"):
+            strict.update([wave()], **other)
+        assert len(strict.tracks) == 1
+
+    def test_a_stamp_must_be_finite(self):
+        with pytest.raises(InputError, match="finite"):
+            Tracker().update([], stamp=float("nan"))
+
+    def test_after_a_cut_nothing_keeps_its_id(self):
+        tracker = Tracker(TrackingConfig(min_hits=1, max_coast_s=5 * FRAME_S))
+        shown_for(tracker, 10, level(0.0), level(100.0))
+        tracks = shown_for(tracker, 6, line((900.0, 0.0), (900.0, 600.0)), line((1100.0, 0.0), (1100.0, 600.0)))
+        assert ids(tracks) == [3, 4]
+
+    def test_memory_does_not_grow(self):
+        tracker = Tracker(TrackingConfig(min_hits=1, max_coast_s=0.1, smoothing_s=0.1))
+        sizes = []
+        for step in range(400):
+            see(tracker, level(0.0), wave((0.0, 200.0 + 300.0 * (step % 3))))
+            sizes.append(len(pickle.dumps(tracker)))
+        assert max(sizes[200:]) < max(sizes[:200]) + 64  # numbers of more digits
+
+
+class TestSmoothing:
+    def test_it_lags_behind_a_steady_motion_by_as_much_as_it_says(self):
+        tracker = Tracker(TrackingConfig(min_hits=1, smoothing_s=0.2))
+        for step in range(120):
+            (track,) = tracker.update([level(100.0 * step / 30.0)], stamp=step / 30.0)
+        assert track.curve(0.5)[1] == pytest.approx(100.0 * (119 / 30.0 - 0.2), abs=0.1)
+
+    @pytest.mark.parametrize("shape", [wave(), loop(60.0)], ids=["open", "closed"])
+    def test_what_stands_still_is_not_changed(self, shape):
+        tracker = Tracker(TrackingConfig(min_hits=1, smoothing_s=0.2))
+        (track,) = shown_for(tracker, 10, shape)
+        assert error_px(track.curve, shape) < 0.1
+
+
+class TestBareCurves:
+    def test_curves_with_and_without_widths_are_followed(self):
+        tracker = Tracker(AT_ONCE)
+        for step in range(5):
+            tracks = tracker.update([wave((step, 0.0)), wave((step, 200.0))], widths=[6.0, float("nan")])
+        assert ids(tracks) == [1, 2]
+        assert [track.width for track in tracks] == [6.0, None]
+        assert all(track.detection is None for track in tracks)
+
+    def test_a_thin_one_is_not_taken_for_a_thick_one(self):
+        tracker = Tracker(AT_ONCE)
+        tracker.update([wave()], widths=[4.0])
+        assert ids(tracker.update([wave()], widths=[20.0])) == [1, 2]
+
+    @pytest.mark.parametrize("bad", [[line((0.0, 0.0, 1.0), (1.0, 0.0, 1.0))], [[(0.0, 0.0), (1.0, 1.0)]]])
+    def test_anything_else_is_refused(self, bad):
+        with pytest.raises(InputError, match="in the image"):
+            Tracker().update(bad)
+
+    def test_widths_are_one_for_each(self):
+        with pytest.raises(InputError, match="one for each of 1"):
+            Tracker().update([wave()], widths=[])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, Literal, TypeGuard
 
 import msgspec
 
@@ -266,22 +266,46 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
     Parameters
     ----------
     gate : float
-        A detection is the same object as a track only while their mean distance is below this share of the longer one's
-        length.
+        A detection is the same object as a track only while their mean distance is below this share of the length, the
+        geometric mean of both lengths being meant. It widens while the track is not seen.
     min_hits : int
         Frames in a row in which an object must be seen before its track is confirmed.
-    max_misses : int
-        Frames that a confirmed track outlives its last detection, coasting.
+    max_coast_s : float
+        Seconds that a confirmed track outlives its last detection, coasting.
+    settle_frames : int
+        What a frame contradicts is believed for no longer than so many frames: a stretch that is missing at the same
+        place of an object for so long is no part of it.
+    smoothing_s : float
+        By how much the published curves lag behind, for being smoother; 0: neither.
+    frame_s : float
+        Seconds from frame to frame where frames have no stamps.
+    on_new_size, on_old_stamp : str
+        What happens at a frame of another size, or of a stamp before the last one: ``"reset"`` forgets the tracks,
+        ``"error"`` raises an `InputError`.
     """
 
     gate: float = 0.1
     min_hits: int = 2
-    max_misses: int = 15
+    max_coast_s: float = 2.0
+    settle_frames: int = 8
+    smoothing_s: float = 0.0
+    frame_s: float = 1.0 / 30.0
+    on_new_size: Literal["reset", "error"] = "reset"
+    on_old_stamp: Literal["reset", "error"] = "reset"
 
     def __post_init__(self) -> None:
         _require(_is_number(self.gate) and self.gate > 0.0, "gate", "a positive number", self.gate)
         _check_int("min_hits", self.min_hits, 1)
-        _check_int("max_misses", self.max_misses, 0)
+        _check_int("settle_frames", self.settle_frames, 1)
+        for name in ("max_coast_s", "smoothing_s"):
+            seconds = getattr(self, name)
+            valid = _is_number(seconds) and 0.0 <= seconds < math.inf
+            _require(valid, name, "a number of at least 0", seconds)
+        valid = _is_number(self.frame_s) and 0.0 < self.frame_s < math.inf
+        _require(valid, "frame_s", "a positive number", self.frame_s)
+        for name in ("on_new_size", "on_old_stamp"):
+            way = getattr(self, name)
+            _require(way in ("reset", "error"), name, "'reset' or 'error'", way)
 
 
 _METHODS: dict[str, tuple[type[Section], ...]] = {

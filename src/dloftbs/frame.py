@@ -261,7 +261,7 @@ class TrackState(str, Enum):
     CONFIRMED = "confirmed"
     """Seen in this frame."""
     COASTING = "coasting"
-    """Not seen in this frame; the curve is the last one known."""
+    """Not seen in this frame; the curve is predicted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +282,14 @@ class Track:
     misses : int
         Frames since it was last detected.
     detection : Detection, optional
-        This frame's detection, run in the track's direction; None while coasting.
+        This frame's detection, run in the track's direction; the longest one, where several are parts of the object.
+        None while coasting, and where the tracker was given bare curves.
+    inferred : tuple of (float, float)
+        The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
+    confidence : float
+        How sure the curve is, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
+    width : float, optional
+        Of the object, px, when it was last seen; None where no detection told it.
     """
 
     id: int
@@ -292,6 +299,9 @@ class Track:
     hits: int
     misses: int
     detection: Detection | None
+    inferred: tuple[tuple[float, float], ...] = ()
+    confidence: float = 1.0
+    width: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -302,6 +312,9 @@ class Track:
             "misses": self.misses,
             "curve": self.curve.to_dict(),
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
+            "inferred": [list(interval) for interval in self.inferred],
+            "confidence": self.confidence,
+            "width_px": self.width,
         }
 
 

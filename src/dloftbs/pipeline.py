@@ -40,6 +40,9 @@ from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
 from dloftbs.tracking import Tracker
 
+_SURE = 0.25  # by how much a reading must cost less than the one that follows the past, to count as clear
+_MOST_OVERRULED, _ALONE = 2, 10  # frames
+
 Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
 
@@ -88,6 +91,8 @@ class Pipeline:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
         self._tracker = Tracker(self._config.tracking)
+        self._overruled = 0  # frames in a row of which the past was followed against the frame's own clear reading
+        self._alone = 0  # frames that are yet to be read without the past
 
     @property
     def config(self) -> Config:
@@ -103,11 +108,30 @@ class Pipeline:
             If the frame has no mask and there is neither a colour range nor a segmenter, or if the segmenter returns
             no mask of the frame's size.
         """
-        run = run_stages(frame, self._config, self._segmenter)
         since = perf_counter()
-        tracks = self._tracker.update(run.detections)
-        run.stage_ms["tracking"] = 1e3 * (perf_counter() - since)
+        expected = self._expected(frame.stamp)
+        predicted_ms = 1e3 * (perf_counter() - since)
+        run = run_stages(frame, self._config, self._segmenter, expected)
+        self._heed(run.overruled)
+        since = perf_counter()
+        tracks = self._tracker.update(run.detections, frame.stamp, frame.size)
+        run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
+
+    def _expected(self, stamp: float | None) -> tuple[tuple[BSplineCurve, float], ...]:
+        """Return the curves that ambiguous links are to follow, with how far they are to be trusted."""
+        if self._alone > 0:
+            self._alone -= 1
+            return ()
+        if isinstance(self._config.linking, GreedyLinkingConfig):
+            return ()
+        return tuple((known.curve, known.confidence) for known in self._tracker.predict(stamp))
+
+    def _heed(self, overruled: float) -> None:
+        """Leave the past aside for a while when frame after frame would have been read otherwise without it."""
+        self._overruled = self._overruled + 1 if overruled > _SURE else 0
+        if self._overruled >= _MOST_OVERRULED:
+            self._overruled, self._alone = 0, _ALONE
 
     def detect(self, frame: Frame) -> FrameResult:
         """Find the objects of one frame by itself: the result has no tracks, and the pipeline's stay as they are.
@@ -122,6 +146,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks, as at the cut to another scene."""
         self._tracker.reset()
+        self._overruled = self._alone = 0
 
     def trace(self, frame: Frame) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.

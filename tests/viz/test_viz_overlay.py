@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -216,6 +218,61 @@ def test_a_coasting_track_is_dashed_and_dimmer(build, flat):
     bare = (row == 128).all(axis=1)
     assert 0.1 < bare.mean() < 0.7
     assert row[~bare].max() < max(STYLE.colour(0)) - 20
+
+
+def test_a_coasting_track_fades_and_says_since_when(build, flat):
+    coasting = build.track(1, build.detection(flat), TrackState.COASTING)
+
+    def drawn(misses, confidence):
+        track = replace(coasting, misses=misses, confidence=confidence)
+        picture = viz.draw(GREY, build.result(SIZE, (), (track,)))
+        plate = is_touched(picture)[:105].any(axis=0)  # above the line
+        return picture[120, 150:500].max(), int(plate.sum())
+
+    sure, unsure = drawn(1, 1.0), drawn(1, 0.0)
+    assert unsure[0] < sure[0] - 30
+    assert drawn(12, 1.0)[1] > sure[1]  # a digit more
+    seen = viz.draw(GREY, build.result(SIZE, (), (build.track(1, build.detection(flat)),)))
+    assert sure[1] > is_touched(seen)[:105].any(axis=0).sum()
+
+
+def hidden_from(build, flat, low, high, **others):
+    """A track of the whole flat line, of which only ``low..high`` is seen; the track runs as the line does."""
+    seen = build.detection(flat[(flat[:, 0] >= low) & (flat[:, 0] <= high)], **others)
+    spans = (((0.0, (low - 100) / 440),) if low > 100 else ()) + ((((high - 100) / 440, 1.0),) if high < 540 else ())
+    return seen, replace(build.track(1, seen), curve=build.curve(flat), inferred=spans)
+
+
+def test_what_a_track_knows_of_its_hidden_part_is_dashed(build, flat):
+    seen, track = hidden_from(build, flat, 230, 400)
+    row = viz.draw(GREY, build.result(SIZE, (seen,), (track,)))[120]
+    bare = (row == 128).all(axis=1)
+    assert not bare[236:394].any()
+    for hidden in (bare[106:224], bare[406:528]):
+        assert 0.1 < hidden.mean() < 0.7
+        assert np.count_nonzero(np.diff(hidden.astype(int)) == 1) >= 3
+
+
+def test_crossings_of_a_part_are_where_they_are_on_the_whole(build, flat):
+    seen, track = hidden_from(build, flat, 230, 540)
+    other = build.detection(build.straight((385, 20), (385, 220)))
+    crossing = Crossing((385.0, 120.0), ((0, 0.5), (1, 0.5)), 1, 0.8)
+    backwards = build.detection(flat[flat[:, 0] >= 230][::-1])
+    for found, in_track in ((seen, seen), (backwards, backwards.reversed())):
+        followed = replace(track, detection=in_track)
+        result = FrameResult((found, other), (followed, build.track(2, other)), None, SIZE, crossings=(crossing,))
+        ours = is_colour(viz.draw(GREY, result), STYLE.colour(0), 90)[120]
+        assert not ours[381:390].any()
+        assert ours[[365, 405]].all()
+
+
+def test_gaps_and_inferred_parts_may_overlap(build, flat):
+    seen = build.detection(flat, ((JointKind.GAP, (0.3, 0.6)),))
+    track = replace(build.track(1, seen), inferred=((0.0, 0.1), (0.25, 0.5)))
+    bare = (viz.draw(GREY, build.result(SIZE, (seen,), (track,)))[120] == 128).all(axis=1)
+    assert 0.1 < bare[212:362].mean() < 0.7
+    assert not bare[368:528].any()
+    assert bare[106:140].any()
 
 
 def test_the_label_is_inside_of_the_picture_in_every_corner(build):

@@ -72,7 +72,7 @@ def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(_merge(frame, [pipeline.detect(frame) for pipeline in pipelines], tracker, run.configs[0]))
+            results.append(_merge(frame, [pipeline.process(frame) for pipeline in pipelines], tracker, run.configs[0]))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
@@ -87,7 +87,7 @@ def _merge(frame: Frame, results: list[FrameResult], tracker: Tracker, config: C
     crossings = find_crossings(detections, frame, config.lifting)
     crossings_ms = 1e3 * (perf_counter() - since)
     since = perf_counter()
-    tracks = tracker.update(detections)
+    tracks = tracker.update(detections, frame.stamp, frame.size)
     tracking_ms = 1e3 * (perf_counter() - since)
     stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
     stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}

@@ -21,7 +21,8 @@ from dloftbs.viz.style import Colour, Style, dimmed, is_light
 from dloftbs.viz.text import Text, note
 from dloftbs.viz.view import View
 
-_DIM = 0.3
+_DIM, _DIMMER = 0.3, 0.65  # of coasting tracks, where they are sure and where they are not at all
+_WINDOW = 0.05  # of a curve, in which to look for a place on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +36,9 @@ class Item:
     label : str
     colour : colour
     joints : tuple of Joint
+        By the ``u`` of the curve.
+    inferred : tuple of (float, float)
+        The intervals of ``u`` that were inferred rather than seen.
     width : float, optional
         Of the object, px; None where it is not known.
     coasting : bool
@@ -51,6 +55,7 @@ class Item:
     label: str
     colour: Colour
     joints: tuple[Joint, ...] = ()
+    inferred: tuple[tuple[float, float], ...] = ()
     width: float | None = None
     coasting: bool = False
     crossed: tuple[float, ...] = ()
@@ -74,7 +79,9 @@ def draw(
 
     Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
     place in the order. A dot is the start (``u = 0``), a ring the end, arrows point from the one to the other. Dashed
-    is what was inferred: across gaps of the mask, and the whole of a coasting track, which is dimmer too. Where
+    is what was inferred: across gaps of the mask, where a track knows of a part that is hidden, and the whole of a
+    coasting track. That one is dimmer, too, the more the less sure it is, and has the number of frames since it was
+    last seen in brackets behind its own. Where
     curves cross, the one below is interrupted, as in drawings of knots; a small white ring marks where it is not known
     which that is. A diamond is another junction that the curve was linked through.
 
@@ -163,6 +170,7 @@ def _of_detection(detection: Detection, index: int, result: FrameResult, label: 
         label,
         colour,
         detection.joints,
+        detection.inferred,
         detection.width,
         crossed=tuple(u for c in result.crossings for which, u in c.passes if which == index),
         below=tuple(c.passes[1 - c.top][1] for c in result.crossings if c.top is not None and _lower(c) == index),
@@ -179,21 +187,59 @@ def _lower(crossing: Crossing) -> int:
 def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
     label, colour = f"#{track.id}", style.colour(track.id - 1)
     if track.detection is None or track.state is TrackState.COASTING:
-        return Item(track.curve, label, dimmed(colour, style.ink, _DIM), coasting=True)
+        faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
+        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width, coasting=True)
+    seen = track.detection
+    item = _of_seen(seen, result, label, colour)
+    if track.curve == seen.curve:
+        return replace(item, inferred=(*item.inferred, *track.inferred))
+    return _carried_over(item, track)
+
+
+def _of_seen(seen: Detection, result: FrameResult, label: str, colour: Colour) -> Item:
+    """Return the item of a track's detection, which is one of the result's or one of them run the other way."""
     for index, detection in enumerate(result.detections):
-        if track.detection is detection:
+        if seen is detection:
             return _of_detection(detection, index, result, label, colour)
-        if track.detection.curve == detection.curve.reversed():
+        if seen.curve == detection.curve.reversed():
             item = _of_detection(detection, index, result, label, colour)
             return replace(
                 item,
-                curve=track.curve,
-                joints=track.detection.joints,
+                curve=seen.curve,
+                joints=seen.joints,
+                inferred=seen.inferred,
                 crossed=tuple(1.0 - u for u in item.crossed),
                 below=tuple(1.0 - u for u in item.below),
                 unordered=tuple(1.0 - u for u in item.unordered),
             )
-    return Item(track.curve, label, colour, track.detection.joints, track.detection.width)
+    return Item(seen.curve, label, colour, seen.joints, seen.inferred, seen.width)
+
+
+def _carried_over(item: Item, track: Track) -> Item:
+    """Return the item of what was seen of a track on the track's own curve, of which that may be a part."""
+    whole = Path.of(track.curve)
+    first, last = (whole.share_near(item.curve(u)) for u in (0.0, 1.0))
+    if track.curve.closed or last <= first:
+        first, last = 0.0, 1.0
+
+    def place(u: float) -> float:
+        expected = first + u * (last - first)
+        return whole.share_near(item.curve(u), expected - _WINDOW, expected + _WINDOW)
+
+    joints = tuple(
+        replace(joint, u=(low, high))
+        for joint in item.joints
+        if (low := place(joint.u[0])) <= (high := place(joint.u[1]))
+    )
+    return replace(
+        item,
+        curve=track.curve,
+        joints=joints,
+        inferred=track.inferred,
+        crossed=tuple(map(place, item.crossed)),
+        below=tuple(map(place, item.below)),
+        unordered=tuple(map(place, item.unordered)),
+    )
 
 
 def paint_items(picture: Picture, items: Sequence[Item], pen: Style, *, control_points: bool = False) -> None:
@@ -222,7 +268,7 @@ def _line_width(item: Item, pen: Style) -> float:
 
 def _line(item: Item, path: Path, pen: Style) -> list[Shape]:
     width = _line_width(item, pen)
-    unseen = [(0.0, path.length)] if item.coasting else _gaps(item, path)
+    unseen = [(0.0, path.length)] if item.coasting else _unseen(item, path)
     # The ring at the end stays hollow.
     end = path.length if item.curve.closed else max(path.length - _ring_radius(pen), 0.0)
     unseen = [(low, min(high, end)) for low, high in unseen if low < end]
@@ -241,9 +287,15 @@ def _clearance(pen: Style) -> float:
     return 3.0 * pen.line_px + 2.0 * pen.halo_px
 
 
-def _gaps(item: Item, path: Path) -> list[Span]:
-    gaps = ((path.arc_at(j.u[0]), path.arc_at(j.u[1])) for j in item.joints if j.kind is JointKind.GAP)
-    return [(low, high) for low, high in gaps if high > low]
+def _unseen(item: Item, path: Path) -> list[Span]:
+    """Return where the curve was inferred, in order and without overlap."""
+    merged: list[Span] = []
+    for low, high in sorted((path.arc_at(low), path.arc_at(high)) for low, high in item.inferred):
+        if merged and low <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(high, merged[-1][1]))
+        elif high > low:
+            merged.append((low, high))
+    return merged
 
 
 def _markers(item: Item, path: Path, pen: Style) -> list[Shape]:
@@ -253,7 +305,7 @@ def _markers(item: Item, path: Path, pen: Style) -> list[Shape]:
     unordered = [path.point(path.arc_at(u)) for u in item.unordered]
     markers += [shapes.ring(place, 0.7 * pen.marker_px, pen.paper, 0.5 * pen.line_px) for place in unordered]
     # An arrow at a crossing would be a blot, and one on a gap would hide its dashes.
-    taken = [(s, s) for s in (*junctions, *map(path.arc_at, item.crossed))] + _gaps(item, path)
+    taken = [(s, s) for s in (*junctions, *map(path.arc_at, item.crossed))] + _unseen(item, path)
     markers += [
         shapes.arrow(path.point(s), path.direction(s, pen.arrow_px / 2.0), pen.arrow_px + width, item.colour)
         for s in _arrow_places(path, taken, pen)

@@ -53,6 +53,13 @@ class Path:
         """Return the arc length at which the parameter is `u`; outside of it, the nearer end's."""
         return float(np.interp(u, self._u, self._s))
 
+    def share_near(self, point: FloatArray, low: float = 0.0, high: float = 1.0) -> float:
+        """Return the parameter in ``low..high`` at which the line is nearest to a point (2,), to half a chord."""
+        (among,) = np.nonzero((self._u >= low) & (self._u <= high))
+        if not len(among):
+            return min(max(low, 0.0), 1.0)
+        return float(self._u[among[np.linalg.norm(self.points[among] - point, axis=1).argmin()]])
+
     def point(self, s: float) -> FloatArray:
         """Return the point at arc length `s`, shape (2,)."""
         return np.array([np.interp(s, self._s, self.points[:, 0]), np.interp(s, self._s, self.points[:, 1])])

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import LiftingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
@@ -197,7 +196,7 @@ def _view(
             solid.curve.transformed(matrix, offset),
             solid.label,
             solid.colour,
-            tuple(Joint(JointKind.GAP, span, 0.0, 0.0) for span in solid.inferred),
+            inferred=solid.inferred,
             coasting=solid.coasting,
         )
         for solid in solids

@@ -1,0 +1,71 @@
+"""What a frame shows of tracks: stretches of detections on stretches of tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from dloftbs.tracking.seeing import Seen
+
+WHOLE = (0.0, 1.0)
+
+
+class Piece(NamedTuple):
+    """A stretch of a track that a detection shows.
+
+    Parameters
+    ----------
+    seen : Seen
+        Run in the track's direction.
+    at : (float, float)
+        Where on the track, in its ``u``; beyond 0 or 1 where it is longer than was known.
+    of : (float, float)
+        Which stretch of the detection, in its ``u``; of a loop, once round from where the track starts.
+    """
+
+    seen: Seen
+    at: tuple[float, float]
+    of: tuple[float, float]
+
+    @property
+    def shows_all(self) -> bool:
+        """Whether it is a whole detection, and nothing of the track is missing."""
+        return self.seen.curve.closed or (self.of == WHOLE and self.at[0] <= 0.0 and self.at[1] >= 1.0)
+
+
+@dataclass(slots=True, eq=False)
+class Shown:
+    """What a frame shows of one track.
+
+    Parameters
+    ----------
+    pieces : list of Piece
+        In the track's order.
+    joined : bool
+        Whether it is only taken for a part of a detection, which may as well be one object.
+    apart : bool
+        Whether it is taken for a part of a detection, and known to be another object than the rest of it.
+    shadow : bool
+        Whether it lies where another track took a detection for itself, and beside what that one was.
+    ended : bool
+        Whether it was but a part of another track.
+    """
+
+    pieces: list[Piece] = field(default_factory=list)
+    joined: bool = False
+    apart: bool = False
+    shadow: bool = False
+    ended: bool = False
+
+
+def hidden_between(pieces: Sequence[Piece]) -> tuple[tuple[float, float], ...]:
+    """Return the stretches of a track's ``u`` that no piece shows, ascending."""
+    edges = [0.0, *(edge for piece in pieces for edge in piece.at), 1.0]
+    return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > 1e-9)
+
+
+def follows(one: Piece, other: Piece) -> bool:
+    """Tell whether the detector, too, has one piece after the other, in this direction."""
+    same = one.seen.number == other.seen.number and one.seen.backwards == other.seen.backwards
+    return same and one.of[1] <= other.of[0]

@@ -1,0 +1,86 @@
+"""Where along a track a detection lies that is shorter."""
+
+from __future__ import annotations
+
+import math
+
+from dloftbs._arrays import FloatArray
+from dloftbs.kernels import tracking as kernels
+from dloftbs.tracking.memory import Memory
+from dloftbs.tracking.pieces import WHOLE
+from dloftbs.tracking.seeing import Seen
+
+_LEAVING, _AS_BEFORE = 0.3, 0.7  # how much less a misfit counts, where the other end is at the border, or was hidden
+_CLEARLY = 0.7  # of the misfit at an end: where a part fits elsewhere so much better, both ends are hidden
+_SHIFT = 0.3  # of a shift as a whole: a motion that was not expected must not hide where a part lies
+_SHAPE_S, _BY_MOTION = 0.5, 0.2  # how long a shape tells where a part lies, and what its motion adds to that
+_SHRUNK = 0.9  # of the length: no object is so much shorter from one frame to the next
+_BORDER_PX = 3.0
+
+
+def place_on(
+    memory: Memory, expected: FloatArray, shown: Seen, start: float, size: tuple[int, int] | None
+) -> tuple[float, float]:
+    """Return where a detection lies on a track that is longer: at one of its ends, unless it clearly does not.
+
+    Parameters
+    ----------
+    memory : Memory
+    expected : numpy.ndarray, shape (SAMPLES, 2)
+        Where the track is thought to be.
+    shown : Seen
+        Run in the track's direction.
+    start : float
+        Where it fits best.
+    size : (int, int) or None
+        ``(H, W)`` of the image.
+    """
+    share = shown.length / memory.length
+    if not memory.hidden and share > _SHRUNK and _has_shrunk(memory, expected, shown):
+        return WHOLE
+    first, last, free = (_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share, start))
+    leaving = [size is not None and at_border(end, size, memory.width) for end in shown.points[[0, -1]]]
+    were = [any(low <= 0.0 for low, _ in memory.hidden), any(high >= 1.0 for _, high in memory.hidden)]
+    for signs, weight in ((leaving, _LEAVING), (were, _AS_BEFORE)):
+        if signs[0] != signs[1]:
+            first, last = (first, last * weight) if signs[0] else (first * weight, last)
+    anchored = (0.0, share) if first <= last else (1.0 - share, 1.0)
+    away = min(start, 1.0 - start - share) * memory.length
+    if away > memory.slack_px and free < _CLEARLY * min(first, last):
+        return start, start + share
+    return anchored
+
+
+def _has_shrunk(memory: Memory, expected: FloatArray, shown: Seen) -> bool:
+    """Tell whether a detection that is somewhat shorter is the whole object, which went farther away, say."""
+    share = shown.length / memory.length
+    smaller = memory.shape * share
+    whole = kernels.misfit_at(shown.points, smaller, 1.0, 0.0, 0.0)
+    whole += _BY_MOTION * kernels.misfit_at(shown.points, expected, 1.0, 0.0, _SHIFT)
+    return whole < _CLEARLY * min(_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share))
+
+
+def _misfit_at(memory: Memory, expected: FloatArray, shown: Seen, low: float) -> float:
+    """Return how badly a detection fits there: by motion and, while that is recent, by the shape last seen."""
+    share = shown.length / memory.length
+    by_motion = kernels.misfit_at(shown.points, expected, share, low, _SHIFT)
+    if memory.shape_s > _SHAPE_S:
+        return by_motion
+    return kernels.misfit_at(shown.points, memory.shape, share, low, 0.0) + _BY_MOTION * by_motion
+
+
+def anchored(start: float, share: float, memory: Memory) -> tuple[float, float]:
+    """Return where a part lies that starts about there: at an end of the track, where it comes near to one."""
+    if share >= 1.0 - memory.tolerance_px / memory.length:
+        return WHOLE
+    before, after = start, 1.0 - start - share
+    if min(before, after) * memory.length < memory.slack_px:
+        return (0.0, share) if before <= after else (1.0 - share, 1.0)
+    return start, start + share
+
+
+def at_border(point: FloatArray, size: tuple[int, int], width: float) -> bool:
+    """Tell whether a point lies within about a width of the border of the image, ``(H, W)`` px."""
+    reach = _BORDER_PX + (0.0 if math.isnan(width) else 1.5 * width)
+    x, y = float(point[0]), float(point[1])
+    return min(x, y, size[1] - 1.0 - x, size[0] - 1.0 - y) < reach

@@ -1,0 +1,63 @@
+"""What a stream's past does to its frames, and that frames can overrule it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linking_examples import draw
+
+import dloftbs
+from dloftbs import Config, Frame, FrameResult, Pipeline
+
+START = [(20, 120), (160, 120)]
+LOWER, UPPER = [(210, 138), (380, 160)], [(210, 84), (380, 42)]  # beyond a gap, the lower one continues START better
+WITHOUT_GAP, WITH_GAP = draw([*START, *UPPER], LOWER), draw(START, LOWER, UPPER)
+
+
+def goes_up(result: FrameResult, *, tracked: bool = False) -> bool:
+    """Return whether the cable that starts on the left ends at the top right, or else at the bottom right."""
+    found = [track.curve for track in result.tracks] if tracked else [d.curve for d in result.detections]
+    ends = [sorted(curve(np.array([0.0, 1.0])).tolist()) for curve in found]
+    (right,) = [last for first, last in ends if first[0] < 60]
+    return right[1] < 90
+
+
+def process(pipeline: Pipeline, masks: list[np.ndarray]) -> list[FrameResult]:
+    return [pipeline.process(Frame(mask=mask, index=k, stamp=k / 30)) for k, mask in enumerate(masks)]
+
+
+def test_alone_the_frame_is_read_the_other_way() -> None:
+    assert not goes_up(Pipeline().detect(Frame(mask=WITH_GAP)))
+    assert goes_up(Pipeline().detect(Frame(mask=WITHOUT_GAP)))
+
+
+def test_an_ambiguous_gap_is_read_as_the_frames_before() -> None:
+    results = process(Pipeline(), [WITHOUT_GAP] * 5 + [WITH_GAP])
+    assert goes_up(results[-1])
+    assert goes_up(results[-1], tracked=True)
+
+
+def test_after_ten_frames_of_clear_view_a_wrong_past_is_given_up() -> None:
+    results = process(Pipeline(), [WITHOUT_GAP] * 5 + [WITH_GAP] * 25)
+    assert not any(goes_up(result, tracked=True) for result in results[15:])
+
+
+@pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
+def test_detecting_and_resetting_leave_no_past(config: Config) -> None:
+    pipeline = Pipeline(config)
+    process(pipeline, [WITHOUT_GAP] * 5)
+    fresh = Pipeline(config).detect(Frame(mask=WITH_GAP))
+    for result in (pipeline.detect(Frame(mask=WITH_GAP)), dloftbs.detect(WITH_GAP, config)):
+        detections = result.detections if isinstance(result, FrameResult) else result
+        for one, other in zip(detections, fresh.detections, strict=True):
+            np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points)
+    pipeline.reset()
+    (again,) = process(pipeline, [WITH_GAP])
+    assert goes_up(again) == goes_up(fresh)
+
+
+def test_the_published_method_does_without_a_past() -> None:
+    alone = Pipeline(Config.paper()).detect(Frame(mask=WITH_GAP))
+    last = process(Pipeline(Config.paper()), [WITHOUT_GAP] * 5 + [WITH_GAP])[-1]
+    for one, other in zip(last.detections, alone.detections, strict=True):
+        np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points)
