@@ -80,3 +80,18 @@ def test_a_truth_survives_json():
 def test_broken_values_are_refused(data, message):
     with pytest.raises(InputError, match=re.escape(message)):
         Truth.from_dict(data)
+
+
+def test_spans_are_those_that_the_mask_shows():
+    across = builders.line((1.0, 3.0), (9.0, 3.0))
+    mask = np.zeros((6, 8), np.bool_)
+    mask[3, :4] = mask[3, 6:] = True
+    below, none = Truth((across,), (mask,), (1,)), Truth((across,), (np.zeros((6, 8), np.bool_),), (1,))
+    # Columns 4 and 5 are hidden, and beyond column 7 the image ends.
+    np.testing.assert_allclose(below.shown_spans, [[(0.0, 0.25), (0.625, 0.75)]])
+    assert none.shown_spans == ((),)
+    other = np.zeros((6, 8), np.bool_)
+    other[3, 4:6] = True
+    both = Truth((across, builders.line((4.5, 0.0), (4.5, 5.0))), (mask, other), (1, 2))
+    np.testing.assert_allclose(both.shown_spans[0], [(0.0, 0.75)])
+    assert Truth((across,), (), (1,)).shown_spans == (((0.0, 1.0),),)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 
@@ -90,6 +92,16 @@ class Truth:
         return np.logical_or.reduce(self.visible_masks) if self.visible_masks else None
 
     @cached_property
+    def shown_spans(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """For each curve the intervals of ``u``, ascending, over which `mask` has it; the whole where no mask is known.
+
+        What lies outside of the image or behind an occluder is not in the mask; what lies under another cable is.
+        """
+        if self.mask is None:
+            return (((0.0, 1.0),),) * len(self.curves)
+        return tuple(_spans(_in_mask(curve.sample(_samples(curve)), self.mask)) for curve in self.curves)
+
+    @cached_property
     def labels(self) -> npt.NDArray[np.uint8] | None:
         """The visible pixels as an image (H, W): 0 is background, ``i + 1`` object ``i``; None where not known."""
         if not self.visible_masks:
@@ -98,6 +110,26 @@ class Truth:
         for number, mask in enumerate(self.visible_masks, start=1):
             labels[mask] = number
         return labels
+
+
+def _samples(curve: BSplineCurve) -> int:
+    """Return how many points of a curve lie about a pixel apart."""
+    return max(2, math.ceil(curve.length) + 1)
+
+
+def _in_mask(points: FloatArray, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    columns, rows = np.rint(points).astype(np.intp).T
+    inside = (columns >= 0) & (rows >= 0) & (columns < mask.shape[1]) & (rows < mask.shape[0])
+    shown: npt.NDArray[np.bool_] = np.zeros(len(points), np.bool_)
+    shown[inside] = mask[rows[inside], columns[inside]]
+    return shown
+
+
+def _spans(shown: npt.NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
+    """Return where the flags (n,) of evenly spaced points are set, as shares of the way from the first to the last."""
+    edges = np.flatnonzero(np.diff(shown.astype(np.int8), prepend=0, append=0))
+    last = len(shown) - 1
+    return tuple((start / last, (stop - 1) / last) for start, stop in edges.reshape(-1, 2).tolist())
 
 
 def _check_dimension(name: str, curves: tuple[BSplineCurve, ...], ndim: int) -> None:

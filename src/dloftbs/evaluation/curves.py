@@ -19,7 +19,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.evaluation.metrics import mean_distance_to_sides
+from dloftbs.evaluation.metrics import distances_to_sides, mean_distance_to_sides
 from dloftbs.evaluation.traces import SAMPLES, CurveLike, align, traces_of
 
 
@@ -156,6 +156,12 @@ def even_l3(x: FloatArray, y: FloatArray) -> float:
     """`l3` of points (n, d), ``x[i]`` and ``y[i]`` being at the same normalised arc length; nothing is checked."""
     k = np.minimum(np.arange(len(x)), len(x) - 2)
     return (mean_distance_to_sides(x, y, k) + mean_distance_to_sides(y, x, k)) / 2.0
+
+
+def even_distances(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return what `even_l3` is the mean of, at each arc length, shape (n,)."""
+    k = np.minimum(np.arange(len(x)), len(x) - 2)
+    return (distances_to_sides(x, y, k) + distances_to_sides(y, x, k)) / 2.0
 
 
 def _distances(x: FloatArray, y: FloatArray) -> FloatArray:

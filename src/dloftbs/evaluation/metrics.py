@@ -170,7 +170,12 @@ def _f(x: FloatArray, y: FloatArray) -> float:
 
 
 def mean_distance_to_sides(x: FloatArray, y: FloatArray, k: npt.NDArray[np.intp]) -> float:
-    """Return the mean distance of the points ``x[i]``, shape (n, d), from the segments ``y[k[i]]`` to ``y[k[i] + 1]``.
+    """Return the mean of `distances_to_sides`."""
+    return float(distances_to_sides(x, y, k).mean())
+
+
+def distances_to_sides(x: FloatArray, y: FloatArray, k: npt.NDArray[np.intp]) -> FloatArray:
+    """Return the distances (n,) of the points ``x[i]``, shape (n, d), from the segments ``y[k[i]]`` to ``y[k[i] + 1]``.
 
     Nothing is checked; ``k``, shape (n,), must lie in ``0 .. len(y) - 2``.
     """
@@ -179,7 +184,8 @@ def mean_distance_to_sides(x: FloatArray, y: FloatArray, k: npt.NDArray[np.intp]
     squared = (side**2).sum(axis=1)
     along = (from_start * side).sum(axis=1)
     part = np.clip(np.divide(along, squared, out=np.zeros_like(along), where=squared > _TINY), 0.0, 1.0)
-    return float(np.linalg.norm(from_start - part[:, None] * side, axis=1).mean())
+    distances: FloatArray = np.linalg.norm(from_start - part[:, None] * side, axis=1)
+    return distances
 
 
 def _arc(points: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from dloftbs.evaluation.report_joints import joint_tables
 from dloftbs.evaluation.report_kinds import kinds_table
 from dloftbs.evaluation.report_space import space_table
 from dloftbs.evaluation.report_table import Cell, Table, existing, mean, median, percent
+from dloftbs.evaluation.report_tracking import following_table
 from dloftbs.evaluation.runner_parts import FrameRow, Part
 from dloftbs.evaluation.runner_score import CLEAN_DICE
 
@@ -32,6 +33,8 @@ def tables(parts: Sequence[Part]) -> list[Table]:
         of_suite = [part for part in parts if part.key.suite == suite]
         if suite == "kinds":
             made.append(kinds_table(of_suite, suite))
+        if any(part.following is not None for part in of_suite):
+            made.append(following_table(of_suite))
         made.append(_FORMS.get(suite, _plain)(of_suite, suite))
     made += [table for table in (tracking_table(parts), exceptions_table(parts)) if table.rows]
     return made + joint_tables(parts)
@@ -82,6 +85,7 @@ _SUITE: _Group = {"suite": lambda part: part.key.suite}
 _SCENARIO: _Group = {"scenario": lambda part: part.key.sequence}
 _SEQUENCE: _Group = {"sequence": lambda part: part.key.sequence}
 _RUNG: _Group = {"ladder": lambda part: part.ladder or "", "level": lambda part: part.level}
+_FAMILY: _Group = {"family": lambda part: part.key.sequence.rpartition(", ")[0]}
 _METHOD: _Group = {"method": lambda part: part.key.method}
 
 
@@ -177,6 +181,12 @@ def _noise(parts: Sequence[Part], suite: str) -> Table:
     return Table(suite, title, *_rows(parts, {**_RUNG, **_METHOD}, figures), _SEEN).compact()
 
 
+def _families(parts: Sequence[Part], suite: str) -> Table:
+    figures = ("clean frames, %", "L1 px", "L2 px", "L3 px", _WHOLE, "missing", "redundant", "ms median", *_COUNTS)
+    title = f"{suite}: what was seen in each frame"
+    return Table(f"{suite}-frames", title, *_rows(parts, {**_FAMILY, **_METHOD}, figures), _SEEN).compact()
+
+
 def _plain(parts: Sequence[Part], suite: str) -> Table:
     covers = ("clean frames, %", "L1 px", "L2 px", "L3 px", _WHOLE, "DICE")
     figures = (*covers, "missing", "redundant", "ms median", *_COUNTS)
@@ -185,6 +195,7 @@ def _plain(parts: Sequence[Part], suite: str) -> Table:
 
 _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgb": _table_1,
+    "tracking": _families,
     "several-cables": _table_2,
     "rgbd": _table_3,
     "rgbd-artificial": _table_4,

@@ -17,6 +17,25 @@ from dloftbs.frame import Detection, Frame, FrameResult
 
 Curve = BSplineCurve | FloatArray
 
+
+@dataclass(frozen=True, eq=False)
+class FoundTrack:
+    """A track as a method published it.
+
+    Parameters
+    ----------
+    id : hashable
+    curve : BSplineCurve or numpy.ndarray, shape (n, 2)
+        In the image, px.
+    seen : bool
+        Whether the object was detected in this frame; else the track is a memory of an earlier one.
+    """
+
+    id: Hashable
+    curve: Curve
+    seen: bool
+
+
 _LEAST_SAMPLES, _MOST_SAMPLES = 200, 4000
 
 
@@ -36,6 +55,8 @@ class Found:
         Of the objects, px.
     detections : tuple of Detection
         Those that the curves come from; empty where a method has curves alone.
+    tracks : tuple of FoundTrack
+        Of a method with identities: all that it published, also those that it did not see in this frame.
     """
 
     curves: tuple[Curve, ...] = ()
@@ -43,6 +64,7 @@ class Found:
     ids: tuple[Hashable, ...] | None = None
     widths: tuple[float | None, ...] = ()
     detections: tuple[Detection, ...] = ()
+    tracks: tuple[FoundTrack, ...] = ()
 
     def points(self) -> FloatArray:
         """Return points of all curves, at most 1 px apart, shape (n, 2)."""
@@ -94,12 +116,15 @@ def _of_result(result: FrameResult) -> Found:
         tuple(track.id for track, _ in seen) if result.tracks else None,
         tuple(detection.width for detection in detections),
         detections,
+        tuple(FoundTrack(track.id, track.curve, track.detection is not None) for track in result.tracks),
     )
 
 
-def _of_curves(curves: list[Any], camera: PinholeCamera | None, ids: tuple[Hashable, ...] | None) -> Found:
-    both = [_both(curve, camera) for curve in curves]
-    return Found(tuple(flat for flat, _ in both), tuple(deep for _, deep in both), ids, (None,) * len(both))
+def _of_curves(values: list[Any], camera: PinholeCamera | None, ids: tuple[Hashable, ...] | None) -> Found:
+    both = [_both(value, camera) for value in values]
+    curves = tuple(flat for flat, _ in both)
+    tracks = tuple(FoundTrack(name, curve, seen=True) for name, curve in zip(ids or (), curves, strict=bool(ids)))
+    return Found(curves, tuple(deep for _, deep in both), ids, (None,) * len(both), tracks=tracks)
 
 
 def _both(value: Any, camera: PinholeCamera | None) -> tuple[Curve, Curve | None]:

@@ -109,6 +109,63 @@ class JointRow:
 
 
 @dataclass(frozen=True)
+class TrackRow:
+    """How one object was followed in one frame; all L3 are in px, undirected, and from the whole true curve.
+
+    Parameters
+    ----------
+    index : int
+        Of the frame in its sequence.
+    object : int
+        Its id in the truth.
+    shown : float
+        The share of its length that the mask shows.
+    track : int or None
+        The track that it was given; while nothing of it shows, the one that it had last, if that is published.
+    seen : bool
+        Whether that track was seen in this frame.
+    track_px : float or None
+        L3 of that track's curve; where the object was given none, of the curve nearest to it; None without curves.
+    shown_px, hidden_px : float or None
+        The part of it over what the mask shows, and over what it does not; None where there is no such part.
+    alone_px : float or None
+        L3 of the nearest curve that the method finds in the frame without those before; None where it finds none.
+    """
+
+    index: int
+    object: int
+    shown: float
+    track: int | None
+    seen: bool
+    track_px: float | None
+    shown_px: float | None
+    hidden_px: float | None
+    alone_px: float | None
+
+
+@dataclass(frozen=True)
+class Following:
+    """How the objects of a sequence were followed, coasting tracks and hidden objects included.
+
+    Parameters
+    ----------
+    family : str
+        What happens in the sequence.
+    cables : int
+        How many objects there are.
+    scores : TrackingScores
+        Of all published tracks. While nothing of an object shows, neither it nor the track that it had last counts.
+    rows : tuple of TrackRow
+        By frame, then by object.
+    """
+
+    family: str
+    cables: int
+    scores: TrackingScores
+    rows: tuple[TrackRow, ...]
+
+
+@dataclass(frozen=True)
 class Key:
     """What the scores of a sequence depend on: only where all of it is the same are they used again.
 
@@ -160,6 +217,8 @@ class Part:
         On which ladder of growing noise the sequence is a rung.
     level : float or None
         Its height on the ladder.
+    following : Following or None
+        How objects were followed, where the sequence was made for it and the method gives identities.
     """
 
     key: Key
@@ -169,6 +228,7 @@ class Part:
     joints: tuple[JointRow, ...] = ()
     ladder: str | None = None
     level: float | None = None
+    following: Following | None = None
 
 
 def load(folder: Path, key: Key) -> Part | None:

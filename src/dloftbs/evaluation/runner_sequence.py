@@ -14,6 +14,7 @@ from dloftbs.evaluation.runner_found import Curve, Found, found_in, samples
 from dloftbs.evaluation.runner_joints import judge_joints
 from dloftbs.evaluation.runner_parts import FrameRow, JointRow, Key, Part, Points
 from dloftbs.evaluation.runner_score import IdentityScorer, Score, score
+from dloftbs.evaluation.runner_tracks import FollowingScorer
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
 
@@ -95,11 +96,13 @@ class _Run:
         _warm_up(method, sequence)
         self._key = key
         self._sequence = sequence
+        self._method = method
         self._call = _make(method)
         self._rows: list[FrameRow] = []
         self._joints: list[JointRow] = []
         self._curves: dict[int, tuple[Curve, ...]] = {}
         self._identities: IdentityScorer | None = None
+        self._following = _following(sequence)
 
     def add(self, index: int, frame: Frame, truth: Truth) -> None:
         """Score the next frame."""
@@ -109,6 +112,10 @@ class _Run:
         self._joints += judge_joints(index, found.detections, truth, frame.size)
         self._identities = self._identities or IdentityScorer(frame.size)
         self._identities.add(found, truth, result.distances)
+        if self._following is not None and result.distances is not None and self._following.wants(found):
+            # What it finds without its past: an instance that sees no other frame.
+            alone, _, _ = _call(_make(self._method), frame)
+            self._following.add(index, found, alone, truth, result.distances, frame.size)
         self._curves[index] = found.curves
         _forget(self._curves, self._rows)
 
@@ -118,7 +125,14 @@ class _Run:
         with_rate = self._sequence.fps is not None
         tracking = self._identities.scores() if self._identities is not None and with_rate else None
         worst = {index: [_points(curve) for curve in of_frame] for index, of_frame in self._curves.items()}
-        return Part(self._key, tuple(self._rows), tracking, worst, tuple(self._joints), *_rung(self._sequence))
+        following = None if self._following is None else self._following.result()
+        rung = _rung(self._sequence)
+        return Part(self._key, tuple(self._rows), tracking, worst, tuple(self._joints), *rung, following)
+
+
+def _following(sequence: Any) -> FollowingScorer | None:
+    """Return what scores how objects are followed, where a sequence says that it was made for it."""
+    return FollowingScorer(sequence.family, sequence.cables) if hasattr(sequence, "family") else None
 
 
 def _rung(sequence: Any) -> tuple[str | None, float | None]:

@@ -72,6 +72,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "one kind of difficulty at a time, clean, noisy and occluded",
         lambda scale, seed, size: synthetic.kinds(scale, seed=seed, size=size),
     ),
+    "tracking": (
+        "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence",
+        lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
+    ),
     "noise": (
         "ladders of growing noise",
         lambda scale, seed, size: synthetic.noise_ladder(scale, seed=seed, size=size),

@@ -135,7 +135,7 @@ class TrackingScorer:
         track_ids: Sequence[Hashable],
         distances: npt.ArrayLike,
         forward: npt.ArrayLike | None = None,
-    ) -> None:
+    ) -> dict[Hashable, Hashable]:
         """Count a frame.
 
         As in CLEAR MOT, an object keeps the track that it last had where that is near enough; among the others as many
@@ -152,6 +152,11 @@ class TrackingScorer:
             cannot be one.
         forward : array_like, shape (objects, tracks), bool, optional
             Whether the track runs as the object does. Without it the frame says nothing about directions.
+
+        Returns
+        -------
+        dict
+            From each object that was given a track to that track.
 
         Raises
         ------
@@ -173,6 +178,11 @@ class TrackingScorer:
         for i, true_id in enumerate(true_ids):
             self._matched[true_id].append(i in pairs)
         self._counts.update(frames=1, objects=shape[0], outputs=shape[1], matches=len(pairs))
+        return {true_ids[i]: track_ids[j] for i, j in pairs.items()}
+
+    def track_of(self, true_id: Hashable) -> Hashable | None:
+        """Return the track that an object had last, or None where it never had one."""
+        return self._track_of.get(true_id)
 
     def _match(
         self, true_ids: Sequence[Hashable], track_ids: Sequence[Hashable], distance: FloatArray

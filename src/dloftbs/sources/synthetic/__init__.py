@@ -12,6 +12,7 @@ from dloftbs.sources.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.sources.synthetic.rgbd import RgbdSequence
 from dloftbs.sources.synthetic.rgbd_suites import TYPICAL_NOISE, rgbd_artificial, rgbd_manipulation, rgbd_noisy
 from dloftbs.sources.synthetic.strand import random_curve
+from dloftbs.sources.synthetic.tracking import TRACKING_FAMILIES, TrackingSequence, tracking
 from dloftbs.sources.synthetic.tube import draw_tube_mask
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "NOISY",
     "OCCLUDED",
     "RGB_SCENARIOS",
+    "TRACKING_FAMILIES",
     "TYPICAL_NOISE",
     "Degradation",
     "DegradedSequence",
@@ -32,6 +34,7 @@ __all__ = [
     "RgbdSequence",
     "Rung",
     "TangleSequence",
+    "TrackingSequence",
     "depth_sigma",
     "draw_tube_mask",
     "kinds",
@@ -42,4 +45,5 @@ __all__ = [
     "rgbd_manipulation",
     "rgbd_noisy",
     "several_cables",
+    "tracking",
 ]

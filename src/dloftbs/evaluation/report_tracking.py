@@ -1,0 +1,157 @@
+"""The suite of tracking: identities and directions by family, and what the past is worth behind an occluder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from dloftbs.evaluation.report_table import Cell, Table, mean, percent
+from dloftbs.evaluation.runner_parts import Following, Part, TrackRow
+from dloftbs.evaluation.tracking import TrackingScores
+
+WITHOUT_BAR = "hidden"
+"""The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
+ALL = f"all but {WITHOUT_BAR}"
+
+_SINGLE_BAR, _BAR = 99.0, 95.0
+_IDF1_BARS = {3: 0.98, 5: 0.95}
+_LESS_BAR = 30.0
+_WHOLE = 0.99
+"""From this share of its length on an object counts as not hidden: masks are cut by whole pixels."""
+_ENOUGH = 0.1
+"""The share of its length that an object must show to be found again."""
+
+_COLUMNS = (
+    "family",
+    "cables",
+    "method",
+    "sequences",
+    "no switch, %",
+    "no flip, %",
+    "neither, %",
+    "bar, %",
+    "objects followed, %",
+    "IDF1",
+    "bar",
+    "occluded: L3 px tracked",
+    "occluded: L3 px of the hidden part",
+    "occluded: L3 px frame by frame",
+    "occluded: less, %",
+    "bar: less, %",
+    "occluded: not detected, %",
+    "clear: L3 px tracked",
+    "clear: L3 px frame by frame",
+    "frames until re-found",
+    "never re-found",
+)
+_NOTE = (
+    "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
+    "runs the same way on its object; an object is followed that has a track in 80 % of its frames. All published "
+    "tracks count, coasting ones too, and are those of an object within an L3 of 50 px in HD from its whole or its "
+    "visible extent; while nothing of an object shows, neither it nor its last track counts. L3 is from the whole true "
+    "curve, the hidden part included, whichever end comes first: of the curve of the object's track, or of the "
+    "nearest track where it has none, against the nearest curve that the same method finds in that frame alone. "
+    "Both means are over the same frames of objects, those in which both have a curve; in the share named beside "
+    "it, nothing is detected. Occluded: some of the object is behind an occluder or "
+    f"outside of the image, at least {100 * (1 - _WHOLE):.0f} % and not all; clear: less. Re-found: frames from the "
+    f"first in which {100 * _ENOUGH:.0f} % of an object show that was hidden as a whole, to the first in which its "
+    "former track is seen."
+)
+
+
+def following_table(parts: Sequence[Part]) -> Table:
+    """Return how objects were followed, by family, number of cables and method, and over all families."""
+    groups: dict[tuple[str, int | None, str], list[Following]] = {}
+    for part in parts:
+        if part.following is not None:
+            groups.setdefault((part.following.family, part.following.cables, part.key.method), []).append(
+                part.following
+            )
+    totals: dict[tuple[str, int | None, str], list[Following]] = {}
+    with_bar = {key: followed for key, followed in groups.items() if key[0] != WITHOUT_BAR}
+    for (_, cables, method), followed in with_bar.items():
+        totals.setdefault((ALL, cables, method), []).extend(followed)
+    for (_, _, method), followed in with_bar.items():
+        totals.setdefault((ALL, None, method), []).extend(followed)
+    rows = tuple(_row(*key, followed) for key, followed in [*groups.items(), *totals.items()])
+    title = "tracking: identities, directions, and the tracked curve against frame by frame"
+    return Table("tracking-families", title, _COLUMNS, rows, _NOTE)
+
+
+def refound(rows: Sequence[TrackRow]) -> list[int | None]:
+    """Return after how many frames an object was found again, each time that it had been hidden as a whole.
+
+    Parameters
+    ----------
+    rows : sequence of TrackRow
+        Of one object, in order.
+
+    Returns
+    -------
+    list of int or None
+        None where it was hidden again, or the sequence ended, without.
+    """
+    found: list[int | None] = []
+    had: int | None = None
+    dark, since = False, None
+    for row in rows:
+        if row.shown == 0.0:
+            dark = dark or had is not None
+            if since is not None:
+                found.append(None)
+            since = None
+            continue
+        if dark and row.shown >= _ENOUGH:
+            dark, since = False, row.index
+        if since is not None and row.seen and row.track == had:
+            found.append(row.index - since)
+            since = None
+        if not dark and since is None and row.track is not None:
+            had = row.track
+    return found if since is None else [*found, None]
+
+
+def _row(family: str, cables: int | None, method: str, followed: Sequence[Following]) -> tuple[Cell, ...]:
+    switched = [one.scores.switches > 0 for one in followed]
+    flipped = [one.scores.flips > 0 for one in followed]
+    right = [not s and not f for s, f in zip(switched, flipped, strict=True)]
+    rows = [row for one in followed for row in one.rows]
+    hidden = [row for row in rows if 0.0 < row.shown < _WHOLE]
+    clear = [row for row in rows if row.shown >= _WHOLE]
+    tracked, alone = _both(hidden)
+    scores = sum((one.scores for one in followed), TrackingScores())
+    barred = family != WITHOUT_BAR
+    again = [after for one in followed for after in _refound(one)]
+    return (
+        family,
+        cables,
+        method,
+        len(followed),
+        100.0 * (1.0 - sum(switched) / len(followed)),
+        100.0 * (1.0 - sum(flipped) / len(followed)),
+        100.0 * sum(right) / len(followed),
+        (_SINGLE_BAR if cables == 1 else _BAR) if barred else None,
+        percent(scores.mostly_tracked / (scores.mostly_tracked + scores.partly_tracked + scores.mostly_lost)),
+        scores.idf1,
+        _IDF1_BARS.get(cables) if barred and cables is not None else None,
+        tracked,
+        mean(row.hidden_px for row in hidden if row.alone_px is not None),
+        alone,
+        percent(1.0 - tracked / alone) if tracked is not None and alone else None,
+        _LESS_BAR if barred and tracked is not None else None,
+        percent(mean(float(row.alone_px is None) for row in hidden)),
+        *_both(clear),
+        mean(float(after) for after in again if after is not None),
+        sum(after is None for after in again) if again else None,
+    )
+
+
+def _both(rows: Sequence[TrackRow]) -> tuple[float | None, float | None]:
+    """Return the mean L3 of the tracked curves and of those frame by frame, where both are."""
+    both = [(row.track_px, row.alone_px) for row in rows if row.track_px is not None and row.alone_px is not None]
+    return mean(tracked for tracked, _ in both), mean(alone for _, alone in both)
+
+
+def _refound(followed: Following) -> list[int | None]:
+    rows = sorted(followed.rows, key=lambda row: (row.object, row.index))
+    return [after for _, of_object in groupby(rows, key=lambda row: row.object) for after in refound(list(of_object))]
