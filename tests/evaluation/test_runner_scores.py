@@ -236,3 +236,21 @@ def test_an_end_on_another_object_need_not_be_found(tmp_path, stop, expected):
     (row,) = rows_of(tmp_path, lambda frame: [stubs.bars(0, (60,))[0], down], OnTop(68))
     assert 2.0 * row.l3_px == pytest.approx(expected, abs=0.6)  # the mean with the other one, which is perfect
     assert row.missing == row.redundant == 0
+
+
+def test_what_a_frame_shows_and_what_a_track_remembers_are_scored_apart() -> None:
+    """A hidden end is a part of the track, but nothing that was detected."""
+    whole = np.zeros((120, 400), np.uint8)
+    whole[56:65, 20:380] = 1
+    cut = whole.copy()
+    cut[:, 300:] = 0
+    pipeline = Pipeline()
+    results = [pipeline.process(Frame(mask=mask, index=k, stamp=k / 30)) for k, mask in enumerate([whole] * 10 + [cut])]
+    clear, hidden = (found_in(result, Frame(mask=whole)) for result in results[-2:])
+    assert clear.detected is None
+    assert hidden.detected is not None
+    assert hidden.detected.ids is None
+    assert hidden.ids == clear.ids == (1,)
+    (tracked,), (detected,) = hidden.curves, hidden.detected.curves
+    assert tracked.length > detected.length + 50.0
+    assert hidden.detected.detections == results[-1].detections

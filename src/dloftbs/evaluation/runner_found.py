@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -57,6 +57,8 @@ class Found:
         Those that the curves come from; empty where a method has curves alone.
     tracks : tuple of FoundTrack
         Of a method with identities: all that it published, also those that it did not see in this frame.
+    detected : Found, optional
+        What was detected in the frame, where the curves are otherwise: tracks that are put together from parts, say.
     """
 
     curves: tuple[Curve, ...] = ()
@@ -65,6 +67,7 @@ class Found:
     widths: tuple[float | None, ...] = ()
     detections: tuple[Detection, ...] = ()
     tracks: tuple[FoundTrack, ...] = ()
+    detected: Found | None = None
 
     def points(self) -> FloatArray:
         """Return points of all curves, at most 1 px apart, shape (n, 2)."""
@@ -77,9 +80,9 @@ def found_in(output: Any, frame: Frame) -> Found:
     Parameters
     ----------
     output : FrameResult, mapping, or iterable
-        Of a `FrameResult`, the tracks that were seen in this frame count, or, where it has none, the detections. A
-        mapping is from ids to curves. A curve is a `BSplineCurve` or an array (n, 2) px or (n, 3) m in order; one
-        in space is projected with the frame's camera.
+        Of a `FrameResult`, the detections count as what was found in the frame, and for identities the tracks that were
+        seen in it. A mapping is from ids to curves. A curve is a `BSplineCurve` or an array (n, 2) px or (n, 3) m in
+        order; one in space is projected with the frame's camera.
     frame : Frame
 
     Raises
@@ -110,6 +113,10 @@ def _of_result(result: FrameResult) -> Found:
     seen = [(track, track.detection) for track in result.tracks if track.detection is not None]
     of = [track for track, _ in seen] if result.tracks else list(result.detections)
     detections = tuple(detection for _, detection in seen) if result.tracks else result.detections
+    as_detected = len(of) == len(result.detections) and all(
+        np.array_equal(curve.control_points, detection.curve.control_points)
+        for curve, detection in zip((item.curve for item in of), detections, strict=True)
+    )
     return Found(
         tuple(item.curve for item in of),
         tuple(item.curve_3d for item in of),
@@ -117,6 +124,7 @@ def _of_result(result: FrameResult) -> Found:
         tuple(detection.width for detection in detections),
         detections,
         tuple(FoundTrack(track.id, track.curve, track.detection is not None) for track in result.tracks),
+        None if as_detected else _of_result(replace(result, tracks=())),
     )
 
 

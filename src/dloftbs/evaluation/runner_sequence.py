@@ -107,16 +107,18 @@ class _Run:
     def add(self, index: int, frame: Frame, truth: Truth) -> None:
         """Score the next frame."""
         found, ms, failure = _call(self._call, frame)
-        result = score(found, truth, frame)
-        self._rows.append(_row(self._key, index, found, truth, result, ms, failure))
-        self._joints += judge_joints(index, found.detections, truth, frame.size)
+        detected = found.detected or found
+        result = score(detected, truth, frame)
+        tracked = result if detected is found else score(found, truth, frame)
+        self._rows.append(_row(self._key, index, detected, truth, result, ms, failure))
+        self._joints += judge_joints(index, detected.detections, truth, frame.size)
         self._identities = self._identities or IdentityScorer(frame.size)
-        self._identities.add(found, truth, result.distances)
-        if self._following is not None and result.distances is not None and self._following.wants(found):
+        self._identities.add(found, truth, tracked.distances)
+        if self._following is not None and tracked.distances is not None and self._following.wants(found):
             # What it finds without its past: an instance that sees no other frame.
             alone, _, _ = _call(_make(self._method), frame)
-            self._following.add(index, found, alone, truth, result.distances, frame.size)
-        self._curves[index] = found.curves
+            self._following.add(index, found, alone, truth, tracked.distances, frame.size)
+        self._curves[index] = detected.curves
         _forget(self._curves, self._rows)
 
     def part(self) -> Part:
