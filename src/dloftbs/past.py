@@ -47,12 +47,17 @@ class Past:
         """Sample curves in the image, each with its trust, for cables of a width in px."""
         points, tangents, steps = [], [], []
         for curve, _ in expected:
-            count = min(max(math.ceil(curve.length / (_STEP_WIDTHS * width)), 8), _MOST_SAMPLES)
+            # The polygon of the control points is somewhat longer than the curve, and at hand.
+            about = float(np.hypot(*np.diff(curve.control_points, axis=0).T).sum())
+            count = min(max(math.ceil(about / (_STEP_WIDTHS * width)), 8), _MOST_SAMPLES)
             posed = patch.to_posed(curve.sample(count))
-            along = np.gradient(posed, axis=0)
+            along = np.empty_like(posed)
+            along[1:-1] = posed[2:] - posed[:-2]
+            along[0], along[-1] = posed[1] - posed[0], posed[-1] - posed[-2]
+            length = np.hypot(along[:, 0], along[:, 1])
             points.append(posed)
-            tangents.append(along / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None])
-            steps.append(curve.length / (count - 1))
+            tangents.append(along / np.maximum(length, 1e-9)[:, None])
+            steps.append(float(length[1:-1].sum() + length[0] + length[-1]) / (2 * (count - 1)))
         return cls(
             np.concatenate(points),
             np.concatenate(tangents),
