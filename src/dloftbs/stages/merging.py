@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.graph import FREE, UNAVAILABLE, Graph, Pairing
 from dloftbs.kernels.bending import OPEN_INSIDE, turn_costs
 
@@ -56,14 +55,10 @@ def _place(graph: Graph, pairing: Pairing, end: int) -> None:
     """Put the arm of an end inside of a run where it is, along the run."""
     start, stop = pairing.spans[end // 2]
     own = pairing.points[start if end % 2 == 0 else stop - 1]
-    whole = _run_points(graph, pairing.original[end // 2])
+    first, last = graph.spans[pairing.original[end // 2]].tolist()
+    whole = graph.points[first:last]
     nearest = int(np.argmin(((whole - own) ** 2).sum(axis=1)))
     few = max(int(_DIRECTION_WIDTHS * graph.width), 2)
     along = whole[min(nearest + few, len(whole) - 1)] - whole[max(nearest - few, 0)]
     along *= (1.0 if end % 2 else -1.0) / max(float(np.hypot(*along)), 1e-9)
     pairing.arms[end] = (*own, *along, 0.0, 0.0)
-
-
-def _run_points(graph: Graph, run: int) -> FloatArray:
-    start, stop = graph.spans[run].tolist()
-    return graph.points[start:stop]

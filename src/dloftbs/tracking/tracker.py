@@ -184,17 +184,14 @@ class Tracker:
             self._start(doubtful)
             return
         all_of = match_by_ends([self._memories[t] for t in rest], known.some(rest), doubtful)
-        for k, (_, pieces) in all_of.items():
+        for k, (_, pieces) in all_of.items():  # of one detection each, in its order: no piece is rejected
             self._see(self._memories[rest[k]], Shown(pieces), dt)
         rest = [t for k, t in enumerate(rest) if k not in all_of]
         taken = {d for d, _ in all_of.values()}
         doubtful = [one for d, one in enumerate(doubtful) if d not in taken]
-        if not rest:
-            self._start(doubtful)
-            return
         memories = [self._memories[t] for t in rest]
-        shown, left, parts = [Shown() for _ in rest], [], list(doubtful)
-        if doubtful:
+        shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
+        if doubtful and rest:
             matching = bring_together(memories, known.some(rest), doubtful, self._config, self._size)
             parts, shown = list(matching.seen), matching.shown
             left = [parts[d] for d in matching.left]
