@@ -84,6 +84,7 @@ def sample_cubic(
     read(float64, 1),
     float64,
     float64,
+    float64,
 )
 def match_as_they_stand(
     tracks: npt.NDArray[np.float64],
@@ -94,6 +95,7 @@ def match_as_they_stand(
     found_closed: npt.NDArray[np.bool_],
     slack: npt.NDArray[np.float64],
     near: float,
+    farthest: float,
     apart: float,
 ) -> npt.NDArray[np.int64]:
     """Match curves to tracks where there is no doubt: they are near to each other as a whole, and far from all others.
@@ -112,7 +114,9 @@ def match_as_they_stand(
     slack : (t,) float64
         By how much the lengths may differ.
     near : float
-        What counts as near, as a share of the length.
+        What counts as near in the mean, as a share of the length.
+    farthest : float
+        And at any place.
     apart : float
         How many times nearer than any other its partner must be; and no other may be near.
 
@@ -125,10 +129,11 @@ def match_as_they_stand(
     others = len(found)
     partner = np.zeros(count, dtype=np.int64)
     distance = np.empty((count, others))
+    largest = np.empty((count, others))
     way = np.zeros((count, others), dtype=np.int64)
     for t in range(count):
         for f in range(others):
-            there, back, used = 0.0, 0.0, 0
+            there, back, most_there, most_back, used = 0.0, 0.0, 0.0, 0.0, 0
             for k in range(0, m, _STRIDE):
                 one, other = 0.0, 0.0
                 for d in range(dims):
@@ -136,8 +141,10 @@ def match_as_they_stand(
                     other += (tracks[t, k, d] - found[f, m - 1 - k, d]) ** 2
                 there += math.sqrt(one)
                 back += math.sqrt(other)
+                most_there, most_back = max(most_there, one), max(most_back, other)
                 used += 1
             distance[t, f] = min(there, back) / used
+            largest[t, f] = math.sqrt(most_there if there <= back else most_back)
             if there * apart < back:
                 way[t, f] = 1
             elif back * apart < there:
@@ -151,6 +158,7 @@ def match_as_they_stand(
                 best = f
         limit = max(apart * distance[t, best], near * track_lengths[t])
         sure = not found_closed[best] and distance[t, best] <= near * track_lengths[t]
+        sure &= largest[t, best] <= farthest * track_lengths[t]
         sure &= abs(found_lengths[best] - track_lengths[t]) <= slack[t]
         for f in range(others):
             sure &= f == best or distance[t, f] >= limit

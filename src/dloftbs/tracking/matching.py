@@ -6,6 +6,7 @@ may be one more part of a track that is partly hidden, and a track may be a part
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -23,7 +24,8 @@ from dloftbs.tracking.pieces import WHOLE, Piece, Shown, hidden_between
 from dloftbs.tracking.placing import anchored, place_on
 from dloftbs.tracking.seeing import Seen, U
 
-_NEAR, _APART = 0.02, 3.0  # where there is no doubt: distance by length, and how much farther any other is
+_NEAR, _FARTHEST = 0.02, 0.03  # where there is no doubt: distance by length, in the mean and at any place
+_APART = 3.0  # and how much farther any other is
 _CAP = 1.5  # of the gate: how much a stretch that does not fit may count
 _NOT_COVERED = 0.5  # of the gate: what a stretch costs that the other one does not have
 _WIDENING, _WIDEST = 4.0, 3.0  # of the gate: by how much a second, and to how many times, where a track is not seen
@@ -31,6 +33,7 @@ _WIDTH_RATIO = 3.0
 _SHORTEST_GATE = 3.0  # widths
 _ROOM = 0.2  # of a part's length: as much of it may lie where another part is thought to be
 
+_CORNER, _STRAIGHT = 4, 0.7  # samples from an end that tell its direction, and the least cosine of what goes on
 _PLACES = 32
 _AT_END = 1.5  # of the misfit elsewhere: up to so much a part may fit worse at an end, and is there
 
@@ -46,7 +49,7 @@ def match_at_once(memories: Sequence[Memory], known: Known, seen: Sequence[Seen]
     points = np.array([s.points for s in seen])
     whole = np.array([not (m.hidden or m.misses or m.curve.closed) for m in memories])
     partner: list[int] = kernels.match_as_they_stand(
-        known.points, known.lengths, whole, points, lengths, closed, known.slack, _NEAR, _APART
+        known.points, known.lengths, whole, points, lengths, closed, known.slack, _NEAR, _FARTHEST, _APART
     ).tolist()
     for t, p in enumerate(partner):
         if p and not 1.0 / _WIDTH_RATIO <= _ratio(memories[t].width, seen[abs(p) - 1].width) <= _WIDTH_RATIO:
@@ -67,18 +70,11 @@ def bring_together(
 ) -> Matching:
     """Find what a frame shows of each track.
 
-    Detections that are as long as no track fall into parts at their long gaps. A part that lies nowhere along a track
-    then falls into parts at the crossings, where a wrong turn may have been taken, while all tracks are older than what
-    settles, and none of them is contested.
+    Detections that are as long as no track fall into parts at their long gaps.
     """
-    settle = config.settle_frames
     whole = Matching(memories, known, seen, config, size)
-    parts = [part for d, one in enumerate(seen) for part in ([one] if whole.is_all(d) else one.parts(crossings=False))]
+    parts = [part for d, one in enumerate(seen) for part in ([one] if whole.is_all(d) else one.parts())]
     matching = whole if len(parts) == len(seen) else Matching(memories, known, parts, config, size)
-    if all(m.hits >= settle and m.contested < settle for m in memories):
-        parts = [part for d, one in enumerate(matching.seen) for part in matching.as_expected(d, one)]
-        if len(parts) > len(matching.seen):
-            matching = Matching(memories, known, parts, config, size)
     matching.explain()
     return matching
 
@@ -150,7 +146,6 @@ class Matching:
         for d in sorted(self.left, key=lambda d: -self._lengths[d]):
             self._add_part(d)
         self.left = [d for d in self.left if not self._may_be_hidden(d)]
-        self._find_joined()
         for t, shown in enumerate(self.shown):
             shown.shadow = not shown.pieces and self._lies_beside(t, owner)
 
@@ -160,16 +155,6 @@ class Matching:
             self._fits[t, d] and abs(memory.length - self._lengths[d]) < memory.slack_px
             for t, memory in enumerate(self._memories)
         )
-
-    def as_expected(self, d: int, part: Seen) -> list[Seen]:
-        """Return a part of a detection as it is, if it lies along a track about as expected, else what it may be of."""
-        for t, memory in enumerate(self._memories):
-            near = _NEAR * memory.length + 0.5 * memory.slack_px
-            if part.of == WHOLE and abs(part.length - memory.length) < memory.tolerance_px:
-                near = self._gate[t, d]  # as long as the whole: it hardly is by chance
-            if part.length < memory.length + memory.slack_px and self._misfit[t, d] < near:
-                return [part]
-        return part.parts(crossings=True)
 
     def _gates(self, share: float) -> FloatArray:
         """Return the largest distance for each pair, shape (tracks, detections)."""
@@ -245,21 +230,6 @@ class Matching:
             self.shown[other] = Shown([Piece(shown, WHOLE, _within(shown.of, of))])
             owner[other] = d
             return
-
-    def _find_joined(self) -> None:
-        """Find the tracks that together are one detection: two objects that touch, or one that was taken for two."""
-        sharing: dict[int, list[int]] = {}
-        for t, shown in enumerate(self.shown):
-            for number in {piece.seen.number for piece in shown.pieces}:
-                sharing.setdefault(number, []).append(t)
-        for number, tracks in sharing.items():
-            total = next(s.total for s in self._seen if s.number == number)
-            memories = [self._memories[t] for t in tracks]
-            both, slack = sum(m.length for m in memories), sum(m.slack_px for m in memories)
-            if len(tracks) == 2 and abs(both - total) < slack:
-                apart = any(m.apart for m in memories) or _were_apart(*memories)
-                for t in tracks:
-                    self.shown[t].joined, self.shown[t].apart = not apart, apart
 
     def _better_end(self, t: int, d: int, points: FloatArray, share: float, room: float) -> tuple[float, bool, bool]:
         """Return how well a track lies at the better end of a detection, whether that is the first, and its way."""
@@ -373,3 +343,28 @@ def _were_apart(one: Memory, other: Memory) -> bool:
     as_now = np.abs(one.lengths[first] - one.length) < one.slack_px
     as_now &= np.abs(other.lengths[second] - other.length) < other.slack_px
     return bool((gaps[as_now] > one.slack_px + other.slack_px).any())
+
+
+def find_joined(memories: Sequence[Memory], shown: Sequence[Shown]) -> None:
+    """Find the tracks that together are one detection: two objects that touch, or one that was taken for two."""
+    sharing: dict[int, list[int]] = {}
+    for t, one in enumerate(shown):
+        for number in {piece.seen.number for piece in one.pieces}:
+            sharing.setdefault(number, []).append(t)
+    for number, tracks in sharing.items():
+        if len(tracks) != 2:
+            continue
+        total = next(p.seen.total for p in shown[tracks[0]].pieces if p.seen.number == number)
+        pair = [memories[t] for t in tracks]
+        if abs(sum(m.length for m in pair) - total) < sum(m.slack_px for m in pair):
+            apart = any(m.apart for m in pair) or _were_apart(*pair) or _turn_sharply(*pair)
+            for t in tracks:
+                shown[t].joined, shown[t].apart = not apart, apart
+
+
+def _turn_sharply(one: Memory, other: Memory) -> bool:
+    """Tell whether two tracks make a corner where their nearest ends meet, which one object would hardly have."""
+    ends = [(points, points[::-1]) for points in (one.points, other.points)]
+    first, second = min(itertools.product(*ends), key=lambda pair: math.dist(pair[0][0], pair[1][0]))
+    before, after = first[0] - first[_CORNER], second[_CORNER] - second[0]
+    return float(before @ after) < _STRAIGHT * math.hypot(*before) * math.hypot(*after)

@@ -83,6 +83,8 @@ class Memory:
         Whether it is a part of a detection, and known to be another object than the rest of it.
     ends, lengths : numpy.ndarray, shapes (REMEMBERED, 2, 2) and (REMEMBERED,)
         Where the two ends were in the last frames, and how long it was, px; NaN before there were any.
+    totals : numpy.ndarray, shape (REMEMBERED,)
+        How long it was in the last frames that showed all of it, px; NaN before there were any.
     as_seen : Seen or None
         What is published in the place of the curve, where the frame is not to be believed.
     """
@@ -111,6 +113,7 @@ class Memory:
     apart: bool = False
     ends: FloatArray = field(default_factory=lambda: np.full((REMEMBERED, 2, 2), np.nan))
     lengths: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
+    totals: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
     as_seen: Seen | None = None
     detection: Detection | None = None
     inferred: tuple[tuple[float, float], ...] = ()
@@ -146,12 +149,14 @@ class Memory:
         self.shape, self.shape_s = points, 0.0
         # Small changes count slowly, or what disappears little by little would never be missed.
         change = seen.length - self.length
-        if self.hits < TRUSTED or change > self.slack_px or change < -self.tolerance_px:
+        if self.hits < TRUSTED or abs(change) > self.tolerance_px:
             self.length = seen.length
         else:
             self.length += _LENGTH_GAIN * change
         if seen.width == seen.width:  # not NaN
             self.width = seen.width
+        if seen.clear:
+            self.totals[self.hits % REMEMBERED] = seen.length
         self.inferred, self.confidence = seen.gaps, 1.0
         self.trust = np.minimum(self.trust + 1.0, _MOST_TRUST)
         if self.hidden or self.misses:
@@ -200,6 +205,11 @@ class Memory:
     def is_overruled_by(self, seen: Seen, settle_frames: int) -> bool:
         """Tell whether a detection contradicted what was believed for so long that it is right."""
         return self.contested >= settle_frames and seen.of == (0.0, 1.0) and self._is_as_contested(seen)
+
+    def is_as_usual(self, length: float) -> bool:
+        """Tell whether a length is what it was in most frames that showed all of the object."""
+        known = self.totals[~np.isnan(self.totals)]
+        return len(known) >= TRUSTED and abs(length - float(np.median(known))) <= self.tolerance_px
 
     def _is_as_contested(self, seen: Seen) -> bool:
         return abs(seen.total - self.contested_px) < 0.01 * seen.total + 0.75 * self._width_or_0

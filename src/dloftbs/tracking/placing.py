@@ -36,7 +36,7 @@ def place_on(
         ``(H, W)`` of the image.
     """
     share = shown.length / memory.length
-    if not memory.hidden and share > _SHRUNK and _has_shrunk(memory, expected, shown):
+    if is_scaled(memory, expected, shown):
         return WHOLE
     first, last, free = (_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share, start))
     leaving = [size is not None and at_border(end, size, memory.width) for end in shown.points[[0, -1]]]
@@ -51,13 +51,21 @@ def place_on(
     return anchored
 
 
-def _has_shrunk(memory: Memory, expected: FloatArray, shown: Seen) -> bool:
-    """Tell whether a detection that is somewhat shorter is the whole object, which went farther away, say."""
+def is_scaled(memory: Memory, expected: FloatArray, shown: Seen) -> bool:
+    """Tell whether a detection that is somewhat shorter or longer is the whole object, nearer or farther away, say."""
     share = shown.length / memory.length
-    smaller = memory.shape * share
-    whole = kernels.misfit_at(shown.points, smaller, 1.0, 0.0, 0.0)
+    if memory.hidden or not _SHRUNK < share < 1.0 / _SHRUNK:
+        return False
+    whole = kernels.misfit_at(shown.points, memory.shape * share, 1.0, 0.0, 0.0)
     whole += _BY_MOTION * kernels.misfit_at(shown.points, expected, 1.0, 0.0, _SHIFT)
-    return whole < _CLEARLY * min(_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share))
+    if share <= 1.0:
+        return whole < _CLEARLY * min(_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share))
+    part = 1.0 / share
+    return whole < _CLEARLY * min(
+        kernels.misfit_at(memory.shape, shown.points, part, low, 0.0)
+        + _BY_MOTION * kernels.misfit_at(expected, shown.points, part, low, _SHIFT)
+        for low in (0.0, 1.0 - part)
+    )
 
 
 def _misfit_at(memory: Memory, expected: FloatArray, shown: Seen, low: float) -> float:

@@ -82,9 +82,9 @@ class Seen(NamedTuple):
             backwards=not self.backwards,
         )
 
-    def parts(self, *, crossings: bool) -> list[Seen]:
-        """Return what lies between the long gaps and, if so wanted, between the crossings."""
-        if self.detection is None or not self.detection.joints or (self.clear and not crossings):
+    def parts(self) -> list[Seen]:
+        """Return what lies between the long gaps."""
+        if self.detection is None or self.clear:
             return [self]
         gap = _GAP_WIDTHS * self.width / self.total
         first, last = self.of
@@ -93,7 +93,8 @@ class Seen(NamedTuple):
             for joint in self.detection.joints
             if first <= joint.u[0]
             and joint.u[1] <= last
-            and (crossings if joint.kind is JointKind.CROSSING else joint.u[1] - joint.u[0] > gap)
+            and joint.kind is not JointKind.CROSSING
+            and joint.u[1] - joint.u[0] > gap
         ]
         if not cuts:
             return [self]
@@ -134,10 +135,12 @@ def look_at(found: Sequence[Detection | BSplineCurve], widths: Sequence[float] |
     return shown
 
 
-def sample(curve: BSplineCurve, first: float = 0.0, last: float = 1.0) -> tuple[FloatArray, float]:
-    """Return `SAMPLES` points along a curve in the plane or in space, and the length of the polygon through them."""
+def sample(
+    curve: BSplineCurve, first: float = 0.0, last: float = 1.0, count: int = SAMPLES
+) -> tuple[FloatArray, float]:
+    """Return points along a curve in the plane or in space, and the length of the polygon through them."""
     if curve.degree == 3:
-        points = np.empty((SAMPLES, curve.ndim))
+        points = np.empty((count, curve.ndim))
         return points, kernels.sample_cubic(curve.knots, curve.control_points, first, last, points)
-    points = curve(first + U * (last - first))
+    points = curve(np.linspace(first, last, count))
     return points, float(np.linalg.norm(points[1:] - points[:-1], axis=1).sum())

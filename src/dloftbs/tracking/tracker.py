@@ -14,16 +14,15 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Detection, Track, TrackState
 from dloftbs.tracking.assembling import Stretch, assemble
 from dloftbs.tracking.believing import believe
-from dloftbs.tracking.ends import match_by_ends
 from dloftbs.tracking.joining import as_found, bridged, gaps, in_space, merged, restarted
-from dloftbs.tracking.matching import Known, bring_together, match_at_once
+from dloftbs.tracking.matching import Known, bring_together, find_joined, match_at_once
 from dloftbs.tracking.memory import Memory, Prediction, blend, blended, horizon, moved
 from dloftbs.tracking.pieces import WHOLE, Piece, Shown, hidden_between
 from dloftbs.tracking.placing import at_border
+from dloftbs.tracking.routing import route
 from dloftbs.tracking.seeing import SAMPLES, Seen, U, look_at, sample
 from dloftbs.tracking.smoothing import Smoother
 
-_LEAP = 0.05  # of the length
 _ROUNDING_S = 1e-6
 
 
@@ -183,24 +182,34 @@ class Tracker:
         if not rest:
             self._start(doubtful)
             return
-        all_of = match_by_ends([self._memories[t] for t in rest], known.some(rest), doubtful)
-        for k, (_, pieces) in all_of.items():  # of one detection each, in its order: no piece is rejected
-            self._see(self._memories[rest[k]], Shown(pieces), dt)
-        rest = [t for k, t in enumerate(rest) if k not in all_of]
-        taken = {d for d, _ in all_of.values()}
-        doubtful = [one for d, one in enumerate(doubtful) if d not in taken]
-        memories = [self._memories[t] for t in rest]
+        memories, known = [self._memories[t] for t in rest], known.some(rest)
         shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
-        if doubtful and rest:
-            matching = bring_together(memories, known.some(rest), doubtful, self._config, self._size)
-            parts, shown = list(matching.seen), matching.shown
-            left = [parts[d] for d in matching.left]
+        rows = [k for k, memory in enumerate(memories) if self._is_routed(memory)]
+        if doubtful and rows:
+            routed = route(memories, known, rows, doubtful, dt, self._size)
+            left, parts = routed.left, routed.parts
+            for k, pieces in routed.pieces.items():
+                shown[k] = Shown(pieces)
+        others = [k for k in range(len(rest)) if not shown[k].pieces]
+        if left and others:
+            matching = bring_together([memories[k] for k in others], known.some(others), left, self._config, self._size)
+            parts = [part for part in parts if not any(part is one for one in left)] + list(matching.seen)
+            left = [matching.seen[d] for d in matching.left]
+            for k, one in zip(others, matching.shown, strict=True):
+                shown[k] = one
+        find_joined(memories, shown)
         for memory, one in zip(memories, shown, strict=True):
             if one.pieces:
                 left += self._see(memory, one, dt)
         gone = {m.id for m, one in zip(memories, shown, strict=True) if not self._goes_on(m, one, dt)}
         self._memories = [m for m in self._memories if m.id not in gone]
         self._start(as_found(left, parts, doubtful))
+
+    def _is_routed(self, memory: Memory) -> bool:
+        """Tell whether a track is known so well that a frame is read by it, rather than it by the frame."""
+        settle = self._config.settle_frames
+        sure = memory.hits >= settle and not memory.misses and not memory.curve.closed
+        return sure and memory.contested < settle and memory.joined < settle
 
     def _see_sure(self, pairs: Sequence[tuple[Memory, int]], seen: Sequence[Seen], dt: float) -> None:
         """Take detections that show tracks as a whole, without doubt."""
@@ -252,7 +261,7 @@ class Tracker:
     def _leaps(self, memory: Memory, piece: Piece) -> bool:
         """Tell whether a detection is so much longer than a track known for a while that it may be two objects."""
         longer = (piece.at[1] - piece.at[0] - 1.0) * memory.length
-        if memory.hits < self._config.settle_frames or longer < _LEAP * memory.length + memory.slack_px:
+        if memory.hits < self._config.settle_frames or longer < memory.slack_px:
             return False
         ends = piece.seen.points[[0, -1]]
         return self._size is None or not any(at_border(end, self._size, memory.width) for end in ends)
