@@ -34,6 +34,7 @@ _PLACES = 9
 _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the end of what is seen
 _UNSURE = 0.15  # of the length of what is hidden between two runs
 _MOST_BENT = 3.0  # how much longer than its span what is hidden may be
+_MOSTLY = 0.8  # of a track that is seen, or it may have leapt
 _LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
 
 
@@ -79,6 +80,7 @@ def route(
     rows: Sequence[int],
     seen: Sequence[Seen],
     dt: float,
+    gate: float,
     size: tuple[int, int] | None,
 ) -> Routed:
     """Route tracks through a frame.
@@ -94,12 +96,17 @@ def route(
         The detections to route them through.
     dt : float
         Seconds since the last frame.
+    gate : float
+        See `TrackingConfig.gate`.
     size : (int, int) or None
         ``(H, W)`` of the image.
     """
     parts = [part for one in seen for part in one.parts()]
     scene = _Scene(parts, max(_spacing(memories[t]) for t in rows))
     ways = {t: scene.way_of(memories[t], known.points[t], dt) for t in rows}
+    for t, way in list(ways.items()):
+        if way.share < _MOSTLY and any(_may_be_all(memories[t], known.points[t], one, gate) for one in seen):
+            del ways[t]  # a leap: it is somewhere else as a whole
     taken: dict[int, list[_Run]] = {}
     for t in sorted(ways, key=lambda t: (ways[t].price, t)):
         way = ways[t]
@@ -114,6 +121,15 @@ def route(
         pieces[t] = scene.pieces(scene.grown(whole, memories[t]), memories[t], known.points[t], size)
     left = [part for p, part in enumerate(parts) if scene.share_taken(p) < 0.5]
     return Routed(pieces, left, parts)
+
+
+def _may_be_all(memory: Memory, expected: FloatArray, one: Seen, gate: float) -> bool:
+    """Tell whether a detection without gaps, as long as a track, is near enough to be all of it."""
+    as_long = abs(one.length - memory.length) <= memory.slack_px or memory.is_as_usual(one.length)
+    if not one.clear or one.curve.closed or not as_long:
+        return False
+    away = min(np.hypot(*(points - expected).T).mean() for points in (one.points, one.points[::-1]))
+    return bool(away < gate * memory.length)
 
 
 def _spacing(memory: Memory) -> float:
@@ -211,30 +227,31 @@ class _Scene:
         return float(self._taken[first : last + 1].mean())
 
     def completed(self, runs: list[_Run], memory: Memory) -> list[_Run]:
-        """Return all parts of one detection as runs, where it is as long as the track and all runs follow it."""
+        """Return all of one detection as runs, where it is as long as the track and all runs follow it."""
         number, way = self._parts[runs[0].part].number, runs[0].way
-        if not all(self._follows(*pair) for pair in pairwise(runs)):
-            return runs
         mine = [p for p, part in enumerate(self._parts) if part.number == number][::way]
-        gaps = self._parts[mine[0]].total - sum(self._parts[p].length for p in mine)
-        longer = self._parts[mine[0]].total - memory.length
-        others = [p for p in mine if all(p != run.part for run in runs)]
-        if not others or abs(longer) > memory.tolerance_px + _UNSURE * gaps or any(map(self.share_taken, others)):
+        total = self._parts[mine[0]].total
+        gaps = total - sum(self._parts[p].length for p in mine)
+        as_long = abs(total - memory.length) <= memory.tolerance_px + _UNSURE * gaps or memory.is_as_usual(total)
+        if not as_long or not all(self._follows(*pair) for pair in pairwise(runs)):
             return runs
-        spacing = memory.length / self._nodes(memory)
+        covered = sum(abs(run.end - run.start) + 1 for run in runs)
+        if sum(int(self._taken[first : last + 1].sum()) for first, last in self._bounds[mine]) > covered:
+            return runs  # another track has a part of it
         result = []
         for p in mine:
             known = [run for run in runs if run.part == p]
-            if known:
-                result += known
-                continue
-            ends = self._bounds[p][::way].tolist()
+            start, end = self._bounds[p][::way].tolist()
             low, high = sorted(abs(float(u) - (way < 0)) for u in self._parts[p].of)
-            first, last = (round(u * memory.length / spacing) for u in (low, high))
-            origin = float(kernels.STEPS * first - way * ends[0])
-            result.append(_Run(p, ends[0], ends[1], first, max(first, last), origin))
-            self.take(result[-1:])
+            first, last = (known[0].first, known[-1].last) if known else self._nodes_at(memory, low, high)
+            origin = known[0].origin if known else float(kernels.STEPS * first - way * start)
+            result.append(_Run(p, start, end, first, last, origin))
+        self.take(result)
         return result
+
+    def _nodes_at(self, memory: Memory, low: float, high: float) -> tuple[int, int]:
+        count = self._nodes(memory)
+        return round(low * count), round(high * count)
 
     def grown(self, runs: Sequence[_Run], memory: Memory) -> list[_Run]:
         """Return runs led on to where their parts end: a little everywhere, and all the way at the ends of the track.

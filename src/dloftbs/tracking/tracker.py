@@ -186,7 +186,7 @@ class Tracker:
         shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
         rows = [k for k, memory in enumerate(memories) if self._is_routed(memory)]
         if doubtful and rows:
-            routed = route(memories, known, rows, doubtful, dt, self._size)
+            routed = route(memories, known, rows, doubtful, dt, self._config.gate, self._size)
             left, parts = routed.left, routed.parts
             for k, pieces in routed.pieces.items():
                 shown[k] = Shown(pieces)
