@@ -4,47 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int32, int64, uint8, uint64
+from numba import float64, int32, int64, uint8
 
 from dloftbs.kernels._compile import helper, kernel, read, write
 
 RADIUS_SPACING = 4
 """Pixels of a run from one measured radius to the next."""
-
-
-@kernel(read(uint8, 2, "C"), read(uint64, 2, "C"), int64)
-def find_pixels(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64], limit: int) -> npt.NDArray[np.int32]:
-    """List the foreground pixels, ascending.
-
-    Not checked: the mask is C-contiguous, its width is a multiple of 8, and it has fewer than 2**31 pixels.
-
-    Parameters
-    ----------
-    mask : (H, W) uint8
-    words : (H, W / 8) uint64
-        The same memory, eight pixels a word.
-    limit : int
-        At least the number of foreground pixels.
-
-    Returns
-    -------
-    (n,) int32
-        Flat indices.
-    """
-    rows, columns = mask.shape
-    flat = mask.ravel()
-    pixels = np.empty(limit, dtype=np.int32)
-    count = 0
-    for row in range(rows):
-        for k in range(words.shape[1]):
-            if words[row, k] == 0:
-                continue
-            first = row * columns + 8 * k
-            for p in range(first, first + 8):
-                if flat[p] != 0:
-                    pixels[count] = p
-                    count += 1
-    return pixels[:count].copy()
 
 
 @helper
@@ -55,27 +20,6 @@ def _count_neighbours(grid: npt.NDArray[np.uint8], row: int, column: int) -> int
             if grid[r, c] != 0:
                 count += 1
     return count
-
-
-@kernel(read(uint8, 2), read(int32, 2))
-def count_neighbours(grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
-    """Count the foreground pixels among the eight neighbours of each pixel.
-
-    Not checked: the outermost rows and columns of the grid are 0, and the pixels are foreground.
-
-    Parameters
-    ----------
-    grid : (H, W) uint8
-    pixels_rc : (n, 2) int32
-
-    Returns
-    -------
-    (n,) uint8
-    """
-    degrees = np.empty(len(pixels_rc), dtype=np.uint8)
-    for i in range(len(pixels_rc)):
-        degrees[i] = _count_neighbours(grid, pixels_rc[i, 0], pixels_rc[i, 1])
-    return degrees
 
 
 @kernel(write(uint8, 2), read(int32, 2), read(uint8, 1))
