@@ -6,16 +6,16 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float64, int32, int64, uint8
 
-from dloftbs.kernels._compile import helper, kernel, read, write
+from dloftbs.kernels._compile import helper, inlined, kernel, read, write
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
 _CHORD_WIDTHS = 1.5
-_BRANCH = 2  # marks a branch point in the grid while a kernel runs
+_BRANCH, _LABELLED = 2, 3  # mark branch points in the grid while a kernel runs
 FREE = -1
 """In the place of a node: the end of a run that touches no junction."""
 
 
-@helper
+@inlined
 def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
     """Return where a pixel stands in an ascending list that holds it."""
     low, high = 0, len(pixels_rc) - 1
@@ -35,7 +35,8 @@ def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
     t = 0.0
     while True:
         for dx, dy in _RAYS:
-            if mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] == 0:
+            row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)  # unsigned indices spare a test for the sign
+            if mask[np.uint64(row), np.uint64(column)] == 0:
                 return max(t - 0.25, 0.0)
         t += 0.5
 
@@ -80,35 +81,41 @@ def find_junctions(
         How far the mask reaches around each centre, px.
     """
     n = len(pixels_rc)
-    label = np.full(n, -1, dtype=np.int64)
+    size = 0
+    for i in range(n):
+        size += degrees[i] > 2
+    branches = np.empty((size, 2), dtype=np.int32)
+    size = 0
     for i in range(n):
         if degrees[i] > 2:
+            branches[size, 0], branches[size, 1] = pixels_rc[i, 0], pixels_rc[i, 1]
             grid[pixels_rc[i, 0], pixels_rc[i, 1]] = _BRANCH
-    stack = np.empty(n, dtype=np.int64)
-    centres = np.empty((n, 2), dtype=np.float64)
+            size += 1
+    label = np.empty(size, dtype=np.int64)
+    stack = np.empty(size, dtype=np.int64)
+    centres = np.empty((size, 2), dtype=np.float64)
     count = 0
-    for first in range(n):
-        if degrees[first] <= 2 or label[first] >= 0:
+    for first in range(size):
+        if grid[branches[first, 0], branches[first, 1]] == _LABELLED:
             continue
-        label[first] = count
+        grid[branches[first, 0], branches[first, 1]] = _LABELLED
         stack[0] = first
-        height, size = 1, 0
+        height, found = 1, 0
         sum_x, sum_y = 0.0, 0.0
         while height > 0:
             height -= 1
-            row, column = pixels_rc[stack[height], 0], pixels_rc[stack[height], 1]
-            size += 1
+            label[stack[height]] = count
+            row, column = branches[stack[height], 0], branches[stack[height], 1]
+            found += 1
             sum_x += column
             sum_y += row
             for r in range(row - 1, row + 2):
                 for c in range(column - 1, column + 2):
                     if grid[r, c] == _BRANCH:
-                        i = _index_of(pixels_rc, r, c)
-                        if label[i] < 0:
-                            label[i] = count
-                            stack[height] = i
-                            height += 1
-        centres[count, 0], centres[count, 1] = sum_x / size, sum_y / size
+                        grid[r, c] = _LABELLED
+                        stack[height] = _index_of(branches, r, c)
+                        height += 1
+        centres[count, 0], centres[count, 1] = sum_x / found, sum_y / found
         count += 1
 
     nodes = np.full(2 * n_open, FREE, dtype=np.int64)
@@ -118,16 +125,16 @@ def find_junctions(
         row, column = int(points[i, 1]), int(points[i, 0])
         for r in range(row - 1, row + 2):
             for c in range(column - 1, column + 2):
-                if grid[r, c] == _BRANCH and nodes[end] == FREE:
-                    node = label[_index_of(pixels_rc, r, c)]
+                if grid[r, c] == _LABELLED and nodes[end] == FREE:
+                    node = label[_index_of(branches, r, c)]
                     # A run of one pixel has its two junctions in order.
                     if end % 2 == 0 or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
                         nodes[end] = node
     radii = np.empty(count, dtype=np.float64)
     for node in range(count):
         radii[node] = _inscribed_radius(mask, centres[node, 0], centres[node, 1])
-    for i in range(n):
-        grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 1
+    for i in range(size):
+        grid[branches[i, 0], branches[i, 1]] = 1
     return nodes, centres[:count].copy(), radii
 
 
