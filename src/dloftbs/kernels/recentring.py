@@ -170,7 +170,7 @@ def _wall_by_columns(
     return total / weights, weights / looked_at
 
 
-@helper
+@inlined
 def _wall(
     mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
 ) -> tuple[float, float]:
