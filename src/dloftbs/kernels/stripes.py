@@ -16,7 +16,7 @@ from dloftbs.kernels._compile import helper, inlined, kernel, read
 BITS = 64
 """Columns of a stripe."""
 
-ROWS = 8
+ROWS = 16
 """The number of rows of framed stripes, but for the first and the last, is a multiple of this."""
 
 _Words = npt.NDArray[np.uint64]

@@ -17,7 +17,7 @@ NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
 
 _Words = npt.NDArray[np.uint64]
 
-_ROWS = 8  # of a tile, which is a stripe wide
+_ROWS = 16  # of a tile, which is a stripe wide
 _TURNS = 4  # a tile rests when so many, one from each side, have taken nothing of it and of what touches it
 
 
