@@ -59,7 +59,8 @@ def _grow(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
 @helper
 def _grow_and_shrink(stripes: _Words, inside: _Words, reach: int, first: int) -> _Words:
     """Grow the foreground `reach` times and shrink it as often, or with `first` all ones the other way around."""
-    buffers = np.zeros((2, *stripes.shape), dtype=np.uint64)
+    n, rows = stripes.shape
+    buffers = np.zeros((2, n, rows), dtype=np.uint64)
     source = stripes
     for step in range(2 * reach):
         target = buffers[step % 2]

@@ -95,7 +95,7 @@ def thin(stripes: _Words, sides: npt.NDArray[np.uint8]) -> None:
 
     In each turn all pixels that may go from its side go at once. The stripes are worked on in tiles of some rows. One
     from which four turns took nothing rests until something goes that touches it, so that what is thin costs nothing
-    while a thick place is still being peeled, and the inside of a thick place costs nothing before it is reached.
+    while a thick place is still being peeled, nor does the inside of a thick place before it is reached.
 
     Parameters
     ----------
