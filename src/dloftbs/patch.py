@@ -19,7 +19,6 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.kernels.boxes import border_moments, pose_pixels
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -48,33 +47,25 @@ class Patch:
     ----------
     pixels : numpy.ndarray, shape (h + 2, stride), uint8
         0 and 1, C-contiguous, with a stride that is a multiple of 8; column and row 1 hold the box's first pixels.
+    words : numpy.ndarray, shape (n, R), uint64
+        The same as stripes, 64 pixels a word, see `dloftbs.kernels.stripes.frame`.
     size : (int, int)
         ``(h, w)`` of the bounding box.
     origin : (int, int)
         ``(x, y)`` in the image of the box's top left pixel.
-    border : numpy.ndarray, shape (n,), int32
-        Flat indices into `pixels` of the foreground pixels that have background on a side.
-    area : int
-        Number of foreground pixels.
     pose : Pose
     """
 
     pixels: npt.NDArray[np.uint8]
+    words: npt.NDArray[np.uint64]
     size: tuple[int, int]
     origin: tuple[int, int]
-    border: npt.NDArray[np.int32]
-    area: int
     pose: Pose
 
     def posed(self, pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return an array with the shape of `pixels` in the patch's pose, cut to the box and its margin; a view."""
         h, w = self.size
         return self.pose.view(pixels[: h + 2, : w + 2])
-
-    def posed_rc(self, flat: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-        """Turn ascending flat indices into `pixels` into posed ``(row, column)``, ascending, shape (n, 2)."""
-        pose, (h, w) = self.pose, self.size
-        return pose_pixels(flat, self.pixels.shape[1], h, w, pose.flip_x, pose.flip_y, pose.transpose)
 
     @cached_property
     def image_transform(self) -> tuple[FloatArray, FloatArray]:
@@ -128,7 +119,7 @@ class Skeleton:
         return self.degrees > 2
 
 
-def canonical_pose(pixels: npt.NDArray[np.uint8], border: npt.NDArray[np.int32], stride: int) -> Pose:
+def canonical_pose(pixels: npt.NDArray[np.uint8], moments: tuple[int, ...]) -> Pose:
     """Choose the pose of a mask: all eight versions of a mask look the same in theirs.
 
     Moments of the border pixels about the middle of the box decide: the wider side becomes the columns, the heavier
@@ -139,24 +130,18 @@ def canonical_pose(pixels: npt.NDArray[np.uint8], border: npt.NDArray[np.int32],
     ----------
     pixels : numpy.ndarray, shape (h, w), uint8
         The mask, cut to its bounding box.
-    border : numpy.ndarray, shape (n,), int32
-        Its border pixels as `Patch` holds them.
-    stride : int
-        The stride that these indices are made with.
+    moments : tuple of int
+        See `dloftbs.kernels.stripes.frame`.
     """
     h, w = pixels.shape
-    sx, sy, sxyy, syxx, sxxx, syyy, sxx, syy = border_moments(border, stride, h, w)
-    odd_x = _first_nonzero(sx, sxyy, sxxx)
-    odd_y = _first_nonzero(sy, syxx, syyy)
-    wide = _first_nonzero(w - h, sxx - syy, abs(odd_x) - abs(odd_y))
-    candidates = list(_poses(odd_x, odd_y, wide))
-    if len(candidates) == 1:
-        return candidates[0]
+    sx, sy, sxyy, syxx, sxxx, syyy, sxx, syy = moments
+    odd_x = sx or sxyy or sxxx
+    odd_y = sy or syxx or syyy
+    wide = w - h or sxx - syy or abs(odd_x) - abs(odd_y)
+    if odd_x and odd_y and wide:
+        return Pose(odd_x < 0, odd_y < 0, wide < 0)
+    candidates = _poses(odd_x, odd_y, wide)
     return max(candidates, key=lambda pose: np.packbits(pose.view(pixels)).tobytes())
-
-
-def _first_nonzero(*values: int) -> int:
-    return next((value for value in values if value), 0)
 
 
 def _poses(odd_x: int, odd_y: int, wide: int) -> Iterator[Pose]:

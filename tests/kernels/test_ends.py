@@ -9,20 +9,19 @@ import pytest
 from drawings import EIGHT_VERSIONS, random_masks, turn, turn_points
 from hypothesis import given
 from scipy.interpolate import make_interp_spline
-from skeletons import fast_skeleton, padded
+from skeletons import fast_skeleton, listed, padded
 
 from dloftbs.curve import BSplineCurve
 from dloftbs.kernels.ends import extend_end
 from dloftbs.kernels.recentring import recentre
-from dloftbs.kernels.tracing import count_neighbours, trace
+from dloftbs.kernels.tracing import trace
 from dloftbs.sources.synthetic import draw_tube_mask
 
 
 def runs_of(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a mask in the kernels' frame, and the points and offsets of its skeleton's runs."""
     grid = fast_skeleton(mask)
-    pixels_rc = np.argwhere(grid).astype(np.int32)
-    points, offsets, _ = trace(grid, pixels_rc, count_neighbours(grid, pixels_rc))
+    points, offsets, _ = trace(grid, *listed(grid))
     return padded(mask), points, offsets
 
 

@@ -1,4 +1,4 @@
-"""Thinning: the slow twin, the table, and the topology that must survive."""
+"""Thinning: the slow twin, what may go, and the topology that must survive."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from hypothesis import given
 from scipy import ndimage
 from skeletons import ORDER, fast_skeleton, padded
 
-from dloftbs.kernels.thinning import DELETION_TABLE, find_border
+from dloftbs.kernels import stripes, thinning
+from dloftbs.kernels.thinning import _may_go
 
 NEIGHBOURS = [(-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1)]
 EIGHT = np.ones((3, 3), dtype=int)
@@ -49,31 +50,17 @@ def slow_skeleton(mask: np.ndarray, order: tuple[int, ...] = ORDER) -> np.ndarra
     return state
 
 
-def slow_border(frame: np.ndarray) -> list[int]:
-    beside = [np.roll(frame, shift, axis) for shift, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1))]
-    return np.flatnonzero(frame.astype(bool) & (np.minimum.reduce(beside) == 0)).tolist()
+def wide_blobs(rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+    smooth = cv2.GaussianBlur(rng.random(shape), (0, 0), 4.0)
+    return (smooth > np.median(smooth)).astype(np.uint8)
 
 
-def test_table_agrees_with_counting_pieces() -> None:
-    for code in range(256):
-        neighbours = [code >> bit & 1 for bit in range(8)]
-        for side in ORDER:
-            expected = MAY_GO[code] and neighbours[side] == 0
-            assert bool(DELETION_TABLE[code] >> (side // 2) & 1) == expected, f"{code:08b} from side {side}"
-
-
-def test_border_agrees_with_its_slow_twin_on_thousands_of_masks() -> None:
-    for seed in range(2000):
-        frame = padded(random_mask(seed))
-        border, area = find_border(frame.view(np.uint64))
-        assert area == frame.sum(), f"seed {seed}"
-        assert border.tolist() == slow_border(frame), f"seed {seed}"
-
-
-def test_border_of_a_wide_block_skips_its_inside() -> None:
-    frame = padded(np.ones((20, 60), dtype=np.uint8))
-    border, area = find_border(frame.view(np.uint64))
-    assert (area, len(border)) == (1200, 2 * 60 + 2 * 18)
+@pytest.mark.parametrize("side", ORDER)
+def test_pixels_go_as_counting_pieces_says(side: int) -> None:
+    neighbours = [np.array([code >> bit & 1 for code in range(256)], dtype=np.uint64) for bit in range(8)]
+    turned = neighbours[side:] + neighbours[:side]
+    gone = [_may_go(np.uint64(1), *words) for words in zip(*turned, strict=True)]
+    assert [bool(word) for word in gone] == (MAY_GO & (neighbours[side] == 0)).tolist()
 
 
 def test_thinning_agrees_with_its_slow_twin_on_thousands_of_masks() -> None:
@@ -87,6 +74,26 @@ def test_thinning_agrees_for_any_order_of_sides(order: tuple[int, ...]) -> None:
     for seed in range(12):
         mask = random_mask(seed, largest=25)
         np.testing.assert_array_equal(fast_skeleton(mask, order), slow_skeleton(mask, order))
+
+
+@pytest.mark.parametrize("width", [62, 63, 64, 126, 200])
+def test_thinning_agrees_where_stripes_and_tiles_meet(width: int) -> None:
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        for mask in (wide_blobs(rng, (90, width)), rng.random((40, width)) < 0.7):
+            np.testing.assert_array_equal(fast_skeleton(mask)[:, : width + 2], slow_skeleton(mask)[:, : width + 2])
+
+
+def test_frames_hold_whole_tiles() -> None:
+    assert stripes.ROWS % thinning._ROWS == 0
+
+
+def test_what_is_thin_waits_for_what_is_thick() -> None:
+    mask = np.zeros((150, 300), dtype=np.uint8)
+    mask[70:73] = 1
+    cv2.circle(mask, (150, 71), 60, 1, -1)
+    mask[71, 150] = 0  # the disc is peeled from the inside, too
+    np.testing.assert_array_equal(fast_skeleton(mask), slow_skeleton(mask))
 
 
 def test_thinning_keeps_pieces_and_holes_of_thousands_of_masks() -> None:

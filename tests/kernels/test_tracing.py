@@ -5,40 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from drawings import draw_cable, mask_from_text, random_mask, random_masks, wave
-from hypothesis import given
+from drawings import draw_cable, mask_from_text, random_mask, wave
 from scipy import ndimage
-from skeletons import fast_skeleton, padded
+from skeletons import fast_skeleton, listed, padded, slow_degrees
 
-from dloftbs.kernels.tracing import are_covered, count_neighbours, find_pixels, measure_radius, trace
-
-
-def pixels_rc(grid: np.ndarray) -> np.ndarray:
-    return np.argwhere(grid).astype(np.int32)
-
-
-def slow_degrees(grid: np.ndarray) -> np.ndarray:
-    """The number of neighbours, by convolution."""
-    return ndimage.convolve(grid.astype(int), np.ones((3, 3), int), mode="constant") - grid
-
-
-def slow_degrees_of(grid: np.ndarray) -> np.ndarray:
-    """The number of neighbours of each foreground pixel, ascending."""
-    return slow_degrees(grid)[tuple(pixels_rc(grid).T)].astype(np.uint8)
-
-
-@given(random_masks)
-def test_find_pixels_lists_the_foreground(mask: np.ndarray) -> None:
-    frame = padded(mask)
-    found = find_pixels(frame, frame.view(np.uint64), int(mask.sum()))
-    assert found.tolist() == np.flatnonzero(frame).tolist()
-
-
-@given(random_masks)
-def test_degrees_agree_with_convolution(mask: np.ndarray) -> None:
-    frame = padded(mask)
-    listed = pixels_rc(frame)
-    np.testing.assert_array_equal(count_neighbours(frame, listed), slow_degrees(frame)[tuple(listed.T)])
+from dloftbs.kernels.tracing import are_covered, measure_radius, trace
 
 
 @pytest.mark.parametrize("first", range(0, 2000, 500))
@@ -52,7 +23,7 @@ def check_walks(skeleton: np.ndarray) -> None:
     degrees = slow_degrees(grid)
     pieces, n_pieces = ndimage.label(grid, np.ones((3, 3), int))
     before = skeleton.copy()
-    points, offsets, n_open = trace(skeleton, pixels_rc(skeleton), slow_degrees_of(skeleton))
+    points, offsets, n_open = trace(skeleton, *listed(skeleton))
     np.testing.assert_array_equal(skeleton, before)
     assert len(offsets) - 1 == n_pieces
     assert sorted(map(tuple, points[:, ::-1].tolist())) == sorted(map(tuple, np.argwhere(grid).tolist()))
@@ -71,7 +42,7 @@ def check_walks(skeleton: np.ndarray) -> None:
 
 def test_a_walk_starts_at_the_first_endpoint_listed() -> None:
     grid = padded(mask_from_text("####..\n....##"))
-    points, offsets, n_open = trace(grid, pixels_rc(grid), slow_degrees_of(grid))
+    points, offsets, n_open = trace(grid, *listed(grid))
     assert (offsets.tolist(), n_open) == ([0, 6], 1)
     assert points[:, 0].tolist() == [1, 2, 3, 4, 5, 6]
     assert grid.sum() == 6
@@ -79,7 +50,7 @@ def test_a_walk_starts_at_the_first_endpoint_listed() -> None:
 
 def test_a_loop_is_walked_around_once() -> None:
     grid = padded(mask_from_text(".##.\n#..#\n#..#\n.##."))
-    points, offsets, n_open = trace(grid, pixels_rc(grid), slow_degrees_of(grid))
+    points, offsets, n_open = trace(grid, *listed(grid))
     assert (offsets.tolist(), n_open) == ([0, 8], 0)
     assert points[0].tolist() == [2, 1]
     assert (np.abs(np.diff(points, axis=0, append=points[:1])).max(axis=1) == 1).all()
@@ -96,7 +67,7 @@ def test_nothing_to_walk() -> None:
 def test_radius_is_half_the_width(width: int) -> None:
     frame = padded(draw_cable(wave((300, 500), 1.0), width, (300, 500)))
     skeleton = fast_skeleton(frame[1:301, 1:501])
-    points, offsets, _ = trace(skeleton, pixels_rc(skeleton), slow_degrees_of(skeleton))
+    points, offsets, _ = trace(skeleton, *listed(skeleton))
     radius = measure_radius(frame, points, offsets, 4)
     exact = cv2.distanceTransform(frame, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[
         points[:, 1].astype(int), points[:, 0].astype(int)

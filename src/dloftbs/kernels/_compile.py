@@ -46,6 +46,14 @@ def helper(function: _Function) -> _Function:
     return njit(nogil=True)(function)
 
 
+def inlined(function: _Function) -> _Function:
+    """Compile a function into each place of its file that calls it, as for the body of a loop over words.
+
+    Only what stands in the loop itself can be done to several words at once, and a call counts references.
+    """
+    return njit(nogil=True, forceinline=True)(function)
+
+
 @functools.cache
 def _announce() -> None:
     _log.warning("compiling the kernels, once for this machine and version; this takes up to a minute")

@@ -1,20 +1,99 @@
-"""What a morphological closing adds that is no hole, and what an opening takes that is more than a speck."""
+"""What a morphological closing adds that is no hole, and what an opening takes that is more than a speck.
+
+Masks are stripes, as `dloftbs.kernels.stripes` cuts them out: bit j of word ``[k, r]`` is the pixel in column
+``64 k + j`` of row r. A pixel's number is that of its word, ``k R + r``, times 64, plus j.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import int64, uint8
+from numba import int64, uint64
 
-from dloftbs.kernels._compile import helper, kernel, write
+from dloftbs.kernels._compile import helper, inlined, kernel, write
 
+_Words = npt.NDArray[np.uint64]
+_Queue = npt.NDArray[np.int64]
+
+_BITS = 64
 _FIRST_QUEUE = 1024
-_WORD = 8
-_BLOCK = 16  # words compared without a branch
+_AROUND = 8
 _NOTCH = 9  # pixels
 _MOST_TOUCHED = 64  # by a piece that may be a joint; one of n pixels has up to 4 n + 4 neighbours
 
-_Queue = npt.NDArray[np.int64]
+
+@inlined
+def _count(word: int) -> int:
+    """Return the number of ones."""
+    word -= (word >> np.uint64(1)) & np.uint64(0x5555555555555555)
+    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
+
+
+@inlined
+def _lowest(word: int) -> int:
+    """Return the place of the lowest one of a word that has any."""
+    return np.int64(_count(~word & (word - np.uint64(1))))
+
+
+@helper
+def _grow(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
+    """Add to the foreground its eight neighbours inside the image; with `flip` all ones, to the background."""
+    n, rows = source.shape
+    one, last = np.uint64(1), np.uint64(_BITS - 1)
+    line = np.zeros(rows, dtype=np.uint64)
+    up, middle, down = line[:-2], line[1:-1], line[2:]
+    for k in range(1, n - 1):
+        left, here, right = source[k - 1, 1:-1], source[k, 1:-1], source[k + 1, 1:-1]
+        in_left, in_here, in_right = inside[k - 1], inside[k], inside[k + 1]
+        for r in range(rows - 2):
+            word = (here[r] ^ flip) & in_here
+            beside = (((left[r] ^ flip) & in_left) >> last) | (((right[r] ^ flip) & in_right) << last)
+            middle[r] = word | (word << one) | (word >> one) | beside
+        grown = target[k, 1:-1]
+        for r in range(rows - 2):
+            grown[r] = ((up[r] | middle[r] | down[r]) ^ flip) & in_here
+
+
+@helper
+def _grow_and_shrink(stripes: _Words, inside: _Words, reach: int, first: int) -> _Words:
+    """Grow the foreground `reach` times and shrink it as often, or with `first` all ones the other way around."""
+    n, rows = stripes.shape
+    buffers = np.zeros((2, n, rows), dtype=np.uint64)
+    source = stripes
+    for step in range(2 * reach):
+        target = buffers[step % 2]
+        _grow(source, target, inside, first if step < reach else ~first)
+        source = target
+    return source
+
+
+@inlined
+def _get(words: _Words, p: int) -> bool:
+    """Tell whether a pixel is set."""
+    return (words[p >> 6] >> np.uint64(p & 63)) & np.uint64(1) != 0
+
+
+@inlined
+def _set(words: _Words, p: int) -> None:
+    words[p >> 6] |= np.uint64(1) << np.uint64(p & 63)
+
+
+@inlined
+def _clear(words: _Words, p: int) -> None:
+    words[p >> 6] &= ~(np.uint64(1) << np.uint64(p & 63))
+
+
+@inlined
+def _left(p: int, stride: int) -> int:
+    """Return the pixel to the left; `stride` is 64 times the number of rows."""
+    return p - 1 if p & 63 > 0 else p + 63 - stride
+
+
+@inlined
+def _right(p: int, stride: int) -> int:
+    return p + 1 if p & 63 < 63 else p - 63 + stride
 
 
 @helper
@@ -25,154 +104,71 @@ def _longer(queue: _Queue) -> _Queue:
     return longer
 
 
-@helper
-def _most_changed(rows: int, columns: int) -> int:
-    """Return how many pixels may change before a mask counts as noise, which bounds the time."""
-    return rows * columns // 32 + 4096
-
-
-@helper
-def _next_difference(one: npt.NDArray[np.uint64], other: npt.NDArray[np.uint64], k: int) -> int:
-    """Return the first index from `k` on at which two arrays differ; their length where there is none."""
-    n = len(one)
-    while k < n:
-        if k + _BLOCK <= n:
-            difference = np.uint64(0)
-            for i in range(k, k + _BLOCK):
-                difference |= one[i] ^ other[i]
-            if difference == 0:
-                k += _BLOCK
-                continue
-        if one[k] != other[k]:
-            return k
-        k += 1
-    return n
-
-
-@helper
-def _list_added(
-    before: npt.NDArray[np.uint8], closed: npt.NDArray[np.uint8], most: int
-) -> tuple[npt.NDArray[np.int64], int]:
-    """Return where a closing has added foreground, as the first so many entries of an array; stop above `most`."""
-    added = np.empty(_FIRST_QUEUE, dtype=np.int64)
-    count = 0
-    whole = len(before) - len(before) % _WORD
-    words_before, words_closed = before[:whole].view(np.uint64), closed[:whole].view(np.uint64)
-    k = 0
-    while k <= len(words_before):
-        k = _next_difference(words_before, words_closed, k)
-        if count > most:
-            break
-        if count + _WORD > len(added):
-            added = _longer(added)
-        for p in range(_WORD * k, min(_WORD * (k + 1), len(before))):
-            if before[p] == 0 and closed[p] != 0:
-                added[count] = p
-                count += 1
-        k += 1
-    return added, count
-
-
-@helper
-def _is_beside_background(p: int, rows: int, columns: int, mask: npt.NDArray[np.uint8]) -> bool:
-    """Tell whether one of a pixel's four neighbours is background, or beyond the image."""
-    row, column = p // columns, p % columns
-    if row == 0 or column == 0 or row == rows - 1 or column == columns - 1:
-        return True
-    return mask[p - columns] == 0 or mask[p - 1] == 0 or mask[p + 1] == 0 or mask[p + columns] == 0
-
-
-@helper
-def _recede(
-    p: int, rows: int, columns: int, before: npt.NDArray[np.uint8], closed: npt.NDArray[np.uint8], stack: _Queue
-) -> _Queue:
-    """Take back an added pixel, and all that hang together with it by their sides; return the stack, as `_collect`."""
-    closed[p] = 0
-    stack[0] = p
+@inlined
+def _recede(seed: int, stride: int, added: _Words, stack: _Queue) -> _Queue:
+    """Take an added pixel away, and all that hang together with it by their sides; return the stack, as `_collect`."""
+    _clear(added, seed)
+    stack[0] = seed
     count = 1
     while count > 0:
         count -= 1
         p = stack[count]
-        row, column = p // columns, p % columns
-        if count + _WORD > len(stack):
+        if count + _AROUND > len(stack):
             stack = _longer(stack)
-        for q, is_inside in (
-            (p - columns, row > 0),
-            (p - 1, column > 0),
-            (p + 1, column < columns - 1),
-            (p + columns, row < rows - 1),
-        ):
-            if is_inside and closed[q] != 0 and before[q] == 0:
-                closed[q] = 0
+        for q in (p - _BITS, _left(p, stride), _right(p, stride), p + _BITS):
+            if _get(added, q):
+                _clear(added, q)
                 stack[count] = q
                 count += 1
     return stack
 
 
-@helper
-def _collect(
-    seed: int,
-    columns: int,
-    larger: npt.NDArray[np.uint8],
-    smaller: npt.NDArray[np.uint8],
-    queue: _Queue,
-    most: int,
-) -> tuple[int, int, _Queue]:
-    """Take the piece that holds a pixel, of what one mask has more than the other, out of the larger one.
-
-    Beyond `most` pixels the rest of it stays.
+@inlined
+def _collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue) -> tuple[int, int, _Queue]:
+    """Take the 8-connected piece that holds a pixel out of the pieces.
 
     Returns
     -------
     size, touches : int
-        Of its pixels, and of their neighbours in the smaller mask, each as often as it is met.
+        Of its pixels, and of their neighbours in the mask that is kept, each as often as it is met.
     queue : (n,) int64
         Its first entries are the piece.
     """
-    larger[seed] = 0
+    _clear(pieces, seed)
     queue[0] = seed
     count, done, touches = 1, 0, 0
-    while done < count <= most:
+    while done < count:
         p = queue[done]
         done += 1
-        column = p % columns
-        if count + _WORD > len(queue):
+        if count + _AROUND > len(queue):
             queue = _longer(queue)
-        for line in (p - columns, p, p + columns):
-            if line < 0 or line >= len(larger):
-                continue
-            for q in range(line - (column > 0), line + (column < columns - 1) + 1):
-                if smaller[q] != 0:
+        for line in (p - _BITS, p, p + _BITS):
+            for q in (_left(line, stride), line, _right(line, stride)):
+                if _get(kept, q):
                     touches += 1
-                elif larger[q] != 0:
-                    larger[q] = 0
+                elif _get(pieces, q):
+                    _clear(pieces, q)
                     queue[count] = q
                     count += 1
     return count, touches, queue
 
 
-@helper
-def _joins(
-    piece: _Queue,
-    size: int,
-    columns: int,
-    mask: npt.NDArray[np.uint8],
-    touched: npt.NDArray[np.int64],
-) -> bool:
+@inlined
+def _joins(piece: _Queue, size: int, rows: int, mask: _Words, touched: npt.NDArray[np.int64]) -> bool:
     """Tell whether a small piece is all that joins parts of a mask: it touches two sets of pixels or more."""
     count = 0
-    for k in range(size):
-        p = piece[k]
-        row, column = p // columns, p % columns
-        for r in range(max(row - 1, 0), min(row + 2, len(mask) // columns)):
-            for c in range(max(column - 1, 0), min(column + 2, columns)):
-                if mask[r * columns + c] == 0 or count == _MOST_TOUCHED:
+    stride = _BITS * rows
+    for i in range(size):
+        for line in (piece[i] - _BITS, piece[i], piece[i] + _BITS):
+            for q in (_left(line, stride), line, _right(line, stride)):
+                if not _get(mask, q) or count == _MOST_TOUCHED:
                     continue
+                row, column = (q >> 6) % rows, (q >> 6) // rows * _BITS + (q & 63)
                 known = False
-                for i in range(count):
-                    known |= touched[i, 0] == r and touched[i, 1] == c
+                for k in range(count):
+                    known |= touched[k, 0] == row and touched[k, 1] == column
                 if not known:
-                    touched[count, 0], touched[count, 1] = r, c
+                    touched[count, 0], touched[count, 1] = row, column
                     count += 1
     if count < 2:
         return False
@@ -188,93 +184,134 @@ def _joins(
     return reached < count
 
 
-@kernel(write(uint8, 2, "C"), write(uint8, 2, "C"))
-def keep_filled(before: npt.NDArray[np.uint8], closed: npt.NDArray[np.uint8]) -> None:
-    """Take back, in place, what a closing has added, but where it filled a whole hole, or a small notch.
+@helper
+def _non_zero(words: _Words) -> _Queue:
+    """Return the indices of the words that are not 0."""
+    count = 0
+    for word in words:
+        count += word != 0
+    indices = np.empty(count, dtype=np.int64)
+    count = 0
+    for i in range(len(words)):
+        if words[i] != 0:
+            indices[count] = i
+            count += 1
+    return indices
+
+
+@helper
+def _holes(added: _Words, closed: _Words, rows: int) -> _Words:
+    """Return what of the pixels that a closing has added is no part of the background around it."""
+    one, last = np.uint64(1), np.uint64(_BITS - 1)
+    holes = added.copy()
+    stack = np.empty(_FIRST_QUEUE, dtype=np.int64)
+    for i in _non_zero(added):
+        word = closed[i]
+        left = (word << one) | (closed[i - rows] >> last)
+        right = (word >> one) | (closed[i + rows] << last)
+        edge = added[i] & ~(left & right & closed[i - 1] & closed[i + 1])
+        while edge != 0:
+            p = _BITS * i + _lowest(edge)
+            edge &= edge - one
+            if _get(holes, p):
+                stack = _recede(p, _BITS * rows, holes, stack)
+    return holes
+
+
+@helper
+def _ones(words: _Words) -> int:
+    """Return the number of ones."""
+    count = np.uint64(0)
+    for word in words:
+        count += _count(word)
+    return np.int64(count)
+
+
+@kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
+def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
+    """Close a mask by a square, and keep of what that adds what fills a whole hole, or a small notch.
 
     A hole is background that hangs together by its sides, as goes with foreground that hangs together by its corners
     too: to fill one joins nothing but what it encloses, and leaves every other hole as it is. What touches the image's
     border is none. Of the rest, 8-connected pieces of a few pixels stay that touch a single set of pixels: so pepper at
     a cable's rim grows no branch, and a slit stays open, since it has two sides. Pieces do not touch each other, so
-    their order does not matter. The cost grows with the pixels added, beside one look at all of them; where they are so
-    many that the mask is noise, all is taken back.
+    their order does not matter. The cost grows with the pixels added, beside some looks at all words.
 
     Parameters
     ----------
-    before : (H, W) uint8
-        The mask before the closing; used up.
-    closed : (H, W) uint8
-        The same and more.
-    """
-    rows, columns = before.shape
-    mask, kept = before.ravel(), closed.ravel()
-    most = _most_changed(rows, columns)
-    added, count = _list_added(mask, kept, most)
-    if count > most:
-        closed[:] = before
-        return
-    queue = np.empty(_FIRST_QUEUE, dtype=np.int64)
-    for i in range(count):
-        if kept[added[i]] != 0 and _is_beside_background(added[i], rows, columns, kept):
-            queue = _recede(added[i], rows, columns, mask, kept, queue)
-    # What has not receded is holes, and counts as foreground from here on; the rest is looked at again.
-    for i in range(count):
-        if kept[added[i]] != 0:
-            mask[added[i]] = 1
-        else:
-            kept[added[i]] = 1
-    touched = np.empty((_MOST_TOUCHED, 2), dtype=np.int64)
-    for i in range(count):
-        if kept[added[i]] == 0 or mask[added[i]] != 0:
-            continue
-        size, _, queue = _collect(added[i], columns, kept, mask, queue, count)
-        if size <= _NOTCH and not _joins(queue, size, columns, mask, touched):
-            for k in range(size):
-                kept[queue[k]] = mask[queue[k]] = 1
-
-
-@kernel(write(uint8, 2, "C"), write(uint8, 2, "C"), int64)
-def give_back(before: npt.NDArray[np.uint8], opened: npt.NDArray[np.uint8], least: int) -> bool:
-    """Put back into an opened mask, in place, the 8-connected pieces of at least so many pixels that it has lost.
-
-    So are smaller ones that join what is left: at 2.5 px a cable is wide enough for the square in some places only.
-    Pieces do not touch each other, so their order does not matter. The cost grows with the pixels lost, beside one look
-    at all of them, eight at a time.
-
-    Parameters
-    ----------
-    before : (H, W) uint8
-        The mask before the opening; used up.
-    opened : (H, W) uint8
-        A part of it.
-    least : int
+    stripes : (n, R) uint64
+        With a margin that is wider than `reach`, and one empty stripe more to both sides.
+    inside : (n,) uint64
+        The columns that lie in the image.
+    reach : int
+        The square's side is ``2 reach + 1``, px.
+    most : int
+        Where the closing adds more pixels, the mask is noise: nothing is added.
 
     Returns
     -------
-    bool
-        False where so much was lost that the mask is noise: then the work is not done to the end, and opening the
-        result again takes back what was put.
+    (n, R) uint64
     """
-    columns = before.shape[1]
-    most = _most_changed(before.shape[0], columns)
-    lost = 0
-    lost_from, kept = before.ravel(), opened.ravel()
+    rows = stripes.shape[1]
+    closed = _grow_and_shrink(stripes, inside, reach, np.uint64(0)).ravel()
+    result = stripes.copy()
+    mask = result.ravel()
+    added = closed & ~mask
+    if _ones(added) > most:
+        return result
+    holes = _holes(added, closed, rows)
+    mask |= holes
+    pieces = added & ~holes
     queue = np.empty(_FIRST_QUEUE, dtype=np.int64)
     touched = np.empty((_MOST_TOUCHED, 2), dtype=np.int64)
-    whole = len(kept) - len(kept) % _WORD
-    words_from, words_kept = lost_from[:whole].view(np.uint64), kept[:whole].view(np.uint64)
-    k = 0
-    while k <= len(words_kept):
-        k = _next_difference(words_from, words_kept, k)
-        for p in range(_WORD * k, min(_WORD * (k + 1), len(kept))):
-            if lost_from[p] == 0 or kept[p] != 0:
-                continue
-            count, touches, queue = _collect(p, columns, lost_from, kept, queue, most)
-            lost += count
-            if lost > most:
-                return False
-            if count >= least or (touches > 1 and _joins(queue, count, columns, kept, touched)):
-                for i in range(count):
-                    kept[queue[i]] = 1
-        k += 1
-    return True
+    for i in _non_zero(pieces):
+        while pieces[i] != 0:
+            size, _, queue = _collect(_BITS * i + _lowest(pieces[i]), _BITS * rows, pieces, mask, queue)
+            if size <= _NOTCH and not _joins(queue, size, rows, mask, touched):
+                for k in range(size):
+                    _set(mask, queue[k])
+    return result
+
+
+@kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64, int64)
+def open_up(stripes: _Words, inside: _Words, reach: int, least: int, most: int) -> _Words:
+    """Open a mask by a square, and put back the 8-connected pieces of at least so many pixels that it has lost.
+
+    So are smaller ones that join what is left: at 2.5 px a cable is wide enough for the square in some places only.
+    Pieces do not touch each other, so their order does not matter. The cost grows with the pixels lost, beside some
+    looks at all words.
+
+    Parameters
+    ----------
+    stripes : (n, R) uint64
+        With a margin that is wider than `reach`.
+    inside : (n,) uint64
+        The columns that lie in the image.
+    reach : int
+        The square's side is ``2 reach + 1``, px.
+    least : int
+        0 puts nothing back.
+    most : int
+        Where the opening takes more pixels, the mask is noise: nothing is put back.
+
+    Returns
+    -------
+    (n, R) uint64
+    """
+    rows = stripes.shape[1]
+    opened = _grow_and_shrink(stripes, inside, reach, ~np.uint64(0))
+    if least == 0:
+        return opened
+    kept = opened.ravel()
+    pieces = stripes.ravel() & ~kept
+    if _ones(pieces) > most:
+        return opened
+    queue = np.empty(_FIRST_QUEUE, dtype=np.int64)
+    touched = np.empty((_MOST_TOUCHED, 2), dtype=np.int64)
+    for i in _non_zero(pieces):
+        while pieces[i] != 0:
+            size, touches, queue = _collect(_BITS * i + _lowest(pieces[i]), _BITS * rows, pieces, kept, queue)
+            if size >= least or (touches > 1 and _joins(queue, size, rows, kept, touched)):
+                for k in range(size):
+                    _set(kept, queue[k])
+    return opened

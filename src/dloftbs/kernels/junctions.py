@@ -6,16 +6,17 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float64, int32, int64, uint8
 
-from dloftbs.kernels._compile import helper, kernel, read, write
+from dloftbs.kernels._compile import helper, inlined, kernel, read, write
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
-_CHORD_WIDTHS = 1.5
-_BRANCH = 2  # marks a branch point in the grid while a kernel runs
+_BRANCH, _LABELLED = 2, 3  # mark branch points in the grid while a kernel runs
 FREE = -1
 """In the place of a node: the end of a run that touches no junction."""
+UNAVAILABLE = -2
+"""In the place of a node: an end that cannot be joined."""
 
 
-@helper
+@inlined
 def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
     """Return where a pixel stands in an ascending list that holds it."""
     low, high = 0, len(pixels_rc) - 1
@@ -35,7 +36,8 @@ def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
     t = 0.0
     while True:
         for dx, dy in _RAYS:
-            if mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] == 0:
+            row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)  # unsigned indices spare a test for the sign
+            if mask[np.uint64(row), np.uint64(column)] == 0:
                 return max(t - 0.25, 0.0)
         t += 0.5
 
@@ -80,35 +82,41 @@ def find_junctions(
         How far the mask reaches around each centre, px.
     """
     n = len(pixels_rc)
-    label = np.full(n, -1, dtype=np.int64)
+    size = 0
+    for i in range(n):
+        size += degrees[i] > 2
+    branches = np.empty((size, 2), dtype=np.int32)
+    size = 0
     for i in range(n):
         if degrees[i] > 2:
+            branches[size, 0], branches[size, 1] = pixels_rc[i, 0], pixels_rc[i, 1]
             grid[pixels_rc[i, 0], pixels_rc[i, 1]] = _BRANCH
-    stack = np.empty(n, dtype=np.int64)
-    centres = np.empty((n, 2), dtype=np.float64)
+            size += 1
+    label = np.empty(size, dtype=np.int64)
+    stack = np.empty(size, dtype=np.int64)
+    centres = np.empty((size, 2), dtype=np.float64)
     count = 0
-    for first in range(n):
-        if degrees[first] <= 2 or label[first] >= 0:
+    for first in range(size):
+        if grid[branches[first, 0], branches[first, 1]] == _LABELLED:
             continue
-        label[first] = count
+        grid[branches[first, 0], branches[first, 1]] = _LABELLED
         stack[0] = first
-        height, size = 1, 0
+        height, found = 1, 0
         sum_x, sum_y = 0.0, 0.0
         while height > 0:
             height -= 1
-            row, column = pixels_rc[stack[height], 0], pixels_rc[stack[height], 1]
-            size += 1
+            label[stack[height]] = count
+            row, column = branches[stack[height], 0], branches[stack[height], 1]
+            found += 1
             sum_x += column
             sum_y += row
             for r in range(row - 1, row + 2):
                 for c in range(column - 1, column + 2):
                     if grid[r, c] == _BRANCH:
-                        i = _index_of(pixels_rc, r, c)
-                        if label[i] < 0:
-                            label[i] = count
-                            stack[height] = i
-                            height += 1
-        centres[count, 0], centres[count, 1] = sum_x / size, sum_y / size
+                        grid[r, c] = _LABELLED
+                        stack[height] = _index_of(branches, r, c)
+                        height += 1
+        centres[count, 0], centres[count, 1] = sum_x / found, sum_y / found
         count += 1
 
     nodes = np.full(2 * n_open, FREE, dtype=np.int64)
@@ -118,16 +126,16 @@ def find_junctions(
         row, column = int(points[i, 1]), int(points[i, 0])
         for r in range(row - 1, row + 2):
             for c in range(column - 1, column + 2):
-                if grid[r, c] == _BRANCH and nodes[end] == FREE:
-                    node = label[_index_of(pixels_rc, r, c)]
+                if grid[r, c] == _LABELLED and nodes[end] == FREE:
+                    node = label[_index_of(branches, r, c)]
                     # A run of one pixel has its two junctions in order.
                     if end % 2 == 0 or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
                         nodes[end] = node
     radii = np.empty(count, dtype=np.float64)
     for node in range(count):
         radii[node] = _inscribed_radius(mask, centres[node, 0], centres[node, 1])
-    for i in range(n):
-        grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 1
+    for i in range(size):
+        grid[branches[i, 0], branches[i, 1]] = 1
     return nodes, centres[:count].copy(), radii
 
 
@@ -280,103 +288,43 @@ def merge_junctions(
     return group
 
 
-@kernel(read(float64, 2), read(int64, 1), read(int64, 1), int64, float64, float64)
-def find_kinks(
-    points: npt.NDArray[np.float64],
-    offsets: npt.NDArray[np.int64],
+@kernel(read(int64, 1), read(int64, 2), read(boolean, 1), read(boolean, 1), int64, float64)
+def settle_ends(
     nodes: npt.NDArray[np.int64],
-    n_open: int,
-    width: float,
-    sharp: float,
-) -> npt.NDArray[np.int64]:
-    """Find where runs turn more sharply than a cable can: where two cables meet at an angle, and no branch shows it.
-
-    Parameters
-    ----------
-    points : (m, 2) float64
-    offsets : (runs + 1,) int64
-    nodes : (2 n_open,) int64
-    n_open : int
-    width : float
-        px; a point's turn is that between the chords over one and a half widths before and after it.
-    sharp : float
-        The smallest turn, rad.
-
-    Returns
-    -------
-    (k,) int64
-        Indices into `points`, ascending.
-    """
-    reach = max(int(_CHORD_WIDTHS * width + 0.5), 3)
-    blunt = np.cos(sharp) ** 2 if sharp < 0.5 * np.pi else 0.0
-    found = np.empty(len(points), dtype=np.int64)
-    count = 0
-    for run in range(n_open):
-        best, best_turn = -1, sharp
-        for i in range(offsets[run] + reach, offsets[run + 1] - reach):
-            ax, ay = points[i, 0] - points[i - reach, 0], points[i, 1] - points[i - reach, 1]
-            bx, by = points[i + reach, 0] - points[i, 0], points[i + reach, 1] - points[i, 1]
-            if best >= 0 and i > best + reach:
-                found[count] = best
-                count += 1
-                best, best_turn = -1, sharp
-            along = ax * bx + ay * by
-            if along > 0.0 and along * along > blunt * (ax * ax + ay * ay) * (bx * bx + by * by):
-                continue
-            turn = abs(np.arctan2(ax * by - ay * bx, along))
-            if turn > best_turn:
-                best, best_turn = i, turn
-        if best >= 0:
-            found[count] = best
-            count += 1
-    return found[:count].copy()
-
-
-@kernel(read(int64, 1), read(int64, 1), read(int64, 1), read(boolean, 1), int64)
-def split_runs(
-    cuts: npt.NDArray[np.int64],
-    offsets: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
+    spans: npt.NDArray[np.int64],
     alive: npt.NDArray[np.bool_],
+    spurs: npt.NDArray[np.bool_],
     count: int,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-    """Cut runs in two, with a new junction of two arms at each cut.
+    least: float,
+) -> npt.NDArray[np.int64]:
+    """Tell for each end of each run which junction it is joined at, now that near ones are merged.
 
     Parameters
     ----------
-    cuts : (k,) int64
-        Indices of points, ascending: where the second part starts. Those in runs that are not alive are left out.
-    offsets : (runs + 1,) int64
-    nodes : (2 n_open,) int64
-    alive : (n_open,) bool
+    nodes : (2 n,) int64
+    spans : (n, 2) int64
+        The points of each run that lie clear of its junctions.
+    alive, spurs : (n,) bool
+        What is neither is left out.
     count : int
-        Number of junctions; cut ``i`` becomes junction ``count + i``.
+        Number of junctions.
+    least : float
+        A run with fewer clear points than this merges its junctions.
 
     Returns
     -------
-    offsets, nodes, alive
-        With the parts in the place of each run.
+    (2 n,) int64
+        The junction, by the lowest of those that are merged; `FREE`; or `UNAVAILABLE`: the ends of runs inside a
+        junction and of those that are left out, and the free end of a spur.
     """
-    n_open = len(alive)
-    room = len(cuts)
-    new_offsets = np.empty(len(offsets) + room, dtype=np.int64)
-    new_nodes = np.empty(len(nodes) + 2 * room, dtype=np.int64)
-    new_alive = np.empty(n_open + room, dtype=np.bool_)
-    n, k = 0, 0
-    for run in range(n_open):
-        new_offsets[n] = offsets[run]
-        new_nodes[2 * n] = nodes[2 * run]
-        new_alive[n] = alive[run]
-        while k < len(cuts) and cuts[k] < offsets[run + 1]:
-            if alive[run]:
-                new_nodes[2 * n + 1] = count + k
-                n += 1
-                new_offsets[n] = cuts[k]
-                new_nodes[2 * n] = count + k
-                new_alive[n] = True
-            k += 1
-        new_nodes[2 * n + 1] = nodes[2 * run + 1]
-        n += 1
-    loops = len(offsets) - n_open
-    new_offsets[n : n + loops] = offsets[n_open:]
-    return new_offsets[: n + loops].copy(), new_nodes[: 2 * n].copy(), new_alive[:n].copy()
+    clear = spans[:, 1] - spans[:, 0]
+    group = merge_junctions(nodes, clear, alive, count, least)
+    settled = np.empty_like(nodes)
+    for end in range(len(nodes)):
+        run, node = end // 2, nodes[end]
+        inner = alive[run] and node >= 0 and nodes[end ^ 1] >= 0 and clear[run] < least
+        if inner or not (alive[run] or spurs[run]) or (spurs[run] and node == FREE):
+            settled[end] = UNAVAILABLE
+        else:
+            settled[end] = group[node] if node >= 0 else node
+    return settled

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64, int64, uint8
 
-from dloftbs.kernels._compile import helper, kernel, read
+from dloftbs.kernels._compile import helper, inlined, kernel, read
 
 _REACH = 2.5
 """Of one smoothing, times the root of the radius: noise is as long as some pixels, bends are as long as some widths."""
@@ -25,13 +25,18 @@ _FAINT = 0.01  # weight of "no shift, the rough radius" against that of the site
 _TIE = 1e-6  # what lies in the middle between two pixels belongs to the one ahead, from wherever it is looked at
 
 
-@helper
-def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
-    """Return how far the mask goes from a point along a unit vector, to half a pixel."""
+@inlined
+def _at(mask: npt.NDArray[np.uint8], row: int, column: int) -> int:
+    """Return a pixel that lies in the mask; unsigned indices spare numba's test for negative ones."""
+    return mask[np.uint64(row), np.uint64(column)]
+
+
+@inlined
+def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to half a pixel; not looked far beyond `most`."""
     ahead_x, ahead_y = x + _TIE * dx + 0.5, y + _TIE * dy + 0.5  # coordinates are not negative: cutting off rounds
-    most = max(mask.shape[0], mask.shape[1]) / _WIDEST
     t = 0.5
-    while t < most and mask[int(ahead_y + t * dy), int(ahead_x + t * dx)] != 0:
+    while t < most and _at(mask, int(ahead_y + t * dy), int(ahead_x + t * dx)) != 0:
         t += 0.5
     return t - 0.25
 
@@ -41,8 +46,12 @@ def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64]) 
     """Return the median of half the mask's width across a run, at some of its points."""
     n = len(points)
     count = min(n, _ROUGH_SITES)
-    radii = np.empty(count)
-    for k in range(count):
+    most = max(mask.shape[0], mask.shape[1]) / _WIDEST
+    half = count // 2 + 1
+    least = np.full(half + 1, np.inf)  # the smaller half of the radii, ascending, and a place for one more
+    for turn in range(count):
+        # From the middle of the run outwards: half of the radii are a bound to how far is to be looked for the rest.
+        k = count // 2 + (turn + 1) // 2 * (1 - turn % 2 * 2)
         i = (2 * k + 1) * n // (2 * count)
         before, after = max(i - _LEAST_REACH_PX, 0), min(i + _LEAST_REACH_PX, n - 1)
         dx, dy = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
@@ -52,32 +61,45 @@ def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64]) 
         dx /= norm
         dy /= norm
         x, y = points[i, 0], points[i, 1]
-        radii[k] = 0.5 * (_march(mask, x, y, -dy, dx) + _march(mask, x, y, dy, -dx))
-    radii.sort()
-    return 0.5 * (radii[(count - 1) // 2] + radii[count // 2])
+        widest = 2.0 * least[half - 1]
+        left = _march(mask, x, y, -dy, dx, min(most, widest + 1.0))
+        right = _march(mask, x, y, dy, -dx, min(most, widest - left + 1.0))
+        place = half
+        while place > 0 and least[place - 1] > 0.5 * (left + right):
+            least[place] = least[place - 1]
+            place -= 1
+        least[place] = 0.5 * (left + right)
+    return 0.5 * (least[(count - 1) // 2] + least[count // 2])
 
 
 @helper
 def _smooth(points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
     """Return the means over `reach` points to both sides, over fewer towards the ends, which stay where they are."""
     n = len(points)
+    reach = min(reach, (n - 1) // 2)
     smooth = np.empty_like(points)
     sum_x, sum_y = points[0, 0], points[0, 1]
-    low, high = 0, 0
-    full = 1.0 / (2 * reach + 1)
-    for i in range(n):
-        half = min(reach, i, n - 1 - i)
-        while high < i + half:
-            high += 1
-            sum_x += points[high, 0]
-            sum_y += points[high, 1]
-        while low < i - half:
-            sum_x -= points[low, 0]
-            sum_y -= points[low, 1]
-            low += 1
-        share = full if half == reach else 1.0 / (2 * half + 1)
-        smooth[i, 0] = share * sum_x
-        smooth[i, 1] = share * sum_y
+    smooth[0, 0], smooth[0, 1] = sum_x, sum_y
+    for i in range(1, reach + 1):
+        for k in (2 * i - 1, 2 * i):
+            sum_x += points[k, 0]
+            sum_y += points[k, 1]
+        share = 1.0 / (2 * i + 1)
+        smooth[i, 0], smooth[i, 1] = share * sum_x, share * sum_y
+    share = 1.0 / (2 * reach + 1)
+    for i in range(reach + 1, n - reach):
+        sum_x += points[i + reach, 0]
+        sum_y += points[i + reach, 1]
+        sum_x -= points[i - reach - 1, 0]
+        sum_y -= points[i - reach - 1, 1]
+        smooth[i, 0], smooth[i, 1] = share * sum_x, share * sum_y
+    for i in range(n - reach, n):
+        half = n - 1 - i
+        for k in (2 * i - n - 1, 2 * i - n):
+            sum_x -= points[k, 0]
+            sum_y -= points[k, 1]
+        share = 1.0 / (2 * half + 1)
+        smooth[i, 0], smooth[i, 1] = share * sum_x, share * sum_y
     return smooth
 
 
@@ -87,24 +109,24 @@ def _fade(value: float, full: float, none: float) -> float:
     return min(max((none - value) / (none - full), 0.0), 1.0)
 
 
-@helper
+@inlined
 def _last_inside(mask: npt.NDArray[np.uint8], row: int, column: int, side: int, limit: int) -> int:
     """Walk along a column to the wall, outwards from foreground or inwards from background; -1 where there is none."""
     row = min(max(row, 0), len(mask) - 1)
-    if mask[row, column] != 0:
-        while limit > 0 and mask[row + side, column] != 0:
+    if _at(mask, row, column) != 0:
+        while limit > 0 and _at(mask, row + side, column) != 0:
             row += side
             limit -= 1
         return row
-    while limit > 0 and mask[row, column] == 0:
+    while limit > 0 and _at(mask, row, column) == 0:
         row -= side
         limit -= 1
         if row < 0 or row >= len(mask):
             return -1
-    return row if mask[row, column] != 0 else -1
+    return row if _at(mask, row, column) != 0 else -1
 
 
-@helper
+@inlined
 def _wall_by_columns(
     mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
 ) -> tuple[float, float]:
@@ -130,8 +152,8 @@ def _wall_by_columns(
         looked_at += weight
         row = side * int(np.floor(side * edge - 1.0 + _TIE))
         beyond = row + 3 * side
-        if min(row, beyond) >= 0 and max(row, beyond) < rows and mask[row, column] != 0 and mask[beyond, column] == 0:
-            row += side * (np.int64(mask[row + side, column] != 0) + np.int64(mask[beyond - side, column] != 0))
+        if 0 <= row < rows and 0 <= beyond < rows and _at(mask, row, column) > _at(mask, beyond, column):
+            row += side * (np.int64(_at(mask, row + side, column)) + np.int64(_at(mask, beyond - side, column)))
         else:
             row = _last_inside(mask, row, column, side, int(guess) + 2)
             if row < 0:
@@ -148,7 +170,7 @@ def _wall_by_columns(
     return total / weights, weights / looked_at
 
 
-@helper
+@inlined
 def _wall(
     mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
 ) -> tuple[float, float]:
@@ -255,6 +277,7 @@ def recentre(
     Parameters
     ----------
     mask : (H, W) uint8
+        0 and 1.
     points : (n, 2) float64
         Skeleton pixels, ``(x, y)``, run after run. A run whose last point touches its first is a loop.
     offsets : (runs + 1,) int64

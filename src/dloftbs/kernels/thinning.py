@@ -1,218 +1,161 @@
-"""Thinning to a skeleton one pixel wide, over a list of border pixels, with a table of the 256 neighbourhoods.
+"""Thinning to a skeleton one pixel wide, 64 pixels at a time.
 
-The neighbours of a pixel are numbered clockwise from the north: bit 0 N, 1 NE, 2 E, 3 SE, 4 S, 5 SW, 6 W, 7 NW.
+Masks are stripes, as `dloftbs.kernels.stripes` frames them: bit j of word ``[k, r]`` is the pixel in column
+``64 (k - 1) + j`` of row r. The neighbours of a pixel are numbered clockwise from the north, in eighths of a turn.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import int32, int64, uint8, uint64
+from numba import uint8, uint64
 
-from dloftbs.kernels._compile import helper, kernel, read, write
+from dloftbs.kernels._compile import inlined, kernel, read, write
 
 NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
-"""Bits of the four sides from which pixels are peeled."""
+"""The four sides from which pixels are peeled."""
 
-_ALIVE, _RESTING, _LISTED = 1, 2, 16  # a pixel's bits while it is thinned; `_LISTED << s`: on the list of side 2 s
+_Words = npt.NDArray[np.uint64]
+
+_ROWS = 16  # of a tile, which is a stripe wide
+_TURNS = 4  # a tile rests when so many, one from each side, have taken nothing of it and of what touches it
 
 
-def deletion_table() -> npt.NDArray[np.uint8]:
-    """Return, for each neighbourhood, the sides from which a pixel with it may be peeled off.
+@inlined
+def _may_go(here: int, a0: int, a1: int, a2: int, a3: int, a4: int, a5: int, a6: int, a7: int) -> int:
+    """Return the pixels of a word that may be peeled off from a side, given their neighbours clockwise from there.
 
     A pixel may go from one side if it is background on that side, has two neighbours or more (it is no end), and is
     simple: deleting it neither splits nor joins anything, which for 8-connected objects means that Yokoi's number
     (Yokoi, Toriwaki, Fukumura 1975) is 1. Deleting all such pixels of one side at once keeps the topology (Rosenfeld
     1975).
-
-    Returns
-    -------
-    numpy.ndarray, shape (256,), uint8
-        Bit ``side // 2`` is set where a pixel may be peeled off from that side.
     """
-    table = np.zeros(256, dtype=np.uint8)
-    for code in range(256):
-        background = [1 - (code >> bit & 1) for bit in range(8)]
-        yokoi = sum(
-            background[k] - background[k] * background[(k + 1) % 8] * background[(k + 2) % 8]
-            for k in (NORTH, EAST, SOUTH, WEST)
-        )
-        if yokoi == 1 and sum(background) <= 6:
-            for side in (NORTH, EAST, SOUTH, WEST):
-                table[code] |= background[side] << (side // 2)
-    return table
+    # Yokoi's number counts these four; with a0 = 0 there is less to compute.
+    y0, y2, y4, y6 = a1 | a2, ~a2 & (a3 | a4), ~a4 & (a5 | a6), ~a6 & a7
+    is_one = ((y0 ^ y2) ^ (y4 ^ y6)) & ~((y0 & y2) | (y4 & y6))
+    # The neighbours of a simple pixel hang together, so that of two or more some two touch.
+    are_two = (a2 & (a1 | a3 | a4)) | (a4 & (a3 | a5 | a6)) | (a6 & (a5 | a7))
+    return here & ~a0 & is_one & are_two
 
 
-DELETION_TABLE = deletion_table()
+@inlined
+def _around(words: _Words, p: int, stripe: int) -> tuple[int, int, int, int, int, int, int, int]:
+    """Return the neighbours of each pixel of a word, clockwise from the north; `stripe` is the number of rows."""
+    one, last = np.uint64(1), np.uint64(63)
+    up, down = p - one, p + one
+    north, here, south = words[up], words[p], words[down]
+    west, east = (here << one) | (words[p - stripe] >> last), (here >> one) | (words[p + stripe] << last)
+    north_west = (north << one) | (words[up - stripe] >> last)
+    north_east = (north >> one) | (words[up + stripe] << last)
+    south_west = (south << one) | (words[down - stripe] >> last)
+    south_east = (south >> one) | (words[down + stripe] << last)
+    return north, north_east, east, south_east, south, south_west, west, north_west
 
 
-@kernel(read(uint64, 2, "C"))
-def find_border(words: npt.NDArray[np.uint64]) -> tuple[npt.NDArray[np.int32], int]:
-    """List the foreground pixels that have a background pixel on one of their four sides.
-
-    Not checked: the outermost rows and columns of the mask are 0, it has fewer than 2**31 pixels, and the machine puts
-    the lowest byte of a word first.
-
-    Parameters
-    ----------
-    words : (H, W / 8) uint64
-        The mask (H, W) of 0 and 1, eight pixels a word.
-
-    Returns
-    -------
-    border : (n,) int32
-        Flat indices, ascending.
-    area : int
-        Number of foreground pixels.
-    """
-    rows, columns = words.shape[0], 8 * words.shape[1]
-    ones = np.uint64(0x0101010101010101)
-    area = 0
-    for row in range(rows):
-        for k in range(words.shape[1]):
-            area += np.int64((words[row, k] * ones) >> np.uint64(56))  # the sum of the eight bytes
-    border = np.empty(area, dtype=np.int32)
-    count = 0
-    for row in range(1, rows - 1):
-        before = np.uint64(0)
-        for k in range(words.shape[1]):
-            word = words[row, k]
-            if word != 0:
-                after = words[row, k + 1] if k + 1 < words.shape[1] else np.uint64(0)
-                # The lowest byte is the leftmost pixel: shifting up by a byte moves the left neighbours into place.
-                left = (word << np.uint64(8)) | (before >> np.uint64(56))
-                right = (word >> np.uint64(8)) | (after << np.uint64(56))
-                edge = word & ~(left & right & words[row - 1, k] & words[row + 1, k])
-                p = row * columns + 8 * k
-                while edge != 0:
-                    if edge & np.uint64(1):
-                        border[count] = p
-                        count += 1
-                    edge >>= np.uint64(8)
-                    p += 1
-            before = word
-    return border[:count].copy(), area
+@inlined
+def _from_north(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+    """Write which pixels of some words below each other may go from the north."""
+    for r in range(rows):
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        gone[at + r] = _may_go(words[first + r], n, ne, e, se, s, sw, w, nw)
 
 
-@helper
-def _neighbourhood(flat: npt.NDArray[np.uint8], p: int, columns: int) -> int:
-    """Return the code of a pixel's eight neighbours, as the table wants it."""
-    one = np.uint64(1)
-    north, south = p - columns, p + columns
-    code = flat[north] & _ALIVE
-    code |= (flat[north + one] & _ALIVE) << 1
-    code |= (flat[p + one] & _ALIVE) << 2
-    code |= (flat[south + one] & _ALIVE) << 3
-    code |= (flat[south] & _ALIVE) << 4
-    code |= (flat[south - one] & _ALIVE) << 5
-    code |= (flat[p - one] & _ALIVE) << 6
-    code |= (flat[north - one] & _ALIVE) << 7
-    return code
+@inlined
+def _from_east(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+    for r in range(rows):
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        gone[at + r] = _may_go(words[first + r], e, se, s, sw, w, nw, n, ne)
 
 
-@helper
-def _list(
-    p: int, s: int, flat: npt.NDArray[np.uint8], open_to: npt.NDArray[np.uint64], counts: npt.NDArray[np.int64]
-) -> None:
-    """Put a pixel on the list of a side, if it is foreground and not on it already."""
-    if flat[p] != 0 and flat[p] & (_LISTED << s) == 0:
-        flat[p] |= _LISTED << s
-        open_to[s, counts[s]] = p
-        counts[s] += 1
+@inlined
+def _from_south(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+    for r in range(rows):
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        gone[at + r] = _may_go(words[first + r], s, sw, w, nw, n, ne, e, se)
 
 
-@helper
-def _wake(
-    p: int, columns: int, flat: npt.NDArray[np.uint8], open_to: npt.NDArray[np.uint64], counts: npt.NDArray[np.int64]
-) -> None:
-    """Put a pixel that rests back on the lists of the sides to which it is open."""
-    if flat[p] & _RESTING:
-        flat[p] &= ~np.uint8(_RESTING)
-        one = np.uint64(1)
-        if flat[p - columns] == 0:
-            _list(p, 0, flat, open_to, counts)
-        if flat[p + one] == 0:
-            _list(p, 1, flat, open_to, counts)
-        if flat[p + columns] == 0:
-            _list(p, 2, flat, open_to, counts)
-        if flat[p - one] == 0:
-            _list(p, 3, flat, open_to, counts)
+@inlined
+def _from_west(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+    for r in range(rows):
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        gone[at + r] = _may_go(words[first + r], w, nw, n, ne, e, se, s, sw)
 
 
-@kernel(write(uint8, 2, "C"), read(int32, 1), int64, read(uint8, 1), read(uint8, 1))
-def thin(
-    state: npt.NDArray[np.uint8],
-    border: npt.NDArray[np.int32],
-    area: int,
-    sides: npt.NDArray[np.uint8],
-    table: npt.NDArray[np.uint8],
-) -> None:
+@inlined
+def _or_all(words: _Words, first: int, rows: int) -> int:
+    together = np.uint64(0)
+    for r in range(rows):
+        together |= words[first + r]
+    return together
+
+
+@kernel(write(uint64, 2, "C"), read(uint8, 1))
+def thin(stripes: _Words, sides: npt.NDArray[np.uint8]) -> None:
     """Peel the foreground from four sides in turn, in place, until nothing can go.
 
-    In each turn all pixels that may go from its side go at once, so the order of the work lists does not matter. Each
-    side has a list of the pixels that are open to it. A pixel that may not go from any side leaves the lists and rests
-    until one of its neighbours goes, so that what is thin costs nothing while a thick place is still being peeled.
-
-    Not checked: as `find_border`, whose results `border` and `area` are.
+    In each turn all pixels that may go from its side go at once. The stripes are worked on in tiles of some rows. One
+    from which four turns took nothing rests until something goes that touches it, so that what is thin costs nothing
+    while a thick place is still being peeled, nor does the inside of a thick place before it is reached.
 
     Parameters
     ----------
-    state : (H, W) uint8
-        0 and 1; what remains is the skeleton.
-    border : (n,) int32
-    area : int
+    stripes : (n, R) uint64
+        Framed; what remains is the skeleton.
     sides : (4,) uint8
         The order of the turns: a permutation of `NORTH`, `EAST`, `SOUTH`, `WEST`.
-    table : (256,) uint8
-        `DELETION_TABLE`.
     """
-    columns = np.uint64(state.shape[1])  # unsigned indices spare numba's test for negative ones
-    flat = state.ravel()
-    open_to = np.empty((4, area), dtype=np.uint64)  # the work lists, by side // 2
-    counts = np.zeros(4, dtype=np.int64)
-    leaving = np.empty(area, dtype=np.uint64)
-    one = np.uint64(1)
-    for pixel in border:
-        flat[pixel] |= _RESTING
-    for pixel in border:
-        _wake(np.uint64(pixel), columns, flat, open_to, counts)
-
-    going = True
-    while going:
-        going = False
+    n, rows = stripes.shape
+    words = stripes.ravel()
+    stripe, height, one = np.uint64(rows), np.uint64(_ROWS), np.uint64(1)
+    tiles = n * ((rows - 2) // _ROWS)
+    due = np.zeros(len(words), dtype=np.uint8)  # turns to come, of the tile that starts at a word
+    active = np.empty(tiles, dtype=np.uint64)
+    count = 0
+    for k in range(1, n - 1):
+        for first in range(k * rows + 1, (k + 1) * rows - 1, _ROWS):
+            if _or_all(words, np.uint64(first), height) != 0:
+                active[count] = first
+                due[first] = _TURNS
+                count += 1
+    gone = np.empty(_ROWS * tiles, dtype=np.uint64)
+    touched = np.empty(tiles, dtype=np.uint64)
+    while count > 0:
         for side in sides:
-            s = side >> 1
-            n_kept = 0
-            n_leaving = 0
-            for i in range(counts[s]):
-                p = open_to[s, i]
-                if flat[p] == 0:
-                    continue
-                sides_open = table[_neighbourhood(flat, p, columns)]
-                if sides_open == 0:
-                    flat[p] = (flat[p] | _RESTING) & ~np.uint8(_LISTED << s)
-                elif sides_open >> s & 1:
-                    leaving[n_leaving] = p
-                    n_leaving += 1
+            changed = 0
+            at = np.uint64(0)
+            for i in range(count):
+                tile = active[i]
+                if side == NORTH:
+                    _from_north(words, tile, stripe, height, gone, at)
+                elif side == EAST:
+                    _from_east(words, tile, stripe, height, gone, at)
+                elif side == SOUTH:
+                    _from_south(words, tile, stripe, height, gone, at)
                 else:
-                    open_to[s, n_kept] = p
-                    n_kept += 1
-            counts[s] = n_kept
-            going |= n_leaving > 0
-            for i in range(n_leaving):
-                flat[leaving[i]] = 0
-            for i in range(n_leaving):
-                p = leaving[i]
-                north, south, west, east = p - columns, p + columns, p - one, p + one
-                _list(north, 2, flat, open_to, counts)  # its southern neighbour is gone, and so on
-                _list(south, 0, flat, open_to, counts)
-                _list(west, 1, flat, open_to, counts)
-                _list(east, 3, flat, open_to, counts)
-                beside = flat[north] | flat[south] | flat[west] | flat[east]
-                corners = flat[north - one] | flat[north + one] | flat[south - one] | flat[south + one]
-                if (beside | corners) & _RESTING:
-                    for row in (north, p, south):
-                        for q in (row - one, row, row + one):
-                            _wake(q, columns, flat, open_to, counts)
-    for i in range(flat.size):
-        flat[i] &= _ALIVE
+                    _from_west(words, tile, stripe, height, gone, at)
+                due[tile] -= np.uint8(1)
+                if _or_all(gone, at, height) != 0:
+                    touched[changed] = tile
+                    changed += 1
+                    at += height
+            kept = 0
+            for i in range(count):
+                active[kept] = active[i]
+                kept += due[active[i]] != 0
+            count = kept
+            for i in range(changed):  # and what touches it is looked at again, if it is not empty
+                tile, at = touched[i], np.uint64(_ROWS * i)
+                for r in range(height):
+                    words[tile + r] &= ~gone[at + r]
+                took = _or_all(gone, at, height)
+                row = np.int64(tile) % rows
+                above, below = gone[at] != 0 and row > 1, gone[at + height - one] != 0 and row + _ROWS < rows - 1
+                for across in range(-np.int64(took & one), np.int64(took >> np.uint64(63)) + 1):
+                    for along in range(-np.int64(above), np.int64(below) + 1):
+                        other = np.int64(tile) + across * rows + along * _ROWS
+                        if due[other] == 0:
+                            if _or_all(words, np.uint64(other), height) == 0:
+                                continue
+                            active[count] = other
+                            count += 1
+                        due[other] = _TURNS

@@ -4,78 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int32, int64, uint8, uint64
+from numba import float64, int32, int64, uint8
 
-from dloftbs.kernels._compile import helper, kernel, read, write
+from dloftbs.kernels._compile import helper, inlined, kernel, read, write
 
 RADIUS_SPACING = 4
 """Pixels of a run from one measured radius to the next."""
 
 
-@kernel(read(uint8, 2, "C"), read(uint64, 2, "C"), int64)
-def find_pixels(mask: npt.NDArray[np.uint8], words: npt.NDArray[np.uint64], limit: int) -> npt.NDArray[np.int32]:
-    """List the foreground pixels, ascending.
+_NEAR = 2  # marks what touches a branch point in the grid, beside the 1, while a kernel runs
 
-    Not checked: the mask is C-contiguous, its width is a multiple of 8, and it has fewer than 2**31 pixels.
 
-    Parameters
-    ----------
-    mask : (H, W) uint8
-    words : (H, W / 8) uint64
-        The same memory, eight pixels a word.
-    limit : int
-        At least the number of foreground pixels.
+@inlined
+def _at(grid: npt.NDArray[np.uint8], row: int, column: int) -> int:
+    """Return 1 for foreground, 0 for background; unsigned indices spare numba's test for negative ones."""
+    return np.int64(grid[np.uint64(row), np.uint64(column)] & 1)
 
-    Returns
-    -------
-    (n,) int32
-        Flat indices.
-    """
-    rows, columns = mask.shape
-    flat = mask.ravel()
-    pixels = np.empty(limit, dtype=np.int32)
-    count = 0
-    for row in range(rows):
-        for k in range(words.shape[1]):
-            if words[row, k] == 0:
-                continue
-            first = row * columns + 8 * k
-            for p in range(first, first + 8):
-                if flat[p] != 0:
-                    pixels[count] = p
-                    count += 1
-    return pixels[:count].copy()
+
+@inlined
+def _around(grid: npt.NDArray[np.uint8], row: int, column: int) -> tuple[int, int, int]:
+    """Return the number of foreground neighbours, and the sums of the ways to them, down and to the right."""
+    north_west, south_east = _at(grid, row - 1, column - 1), _at(grid, row + 1, column + 1)
+    north_east, south_west = _at(grid, row - 1, column + 1), _at(grid, row + 1, column - 1)
+    north, south = _at(grid, row - 1, column), _at(grid, row + 1, column)
+    west, east = _at(grid, row, column - 1), _at(grid, row, column + 1)
+    above, below = north_west + north + north_east, south_west + south + south_east
+    return above + west + east + below, below - above, north_east + east + south_east - north_west - west - south_west
 
 
 @helper
-def _count_neighbours(grid: npt.NDArray[np.uint8], row: int, column: int) -> int:
-    count = -1
-    for r in range(row - 1, row + 2):
-        for c in range(column - 1, column + 2):
-            if grid[r, c] != 0:
-                count += 1
-    return count
-
-
-@kernel(read(uint8, 2), read(int32, 2))
-def count_neighbours(grid: npt.NDArray[np.uint8], pixels_rc: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
-    """Count the foreground pixels among the eight neighbours of each pixel.
-
-    Not checked: the outermost rows and columns of the grid are 0, and the pixels are foreground.
-
-    Parameters
-    ----------
-    grid : (H, W) uint8
-    pixels_rc : (n, 2) int32
-
-    Returns
-    -------
-    (n,) uint8
-    """
-    degrees = np.empty(len(pixels_rc), dtype=np.uint8)
-    for i in range(len(pixels_rc)):
-        degrees[i] = _count_neighbours(grid, pixels_rc[i, 0], pixels_rc[i, 1])
-    return degrees
+def _first_way(grid: npt.NDArray[np.uint8], row: int, column: int) -> tuple[int, int]:
+    """Return the way down and to the right to the first neighbour, sides before corners."""
+    for dr, dc in ((-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
+        if _at(grid, row + dr, column + dc) != 0:
+            return dr, dc
+    return 0, 0
 
 
 @kernel(write(uint8, 2), read(int32, 2), read(uint8, 1))
@@ -106,9 +69,15 @@ def trace(
         The first `n_open` runs have ends, the rest are loops.
     """
     n = len(pixels_rc)
+    branches = 0
     for i in range(n):
         if degrees[i] > 2:
-            grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 0
+            branches += 1
+            row, column = pixels_rc[i, 0], pixels_rc[i, 1]
+            grid[row, column] = 0
+            for r in range(row - 1, row + 2):
+                for c in range(column - 1, column + 2):
+                    grid[r, c] |= _NEAR * (grid[r, c] & 1)
     points = np.empty((n, 2), dtype=np.float64)
     offsets = np.empty(n + 1, dtype=np.int64)
     offsets[0] = 0
@@ -117,29 +86,33 @@ def trace(
     count = 0
     for sweep in range(2):
         for i in range(n):
-            row, column = pixels_rc[i, 0], pixels_rc[i, 1]
-            if grid[row, column] == 0 or (sweep == 0 and _count_neighbours(grid, row, column) > 1):
+            row, column = np.int64(pixels_rc[i, 0]), np.int64(pixels_rc[i, 1])
+            state = grid[np.uint64(row), np.uint64(column)]
+            if state == 0 or (sweep == 0 and degrees[i] == 2 and state == 1):  # the second has both neighbours still
                 continue
-            walking = True
-            while walking:
-                grid[row, column] = 0
+            left, down, right = _around(grid, row, column)
+            if sweep == 0 and left > 1:
+                continue
+            if left > 1:  # a loop starts with the first of two ways: sides before corners
+                down, right = _first_way(grid, row, column)
+            while True:
+                grid[np.uint64(row), np.uint64(column)] = 0
                 points[count, 0] = column
                 points[count, 1] = row
                 count += 1
-                walking = False
-                # Sides before corners, so that a walk never cuts across to a pixel and leaves its neighbour behind.
-                for dr, dc in ((-1, 0), (0, -1), (0, 1), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1)):
-                    if grid[row + dr, column + dc] != 0:
-                        row += dr
-                        column += dc
-                        walking = True
-                        break
+                if left == 0:
+                    break
+                row += down
+                column += right
+                left, down, right = _around(grid, row, column)
             runs += 1
             offsets[runs] = count
         if sweep == 0:
             n_open = runs
+            if count == n - branches:  # there is no loop
+                break
     for i in range(n):
-        grid[pixels_rc[i, 0], pixels_rc[i, 1]] = 1
+        grid[np.uint64(pixels_rc[i, 0]), np.uint64(pixels_rc[i, 1])] = 1
     return points[:count], offsets[: runs + 1], n_open
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs.graph import FREE, UNAVAILABLE, Graph
+from dloftbs.graph import Graph
 from dloftbs.kernels import arms as arms_kernels
 from dloftbs.kernels import junctions as kernels
 from dloftbs.kernels import tracing
+from dloftbs.kernels.kinks import find_kinks, split_runs
 from dloftbs.kernels.recentring import recentre
 from dloftbs.patch import Patch, Skeleton
 
@@ -47,24 +48,18 @@ def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph 
     alive = kernels.prune_spurs(nodes, centres, radii, pixels, offsets, mask, _SPUR_WIDTHS * width)
     spurs = ~alive
     kernels.drop_specks(alive, nodes, offsets, radius, _SPECK_WIDTHS2 * width * width)
-    kinks = kernels.find_kinks(points, offsets, nodes, n, width, _KINK_RAD)
+    kinks = find_kinks(points, offsets, nodes, n, width, _KINK_RAD)
     if len(kinks):
         is_spur = spurs
-        offsets_cut, nodes_cut, alive_cut = kernels.split_runs(kinks, offsets, nodes, alive, len(radii))
+        offsets_cut, nodes_cut, alive_cut = split_runs(kinks, offsets, nodes, alive, len(radii))
         spurs = np.zeros(len(alive_cut), dtype=np.bool_)
         spurs[np.searchsorted(offsets_cut, offsets[:-1][:n][is_spur])] = True
         offsets, nodes, alive = offsets_cut, nodes_cut, alive_cut
         centres = np.concatenate((centres, points[kinks]))
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
     spans = arms_kernels.clear_spans(nodes, centres, radii, points, radius, offsets, width)
-    clear = spans[:, 1] - spans[:, 0]
-    group = kernels.merge_junctions(nodes, clear, alive, len(radii), _MERGE_WIDTHS * width)
     arms = arms_kernels.locate_arms(nodes, centres, radii, points, offsets, spans, width)
-    between = (nodes[::2] >= 0) & (nodes[1::2] >= 0)
-    inner = alive & between & (clear < _MERGE_WIDTHS * width)
-    merged = np.where(nodes >= 0, group[nodes], nodes) if len(group) else nodes
-    merged[np.repeat(inner | ~(alive | spurs), 2)] = UNAVAILABLE
-    merged[np.repeat(spurs, 2) & (merged == FREE)] = UNAVAILABLE
+    merged = kernels.settle_ends(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     caps = arms_kernels.measure_caps(merged, points, spans, arms, mask, width)
     through = arms_kernels.measure_through(merged, arms, mask, _THROUGH_WIDTHS * width)
     return Graph(points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, width), runs

@@ -71,17 +71,11 @@ def _color_table(ranges: tuple[HsvRange, ...]) -> npt.NDArray[np.uint8]:
 
 
 def _coarse_table(table: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Say of each cell of 4 x 4 x 4 colours whether none, all or some are in the table, shape (262144,)."""
-    cells = table.reshape(64, 4, 64, 4, 32)
-    common = _nibbles(np.bitwise_and.reduce(cells, axis=(1, 3)))
-    any_of = _nibbles(np.bitwise_or.reduce(cells, axis=(1, 3)))
-    coarse = np.where(common == 0x0F, kernels.ALL, np.where(any_of != 0, kernels.MIXED, kernels.NONE))
+    """Say of each cell of 8 reds, 4 greens and 8 blues whether none, all or some are in the table, shape (65536,)."""
+    cells = table.reshape(32, 8, 64, 4, 32)
+    common, any_of = np.bitwise_and.reduce(cells, axis=(1, 3)), np.bitwise_or.reduce(cells, axis=(1, 3))
+    coarse = np.where(common == 0xFF, kernels.ALL, np.where(any_of != 0, kernels.MIXED, kernels.NONE))
     return coarse.astype(np.uint8).ravel()
-
-
-def _nibbles(array: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Split bytes (..., n) into their halves (..., n, 2), the low one first."""
-    return np.stack((array & 0x0F, array >> 4), axis=-1)
 
 
 def _opencv_boxes(hsv_range: HsvRange) -> list[tuple[tuple[int, int, int], tuple[int, int, int]]]:

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.kernels import thinning, tracing
+from dloftbs.kernels import stripes, thinning
 from dloftbs.patch import Patch, Pose, Skeleton
 
 _PEELING_ORDER = (thinning.NORTH, thinning.SOUTH, thinning.WEST, thinning.EAST)  # in the patch's pose
@@ -20,11 +20,11 @@ def skeletonize(patch: Patch) -> Skeleton:
     -------
     Skeleton
     """
-    state = patch.pixels.copy()
-    thinning.thin(state, patch.border, patch.area, _peeling_order(patch.pose), thinning.DELETION_TABLE)
-    grid = patch.posed(state)
-    pixels_rc = patch.posed_rc(tracing.find_pixels(state, state.view(np.uint64), patch.area))
-    return Skeleton(grid, pixels_rc, tracing.count_neighbours(grid, pixels_rc))
+    thinned = patch.words.copy()
+    thinning.thin(thinned, _peeling_order(patch.pose))
+    pose, (h, w) = patch.pose, patch.size
+    pixels_rc, degrees = stripes.list_pixels(thinned, h, w, pose.flip_x, pose.flip_y, pose.transpose)
+    return Skeleton(patch.posed(stripes.as_bytes(thinned, h, w)), pixels_rc, degrees)
 
 
 @functools.cache  # there are eight poses
