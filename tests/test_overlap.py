@@ -14,6 +14,11 @@ from dloftbs.overlap import WAITING, Ahead, Behind, in_order
 PATIENCE_S = 10.0
 
 
+@pytest.fixture(autouse=True)
+def _several_cores(monkeypatch):
+    monkeypatch.setattr(overlap, "cores", lambda: 2)
+
+
 def counted(most, seen, error=None):
     """Yield 0, 1, ... and note each; then fail, if there is an error, and note the end and in which thread it came."""
     try:
@@ -284,6 +289,32 @@ def test_a_pool_raises_in_turn_what_its_items_or_its_function_do(jobs):
         assert [next(results) for _ in range(5)] == [0, 1, 2, 3, 4]
         with pytest.raises(ValueError, match="five"):
             next(results)
+
+
+def test_on_one_core_all_is_done_in_turn(monkeypatch):
+    monkeypatch.setattr(overlap, "cores", lambda: 1)
+    seen = []
+    with Ahead(counted(3, seen)) as ahead, Behind(lambda item: seen.append(("done", item))) as behind:
+        for item in ahead:
+            behind.put(item)
+            assert not [thread for thread in threading.enumerate() if thread.name.startswith("dloftbs-")]
+    assert seen == [0, ("done", 0), 1, ("done", 1), 2, ("done", 2), "MainThread"]
+
+
+def test_on_one_core_a_block_that_ends_early_closes_the_items(monkeypatch):
+    monkeypatch.setattr(overlap, "cores", lambda: 1)
+    seen = []
+    with Ahead(counted(3, seen)) as ahead:
+        assert next(iter(ahead)) == 0
+    assert seen == [0, "MainThread"]
+
+
+def test_on_one_core_a_camera_still_has_a_thread_of_its_own(monkeypatch):
+    monkeypatch.setattr(overlap, "cores", lambda: 1)
+    seen = []
+    with Ahead(counted(3, seen), newest=True) as ahead:
+        assert list(ahead)[-1] == 2
+    assert seen == [0, 1, 2, "dloftbs-ahead"]
 
 
 def test_no_item_is_kept_alive():

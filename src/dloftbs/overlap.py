@@ -8,7 +8,8 @@ of the three sets the rate, since kernels, codecs and files do their work withou
             written.put(pipeline.process(frame))
 
 Between two loops a few items wait, never more: memory is bounded. An error in any of the loops is raised, as it is,
-where one loop would have raised it, and whatever came before it is worked on and written.
+where one loop would have raised it, and whatever came before it is worked on and written. On a single core there is
+nothing to be won, and all is done in turn.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ class Ahead(Generic[T]):
 
     def __init__(self, items: Generator[T, None, None], *, newest: bool = False) -> None:
         self._items = items
+        self._in_turn = not newest and cores() == 1
         self._channel: _Channel[T] = _Channel(1 if newest else WAITING, newest)
         self._error: BaseException | None = None
         self._thread = Thread(target=self._run, name="dloftbs-ahead", daemon=True)
@@ -58,11 +60,15 @@ class Ahead(Generic[T]):
         return self._channel.dropped
 
     def __enter__(self) -> Ahead[T]:
-        self._thread.start()
+        if not self._in_turn:
+            self._thread.start()
         return self
 
     def __iter__(self) -> Iterator[T]:
         """Yield the items, then raise what ended the generator, if anything did."""
+        if self._in_turn:
+            yield from self._items
+            return
         yield from self._channel
         self._thread.join()
         if self._error is not None:
@@ -71,6 +77,9 @@ class Ahead(Generic[T]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._in_turn:
+            self._items.close()
+            return
         self._channel.close()
         self._thread.join(_PATIENCE_S)
 
@@ -100,23 +109,29 @@ class Behind(Generic[T]):
 
     def __init__(self, function: Callable[[T], None]) -> None:
         self._function = function
+        self._in_turn = cores() == 1
         self._channel: _Channel[T] = _Channel(WAITING)
         self._error: BaseException | None = None
         self._thread = Thread(target=self._run, name="dloftbs-behind", daemon=True)
 
     def __enter__(self) -> Behind[T]:
-        self._thread.start()
+        if not self._in_turn:
+            self._thread.start()
         return self
 
     def put(self, item: T) -> None:
         """Hand an item over; waits while too many are before it."""
-        if not self._channel.put(item):
+        if self._in_turn:
+            self._function(item)
+        elif not self._channel.put(item):
             assert self._error is not None  # nothing else closes the channel before the block ends
             raise self._error
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._in_turn:
+            return
         self._channel.end()
         try:
             self._thread.join()

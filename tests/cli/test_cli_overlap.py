@@ -9,7 +9,7 @@ import cv2
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
-from dloftbs import Config, HsvRange, Pipeline, SegmentationConfig, sinks, sources
+from dloftbs import Config, HsvRange, Pipeline, SegmentationConfig, overlap, sinks, sources
 from dloftbs.errors import SinkError
 
 CONFIG = Config(segmentation=SegmentationConfig(hsv=(HsvRange.parse(RED),)))
@@ -57,8 +57,10 @@ def folder_with_holes(path):
     return path
 
 
+@pytest.mark.parametrize("cores", [1, 2, 4])
 @pytest.mark.parametrize("make", [video, folder_with_holes])
-def test_the_bytes_are_those_of_one_loop(tmp_path, make):
+def test_the_bytes_are_those_of_one_loop(tmp_path, monkeypatch, make, cores):
+    monkeypatch.setattr(overlap, "cores", lambda: cores)
     where = make(tmp_path / ("in.mp4" if make is video else "in"))
     (tmp_path / "a").mkdir()
     skipped = in_turn(where, tmp_path / "a")
@@ -80,7 +82,9 @@ def test_a_limit_reads_no_frame_that_is_not_wanted(tmp_path):
     assert "frame 7" not in result.stderr
 
 
-def test_a_sink_that_fails_ends_the_run_with_what_was_written_before(tmp_path, monkeypatch):
+@pytest.mark.parametrize("cores", [1, 2])
+def test_a_sink_that_fails_ends_the_run_with_what_was_written_before(tmp_path, monkeypatch, cores):
+    monkeypatch.setattr(overlap, "cores", lambda: cores)
     where = folder_with_holes(tmp_path / "in")
     write = sinks.CsvSink._write
 
