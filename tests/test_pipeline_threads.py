@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
+import sys
 import threading
 
 import numpy as np
 import pytest
 
-from dloftbs import Config, Pipeline
+from dloftbs import Config, Pipeline, kernels
 from dloftbs.sources.synthetic import TYPICAL_NOISE, TrackingSequence, rgbd_artificial
 
 SIZE = (240, 426)
@@ -79,3 +82,43 @@ def test_one_pipeline_for_each_method_side_by_side():
     for thread in threads:
         thread.join()
     assert [together[0], together[1]] == alone
+
+
+def test_a_result_stays_as_it_is_while_the_pipeline_goes_on():
+    (frames, _) = frames_of("depth")
+    pipeline = Pipeline()
+    results = [pipeline.process(frame) for frame in frames]
+    assert [plain(result.to_dict()) for result in results] == follow(Config(), frames)
+
+
+def module_state():
+    """What can be changed at the level of any module of the package, as text."""
+    modules = {name: module for name, module in sys.modules.items() if name.partition(".")[0] == "dloftbs"}
+    return {
+        f"{name}.{key}": plain(value)
+        for name, module in sorted(modules.items())
+        for key, value in vars(module).items()
+        if isinstance(value, (np.ndarray, list, dict, set, bytearray)) and not key.startswith("__")
+    }
+
+
+@pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
+def test_no_module_remembers_anything(config):
+    (frames, others) = frames_of("masks")
+    follow(config, frames)  # loads every module that it needs
+    before = module_state()
+    assert any(key.endswith("thinning.DELETION_TABLE") for key in before)
+    follow(config, others)
+    assert module_state() == before
+
+
+def test_all_kernels_release_the_gil():
+    names = [f"dloftbs.kernels.{module.name}" for module in pkgutil.iter_modules(kernels.__path__)]
+    compiled = {
+        f"{name}.{key}": value.targetoptions
+        for name in names
+        for key, value in vars(importlib.import_module(name)).items()
+        if hasattr(value, "targetoptions")
+    }
+    assert len(compiled) > 50
+    assert [name for name, options in compiled.items() if not options.get("nogil")] == []
