@@ -231,7 +231,7 @@ def draw(series: list[Series], path: Path) -> None:
                 label = f"{name}: {slope:.2f}"
                 panel.plot([], [], "o-", color=colour, markersize=3.5, label=label)
             low, high = panel.get_ylim()
-            panel.set(title=one.title, xlabel=one.axis, ylabel="ms", ylim=(low, high * (high / low) ** 0.65))
+            panel.set(title=one.title, xlabel=one.axis, ylabel="ms", ylim=(low, high * (high / low) ** 0.5))
             for axis in (panel.xaxis, panel.yaxis):
                 axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
                 axis.set_minor_formatter(NullFormatter())

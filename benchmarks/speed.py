@@ -25,6 +25,9 @@ from dloftbs import Config, Frame, HsvRange, Pipeline, SegmentationConfig
 from dloftbs.sources.synthetic import rgbd_artificial
 from dloftbs.stages.segmentation import HsvSegmenter
 
+MOVES = 50
+"""Frames for which a mask moves before the next one comes."""
+
 
 def main() -> None:
     """Print the tables."""
@@ -118,8 +121,10 @@ def compare_lifting(rounds: int) -> None:
 
 
 def moving(masks: list[Mask], rounds: int) -> list[Mask]:
-    """Return a stream in which each mask moves for a while, 3 px a frame, before the next one comes."""
-    return [np.roll(mask, 3 * k, axis=0) for mask in masks for k in range(max(rounds // len(masks), 2))]
+    """Return a stream in which each mask moves for up to 50 frames, 3 px a frame, before the next one comes."""
+    # More rounds see the same stream again: what is measured does not depend on how often.
+    each = min(max(rounds // len(masks), 2), MOVES)
+    return [np.roll(mask, 3 * k, axis=0) for mask in masks for k in range(each)]
 
 
 def floor(mask: Mask) -> None:

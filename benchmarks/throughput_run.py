@@ -13,8 +13,7 @@ from collections.abc import Callable, Generator
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-
-import numpy as np
+from time import sleep
 
 from benchmarks.throughput import PICTURES, VIDEO
 from benchmarks.timing import interleaved
@@ -102,6 +101,48 @@ class Stream:
         return MultiSink([sinks.open(self._folder / f"{stem}{suffix}") for suffix in self._outs])
 
 
+class Waits:
+    """Reading, tracking and writing that are nothing but waits of 5 ms each: what is left is what the loops cost.
+
+    Parameters
+    ----------
+    frames : int
+    """
+
+    def __init__(self, frames: int) -> None:
+        self._count = frames
+
+    def _wait(self, item: int = 0) -> None:
+        sleep(0.005)
+
+    def read(self) -> None:
+        """Wait once for each frame."""
+        for _ in range(self._count):
+            self._wait()
+
+    track = write = read
+
+    def in_turn(self) -> None:
+        """Wait three times for each frame."""
+        for _ in range(3):
+            self.read()
+
+    def aside(self) -> None:
+        """Wait three times for each frame, side by side."""
+        with Ahead(self._numbers()) as read, Behind(self._wait) as written:
+            for number in read:
+                self._wait()
+                written.put(number)
+
+    def __len__(self) -> int:
+        return self._count
+
+    def _numbers(self) -> Generator[int, None, None]:
+        for number in range(self._count):
+            self._wait()
+            yield number
+
+
 def _frames(source: Source) -> Generator[Frame, None, None]:
     with source:
         yield from source
@@ -113,11 +154,12 @@ _LOOPS = ("reading", "tracking", "writing", "in turn", "aside")
 def main(folder: Path, count: int, rounds: int) -> None:
     """Print the rows of this number of cores."""
     video, pictures = folder / VIDEO / "images.mp4", folder / PICTURES / "images"
-    streams = {
+    files = {
         "video to curves": Stream(video, (".jsonl",), folder),
         "video to curves, overlay": Stream(video, (".jsonl", ".mp4"), folder),
         "PNG files to curves": Stream(pictures, (".jsonl",), folder),
     }
+    streams: dict[str, Stream | Waits] = {**files, "waits of 5 ms": Waits(len(files["video to curves"]))}
     title = f"track, {count} core{'s' * (count > 1)}"
     print(f"{title:<27}{''.join(f'{loop:>9}' for loop in _LOOPS)}{'/ slowest':>11}{'/ in turn':>11}")
     for name, stream in streams.items():
@@ -128,13 +170,13 @@ def main(folder: Path, count: int, rounds: int) -> None:
             "in turn": stream.in_turn,
             "aside": stream.aside,
         }
-        ms = {loop: float(np.median(times)) for loop, times in interleaved(loops, rounds).items()}
+        ms = {loop: float(times.min()) for loop, times in interleaved(loops, rounds).items()}
         rates = "".join(f"{1e3 * len(stream) / ms[loop]:>9.0f}" for loop in _LOOPS)
         slowest = max(ms[loop] for loop in _LOOPS[:3])
         print(f"{f'  {name}':<27}{rates}{ms['aside'] / slowest:>11.2f}{ms['aside'] / ms['in turn']:>11.2f}", flush=True)
-    jobs = {f"{number}": partial(streams["PNG files to curves"].batch, number) for number in (1, 2)[:count]}
+    jobs = {f"{number}": partial(files["PNG files to curves"].batch, number) for number in (1, 2)[:count]}
     for number, times in interleaved(jobs, rounds).items():
-        print(f"{f'  detect --jobs {number}, PNG files':<27}{1e3 * len(stream) / np.median(times):>45.0f}", flush=True)
+        print(f"{f'  detect --jobs {number}, PNG files':<27}{1e3 * len(stream) / times.min():>45.0f}", flush=True)
 
 
 if __name__ == "__main__":
