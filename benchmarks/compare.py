@@ -44,7 +44,7 @@ def main() -> None:
         print(f"old: {old.name}\nnew: {new.name}\n")
         for scene in scenes:  # both compile their kernels, and warm up
             results = [run.ask(f"curves {scene}") for run in (old, new)]
-            print(f"{scene:<28}{difference(*results)}", flush=True)
+            print(f"{scene:<32}{difference(*results)}", flush=True)
         print()
         compare_times(old, new, scenes, rounds=3 if given.quick else 21)
 
@@ -130,22 +130,22 @@ def compare_times(old: Run, new: Run, scenes: Sequence[str], rounds: int) -> Non
                 for stage, milliseconds in run.ask(f"times {scene}").items():
                     times[number].setdefault(stage, []).extend(milliseconds)
         before, after = ({stage: np.array(ms) for stage, ms in run.items()} for run in times)
-        print(f"{scene:<28}{'old ms':>9}{'new ms':>9}{'new / old':>11}{'old p99':>9}{'new p99':>9}")
+        print(f"{scene:<32}{'old ms':>9}{'new ms':>9}{'new / old':>11}{'old p99':>9}{'new p99':>9}")
         for stage in [*dict.fromkeys([*before, *after])]:
             print(stage_row(stage, before.get(stage), after.get(stage)))
             if stage in before and stage in after:
                 ratios.setdefault(stage, []).append(float(np.median(after[stage]) / np.median(before[stage])))
         print(flush=True)
-    print(f"{'all scenes, geometric mean':<46}{'new / old':>11}")
+    print(f"{'all scenes, geometric mean':<50}{'new / old':>11}")
     for stage, values in ratios.items():
-        print(f"  {stage:<44}{np.exp(np.mean(np.log(values))):>11.3f}")
+        print(f"  {stage:<48}{np.exp(np.mean(np.log(values))):>11.3f}")
 
 
 def stage_row(stage: str, old: Floats | None, new: Floats | None) -> str:
     """Return a row of the table; a stage may be new, or gone."""
     figures = [(np.nan, np.nan) if times is None else np.percentile(times, (50, 99)) for times in (old, new)]
     (old_50, old_99), (new_50, new_99) = figures
-    return f"  {stage:<26}{old_50:>9.3f}{new_50:>9.3f}{new_50 / old_50:>11.3f}{old_99:>9.3f}{new_99:>9.3f}"
+    return f"  {stage:<30}{old_50:>9.3f}{new_50:>9.3f}{new_50 / old_50:>11.3f}{old_99:>9.3f}{new_99:>9.3f}"
 
 
 if __name__ == "__main__":
