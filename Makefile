@@ -15,9 +15,13 @@ lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# docs/performance.md with its plots; about ten minutes, best on a machine that does nothing else.
 bench: .venv/installed-dev
-	$(BIN)/python -m benchmarks.speed
-	$(BIN)/python -m benchmarks.process
+	$(BIN)/python -m benchmarks.speed --docs docs/performance.md
+	$(BIN)/python -m benchmarks.growth --docs docs/performance.md --plot docs/images/performance/growth.png
+	$(BIN)/python -m benchmarks.profile --docs docs/performance.md --plot docs/images/performance/profile.png
+	$(BIN)/python -m benchmarks.throughput --docs docs/performance.md
+	$(BIN)/python -m benchmarks.process --docs docs/performance.md
 
 # docs/results.md, the default method and the published one; some minutes on two cores, whatever is finished stays in
 # build/results.

@@ -1,41 +1,47 @@
 """The speed of the pipeline and its stages, as ratios to references timed in the same run.
 
-Run it with ``python -m benchmarks.speed [--quick]``. The references are
+Run it with ``python -m benchmarks.speed [--quick] [--docs PAGE]``. The references are
 
 - Lee: ``skimage.morphology.skeletonize(method="lee")`` on the bounding box, most of what the authors' code costs;
 - floor: OpenCV's 3 x 3 open and contours of the whole mask, next to nothing;
 - paper: the published method, mask to curves.
+
+"share" is what a stage takes of the whole time to tracked curves, on average.
 """
 
 from __future__ import annotations
 
-import argparse
 from itertools import cycle
 
 import cv2
 import numpy as np
 from skimage.morphology import skeletonize
 
+from benchmarks.docs import arguments, published
+from benchmarks.machine import machine
 from benchmarks.scenes import Mask, cables, photograph
-from benchmarks.timing import interleaved, row
+from benchmarks.timing import Table, interleaved
 from dloftbs import Config, Frame, HsvRange, Pipeline, SegmentationConfig
 from dloftbs.sources.synthetic import rgbd_artificial
 from dloftbs.stages.segmentation import HsvSegmenter
 
-HEADER = f"{'':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ Lee':>11}{'/ floor':>11}{'/ paper':>11}"
+MOVES = 50
+"""Frames for which a mask moves before the next one comes."""
 
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a tenth of the rounds, to see that it runs")
-    rounds = 20 if parser.parse_args().quick else 200
+    given = arguments(__doc__, "few rounds, to see that it runs").parse_args()
+    rounds = 20 if given.quick else 500
     cv2.setNumThreads(1)
-    print(f"mask to curve, 1280 x 720, 12 px cables, one thread, {rounds} rounds\n")
-    for count in (1, 5):
-        compare_pipeline(f"{count} cable{'s' * (count > 1)}", [cables(count, seed) for seed in range(4)], rounds)
-    compare_segmentation(rounds)
-    compare_lifting(rounds)
+    with published("machine", given.docs):
+        print(machine())
+    with published("speed", given.docs):
+        print(f"mask to curve, 1280 x 720, 12 px cables, one thread, {rounds} rounds\n")
+        for count in (1, 5):
+            compare_pipeline(f"{count} cable{'s' * (count > 1)}", [cables(count, seed) for seed in range(4)], rounds)
+        compare_segmentation(rounds)
+        compare_lifting(rounds)
 
 
 def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
@@ -65,16 +71,18 @@ def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
     )
     # Lee's method is slow and even: fewer rounds, straight after.
     times |= interleaved({"Lee": lambda: skeletonize(next(box), method="lee")}, max(rounds // 10, 4))
-    references = tuple(float(np.median(times[name])) for name in ("Lee", "floor", "paper"))
-    print(f"{title:<34}{HEADER[34:]}")
-    print(row("  mask to curves", times["alone"], *references))
-    print(row("  mask to tracked curves", times["tracked"], *references))
+    table = Table(title, {name: times[name] for name in ("Lee", "floor", "paper")}, times["tracked"])
+    table.row("  mask to curves", times["alone"])
+    table.row("  mask to tracked curves", times["tracked"])
     for stage, milliseconds in stages.items():
-        print(row(f"    {stage}", np.array(milliseconds), *references))
-    print(row("  published: mask to curves", times["paper"], *references))
-    print(row("  published: to tracked curves", times["paper, tracked"], *references))
-    print(row("  Lee's skeleton of the box", times["Lee"], *references))
-    print(row("  floor: open and contours", times["floor"], *references), end="\n\n")
+        table.row(f"    {stage}", np.array(milliseconds)[-rounds:], part=True)
+    booked = np.sum([np.array(milliseconds)[-rounds:] for milliseconds in stages.values()], axis=0)
+    table.row("    frame, result, between stages", times["tracked"] - booked, part=True)
+    table.row("  published: mask to curves", times["paper"])
+    table.row("  published: to tracked curves", times["paper, tracked"])
+    table.row("  Lee's skeleton of the box", times["Lee"])
+    table.row("  floor: open and contours", times["floor"])
+    table.end()
 
 
 def compare_segmentation(rounds: int) -> None:
@@ -88,33 +96,35 @@ def compare_segmentation(rounds: int) -> None:
         cv2.inRange(hsv, (170, 80, 60), (179, 255, 255))
 
     times = interleaved({"ours": lambda: segment(image), "OpenCV": opencv}, rounds)
-    reference = float(np.median(times["OpenCV"]))
-    print(f"{'colour to mask, 1280 x 720':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ OpenCV':>11}")
-    print(row("  ours, hue wrapping around 0", times["ours"], reference))
-    print(row("  cvtColor and one inRange", times["OpenCV"], reference))
+    table = Table("colour to mask, 1280 x 720", {"OpenCV": times["OpenCV"]})
+    table.row("  ours, hue wrapping around 0", times["ours"])
+    table.row("  cvtColor and one inRange", times["OpenCV"])
+    table.end()
 
 
 def compare_lifting(rounds: int) -> None:
     """Time depth to curves in space against all that the image alone takes."""
-    print(f"\n{'depth to metres, 1280 x 720':<34}{'p50 ms':>9}{'p99 ms':>9}{'/ 2D':>11}")
-    all_lifted, all_flat = [], []
+    lifted: dict[str, list[float]] = {}
+    flat: list[float] = []
     for sequence in rgbd_artificial(0.05, depth_noise=1.0, hole_share=0.05, flying=0.5):
         pipeline, frames = Pipeline(), [sequence.frame(i) for i in range(0, len(sequence), 3)]
         frame = cycle(frames)
-        lifted, flat = [], []
-        for _ in range(max(rounds // 2, 2 * len(frames))):
+        for _ in range(max(rounds // 4, 2 * len(frames))):
             times = dict(pipeline.detect(next(frame)).stage_ms)
-            lifted.append(times.pop("lifting"))
+            lifted.setdefault(sequence.name.partition(",")[0], []).append(times.pop("lifting"))
             flat.append(sum(times.values()))
-        print(row(f"  {sequence.name}", np.array(lifted), float(np.median(flat))))
-        all_lifted += lifted
-        all_flat += flat
-    print(row("  all", np.array(all_lifted), float(np.median(all_flat))))
+    table = Table("depth to metres, 1280 x 720", {"2D": np.array(flat)})
+    for name, milliseconds in lifted.items():
+        table.row(f"  {name}", np.array(milliseconds))
+    table.row("  all", np.concatenate([np.array(milliseconds) for milliseconds in lifted.values()]))
+    table.end()
 
 
 def moving(masks: list[Mask], rounds: int) -> list[Mask]:
-    """Return a stream in which each mask moves for a while, 3 px a frame, before the next one comes."""
-    return [np.roll(mask, 3 * k, axis=0) for mask in masks for k in range(max(rounds // len(masks), 2))]
+    """Return a stream in which each mask moves for up to 50 frames, 3 px a frame, before the next one comes."""
+    # More rounds see the same stream again: what is measured does not depend on how often.
+    each = min(max(rounds // len(masks), 2), MOVES)
+    return [np.roll(mask, 3 * k, axis=0) for mask in masks for k in range(each)]
 
 
 def floor(mask: Mask) -> None:

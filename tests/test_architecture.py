@@ -47,6 +47,7 @@ MAY_IMPORT = {
     "config": {"errors"},
     "_arrays": {"errors"},
     "_version": set(),
+    "overlap": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
     **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "lens", "registration")},
@@ -54,12 +55,12 @@ MAY_IMPORT = {
     "tracking": GROUND | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},
     "pipeline": BELOW_PIPELINE | {"inspection"},
-    "sources": KNOWN_OUTSIDE | {"kernels"},
+    "sources": KNOWN_OUTSIDE | {"kernels", "overlap"},
     "sinks": KNOWN_OUTSIDE | {"viz"},
     "evaluation": KNOWN_OUTSIDE | {"sources", "viz"},
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
-    "cli": BELOW_PIPELINE | {"inspection", "pipeline", "sources", "sinks", "evaluation", "viz", ""},
+    "cli": BELOW_PIPELINE | {"inspection", "pipeline", "sources", "sinks", "evaluation", "viz", "overlap", ""},
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 

@@ -12,7 +12,7 @@ import pytest
 
 from dloftbs import sources
 from dloftbs.camera import PinholeCamera
-from dloftbs.errors import SourceError
+from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.files import natural_key
 
 COLOUR = np.zeros((12, 16, 3), np.uint8)
@@ -243,3 +243,25 @@ def test_one_file_is_read_at_a_time(tmp_path, monkeypatch):
         next(frames)
         next(frames)
     assert read == ["0.png", "1.png"]
+
+
+@pytest.mark.parametrize("jobs", [2, 5])
+def test_several_files_decoded_at_the_same_time_give_the_same(tmp_path, caplog, jobs):
+    for number in range(12):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), np.full((20, 30, 3), (number, 2 * number, 9), np.uint8))
+    (tmp_path / "3.png").write_bytes(b"no picture")
+    (tmp_path / "11.png").write_bytes(b"")
+    read = {}
+    for count in (1, jobs):
+        caplog.clear()
+        with sources.open(tmp_path, jobs=count, fps=10) as source:
+            frames = [(frame.index, frame.name, frame.stamp, frame.image.tobytes()) for frame in source]
+            read[count] = (frames, source.skipped, [record.getMessage() for record in caplog.records])
+    assert read[1] == read[jobs]
+    assert read[jobs][1] == 2
+
+
+@pytest.mark.parametrize("jobs", [0, -1, 1.0, True, None])
+def test_jobs_must_be_a_count(tmp_path, jobs):
+    with pytest.raises(InputError, match="jobs must be an integer of at least 1"):
+        sources.open(tmp_path, jobs=jobs)

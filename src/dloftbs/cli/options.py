@@ -186,8 +186,8 @@ class InputOptions:
     camera: PinholeCamera | None
     registration: DepthRegistration | None
 
-    def open(self, where: str, config: Config, fps: float | None = None) -> Source:
-        """Open an input with these options; the unit of depth is the configuration's.
+    def open(self, where: str, config: Config, fps: float | None = None, *, jobs: int = 1) -> Source:
+        """Open an input with these options; the unit of depth is the configuration's, `jobs` that of `sources.open`.
 
         Raises
         ------
@@ -207,6 +207,7 @@ class InputOptions:
             camera=self.camera,
             registration=registration,
             fps=fps,
+            jobs=jobs,
         )
 
     @property

@@ -16,12 +16,14 @@ _OTHER = "other reasons"
 class RunReport:
     """Rate, timing, tracks and failures of a run so far; of a size that does not grow with the stream.
 
-    The clock starts when the report is made.
+    The clock starts when the report is made. `skipped` counts frames that could not be read, `missed` those of a camera
+    that made room for newer ones.
     """
 
     def __init__(self) -> None:
         self.frames = 0
         self.skipped = 0
+        self.missed = 0
         self.tracks = 0
         self.total = LatencyHistogram()
         self.stages: dict[str, LatencyHistogram] = {}
@@ -63,8 +65,9 @@ class RunReport:
 
     def summary(self) -> str:
         """Return what the run came to, in a few lines."""
+        missed = f", {self.missed} left out to keep up with the camera" if self.missed else ""
         lines = [
-            f"frames     {self.frames}, {self.skipped} skipped, in {self.seconds:.1f} s: "
+            f"frames     {self.frames}, {self.skipped} skipped{missed}, in {self.seconds:.1f} s: "
             f"{self.rate:.1f} frames/s with reading and writing",
             f"tracks     {self.tracks} confirmed",
         ]

@@ -56,6 +56,7 @@ def open(
     camera: PinholeCamera | PathLike | None = None,
     registration: DepthRegistration | PathLike | None = None,
     fps: float | None = None,
+    jobs: int = 1,
 ) -> Source:
     """Open whatever frames come from.
 
@@ -86,6 +87,9 @@ def open(
     fps : float, optional
         Frames per second: the stamps are then ``index / fps``. Without it, files and arrays have no stamps of their own
         (a .npz file may), and videos have the container's times.
+    jobs : int
+        Image files decoded at the same time, in threads, ahead of the frame that is asked for; with 1, each is decoded
+        when it is. Makes no difference to videos, cameras and stacks.
 
     Returns
     -------
@@ -99,7 +103,7 @@ def open(
     SourceError
         If there is nothing there, it cannot be opened, or depth or masks differ from the frames in number.
     """
-    _check_options(kind, masks, fps)
+    _check_options(kind, masks, fps, jobs)
     camera, registration = _cameras(camera, registration)
     if masks is not None:
         kind = "image"
@@ -114,7 +118,7 @@ def open(
         return LiveSource(_live_address(where), kind=kind, camera=camera)
     rules = [text for text in paired.values() if is_rule(text)]
     # Depth of its own replaces that of a stack.
-    source = _open_recorded(where, kind, camera, fps, rules, None if depth is not None else registration)
+    source = _open_recorded(where, kind, camera, fps, rules, None if depth is not None else registration, jobs)
     if registration is not None and depth is None and not (isinstance(source, ArraySource) and source.has_depth):
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
@@ -156,17 +160,18 @@ def _open_recorded(
     fps: float | None,
     rules: Sequence[str],
     registration: DepthRegistration | None,
+    jobs: int,
 ) -> Source:
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, (str, os.PathLike)):
-        return _open_path(Path(where).expanduser(), kind, camera, fps, rules, registration)
+        return _open_path(Path(where).expanduser(), kind, camera, fps, rules, registration, jobs)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
     paths = [Path(item).expanduser() for item in where]
     for path in paths:
         _check_exists(path)
-    return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps)
+    return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs)
 
 
 def _open_path(
@@ -176,6 +181,7 @@ def _open_path(
     fps: float | None,
     rules: Sequence[str],
     registration: DepthRegistration | None,
+    jobs: int,
 ) -> Source:
     if is_glob(str(path)) or path.is_dir():
         paths = list_files(str(path), IMAGE_EXTENSIONS)
@@ -183,7 +189,7 @@ def _open_path(
             paths = without_partners(paths, rule)
         if not paths:
             raise SourceError(f"{path}: every image is the partner of another under {' and '.join(rules)}")
-        return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps)
+        return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps, jobs=jobs)
     _check_exists(path)
     if path.suffix.lower() in IMAGE_EXTENSIONS:
         return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
@@ -218,7 +224,7 @@ def _path_text(what: str, where: object) -> str:
     return os.fspath(where)
 
 
-def _check_options(kind: object, masks: object, fps: object) -> None:
+def _check_options(kind: object, masks: object, fps: object, jobs: object) -> None:
     if kind not in KINDS:
         raise InputError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
     if masks is not None and kind == "mask":
@@ -226,3 +232,5 @@ def _check_options(kind: object, masks: object, fps: object) -> None:
     valid = isinstance(fps, (int, float)) and not isinstance(fps, bool) and math.isfinite(fps) and fps > 0
     if fps is not None and not valid:
         raise InputError(f"fps must be a positive number, got {fps!r}")
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
+        raise InputError(f"jobs must be an integer of at least 1, got {jobs!r}")

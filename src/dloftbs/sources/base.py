@@ -33,12 +33,15 @@ class Source(ABC):
     skipped : int
         Frames that could not be read so far, counted afresh by each iteration. Each leaves a hole in the indices, and
         is reported by a warning of the logger ``dloftbs.sources``.
+    live : bool
+        Whether frames come at their own pace: who is too slow does better to leave some out than to fall behind.
     """
 
     name: str
     fps: float | None = None
     length: int | None = None
     skipped: int = 0
+    live: bool = False
     _closed: bool = False
 
     @abstractmethod

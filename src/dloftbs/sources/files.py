@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import glob
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
+from dloftbs.overlap import in_order
 from dloftbs.sources.base import Source
-from dloftbs.sources.pixels import Kind, read_image_or_mask
+from dloftbs.sources.pixels import AnyArray, Kind, read_image_or_mask
 
 IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pbm", ".pgm", ".ppm")
+
+_Read = tuple[AnyArray | None, AnyArray | None]
 
 
 class FileSource(Source):
@@ -30,6 +34,8 @@ class FileSource(Source):
         Goes with every frame.
     fps : float, optional
         Gives the stamps ``index / fps``; without it there are none.
+    jobs : int
+        Files decoded at the same time, ahead of the frame that is asked for; with 1, each is when it is.
     """
 
     def __init__(
@@ -40,6 +46,7 @@ class FileSource(Source):
         kind: Kind = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
+        jobs: int = 1,
     ) -> None:
         self.paths = tuple(paths)
         self.name = name
@@ -47,6 +54,7 @@ class FileSource(Source):
         self.length = len(self.paths)
         self._kind = kind
         self._camera = camera
+        self._jobs = jobs
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames, read one by one; what cannot be read is skipped.
@@ -60,18 +68,30 @@ class FileSource(Source):
         return self._frames()
 
     def _frames(self) -> Iterator[Frame]:
-        for index, path in enumerate(self.paths):
-            try:
-                image, mask = read_image_or_mask(path, self._kind)
-            except SourceError as error:
+        if self._jobs == 1:
+            yield from self._made(map(self._read, self.paths))
+            return
+        with closing(in_order(self._read, self.paths, self._jobs)) as reads:
+            yield from self._made(reads)
+
+    def _made(self, reads: Iterable[_Read | SourceError]) -> Iterator[Frame]:
+        for index, (path, read) in enumerate(zip(self.paths, reads, strict=True)):
+            if isinstance(read, SourceError):
                 if self.length == 1:
-                    raise
-                self._skip(f"frame {index}", error)
+                    raise read
+                self._skip(f"frame {index}", read)
                 continue
+            image, mask = read
             stamp = None if self.fps is None else index / self.fps
             yield Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=path.name)
             if self._closed:
                 return
+
+    def _read(self, path: Path) -> _Read | SourceError:
+        try:
+            return read_image_or_mask(path, self._kind)
+        except SourceError as error:
+            return error
 
 
 def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 MAX_FAILURES = 100
 """Reads in a row that may fail before a stream is given up."""
+LIVE_SCHEMES = ("rtsp", "rtsps", "rtp", "srtp", "udp", "rtmp", "rtmps", "srt")
+"""Addresses under which there is never a file, as there may be under http."""
 RETRY_S = 0.02
 """Wait after a failed read of a camera or a stream, which fails at once while it is disturbed."""
 
@@ -188,6 +190,7 @@ class LiveSource(_CaptureSource):
         import cv2
 
         super().__init__(kind, camera)
+        self.live = isinstance(where, int) or where.partition("://")[0].lower() in LIVE_SCHEMES
         # Addresses may hold a password, and names end up in logs and results.
         self.name = f"camera {where}" if isinstance(where, int) else re.sub(r"//[^/@]*@", "//***@", where)
         self._capture = cv2.VideoCapture(where)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import threading
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,8 +12,8 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.options import STANDARD_OUTPUT, InputOptions, check_folder, config_options, input_options, out_option
-from dloftbs.cli.shell import BAD_INPUT, report_error
-from dloftbs.errors import InputError, SourceError
+from dloftbs.cli.shell import BAD_INPUT, Failure, report_error
+from dloftbs.errors import DloftbsError, InputError, SourceError
 
 if TYPE_CHECKING:
     from dloftbs.config import Config
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 @out_option
 @click.option("--overlay", metavar="FOLDER", callback=check_folder, help="Draw the curves over the images.")
 @click.option("--stages", metavar="FOLDER", callback=check_folder, help="Draw a figure of all stages of each image.")
+@click.option("--jobs", "-j", type=click.IntRange(min=1), metavar="N", help="Threads; as many as there are cores.")
 @input_options
 @config_options
 @click.pass_context
@@ -34,6 +37,7 @@ def detect(
     outs: tuple[str, ...],
     overlay: str | None,
     stages: str | None,
+    jobs: int | None,
     inputs: InputOptions,
     config: Config,
 ) -> None:
@@ -49,14 +53,24 @@ def detect(
     """
     _check_usage(where, overlay, stages, inputs)
     from dloftbs.cli.outputs import open_outputs, write_config_beside
+    from dloftbs.overlap import Ahead, cores, in_order
     from dloftbs.pipeline import Pipeline
 
-    pipeline = Pipeline(config)
-    batch = _Batch(_images(where, inputs), inputs, config)
-    with open_outputs(outs or (STANDARD_OUTPUT,), *_pictures(pipeline, overlay, stages)) as sink:
+    class Own(threading.local):  # a pipeline belongs to one thread
+        def __init__(self) -> None:
+            self.pipeline = Pipeline(config)
+
+    own = Own()
+    jobs = jobs or cores()
+    batch = _Batch(_images(where, inputs), inputs, config, jobs)
+    with (
+        Ahead(batch.frames()) as read,
+        open_outputs(outs or (STANDARD_OUTPUT,), *_pictures(own.pipeline, overlay, stages)) as sink,
+    ):
         write_config_beside((*outs, overlay, stages), config)
-        for frame in batch:
-            sink.write(frame, pipeline.detect(frame))
+        with closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found:
+            for frame, result in found:
+                sink.write(frame, result)
     if batch.failures:
         context.exit(BAD_INPUT)
 
@@ -97,31 +111,55 @@ def _images(where: Sequence[str], inputs: InputOptions) -> list[str]:
 class _Batch:
     """The frames of all inputs, one after the other and counted through; what cannot be read is reported."""
 
-    def __init__(self, where: Sequence[str], inputs: InputOptions, config: Config) -> None:
-        self.failures = 0
+    def __init__(self, where: Sequence[str], inputs: InputOptions, config: Config, jobs: int) -> None:
         self._where = where
         self._inputs = inputs
         self._config = config
+        self._jobs = jobs
+        self._failures: list[int] = []  # of each input; several threads can append
 
-    def __iter__(self) -> Iterator[Frame]:
+    @property
+    def failures(self) -> int:
+        """What could not be read so far."""
+        return sum(self._failures)
+
+    def frames(self) -> Generator[Frame, None, None]:
+        """Yield all of them; many inputs of a file each are decoded side by side, as are the files of a folder."""
         first = 0
-        for where in self._where:
-            last = first
-            try:
-                for frame in self._frames(where):
-                    last = first + frame.index
-                    yield replace(frame, index=last)
-            except (InputError, SourceError) as error:
-                report_error(error)
-                self.failures += 1
-            first = last + 1
+        from dloftbs.overlap import in_order
+
+        with closing(in_order(self._open, self._where, self._jobs)) as opened:
+            for frames in opened:
+                last = first
+                try:
+                    if isinstance(frames, Exception):
+                        raise frames
+                    for frame in frames:
+                        last = first + frame.index
+                        yield replace(frame, index=last)
+                except (InputError, SourceError) as error:
+                    report_error(error)
+                    self._failures.append(1)
+                first = last + 1
+
+    def _open(self, where: str) -> Iterable[Frame] | Exception:
+        """Return the frames of an input: an image file is read at once, all else when its turn comes."""
+        from dloftbs.sources.files import IMAGE_EXTENSIONS
+
+        frames = self._frames(where)
+        if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not Path(where).is_file():
+            return frames
+        try:
+            return list(frames)
+        except (DloftbsError, Failure) as error:
+            return error
 
     def _frames(self, where: str) -> Iterator[Frame]:
         from dloftbs.cli.frames import UsableFrames
 
-        with self._inputs.open(where, self._config) as source:
+        with self._inputs.open(where, self._config, jobs=self._jobs) as source:
             frames = UsableFrames(source, self._config, self._inputs)
             try:
                 yield from frames
             finally:
-                self.failures += frames.skipped
+                self._failures.append(frames.skipped)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
@@ -25,7 +25,9 @@ from dloftbs.errors import SourceError
 
 if TYPE_CHECKING:
     from dloftbs.config import Config
+    from dloftbs.frame import Frame, FrameResult
     from dloftbs.sinks import Sink
+    from dloftbs.sources import Source
 
 
 @click.command(short_help="Follow the cables through a stream.")
@@ -60,7 +62,8 @@ def track(
     INPUT is a video, a folder or a glob of images or masks in their natural order, an .npy or .npz file,
     the index of a camera, or the address of a stream. Without --out and --overlay, results are JSON lines
     on standard output. Progress and a summary of the timing go to standard error. Ctrl-C ends the run:
-    files are closed, the summary is printed, and the exit code is 130.
+    files are closed, the summary is printed, and the exit code is 130. Reading, tracking and writing go on
+    side by side; a camera that is faster than all that has frames left out, so that results are never late.
 
     \b
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
@@ -70,35 +73,49 @@ def track(
     from dloftbs.cli.outputs import write_config_beside
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.report import RunReport
+    from dloftbs.overlap import Ahead, Behind, cores
     from dloftbs.pipeline import Pipeline
 
     if not outs and overlay is None:
         outs = (STANDARD_OUTPUT,)
     pipeline = Pipeline(config)
-    with inputs.open(where, config, fps) as source:
-        frames = UsableFrames(source, config, inputs)
-        length = min((n for n in (source.length, limit) if n is not None), default=None)
-        report = RunReport()
-        try:
-            with ExitStack() as stack:
-                sink = stack.enter_context(_open_sink(outs, overlay, source.fps))
-                write_config_beside((*outs, overlay), config)
-                progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
-                stop = stack.enter_context(interrupted())
-                for frame in islice(frames, limit):
-                    result = pipeline.process(frame)
-                    sink.write(frame, result)
-                    report.skipped = frames.skipped
-                    report.add(result)
-                    progress.tick(report)
-                    if stop():
-                        raise KeyboardInterrupt
-        finally:
-            report.skipped = frames.skipped
-            if report.frames:
-                click.echo(report.summary(), err=True)
-        if not report.frames:
-            raise SourceError(f"{source.name}: no frame could be read")
+    source = inputs.open(where, config, fps, jobs=cores())
+    frames = UsableFrames(source, config, inputs)
+    length = min((n for n in (source.length, limit) if n is not None), default=None)
+    report = RunReport()
+    read = Ahead(_frames_of(source, frames, limit), newest=source.live)
+    try:
+        with ExitStack() as stack:
+            stack.enter_context(read)
+            sink = stack.enter_context(_open_sink(outs, overlay, source.fps))
+            write_config_beside((*outs, overlay), config)
+            progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
+            stop = stack.enter_context(interrupted())
+
+            def write(done: tuple[Frame, FrameResult]) -> None:
+                frame, result = done
+                sink.write(frame, result)
+                report.skipped = frames.skipped
+                report.add(result)
+                progress.tick(report)
+
+            written = stack.enter_context(Behind(write))
+            for frame in islice(read, limit):
+                written.put((frame, pipeline.process(frame)))
+                if stop():
+                    raise KeyboardInterrupt
+    finally:
+        report.skipped, report.missed = frames.skipped, read.missed
+        if report.frames:
+            click.echo(report.summary(), err=True)
+    if not report.frames:
+        raise SourceError(f"{source.name}: no frame could be read")
+
+
+def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Generator[Frame, None, None]:
+    """Yield the frames of a source, and close it in the same thread; of a recording, read none that is not wanted."""
+    with source:
+        yield from frames if source.live else islice(frames, limit)
 
 
 def _open_sink(outs: Sequence[str], overlay: str | None, fps: float | None) -> Sink:

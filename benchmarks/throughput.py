@@ -1,0 +1,51 @@
+"""Frames per second of whole streams: reading, tracking and writing alone, one after the other, and side by side.
+
+Run it with ``python -m benchmarks.throughput [--quick] [--docs PAGE]``. It makes a video and a folder of the demo's
+frames, and takes them through the loops of ``dloftbs track`` and ``dloftbs detect --jobs``, once in a process that may
+use one core and once in one that may use two (as ``taskset`` does). "/ slowest" is the time side by side as a ratio to
+that of the slowest of the three alone. On one core nothing is side by side; on two, what the three take together stands
+in the way of 1.00 where it is more than twice the slowest. The last stream only waits: what the loops themselves cost.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.docs import arguments, published
+from dloftbs.sinks import write_sequence
+from dloftbs.sources.synthetic import DemoSequence
+
+VIDEO, PICTURES = "video", "pictures"
+
+
+def main() -> None:
+    """Print the tables."""
+    given = arguments(__doc__, "few frames and rounds, to see that it runs").parse_args()
+    frames, rounds = (12, 1) if given.quick else (48, 7)
+    with published("throughput", given.docs), tempfile.TemporaryDirectory() as folder:
+        make_inputs(Path(folder), frames)
+        print(f"frames/s, {frames} frames of 1280 x 720, two cables by colour, the fastest of {rounds} rounds")
+        for cores in (1, 2)[: len(os.sched_getaffinity(0))]:
+            command = [sys.executable, "-m", "benchmarks.throughput_run", folder, str(cores), str(rounds)]
+            print()
+            with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+                assert process.stdout is not None
+                for line in process.stdout:
+                    print(line, end="")
+            if process.returncode:
+                raise subprocess.CalledProcessError(process.returncode, command)
+
+
+def make_inputs(folder: Path, frames: int) -> None:
+    """Write the demo's sequence as a video and as pictures."""
+    sequence = DemoSequence(frames=frames)
+    write_sequence(sequence, folder / VIDEO, video=True)
+    write_sequence(sequence, folder / PICTURES)
+
+
+if __name__ == "__main__":
+    main()

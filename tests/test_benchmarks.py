@@ -1,0 +1,151 @@
+"""The benchmarks' own arithmetic: tables, pages, sums, differences. What they measure is for people to read."""
+
+from __future__ import annotations
+
+import json
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks import compare, compare_run, growth, process, profile
+from benchmarks.docs import published
+from benchmarks.timing import UNSTEADY, Table, interleaved
+
+from dloftbs import Frame
+
+PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "process")
+
+
+def test_functions_take_turns_and_the_first_two_do_not_count():
+    calls = []
+    times = interleaved({"a": lambda: calls.append("a"), "b": lambda: calls.append("b")}, 3)
+    assert "".join(calls) == "ababababab"
+    assert {name: len(ms) for name, ms in times.items()} == {"a": 3, "b": 3}
+
+
+def test_a_table_has_ratios_and_shares_that_add_up_and_marks_what_is_unsteady(capsys):
+    whole = np.full(100, 4.0)
+    table = Table("title", {"Lee": np.full(10, 2.0)}, whole)
+    table.row("all", whole)
+    table.row("one", np.full(100, 1.0), part=True)
+    table.row("other", np.array([2.9] * 97 + [6.2333333333] * 3), part=True)
+    table.end()
+    heading, of_all, one, other, note, *_ = capsys.readouterr().out.splitlines()
+    assert heading.split() == ["title", "p50", "ms", "p99", "ms", "share", "/", "Lee"]
+    assert of_all.split() == ["all", "4.000", "4.000", "2.000"]
+    assert one.split() == ["one", "1.000", "1.000", "25.0", "%", "0.500"]
+    assert other.split() == ["other", "2.900", "6.233", "75.0", "%", "1.450", "!"]
+    assert note == UNSTEADY
+
+
+def test_a_steady_table_has_no_note(capsys):
+    table = Table("title", {})
+    table.row("all", np.array([1.0, 1.9]))
+    table.end()
+    assert "!" not in capsys.readouterr().out
+
+
+def test_figures_go_into_their_place_of_a_page_and_nowhere_else(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- made: x -->\nold\n<!-- end -->\nb\n<!-- made: y -->\nother\n<!-- end -->\nc\n")
+    for _ in range(2):
+        with published("x", page):
+            sys.stdout.write("1 \\1 of 2\n\n")
+    made = "a\n<!-- made: x -->\n```text\n1 \\1 of 2\n```\n<!-- end -->\nb\n<!-- made: y -->\nother\n<!-- end -->\nc\n"
+    assert page.read_text() == made
+    assert capsys.readouterr().out == "1 \\1 of 2\n\n" * 2
+
+
+def test_a_page_without_the_place_is_refused_before_anything_is_measured(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("nothing here\n")
+    with pytest.raises(ValueError, match="no place for the figures of 'x'"), published("x", page):
+        pytest.fail("measured in vain")
+
+
+def test_figures_of_a_run_that_failed_do_not_reach_the_page(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(before := "<!-- made: x -->\nold\n<!-- end -->\n")
+
+    def fail():
+        with published("x", page):
+            sys.stdout.write("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert page.read_text() == before
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_the_page_has_a_place_for_each_benchmark(name):
+    assert PAGE.read_text("utf-8").count(f"<!-- made: {name} -->\n") == 1
+
+
+def test_import_times_are_summed_by_package():
+    text = """import time: self [us] | cumulative | imported package
+import time:       100 |        100 | _io
+import time:       200 |        300 |     json
+import time:      1000 |       2000 |   numpy.core
+import time:      3000 |       5000 | numpy
+import time:    500000 |     500000 |   dloftbs.kernels.thinning
+import time:      1500 |     501500 | dloftbs.pipeline
+warning: something else
+"""
+    assert process.seconds_by_package(text) == pytest.approx(
+        {"Python itself": 3e-4, "numpy": 4e-3, "dloftbs.kernels, from the cache": 0.5, "dloftbs": 1.5e-3}
+    )
+
+
+@pytest.mark.parametrize("power", [0.0, 0.5, 1.0, 2.0])
+def test_a_power_law_has_its_exponent(power):
+    x = np.array([3.0, 10.0, 40.0, 500.0])
+    assert growth.exponent(x, 7.0 * x**power) == pytest.approx(power, abs=1e-9)
+
+
+def frames_with(*curves, tracks=()):
+    return {"digest": json.dumps([curves, tracks]), "frames": [{"curves": list(curves), "tracks": list(tracks)}]}
+
+
+def test_two_runs_that_are_the_same():
+    one = frames_with([[0.0, 1.0], [2.0, 3.0]])
+    assert compare.difference(one, one) == "the same, bit for bit: 1 frames"
+
+
+@pytest.mark.parametrize(
+    ("new", "said"),
+    [
+        (frames_with([[0.0, 1.0], [2.0, 3.25]]), "of 1 frames: curves differ by 0.25 px at most"),
+        (frames_with([[0.0, 1.0], [2.0, 3.0]], [[9.0, 9.0]]), "of 1 frames: 1 frames have another number of curves"),
+        (frames_with([[0.0, 1.0], [2.0, 3.0]], tracks=[[1, "confirmed"]]), "of 1 frames: 1 frames have other tracks"),
+    ],
+)
+def test_two_runs_that_differ(new, said):
+    assert compare.difference(frames_with([[0.0, 1.0], [2.0, 3.0]]), new) == said
+
+
+def test_a_digest_tells_what_a_bit_changes():
+    mask = np.zeros((60, 120), np.uint8)
+    mask[28:33, 10:110] = 1
+    moved = np.roll(mask, 1, axis=0)
+    runs = [compare_run.curves([Frame(mask=each)]) for each in (mask, mask.copy(), moved)]
+    assert runs[0] == runs[1]
+    assert runs[0]["digest"] != runs[2]["digest"]
+    assert compare.difference(runs[0], runs[2]).startswith("of 2 frames: curves differ by 1 px")  # of both methods
+
+
+def test_a_profile_tells_kernels_from_the_rest():
+    stats, milliseconds = profile.profiled(1, 8)
+    assert milliseconds > 0.0
+    kinds = {profile.kind_of(function) for function in profile.entries(stats)}
+    assert kinds == {profile.KERNEL, profile.PYTHON, profile.LIBRARY}
+    names = {profile.name_of(function) for function in profile.entries(stats)}
+    assert {"pipeline.process", "kernels.thinning.thin", "stages.cleaning.clean"} <= names
+    drawn = list(profile.boxes(stats))
+    assert [box.function[2] for box in drawn if box.depth == 0] == ["process"]
+    assert max(box.left + box.width for box in drawn) <= 1.0 + 1e-9
+    level = sorted((box for box in drawn if box.depth == 2), key=lambda box: box.left)
+    assert all(a.left + a.width <= b.left + 1e-9 for a, b in pairwise(level))
