@@ -247,7 +247,7 @@ def _link_by_bending(
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    past = Past.of(expected, patch, run.graph.width) if expected else None
+    past = Past(expected, patch, run.graph.width) if expected else None
     pairing = pair(patch, run.graph, config.max_gap_widths, past)
     settle_lanes(patch, run.graph, pairing, past)
     run.overruled = pairing.overruled

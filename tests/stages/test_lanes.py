@@ -32,7 +32,7 @@ def test_where_crossing_and_touching_are_about_alike_the_past_decides() -> None:
     patch, graph, pairing = pairing_of(draw(*cables))
     before = [detection for cable in cables for detection in dloftbs.detect(draw(cable))]
     assert len(before) == 2
-    past = Past.of([(detection.curve, 1.0) for detection in before], patch, graph.width)
+    past = Past([(detection.curve, 1.0) for detection in before], patch, graph.width)
     settle_lanes(patch, graph, pairing, past)
     assert sides_of_ends(patch, pairing) == [(False, True), (True, False)]
     assert pairing.overruled > 0.0
@@ -42,7 +42,7 @@ def test_the_past_does_not_exchange_what_clearly_touches() -> None:
     touching = beside(7 * 15, 7, False)
     patch, graph, pairing = pairing_of(draw(*touching))
     wrong = [dloftbs.detect(draw(cable))[0] for cable in beside(7 * 15, 7, True)]
-    settle_lanes(patch, graph, pairing, Past.of([(seen.curve, 0.2) for seen in wrong], patch, graph.width))
+    settle_lanes(patch, graph, pairing, Past([(seen.curve, 0.2) for seen in wrong], patch, graph.width))
     assert sides_of_ends(patch, pairing) == [(False, False), (True, True)]
     assert pairing.overruled == 0.0
 

@@ -99,7 +99,7 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, pa
     if leaves and past is not None and margin < _UNCLEAR and weakest >= 0:
         # What comes from the first side leaves on it, if it does not change lanes.
         stays = (last_side == first_side) != changed[-1]
-        lead = _lead(pairing, past, before, after if stays else after[::-1], graph.width)
+        lead = _lead(pairing, past, before, after if stays else after[::-1])
         if lead > _LEAST_LEAD:
             changed[weakest:] = ~changed[weakest:]
             pairing.overruled, margin = max(pairing.overruled, margin), 0.0
@@ -114,10 +114,10 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, pa
     _move(pairing, series, stretches, sign[:, None] * shift, width)
 
 
-def _lead(pairing: Pairing, past: Past, before: list[int], after: list[int], width: float) -> float:
+def _lead(pairing: Pairing, past: Past, before: list[int], after: list[int]) -> float:
     """Return by how much the past prefers that two cables leave a run the other way round."""
     rows, columns = np.array([*before, *before]), np.array([*after, *after[::-1]])
-    same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns, width).tolist()
+    same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns).tolist()
     return float(other + other_2 - same - same_2)
 
 

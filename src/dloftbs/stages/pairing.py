@@ -56,7 +56,7 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         max_gap_widths * graph.width,
         0.0 if past is None else PAST_BONUS,
     )
-    bonus = np.zeros(len(rows)) if past is None else PAST_BONUS * past.continuity(arms, rows, columns, graph.width)
+    bonus = np.zeros(len(rows)) if past is None or len(rows) == 0 else PAST_BONUS * past.continuity(arms, rows, columns)
     partner, cost, margin, other = matching.pair_ends(rows, columns, costs - bonus, price, identity)
     overruled = 0.0
     if bonus.any():
