@@ -233,6 +233,7 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
         np.ascontiguousarray(pairing.arms),
         graph.width,
         mask,
+        *bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask),
         config.max_gap_widths * graph.width,
         0.0,
     )

@@ -27,7 +27,8 @@ def _evaluate_basis(
     """Write the basis functions of one knot span, in the order of operations that scipy has, too."""
     values[0] = 1.0
     for j in range(1, degree + 1):
-        before[:j] = values[:j]
+        for n in range(j):
+            before[n] = values[n]
         values[0] = 0.0
         for n in range(1, j + 1):
             high, low = knots[span + n], knots[span + n - j]
