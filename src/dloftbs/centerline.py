@@ -57,6 +57,13 @@ class Segment:
         segment.__dict__.update(points=frozen(points), radius=frozen(radius))
         return segment
 
+    @classmethod
+    def cut(cls, points: FloatArray, radius: FloatArray, start: int, stop: int) -> Segment:
+        """Wrap a part of arrays that are known to be right and that are marked as read-only already."""
+        segment = cls.__new__(cls)
+        segment.__dict__.update(points=points[start:stop], radius=radius[start:stop])
+        return segment
+
     def __len__(self) -> int:
         return len(self.points)
 

@@ -61,22 +61,10 @@ def _evaluate_basis(
         values[degree] = carry
 
 
-@kernel(read(float64, 2), boolean)
-def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[np.float64]:
-    """Return what `dloftbs.centerline.arc_parameter` returns, faster.
-
-    Parameters
-    ----------
-    points : (n, d) float64
-        One or more.
-    closed : bool
-
-    Returns
-    -------
-    (n,) float64
-    """
+@helper
+def _write_arc(points: npt.NDArray[np.float64], closed: bool, parameter: npt.NDArray[np.float64]) -> None:
     n, dims = points.shape
-    parameter = np.zeros(n, dtype=np.float64)
+    parameter[0] = 0.0
     for i in range(1, n):
         squared = 0.0
         for d in range(dims):
@@ -91,6 +79,49 @@ def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[
     if total > 0.0:
         for i in range(n):
             parameter[i] /= total
+
+
+@kernel(read(float64, 2), boolean)
+def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[np.float64]:
+    """Return what `dloftbs.centerline.arc_parameter` returns, faster.
+
+    Parameters
+    ----------
+    points : (n, d) float64
+        One or more.
+    closed : bool
+
+    Returns
+    -------
+    (n,) float64
+    """
+    parameter = np.empty(len(points), dtype=np.float64)
+    _write_arc(points, closed, parameter)
+    return parameter
+
+
+@kernel(read(float64, 2), read(int64, 1), int64)
+def arc_parameters(
+    points: npt.NDArray[np.float64], first: npt.NDArray[np.int64], n_open: int
+) -> npt.NDArray[np.float64]:
+    """Return what `arc_parameter` returns, for several lines.
+
+    Parameters
+    ----------
+    points : (m, d) float64
+        Line after line.
+    first : (k + 1,) int64
+        Where each line starts in these, and the end; each has one point or more.
+    n_open : int
+        The first so many lines have ends, the rest are loops.
+
+    Returns
+    -------
+    (m,) float64
+    """
+    parameter = np.empty(len(points), dtype=np.float64)
+    for k in range(len(first) - 1):
+        _write_arc(points[first[k] : first[k + 1]], k >= n_open, parameter[first[k] : first[k + 1]])
     return parameter
 
 

@@ -1,4 +1,4 @@
-"""Spans of points, put one after the other."""
+"""Spans of points, put one after the other to lines in the image."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from numba import float64, int64
 from dloftbs.kernels._compile import kernel, read
 
 
-@kernel(read(float64, 2), read(float64, 1), read(int64, 2))
+@kernel(read(float64, 2), read(float64, 1), read(int64, 2), read(float64, 2), read(float64, 1))
 def gather(
-    points: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], spans: npt.NDArray[np.int64]
+    points: npt.NDArray[np.float64],
+    radius: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
+    matrix: npt.NDArray[np.float64],
+    offset: npt.NDArray[np.float64],
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Copy spans of points and their radius, some of them backwards.
+    """Copy spans of points and their radius, some of them backwards, and turn the points into the image's.
 
     Parameters
     ----------
@@ -21,6 +25,8 @@ def gather(
     radius : (n,) float64
     spans : (k, 3) int64
         First point, the one after the last, and the step: 1 or -1.
+    matrix, offset : (2, 2), (2,) float64
+        From the points to the image, ``matrix @ p + offset``.
 
     Returns
     -------
@@ -35,7 +41,9 @@ def gather(
     count = 0
     for k in range(len(spans)):
         for i in range(spans[k, 0], spans[k, 1], spans[k, 2]):
-            own_points[count, 0], own_points[count, 1] = points[i, 0], points[i, 1]
+            x, y = points[i, 0], points[i, 1]
+            own_points[count, 0] = x * matrix[0, 0] + y * matrix[0, 1] + offset[0]
+            own_points[count, 1] = x * matrix[1, 0] + y * matrix[1, 1] + offset[1]
             own_radius[count] = radius[i]
             count += 1
     return own_points, own_radius
