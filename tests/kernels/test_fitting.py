@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
 from dloftbs import centerline
-from dloftbs.kernels.fitting import arc_parameter, arc_parameters, fit_closed, fit_open, misfit, open_knots
+from dloftbs.kernels.arcs import arc_parameter, arc_parameters
+from dloftbs.kernels.fitting import fit_closed, fit_open, misfit, open_knots
 from dloftbs.stages.fitting import closed_knots
 
 

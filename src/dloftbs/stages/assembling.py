@@ -12,8 +12,8 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
 from dloftbs.graph import FREE, Graph, Pairing
+from dloftbs.kernels.arcs import arc_parameters
 from dloftbs.kernels.ends import extend_end
-from dloftbs.kernels.fitting import arc_parameters
 from dloftbs.kernels.gathering import gather
 from dloftbs.patch import Patch
 
