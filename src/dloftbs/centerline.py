@@ -143,9 +143,9 @@ class Centerline:
 
     @classmethod
     def trusted(
-        cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray
+        cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray | float
     ) -> Centerline:
-        """Wrap parts that are known to fit together; what `points`, `radius` or `u` would compute may be given, too."""
+        """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width` may be given, too."""
         line = cls.__new__(cls)
         line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
         return line
@@ -153,7 +153,8 @@ class Centerline:
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         segments = tuple(segment.reversed() for segment in reversed(self.segments))
-        return self.trusted(segments, tuple(joint.reversed() for joint in reversed(self.joints)), self.closed)
+        joints = tuple(joint.reversed() for joint in reversed(self.joints))
+        return self.trusted(segments, joints, self.closed, width=self.width)
 
     @cached_property
     def points(self) -> FloatArray:
@@ -168,6 +169,11 @@ class Centerline:
         if len(self.segments) == 1:
             return self.segments[0].radius
         return frozen(np.concatenate([s.radius for s in self.segments]))
+
+    @cached_property
+    def width(self) -> float:
+        """Width of the object, px: twice the median radius."""
+        return 2.0 * float(np.median(self.radius))
 
     @cached_property
     def u(self) -> FloatArray:

@@ -47,3 +47,24 @@ def gather(
             own_radius[count] = radius[i]
             count += 1
     return own_points, own_radius
+
+
+@kernel(read(float64, 1), read(int64, 1))
+def medians(values: npt.NDArray[np.float64], first: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """Return the medians of several series.
+
+    Parameters
+    ----------
+    values : (m,) float64
+        Series after series.
+    first : (k + 1,) int64
+        Where each starts in these, and the end; each has one value or more.
+
+    Returns
+    -------
+    (k,) float64
+    """
+    result = np.empty(len(first) - 1)
+    for k in range(len(result)):
+        result[k] = np.median(values[first[k] : first[k + 1]])
+    return result

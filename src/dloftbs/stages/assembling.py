@@ -14,7 +14,7 @@ from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
 from dloftbs.graph import FREE, Graph, Pairing
 from dloftbs.kernels.arcs import arc_parameters
 from dloftbs.kernels.ends import extend_end
-from dloftbs.kernels.gathering import gather
+from dloftbs.kernels.gathering import gather, medians
 from dloftbs.patch import Patch
 
 _LEAST_WIDTHS = 1.5  # what is shorter is no cable
@@ -120,7 +120,9 @@ def _lay_out(
     counts = [[piece.count for piece in pieces] for pieces in lines]
     first = [0, *accumulate([sum(own) for own in counts] + [sum([p.count for p in pieces]) for pieces in rings])]
     points, radius = buffer.gather(lines + rings, patch)
-    u = arc_parameters(points, np.array(first), len(lines))
+    starts = np.array(first)
+    u = arc_parameters(points, starts, len(lines))
+    widths = (2.0 * medians(radius, starts)).tolist()
     for k, pieces in enumerate(lines):
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], pairing, pieces)
@@ -132,9 +134,9 @@ def _lay_out(
     for k, (start, stop) in enumerate(pairwise(first)):
         own = points[start:stop], radius[start:stop], u[start:stop]
         if k < len(lines):
-            result.append(_line(*own, counts[k], pairing, lines[k], places))
+            result.append(_line(*own, widths[k], counts[k], pairing, lines[k], places))
         else:
-            result.append(_loop(*own))
+            result.append(_loop(*own, widths[k]))
     return result
 
 
@@ -290,6 +292,7 @@ def _line(
     points: FloatArray,
     radius: FloatArray,
     u: FloatArray,
+    width: float,
     counts: list[int],
     pairing: Pairing,
     pieces: list[_Piece],
@@ -308,7 +311,9 @@ def _line(
             joints.append(Joint(kind, span, piece.cost, piece.margin, confidence, alternatives))
         segments.append(Segment.cut(points, radius, at, at + count))
         at += count
-    return Centerline.trusted(tuple(segments), tuple(joints), closed=False, points=points, radius=radius, u=u)
+    return Centerline.trusted(
+        tuple(segments), tuple(joints), closed=False, points=points, radius=radius, u=u, width=width
+    )
 
 
 def _arc_over_chord(pairing: Pairing, end: int) -> float:
@@ -327,5 +332,6 @@ def _widen(u: FloatArray, at: int, factor: float) -> None:
     u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
 
 
-def _loop(points: FloatArray, radius: FloatArray, u: FloatArray) -> Centerline:
-    return Centerline.trusted((Segment.cut(points, radius, 0, len(points)),), (), closed=True, u=u)
+def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float) -> Centerline:
+    segment = Segment.cut(points, radius, 0, len(points))
+    return Centerline.trusted((segment,), (), closed=True, u=u, width=width)
