@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -126,7 +127,7 @@ class Centerline:
     """
 
     segments: tuple[Segment, ...]
-    joints: tuple[Joint, ...] = ()
+    joints: tuple[Joint, ...] = field(default_factory=tuple)  # not a class attribute, which would hide `__getattr__`
     closed: bool = False
 
     def __post_init__(self) -> None:
@@ -152,9 +153,20 @@ class Centerline:
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
-        segments = tuple(segment.reversed() for segment in reversed(self.segments))
-        joints = tuple(joint.reversed() for joint in reversed(self.joints))
-        return self.trusted(segments, joints, self.closed, width=self.width)
+        line = type(self).__new__(type(self))
+        line.__dict__.update(closed=self.closed, width=self.width, _forwards=self)
+        return line
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Make the parts of a reversed centre line once somebody asks for them: of most tracks, nobody does."""
+            forwards = self.__dict__.get("_forwards")
+            if forwards is None or name not in ("segments", "joints"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            parts = tuple(part.reversed() for part in reversed(getattr(forwards, name)))
+            self.__dict__[name] = parts
+            return parts
 
     @cached_property
     def points(self) -> FloatArray:
