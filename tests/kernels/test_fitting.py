@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
-from dloftbs import centerline
-from dloftbs.kernels.arcs import arc_parameter, arc_parameters
 from dloftbs.kernels.fitting import fit_closed, fit_open, misfit, open_knots
 from dloftbs.stages.fitting import closed_knots
 
@@ -81,21 +77,6 @@ def literal_knots(u: np.ndarray, k: int) -> np.ndarray:
 def test_knots_agree_with_their_literal_twin(seed: int, n: int, k: int) -> None:
     u, _ = walk(seed, n, 2)
     np.testing.assert_array_equal(open_knots(u, k), literal_knots(u, k))
-
-
-@given(st.integers(0, 2**31), st.integers(1, 300), st.sampled_from([2, 3]), st.booleans())
-def test_the_parameter_agrees_with_its_slow_twin(seed: int, n: int, dims: int, closed: bool) -> None:
-    points = np.random.default_rng(seed).integers(0, 3, (n, dims)).astype(float)
-    np.testing.assert_allclose(arc_parameter(points, closed), centerline.arc_parameter(points, closed), atol=1e-14)
-
-
-@given(st.integers(0, 2**31), st.lists(st.integers(1, 40), min_size=1, max_size=5), st.integers(0, 5))
-def test_the_parameters_of_several_lines_are_those_of_each(seed: int, sizes: list[int], n_open: int) -> None:
-    points = np.random.default_rng(seed).normal(size=(sum(sizes), 2))
-    first = np.cumsum([0, *sizes])
-    found = arc_parameters(points, first, n_open)
-    for k, (start, stop) in enumerate(pairwise(first)):
-        np.testing.assert_array_equal(found[start:stop], arc_parameter(points[start:stop], k >= n_open))
 
 
 @given(st.integers(0, 2**31), st.integers(8, 300), st.integers(4, 30), st.integers(1, 20))

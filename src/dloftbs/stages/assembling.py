@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, frozen
-from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
+from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.graph import FREE, Graph, Pairing
-from dloftbs.kernels.arcs import arc_parameters
 from dloftbs.kernels.ends import extend_end
-from dloftbs.kernels.gathering import gather, medians
+from dloftbs.kernels.lines import lay_out
 from dloftbs.patch import Patch
 
 _LEAST_WIDTHS = 1.5  # what is shorter is no cable
@@ -55,22 +54,20 @@ class _Points:
     """The points of a pairing, and those that its ends are led on by."""
 
     def __init__(self, pairing: Pairing) -> None:
-        self.points, self.radius = [pairing.points], [pairing.radius]
+        self._points, self._radius = [pairing.points], [pairing.radius]
         self._count = len(pairing.points)
 
     def add(self, points: FloatArray, radius: float) -> _Span:
-        self.points.append(points)
-        self.radius.append(np.full(len(points), radius))
+        self._points.append(points)
+        self._radius.append(np.full(len(points), radius))
         self._count += len(points)
         return self._count - len(points), self._count, 1
 
-    def gather(self, lines: list[list[_Piece]], patch: Patch) -> tuple[FloatArray, FloatArray]:
-        """Return points in the image and radius of all lines, one after the other."""
-        spans = [number for pieces in lines for piece in pieces for span in piece.spans for number in span]
-        points, radius = self.points[0], self.radius[0]
-        if len(self.points) > 1:
-            points, radius = np.concatenate(self.points), np.concatenate(self.radius)
-        return gather(points, radius, np.array(spans, dtype=np.int64).reshape(-1, 3), *patch.image_transform)
+    def all(self) -> tuple[FloatArray, FloatArray]:
+        """Return all points, and their radius."""
+        if len(self._points) == 1:
+            return self._points[0], self._radius[0]
+        return np.concatenate(self._points), np.concatenate(self._radius)
 
 
 def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
@@ -117,26 +114,29 @@ def _lay_out(
     patch: Patch, pairing: Pairing, lines: list[list[_Piece]], rings: list[list[_Piece]], buffer: _Points
 ) -> list[Centerline]:
     """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
-    counts = [[piece.count for piece in pieces] for pieces in lines]
-    first = [0, *accumulate([sum(own) for own in counts] + [sum([p.count for p in pieces]) for pieces in rings])]
-    points, radius = buffer.gather(lines + rings, patch)
-    starts = np.array(first)
-    u = arc_parameters(points, starts, len(lines))
-    widths = (2.0 * medians(radius, starts)).tolist()
+    counts = [[piece.count for piece in pieces] for pieces in lines + rings]
+    first = [0, *accumulate(map(sum, counts))]
+    spans = [number for pieces in lines + rings for piece in pieces for span in piece.spans for number in span]
+    points, radius, u, widths, arms = lay_out(
+        *buffer.all(),
+        np.array(spans).reshape(-1, 3),
+        np.array(first),
+        len(lines),
+        pairing.arms,
+        *patch.image_transform,
+    )
     for k, pieces in enumerate(lines):
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], pairing, pieces)
     points, radius, u = frozen(points), frozen(radius), frozen(u)
-    places: list[Point] = []
-    if any(len(pieces) > 1 for pieces in lines):
-        places = [(x, y) for x, y in patch.to_image(pairing.arms[:, :2]).tolist()]
+    places = arms.tolist() if any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
-    for k, (start, stop) in enumerate(pairwise(first)):
-        own = points[start:stop], radius[start:stop], u[start:stop]
+    for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
+        own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
-            result.append(_line(*own, widths[k], counts[k], pairing, lines[k], places))
+            result.append(_line(*own, counts[k], pairing, lines[k], places))
         else:
-            result.append(_loop(*own, widths[k]))
+            result.append(_loop(*own))
     return result
 
 
@@ -296,7 +296,7 @@ def _line(
     counts: list[int],
     pairing: Pairing,
     pieces: list[_Piece],
-    places: list[Point],
+    places: list[list[float]],
 ) -> Centerline:
     segments, joints = [], []
     at = 0
@@ -305,10 +305,10 @@ def _line(
             end = piece.entered
             kind = JointKind.CROSSING if pairing.is_crossing(end) else JointKind.GAP
             confidence = 1.0 / (1.0 + math.exp(-min(piece.margin / _MARGIN_SCALE[kind], 50.0)))
-            before, after = pairing.other[pairing.partner[end]], pairing.other[end]
-            alternatives = (places[before] if before >= 0 else None), (places[after] if after >= 0 else None)
+            others = pairing.other[pairing.partner[end]], pairing.other[end]
+            before, after = ((places[e][0], places[e][1]) if e >= 0 else None for e in others)
             span = (u.item(at - 1), u.item(at))
-            joints.append(Joint(kind, span, piece.cost, piece.margin, confidence, alternatives))
+            joints.append(Joint(kind, span, piece.cost, piece.margin, confidence, (before, after)))
         segments.append(Segment.cut(points, radius, at, at + count))
         at += count
     return Centerline.trusted(

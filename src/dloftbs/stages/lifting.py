@@ -15,7 +15,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
-from dloftbs.kernels.arcs import arc_parameter
+from dloftbs.kernels.lines import arc_parameter
 from dloftbs.kernels.smoothing import smooth
 from dloftbs.kernels.tubes import hide, lead_to_axis
 from dloftbs.patch import Patch
