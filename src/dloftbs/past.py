@@ -24,8 +24,8 @@ class Samples(NamedTuple):
 
     Parameters
     ----------
-    points, tangents : numpy.ndarray, shape (m, 2)
-        Evenly spaced samples of all curves, one after the other, and directions of length 1.
+    points : numpy.ndarray, shape (m, 2)
+        Evenly spaced samples of all curves, one after the other.
     first : numpy.ndarray, shape (c + 1,)
         Where the samples of each curve start.
     steps : numpy.ndarray, shape (c,)
@@ -36,7 +36,6 @@ class Samples(NamedTuple):
     """
 
     points: FloatArray
-    tangents: FloatArray
     first: npt.NDArray[np.int64]
     steps: FloatArray
     closed: npt.NDArray[np.bool_]
@@ -65,17 +64,16 @@ class Past:
         """Samples of the curves."""
         curves = [curve for curve, _ in self.expected]
         closed = np.array([curve.closed for curve in curves])
-        points, tangents, first, steps = sample_curves(
+        points, first, steps = sample_curves(
             np.concatenate([curve.knots for curve in curves]),
             np.concatenate([curve.control_points for curve in curves]),
             np.array([len(curve.control_points) for curve in curves]),
-            np.array([curve.degree for curve in curves]),
             closed,
             *self.patch.image_transform,
             _STEP_WIDTHS * self.width,
             _MOST_SAMPLES,
         )
-        return Samples(points, tangents, first, steps, closed, np.array([trust for _, trust in self.expected]))
+        return Samples(points, first, steps, closed, np.array([trust for _, trust in self.expected]))
 
     def continuity(self, arms: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:
         """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""

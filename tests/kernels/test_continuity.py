@@ -31,7 +31,7 @@ def along(arms: list[list[float]], *curves: np.ndarray, trust: float = 1.0, clos
     n = len(arms)
     rows, columns = np.triu_indices(n, 1)
     found = follow(
-        np.array(arms), rows, columns, np.concatenate(curves), np.concatenate([tangents_of(c) for c in curves]),
+        np.array(arms), rows, columns, np.concatenate(curves),
         np.cumsum([0, *map(len, curves)]), np.array([np.hypot(*(c[1] - c[0])) for c in curves]),
         np.full(len(curves), closed), np.full(len(curves), trust), WIDTH,
     )  # fmt: skip
@@ -130,17 +130,16 @@ def test_samples_are_those_of_the_curves(seed: int, flip: bool) -> None:
     rng = np.random.default_rng(seed)
     curves = [random_curve(rng, closed) for closed in (False, True, False)]
     matrix, offset = np.array([[0.0, -1.0], [1.0, 0.0]] if flip else [[-1.0, 0.0], [0.0, 1.0]]), np.array([7.0, 500.0])
-    points, tangents, first, steps = sample_curves(
+    points, first, steps = sample_curves(
         np.concatenate([c.knots for c in curves]), np.concatenate([c.control_points for c in curves]),
-        np.array([len(c.control_points) for c in curves]), np.full(3, 3), np.array([c.closed for c in curves]),
+        np.array([len(c.control_points) for c in curves]), np.array([c.closed for c in curves]),
         matrix, offset, 6.0, 80,
     )  # fmt: skip
     for c, curve in enumerate(curves):
-        own, along = points[first[c] : first[c + 1]], tangents[first[c] : first[c + 1]]
+        own = points[first[c] : first[c + 1]]
         polygon = np.hypot(*np.diff(curve.control_points, axis=0).T).sum()
         assert len(own) == min(max(int(np.ceil(polygon / 6.0)), 8), 80)
         np.testing.assert_allclose(own @ matrix.T + offset, curve.sample(len(own)), atol=1e-9)
-        np.testing.assert_allclose(along, tangents_of(own), atol=1e-6)
         assert steps[c] <= polygon / (len(own) - 1) + 1e-9
         length = np.hypot(*(own[2:] - own[:-2]).T).sum() + np.hypot(*(own[1] - own[0])) + np.hypot(*(own[-1] - own[-2]))
         assert steps[c] == pytest.approx(length / 2.0 / (len(own) - 1))

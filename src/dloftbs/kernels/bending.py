@@ -192,23 +192,6 @@ def junction_costs(
 
 
 @helper
-def _pass_between(
-    i: int,
-    j: int,
-    identity: npt.NDArray[np.int64],
-    arms: npt.NDArray[np.float64],
-    width: float,
-    mask: npt.NDArray[np.uint8],
-    place: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-) -> float:
-    """Return `_pass_cost` of two arms of a junction, as it was worked out for the originals where that is the same."""
-    if identity[i] < identity[j]:
-        return float(costs[place[identity[i], 0] + place[identity[j], 1]])
-    return _pass_cost(arms, i, j, width, mask)
-
-
-@helper
 def _place_passes(
     first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], starts: npt.NDArray[np.int64], ends: int
 ) -> npt.NDArray[np.int64]:
@@ -223,32 +206,66 @@ def _place_passes(
 
 
 @helper
-def _settled(
-    nodes: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
+def _expand_passes(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
     identity: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
     arms: npt.NDArray[np.float64],
     width: float,
     mask: npt.NDArray[np.uint8],
-    own_first: npt.NDArray[np.int64],
-    own_members: npt.NDArray[np.int64],
     place: npt.NDArray[np.int64],
+    passes: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Return what `_pass_cost` says of the arms of each junction, those of copies among them, the lower end first.
+
+    Taken from the originals where that is the same to the last bit: the lower one of a pair goes first.
+
+    Returns
+    -------
+    starts : (junctions + 1,) int64
+        Where the costs of each junction start: a square matrix, of which the upper triangle counts.
+    costs : (k,) float64
+    """
+    starts = np.zeros(len(first), dtype=np.int64)
+    for node in range(len(first) - 1):
+        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
+    costs = np.empty(starts[len(first) - 1])
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
+                    cost = _NEVER
+                elif identity[i] < identity[j]:
+                    cost = passes[place[identity[i], 0] + place[identity[j], 1]]
+                else:
+                    cost = _pass_cost(arms, i, j, width, mask)
+                costs[starts[node] + a * size + b] = cost
+    return starts, costs
+
+
+@helper
+def _settled(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
+    spur: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.bool_]:
     """Tell which arms go straight on into another one, and it into them: no gap need be looked for."""
-    n = len(nodes)
+    n = 2 * len(spur)
     best = np.full(n, -1, dtype=np.int64)
     best_cost = np.full(n, _SETTLED)
-    for node in range(len(own_first) - 1):
-        for a in range(own_first[node], own_first[node + 1]):
-            i = own_members[a]
-            if spur[i // 2]:
-                continue
-            for b in range(a + 1, own_first[node + 1]):
-                j = own_members[b]
-                if spur[j // 2] or identity[i] == identity[j]:  # back on a copy is no way on
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                cost = costs[starts[node] + a * size + b]
+                if spur[i // 2] or spur[j // 2]:
                     continue
-                cost = _pass_between(i, j, identity, arms, width, mask, place, costs)
                 if cost < best_cost[i]:
                     best[i], best_cost[i] = j, cost
                 if cost < best_cost[j]:
@@ -321,7 +338,8 @@ def pair_costs(
         elif nodes[end] >= 0 and degree[nodes[end]] == 2:
             price[end] = OPEN_KINK
     place = _place_passes(first, members, starts, n)
-    is_settled = _settled(nodes, spur, identity, arms, width, mask, own_first, own_members, place, passes)
+    own_starts, own_passes = _expand_passes(own_first, own_members, identity, spur, arms, width, mask, place, passes)
+    is_settled = _settled(own_first, own_members, own_starts, own_passes, spur)
     loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
     for end in range(n):
         if nodes[end] >= -1 and not spur[end // 2] and not is_settled[end]:
@@ -338,28 +356,28 @@ def pair_costs(
         while next_loose < looking and loose[next_loose] <= i:
             next_loose += 1
         at_gap = next_loose if not spur[i // 2] and not is_settled[i] else looking
-        at_pass = len(own_members)
-        last_pass = at_pass
+        at_pass = last_pass = row = 0  # the arms of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
             at_pass, last_pass = own_first[nodes[i]], own_first[nodes[i] + 1]
-            while at_pass < last_pass and own_members[at_pass] <= i:
+            row = own_starts[nodes[i]] - at_pass
+            while own_members[at_pass] < i:
                 at_pass += 1
+                row += last_pass - own_first[nodes[i]]
+            at_pass += 1
         while at_gap < looking or at_pass < last_pass:
             across = loose[at_gap] if at_gap < looking else n
             onward = own_members[at_pass] if at_pass < last_pass else n
             j = min(across, onward)
             at_gap += across == j
-            at_pass += onward == j
-            if identity[i] == identity[j]:
-                continue
             if onward == j:
-                if spur[i // 2] and spur[j // 2]:
+                cost = own_passes[row + at_pass]
+                at_pass += 1
+                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
                     continue
-                cost = _pass_between(i, j, identity, arms, width, mask, place, passes)
                 if degree[nodes[i]] == 2 and not spur[i // 2] and not spur[j // 2]:
                     cost = min(cost, 1.98 * OPEN_KINK)  # nothing else explains these two
             else:
-                if identity[i] // 2 == identity[j] // 2:
+                if identity[i] // 2 == identity[j] // 2:  # the two ends of a run, or those of its copies
                     continue
                 if abs(arms[i, 0] - arms[j, 0]) > max_gap or abs(arms[i, 1] - arms[j, 1]) > max_gap:
                     continue

@@ -12,100 +12,56 @@ _NEAR_WIDTHS = 1.5  # farther from a curve, an end has nothing to do with it
 _ALONG = 0.6  # least cosine between an end and the curve
 _AHEAD_CHORDS, _AHEAD_WIDTHS = 1.6, 2.0  # a joint follows the curve for no longer
 _LEAST_SAMPLES = 8
-_CHUNK = 16  # samples that share a box
+_MOST_CELLS = 64  # to a side
 
 
 @helper
-def _evaluate_basis(
-    knots: npt.NDArray[np.float64],
-    span: int,
-    u: float,
-    degree: int,
-    before: npt.NDArray[np.float64],
-    values: npt.NDArray[np.float64],
-) -> None:
-    """Write the basis functions of one knot span, in the order of operations that scipy has, too."""
-    values[0] = 1.0
-    for j in range(1, degree + 1):
-        for n in range(j):
-            before[n] = values[n]
-        values[0] = 0.0
-        for n in range(1, j + 1):
-            high, low = knots[span + n], knots[span + n - j]
-            if high == low:
-                values[n] = 0.0
-                continue
-            share = before[n - 1] / (high - low)
-            values[n - 1] += share * (high - u)
-            values[n] = share * (u - low)
+def _evaluate(
+    knots: npt.NDArray[np.float64], control: npt.NDArray[np.float64], span: int, u: float
+) -> tuple[float, float]:
+    """Return a point of a cubic by the recursion of Cox and de Boor, unrolled, in the order that scipy has, too."""
+    a, b, c = knots[span - 2], knots[span - 1], knots[span]
+    d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
+    share = 1.0 / (d - c)
+    first, second = share * (d - u), share * (u - c)
+    share = first / (d - b)
+    first, carry = share * (d - u), share * (u - b)
+    share = second / (e - c)
+    second, third = carry + share * (e - u), share * (u - c)
+    share = first / (d - a)
+    first, carry = share * (d - u), share * (u - a)
+    share = second / (e - b)
+    second, after = carry + share * (e - u), share * (u - b)
+    share = third / (f - c)
+    third, fourth = after + share * (f - u), share * (u - c)
+    low = span - 3
+    x = control[low, 0] * first + control[low + 1, 0] * second + control[low + 2, 0] * third
+    y = control[low, 1] * first + control[low + 1, 1] * second + control[low + 2, 1] * third
+    return x + control[span, 0] * fourth, y + control[span, 1] * fourth
 
 
 @helper
-def _sample(
-    knots: npt.NDArray[np.float64],
-    control: npt.NDArray[np.float64],
-    degree: int,
-    closed: bool,
-    points: npt.NDArray[np.float64],
-) -> None:
-    """Write points of a curve at evenly spaced parameters from 0 to 1."""
-    count, n = len(points), len(control)
-    before, values = np.empty(degree + 1), np.empty(degree + 1)
-    step = 1.0 / (count - 1)
-    span = degree
-    for i in range(count):
-        u = i * step if i < count - 1 else 1.0
-        if closed and u == 1.0:
-            u, span = 0.0, degree
-        while span < n - 1 and u >= knots[span + 1]:
-            span += 1
-        _evaluate_basis(knots, span, u, degree, before, values)
-        for axis in range(2):
-            value = 0.0
-            for a in range(degree + 1):
-                value += control[span - degree + a, axis] * values[a]
-            points[i, axis] = value
-
-
-@helper
-def _direct(points: npt.NDArray[np.float64], tangents: npt.NDArray[np.float64]) -> float:
-    """Write the directions of a series of points, of length 1, and return the mean way from point to point."""
-    count = len(points)
-    inner, ends = 0.0, 0.0
-    for i in range(count):
-        low, high = max(i - 1, 0), min(i + 1, count - 1)
-        dx, dy = points[high, 0] - points[low, 0], points[high, 1] - points[low, 1]
-        length = np.hypot(dx, dy)
-        if 0 < i < count - 1:
-            inner += length
-        else:
-            ends += length
-        length = max(length, 1e-9)
-        tangents[i, 0], tangents[i, 1] = dx / length, dy / length
-    return float((inner + ends) / (2 * (count - 1)))
+def _along(points: npt.NDArray[np.float64], start: int, stop: int, k: int) -> tuple[float, float]:
+    """Return the way from the sample before one of a curve to that after it, as far as there are any."""
+    low, high = max(k - 1, start), min(k + 1, stop - 1)
+    return points[high, 0] - points[low, 0], points[high, 1] - points[low, 1]
 
 
 @kernel(
-    read(float64, 1), read(float64, 2), read(int64, 1), read(int64, 1), read(boolean, 1),
+    read(float64, 1), read(float64, 2), read(int64, 1), read(boolean, 1),
     read(float64, 2), read(float64, 1), float64, int64,
 )  # fmt: skip
 def sample_curves(
     knots: npt.NDArray[np.float64],
     control: npt.NDArray[np.float64],
     counts: npt.NDArray[np.int64],
-    degrees: npt.NDArray[np.int64],
     closed: npt.NDArray[np.bool_],
     matrix: npt.NDArray[np.float64],
     offset: npt.NDArray[np.float64],
     step_px: float,
     most: int,
-) -> tuple[
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-]:
-    """Sample curves in the image at evenly spaced ``u``, both ends included, and turn the samples into a pose.
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Sample cubic curves in the image at evenly spaced ``u``, both ends included, and turn the samples into a pose.
 
     Not checked: the knots fit the control points and span 0 to 1.
 
@@ -115,8 +71,8 @@ def sample_curves(
         All curves' knots, curve after curve.
     control : (n, 2) float64
         All curves' control points, px.
-    counts, degrees : (c,) int64
-        Number of control points and degree of each curve.
+    counts : (c,) int64
+        Number of control points of each curve.
     closed : (c,) bool
     matrix, offset : (2, 2), (2,) float64
         From the pose to the image, ``matrix @ p + offset``: a signed permutation.
@@ -127,8 +83,8 @@ def sample_curves(
 
     Returns
     -------
-    points, tangents : (m, 2) float64
-        In the pose; tangents have length 1.
+    points : (m, 2) float64
+        In the pose.
     first : (c + 1,) int64
         Where the samples of each curve start, and the end.
     steps : (c,) float64
@@ -144,73 +100,81 @@ def sample_curves(
         count = min(max(np.ceil(about / step_px), float(_LEAST_SAMPLES)), float(most))
         first[c + 1] = first[c] + int(count)
         start += counts[c]
-    points, tangents = np.empty((first[n_curves], 2)), np.empty((first[n_curves], 2))
+    points = np.empty((first[n_curves], 2))
     steps = np.empty(n_curves)
+    xx, xy, yx, yy = matrix[0, 0], matrix[0, 1], matrix[1, 0], matrix[1, 1]
     knot, start = 0, 0
     for c in range(n_curves):
+        own_knots, own_control = knots[knot : knot + counts[c] + 4], control[start : start + counts[c]]
         own = points[first[c] : first[c + 1]]
-        own_knots = knots[knot : knot + counts[c] + degrees[c] + 1]
-        _sample(own_knots, control[start : start + counts[c]], degrees[c], closed[c], own)
-        for i in range(len(own)):
-            x, y = own[i, 0] - offset[0], own[i, 1] - offset[1]
-            own[i, 0], own[i, 1] = x * matrix[0, 0] + y * matrix[1, 0], x * matrix[0, 1] + y * matrix[1, 1]
-        steps[c] = _direct(own, tangents[first[c] : first[c + 1]])
-        knot += counts[c] + degrees[c] + 1
+        count, span = len(own), 3
+        for i in range(count):
+            u = i * (1.0 / (count - 1)) if i < count - 1 else 1.0
+            if closed[c] and u == 1.0:
+                u, span = 0.0, 3
+            while span < counts[c] - 1 and u >= own_knots[span + 1]:
+                span += 1
+            x, y = _evaluate(own_knots, own_control, span, u)
+            x, y = x - offset[0], y - offset[1]
+            own[i, 0], own[i, 1] = x * xx + y * yx, x * xy + y * yy
+        total = 0.0
+        for i in range(count):
+            dx, dy = _along(own, 0, count, i)
+            total += np.sqrt(dx * dx + dy * dy)
+        steps[c] = total / (2 * (count - 1))
+        knot += counts[c] + 4
         start += counts[c]
-    return points, tangents, first, steps
+    return points, first, steps
 
 
 @helper
-def _bound(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the boxes (x0, y0, x1, y1) of chunks of points."""
-    n = len(points)
-    boxes = np.empty(((n + _CHUNK - 1) // _CHUNK, 4))
-    for k in range(len(boxes)):
-        x0 = y0 = np.inf
-        x1 = y1 = -np.inf
-        for i in range(k * _CHUNK, min((k + 1) * _CHUNK, n)):
-            x0, x1 = min(x0, points[i, 0]), max(x1, points[i, 0])
-            y0, y1 = min(y0, points[i, 1]), max(y1, points[i, 1])
-        boxes[k, 0], boxes[k, 1], boxes[k, 2], boxes[k, 3] = x0, y0, x1, y1
-    return boxes
+def _lay_grid(
+    arms: npt.NDArray[np.float64], used: npt.NDArray[np.bool_], near: float
+) -> tuple[float, float, float, int, int, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Sort ends into square cells no smaller than `near`, each into its own and the eight around it.
 
-
-@helper
-def _place(
-    arms: npt.NDArray[np.float64],
-    end: int,
-    points: npt.NDArray[np.float64],
-    tangents: npt.NDArray[np.float64],
-    boxes: npt.NDArray[np.float64],
-    start: int,
-    stop: int,
-    near: float,
-    at: npt.NDArray[np.int64],
-    fit: npt.NDArray[np.float64],
-) -> None:
-    """Write where on a curve an end lies, pointing onwards (0) and backwards (1), and how well, 0 where it does not."""
-    fit[0] = fit[1] = 0.0
-    x, y, along_x, along_y = arms[end, 0], arms[end, 1], arms[end, 2], arms[end, 3]
-    for chunk in range(start // _CHUNK, (stop - 1) // _CHUNK + 1):
-        if boxes[chunk, 0] - x >= near or x - boxes[chunk, 2] >= near:
-            continue
-        if boxes[chunk, 1] - y >= near or y - boxes[chunk, 3] >= near:
-            continue
-        for k in range(max(chunk * _CHUNK, start), min((chunk + 1) * _CHUNK, stop)):
-            dx, dy = points[k, 0] - x, points[k, 1] - y
-            if abs(dx) >= near or abs(dy) >= near:
+    Returns
+    -------
+    x0, y0, cell : float
+        Corner of the first cell, and the side of all.
+    columns, rows : int
+    first : (columns * rows + 1,) int64
+        Where the ends of each cell start in the list, row by row.
+    ends : (m,) int64
+        Ascending in each cell.
+    """
+    x0 = y0 = np.inf
+    x1 = y1 = -np.inf
+    for end in range(len(arms)):
+        if used[end]:
+            x0, x1 = min(x0, arms[end, 0]), max(x1, arms[end, 0])
+            y0, y1 = min(y0, arms[end, 1]), max(y1, arms[end, 1])
+    cell = max(near, max(x1 - x0, y1 - y0) / _MOST_CELLS)
+    columns, rows = int((x1 - x0) / cell) + 3, int((y1 - y0) / cell) + 3
+    x0, y0 = x0 - cell, y0 - cell
+    first = np.zeros(columns * rows + 1, dtype=np.int64)
+    ends = np.empty(0, dtype=np.int64)
+    for turn in range(2):
+        for end in range(len(arms) - 1, -1, -1):
+            if not used[end]:
                 continue
-            along = along_x * tangents[k, 0] + along_y * tangents[k, 1]
-            if abs(along) < _ALONG:
-                continue
-            value = (1.0 - np.sqrt(dx * dx + dy * dy) / near) * abs(along)
-            way = 0 if along > 0.0 else 1
-            if value > fit[way]:
-                fit[way], at[way] = value, k
+            column, row = int((arms[end, 0] - x0) / cell), int((arms[end, 1] - y0) / cell)
+            for r in range(max(row - 1, 0), min(row + 2, rows)):
+                for c in range(max(column - 1, 0), min(column + 2, columns)):
+                    if turn == 0:
+                        first[r * columns + c] += 1
+                    else:
+                        first[r * columns + c] -= 1
+                        ends[first[r * columns + c]] = end
+        if turn == 0:
+            for k in range(columns * rows):
+                first[k + 1] += first[k]
+            ends = np.empty(first[columns * rows], dtype=np.int64)
+    return x0, y0, cell, columns, rows, first, ends
 
 
 @kernel(
-    read(float64, 2), read(int64, 1), read(int64, 1), read(float64, 2), read(float64, 2), read(int64, 1),
+    read(float64, 2), read(int64, 1), read(int64, 1), read(float64, 2), read(int64, 1),
     read(float64, 1), read(boolean, 1), read(float64, 1), float64,
 )  # fmt: skip
 def follow(
@@ -218,7 +182,6 @@ def follow(
     rows: npt.NDArray[np.int64],
     columns: npt.NDArray[np.int64],
     points: npt.NDArray[np.float64],
-    tangents: npt.NDArray[np.float64],
     first: npt.NDArray[np.int64],
     steps: npt.NDArray[np.float64],
     closed: npt.NDArray[np.bool_],
@@ -232,9 +195,9 @@ def follow(
     arms : (n, 6) float64
         As `arms.locate_arms` makes them.
     rows, columns : (k,) int64
-        The pairs.
-    points, tangents : (m, 2) float64
-        Samples of all curves, one curve after the other, evenly spaced, and the directions there, of length 1.
+        The pairs; one or more.
+    points : (m, 2) float64
+        Samples of all curves, one curve after the other, evenly spaced.
     first : (c + 1,) int64
         Where the samples of each curve start.
     steps : (c,) float64
@@ -250,19 +213,42 @@ def follow(
     (k,) float64
         From 0, not at all, to the curve's trust.
     """
-    n, pairs = len(arms), len(rows)
+    n, pairs, near = len(arms), len(rows), _NEAR_WIDTHS * width
     result = np.zeros(pairs)
     used = np.zeros(n, dtype=np.bool_)
     for k in range(pairs):
         used[rows[k]] = used[columns[k]] = True
+    x0, y0, side, across, down, cells, ends = _lay_grid(arms, used, near)
+    # Where on a curve each end lies, pointing onwards (0) and backwards (1), and how well, 0 where it does not.
     at = np.zeros((n, 2), dtype=np.int64)
     fit = np.zeros((n, 2))
-    boxes, near = _bound(points), _NEAR_WIDTHS * width
     for c in range(len(steps)):
-        count = first[c + 1] - first[c]
-        for end in range(n):
-            if used[end]:
-                _place(arms, end, points, tangents, boxes, first[c], first[c + 1], near, at[end], fit[end])
+        count, found = first[c + 1] - first[c], False
+        for k in range(first[c], first[c + 1]):
+            column, row = np.floor((points[k, 0] - x0) / side), np.floor((points[k, 1] - y0) / side)
+            if not (0.0 <= column < across and 0.0 <= row < down):
+                continue
+            cell = int(row) * across + int(column)
+            if cells[cell] == cells[cell + 1]:
+                continue
+            tx, ty = _along(points, first[c], first[c + 1], k)
+            length = max(np.hypot(tx, ty), 1e-9)
+            tx, ty = tx / length, ty / length
+            for entry in range(cells[cell], cells[cell + 1]):
+                end = ends[entry]
+                dx, dy = points[k, 0] - arms[end, 0], points[k, 1] - arms[end, 1]
+                if abs(dx) >= near or abs(dy) >= near:
+                    continue
+                along = arms[end, 2] * tx + arms[end, 3] * ty
+                if abs(along) < _ALONG:
+                    continue
+                value = (1.0 - np.sqrt(dx * dx + dy * dy) / near) * abs(along)
+                way = 0 if along > 0.0 else 1
+                if value > fit[end, way]:
+                    fit[end, way], at[end, way] = value, k
+                    found = True
+        if not found:
+            continue
         for k in range(pairs):
             i, j = rows[k], columns[k]
             for way in range(2):
@@ -278,4 +264,5 @@ def follow(
                 length = ahead * steps[c]
                 if -width <= length <= most:
                     result[k] = max(result[k], trust[c] * value)
+        fit[:] = 0.0
     return result
