@@ -107,7 +107,7 @@ def look_at(mask: Mask) -> Look:
     assert run.patch is not None  # the scenes have cables
     assert run.graph is not None
     paired, settled = (pair(run.patch, run.graph, config.linking.max_gap_widths) for _ in range(2))
-    settle_lanes(run.patch, run.graph, settled)
+    settle_lanes(run.graph, settled)
     return Look(mask, run.patch, run.graph, paired, settled, run.detections)
 
 

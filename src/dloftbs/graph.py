@@ -104,6 +104,9 @@ class Pairing:
         The end that each end would be joined to in the next best choice, or -1.
     twin : dict of int to int
         From each shared run to the other one.
+    raw : numpy.ndarray, shape (m,), or None
+        Half the mask's width at each point of the graph as its pixels have it, without any smoothing, where it was
+        asked for.
     overruled : float
         By how much this frame alone would prefer another reading than the one that follows what was seen before.
     """
@@ -121,6 +124,7 @@ class Pairing:
     margin: list[float]
     other: list[int]
     twin: dict[int, int]
+    raw: FloatArray | None = None
     overruled: float = 0.0
     _chains: list[tuple[list[int], bool]] | None = field(default=None, init=False)
 

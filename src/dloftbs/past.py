@@ -28,8 +28,8 @@ class Samples(NamedTuple):
         Evenly spaced samples of all curves, one after the other.
     first : numpy.ndarray, shape (c + 1,)
         Where the samples of each curve start.
-    steps : numpy.ndarray, shape (c,)
-        From sample to sample, px.
+    steps, longest : numpy.ndarray, shape (c,)
+        From sample to sample, on average and at most, px.
     closed : numpy.ndarray, shape (c,)
     trust : numpy.ndarray, shape (c,)
         In 0..1.
@@ -38,6 +38,7 @@ class Samples(NamedTuple):
     points: FloatArray
     first: npt.NDArray[np.int64]
     steps: FloatArray
+    longest: FloatArray
     closed: npt.NDArray[np.bool_]
     trust: FloatArray
 
@@ -64,7 +65,7 @@ class Past:
         """Samples of the curves."""
         curves = [curve for curve, _ in self.expected]
         closed = np.array([curve.closed for curve in curves])
-        points, first, steps = sample_curves(
+        points, first, steps, longest = sample_curves(
             np.concatenate([curve.knots for curve in curves]),
             np.concatenate([curve.control_points for curve in curves]),
             np.array([len(curve.control_points) for curve in curves]),
@@ -73,7 +74,7 @@ class Past:
             _STEP_WIDTHS * self.width,
             _MOST_SAMPLES,
         )
-        return Samples(points, first, steps, closed, np.array([trust for _, trust in self.expected]))
+        return Samples(points, first, steps, longest, closed, np.array([trust for _, trust in self.expected]))
 
     def continuity(self, arms: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:
         """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""

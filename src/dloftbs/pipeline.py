@@ -249,7 +249,7 @@ def _link_by_bending(
         return []
     past = Past(expected, patch, run.graph.width) if expected else None
     pairing = pair(patch, run.graph, config.max_gap_widths, past)
-    settle_lanes(patch, run.graph, pairing, past)
+    settle_lanes(run.graph, pairing, past)
     run.overruled = pairing.overruled
     open_rings(run.graph, pairing)
     join_inside(run.graph, pairing, config.max_gap_widths)

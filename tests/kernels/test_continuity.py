@@ -33,6 +33,7 @@ def along(arms: list[list[float]], *curves: np.ndarray, trust: float = 1.0, clos
     found = follow(
         np.array(arms), rows, columns, np.concatenate(curves),
         np.cumsum([0, *map(len, curves)]), np.array([np.hypot(*(c[1] - c[0])) for c in curves]),
+        np.array([np.hypot(*np.diff(c, axis=0).T).max() for c in curves]),
         np.full(len(curves), closed), np.full(len(curves), trust), WIDTH,
     )  # fmt: skip
     result = np.zeros((n, n))
@@ -130,7 +131,7 @@ def test_samples_are_those_of_the_curves(seed: int, flip: bool) -> None:
     rng = np.random.default_rng(seed)
     curves = [random_curve(rng, closed) for closed in (False, True, False)]
     matrix, offset = np.array([[0.0, -1.0], [1.0, 0.0]] if flip else [[-1.0, 0.0], [0.0, 1.0]]), np.array([7.0, 500.0])
-    points, first, steps = sample_curves(
+    points, first, steps, longest = sample_curves(
         np.concatenate([c.knots for c in curves]), np.concatenate([c.control_points for c in curves]),
         np.array([len(c.control_points) for c in curves]), np.array([c.closed for c in curves]),
         matrix, offset, 6.0, 80,
@@ -143,3 +144,4 @@ def test_samples_are_those_of_the_curves(seed: int, flip: bool) -> None:
         assert steps[c] <= polygon / (len(own) - 1) + 1e-9
         length = np.hypot(*(own[2:] - own[:-2]).T).sum() + np.hypot(*(own[1] - own[0])) + np.hypot(*(own[-1] - own[-2]))
         assert steps[c] == pytest.approx(length / 2.0 / (len(own) - 1))
+        assert longest[c] == pytest.approx(np.hypot(*np.diff(own, axis=0).T).max())

@@ -60,7 +60,7 @@ def sample_curves(
     offset: npt.NDArray[np.float64],
     step_px: float,
     most: int,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Sample cubic curves in the image at evenly spaced ``u``, both ends included, and turn the samples into a pose.
 
     Not checked: the knots fit the control points and span 0 to 1.
@@ -87,8 +87,8 @@ def sample_curves(
         In the pose.
     first : (c + 1,) int64
         Where the samples of each curve start, and the end.
-    steps : (c,) float64
-        From sample to sample, px.
+    steps, longest : (c,) float64
+        From sample to sample, on average and at most, px.
     """
     n_curves = len(counts)
     first = np.zeros(n_curves + 1, dtype=np.int64)
@@ -101,7 +101,7 @@ def sample_curves(
         first[c + 1] = first[c] + int(count)
         start += counts[c]
     points = np.empty((first[n_curves], 2))
-    steps = np.empty(n_curves)
+    steps, longest = np.empty(n_curves), np.zeros(n_curves)
     xx, xy, yx, yy = matrix[0, 0], matrix[0, 1], matrix[1, 0], matrix[1, 1]
     knot, start = 0, 0
     for c in range(n_curves):
@@ -121,10 +121,14 @@ def sample_curves(
         for i in range(count):
             dx, dy = _along(own, 0, count, i)
             total += np.sqrt(dx * dx + dy * dy)
+            if i > 0:
+                dx, dy = own[i, 0] - own[i - 1, 0], own[i, 1] - own[i - 1, 1]
+                longest[c] = max(longest[c], dx * dx + dy * dy)
+        longest[c] = max(np.sqrt(longest[c]), 1e-9)
         steps[c] = total / (2 * (count - 1))
         knot += counts[c] + 4
         start += counts[c]
-    return points, first, steps
+    return points, first, steps, longest
 
 
 @helper
@@ -175,7 +179,7 @@ def _lay_grid(
 
 @kernel(
     read(float64, 2), read(int64, 1), read(int64, 1), read(float64, 2), read(int64, 1),
-    read(float64, 1), read(boolean, 1), read(float64, 1), float64,
+    read(float64, 1), read(float64, 1), read(boolean, 1), read(float64, 1), float64,
 )  # fmt: skip
 def follow(
     arms: npt.NDArray[np.float64],
@@ -184,6 +188,7 @@ def follow(
     points: npt.NDArray[np.float64],
     first: npt.NDArray[np.int64],
     steps: npt.NDArray[np.float64],
+    longest: npt.NDArray[np.float64],
     closed: npt.NDArray[np.bool_],
     trust: npt.NDArray[np.float64],
     width: float,
@@ -200,8 +205,8 @@ def follow(
         Samples of all curves, one curve after the other, evenly spaced.
     first : (c + 1,) int64
         Where the samples of each curve start.
-    steps : (c,) float64
-        From sample to sample, px.
+    steps, longest : (c,) float64
+        From sample to sample, on average and at most, px.
     closed : (c,) bool
     trust : (c,) float64
         In 0..1.
@@ -222,9 +227,16 @@ def follow(
     # Where on a curve each end lies, pointing onwards (0) and backwards (1), and how well, 0 where it does not.
     at = np.zeros((n, 2), dtype=np.int64)
     fit = np.zeros((n, 2))
+    x1, y1 = x0 + across * side, y0 + down * side
     for c in range(len(steps)):
         count, found = first[c + 1] - first[c], False
-        for k in range(first[c], first[c + 1]):
+        k = first[c] - 1
+        while k < first[c + 1] - 1:
+            k += 1
+            beside = max(x0 - points[k, 0], points[k, 0] - x1, y0 - points[k, 1], points[k, 1] - y1)
+            if beside > 0.0:
+                k += int(beside / longest[c])  # so many samples it takes at least to come back
+                continue
             column, row = np.floor((points[k, 0] - x0) / side), np.floor((points[k, 1] - y0) / side)
             if not (0.0 <= column < across and 0.0 <= row < down):
                 continue

@@ -39,7 +39,7 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
     """
     mask = patch.posed(patch.pixels)
     passes = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
-    copies, partial, saved, reach = _find_shared(graph, mask, passes)
+    copies, partial, saved, reach, raw = _find_shared(graph, mask, passes)
     original, nodes, spurs, arms, caps = np.arange(graph.runs), graph.nodes, graph.spurs, graph.arms, graph.caps
     identity = np.arange(2 * graph.runs)
     if len(copies):
@@ -87,6 +87,7 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         margin.tolist(),
         other.tolist(),
         twin,
+        raw,
         overruled,
     )
 
@@ -111,7 +112,9 @@ def _own_points(
     return np.concatenate(points), np.concatenate(radius), spans
 
 
-def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8], passes: _Passes) -> tuple[_Ints, _Ints, _Floats, _Ints]:
+def _find_shared(
+    graph: Graph, mask: npt.NDArray[np.uint8], passes: _Passes
+) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
     """Return the runs that two cables share.
 
     Parameters
@@ -129,11 +132,13 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8], passes: _Passes) -> 
         What it saves that they are shared.
     reach : (2 n,) int64
         As `wide_reach` makes it.
+    raw : (m,) float64 or None
+        What that took for half the mask's width; None where no run can be shared.
     """
     copies = partial = reach = np.empty(0, dtype=np.int64)
     saved_by = np.empty(0)
     if not sharing.has_odd_junction(graph.nodes, graph.spurs):
-        return copies, partial, saved_by, reach
+        return copies, partial, saved_by, reach, None
     spans, width = graph.spans, graph.width
     # The width as it is at each pixel: what re-centring knows of it stops where two cables lie side by side.
     raw = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
@@ -164,7 +169,7 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8], passes: _Passes) -> 
         copies = np.concatenate((copies, more))
         partial = np.concatenate((partial, more_partial))
         saved_by = np.concatenate((saved_by, more_saved))
-    return copies, partial, saved_by, reach
+    return copies, partial, saved_by, reach, raw
 
 
 def _choose(paths: _Ints, saved: _Floats, nodes: list[int]) -> list[tuple[int, list[int]]]:
