@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import Config, Detection, Frame
-from dloftbs.centerline import Joint, JointKind
+from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
 from dloftbs.graph import Graph, Pairing
 from dloftbs.kernels import arms as arms_kernels
@@ -52,8 +52,8 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("lanes: axes nearer than this may cross, widths", lanes._NARROW),
     ("lanes: smoothness is compared over so many widths before and behind", lanes._WINDOW),
     ("ring: opened into a chain that crosses it where that costs less", rings._WORTH),
-    ("confidence of a crossing: margin that multiplies the odds by e", assembling._MARGIN_SCALE[JointKind.CROSSING]),
-    ("confidence of a gap: margin that multiplies the odds by e", assembling._MARGIN_SCALE[JointKind.GAP]),
+    ("confidence of a crossing: margin that multiplies the odds by e", assembling._CROSSING_SCALE),
+    ("confidence of a gap: margin that multiplies the odds by e", assembling._GAP_SCALE),
 )
 
 

@@ -92,9 +92,8 @@ def _pass_cost(arms: npt.NDArray[np.float64], i: int, j: int, width: float, mask
 
 
 @helper
-def _gap_cost(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> float:
+def _gap_price(bend: float, length: float, width: float) -> float:
     """Return what it costs to go on from one end into another where no mask is."""
-    bend, length = _bend(arms, i, j, width)
     return bend * (_GAP_BEND * width / max(length, width) + _GAP_TURN) + _GAP_LENGTH * length / width
 
 
@@ -115,7 +114,8 @@ def turn_costs(arms: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], widt
     """
     costs = np.empty(len(pairs))
     for k in range(len(pairs)):
-        costs[k] = _gap_cost(arms, pairs[k, 0], pairs[k, 1], width)
+        bend, length = _bend(arms, pairs[k, 0], pairs[k, 1], width)
+        costs[k] = _gap_price(bend, length, width)
     return costs
 
 
@@ -381,9 +381,9 @@ def pair_costs(
                     continue
                 if abs(arms[i, 0] - arms[j, 0]) > max_gap or abs(arms[i, 1] - arms[j, 1]) > max_gap:
                     continue
-                cost = _gap_cost(arms, i, j, width)
+                bend, length = _bend(arms, i, j, width)
+                cost = _gap_price(bend, length, width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
-                    bend, _ = _bend(arms, i, j, width)
                     cost += _GAP_ARM + _GAP_ARM_BEND * bend
             if cost >= price[i] + price[j] + more:
                 continue

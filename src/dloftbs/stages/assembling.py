@@ -26,7 +26,8 @@ _MOST_HALF_TURN = 1.4  # rad
 _STEEP = 0.5  # sine of the least angle between them
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
-_MARGIN_SCALE = {JointKind.CROSSING: 0.025, JointKind.GAP: 0.25}
+_CROSSING_SCALE, _GAP_SCALE = 0.025, 0.25
+_CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # an enumeration is slow to look into
 
 
 _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or -1
@@ -159,14 +160,18 @@ def _is_left_over(pairing: Pairing, chain: list[int], gone: set[int]) -> bool:
 
 def _pieces(graph: Graph, offsets: list[int], pairing: Pairing, chain: list[int], degree: list[int]) -> list[_Piece]:
     """Cut the points of each run of a chain, and put together what only a spur divides."""
-    nodes, partner, twin = pairing.nodes, pairing.partner, pairing.twin
+    nodes, partner, twin, spans = pairing.nodes, pairing.partner, pairing.twin, pairing.spans
+    costs, margins, width, last = pairing.cost, pairing.margin, graph.width, len(chain) - 1
     pieces: list[_Piece] = []
     cost, margin = 0.0, math.inf
     for k, end in enumerate(chain):
+        run = end // 2
         if k > 0:
-            cost, margin = max(cost, pairing.cost[end]), min(margin, pairing.margin[end])
-        start, stop = _own_span(graph, offsets, pairing, end // 2)
-        if stop <= start or (twin and end // 2 in twin and pieces and stop - start < graph.width):
+            cost, margin = max(cost, costs[end]), min(margin, margins[end])
+        start, stop = spans[run]
+        if k in (0, last) or stop - start < 2:
+            start, stop = _own_span(graph, offsets, pairing, run)
+        if stop <= start or (run in twin and pieces and stop - start < width):
             continue
         span = (start, stop, 1) if end % 2 == 0 else (stop - 1, start - 1, -1)
         node = nodes[end]
@@ -278,10 +283,12 @@ def _far_side(pairing: Pairing, end: int, width: float) -> float:
 
 def _lengthen_gaps(u: FloatArray, counts: list[int], pairing: Pairing, pieces: list[_Piece]) -> None:
     """Let the parameter of a line count across its gaps what the arc there is long, in place."""
-    at, found = 0, False
-    for count, piece in zip(counts, pieces, strict=True):
-        if at and not pairing.is_crossing(piece.entered):
-            _widen(u, at, _arc_over_chord(pairing, piece.entered))
+    nodes, partner = pairing.nodes, pairing.partner
+    at, found = counts[0], False
+    for count, piece in zip(counts[1:], pieces[1:], strict=True):
+        end = piece.entered
+        if nodes[end] < 0 or nodes[partner[end]] != nodes[end]:
+            _widen(u, at, _arc_over_chord(pairing, end))
             found = True
         at += count
     if found and u[-1] > 0.0:
@@ -298,17 +305,27 @@ def _line(
     pieces: list[_Piece],
     places: list[list[float]],
 ) -> Centerline:
-    segments, joints = [], []
-    at = 0
-    for count, piece in zip(counts, pieces, strict=True):
-        if at:
-            end = piece.entered
-            kind = JointKind.CROSSING if pairing.is_crossing(end) else JointKind.GAP
-            confidence = 1.0 / (1.0 + math.exp(-min(piece.margin / _MARGIN_SCALE[kind], 50.0)))
-            others = pairing.other[pairing.partner[end]], pairing.other[end]
-            before, after = ((places[e][0], places[e][1]) if e >= 0 else None for e in others)
-            span = (u.item(at - 1), u.item(at))
-            joints.append(Joint(kind, span, piece.cost, piece.margin, confidence, (before, after)))
+    nodes, partner, other = pairing.nodes, pairing.partner, pairing.other
+    segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
+    at = counts[0]
+    for count, piece in zip(counts[1:], pieces[1:], strict=True):
+        end = piece.entered
+        before, after = other[partner[end]], other[end]
+        is_crossing = nodes[end] >= 0 and nodes[partner[end]] == nodes[end]
+        scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
+        joints.append(
+            Joint.trusted(
+                _CROSSING if is_crossing else _GAP,
+                (u.item(at - 1), u.item(at)),
+                piece.cost,
+                piece.margin,
+                1.0 / (1.0 + math.exp(-min(piece.margin / scale, 50.0))),
+                (
+                    (places[before][0], places[before][1]) if before >= 0 else None,
+                    (places[after][0], places[after][1]) if after >= 0 else None,
+                ),
+            )
+        )
         segments.append(Segment.cut(points, radius, at, at + count))
         at += count
     return Centerline.trusted(
