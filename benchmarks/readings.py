@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import Config, Detection, Frame
-from dloftbs.centerline import Joint, JointKind
+from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
 from dloftbs.graph import Graph, Pairing
 from dloftbs.kernels import arms as arms_kernels
@@ -52,8 +52,8 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("lanes: axes nearer than this may cross, widths", lanes._NARROW),
     ("lanes: smoothness is compared over so many widths before and behind", lanes._WINDOW),
     ("ring: opened into a chain that crosses it where that costs less", rings._WORTH),
-    ("confidence of a crossing: margin that multiplies the odds by e", assembling._MARGIN_SCALE[JointKind.CROSSING]),
-    ("confidence of a gap: margin that multiplies the odds by e", assembling._MARGIN_SCALE[JointKind.GAP]),
+    ("confidence of a crossing: margin that multiplies the odds by e", assembling._CROSSING_SCALE),
+    ("confidence of a gap: margin that multiplies the odds by e", assembling._GAP_SCALE),
 )
 
 
@@ -107,7 +107,7 @@ def look_at(mask: Mask) -> Look:
     assert run.patch is not None  # the scenes have cables
     assert run.graph is not None
     paired, settled = (pair(run.patch, run.graph, config.linking.max_gap_widths) for _ in range(2))
-    settle_lanes(run.patch, run.graph, settled)
+    settle_lanes(run.graph, settled)
     return Look(mask, run.patch, run.graph, paired, settled, run.detections)
 
 
@@ -233,6 +233,7 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
         np.ascontiguousarray(pairing.arms),
         graph.width,
         mask,
+        *bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask),
         config.max_gap_widths * graph.width,
         0.0,
     )

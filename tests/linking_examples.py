@@ -39,7 +39,7 @@ def pairing_of(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[Patch, G
 def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[Patch, Graph, Pairing]:
     """Return what is ready to be assembled."""
     patch, graph, pairing = pairing_of(mask, max_gap_widths)
-    settle_lanes(patch, graph, pairing)
+    settle_lanes(graph, pairing)
     open_rings(graph, pairing)
     join_inside(graph, pairing, max_gap_widths)
     return patch, graph, pairing

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -133,6 +134,14 @@ class TestCenterline:
         np.testing.assert_allclose(back.u, 1.0 - line.u[::-1], atol=1e-12)
         assert back.joints == (crossing.reversed(), GAP.reversed())
         assert_same(back.reversed(), line)
+
+    def test_reversed_survives_a_pickle_and_has_no_other_names(self):
+        back = pickle.loads(pickle.dumps(LINE.reversed()))
+        assert_same(back, LINE.reversed())
+        assert (back.width, replace(back, closed=False).joints) == (LINE.width, (GAP.reversed(),))
+        for line in (LINE, back):
+            with pytest.raises(AttributeError, match="'Centerline' object has no attribute 'segment'"):
+                _ = line.segment
 
     def test_a_loop_stays_one(self):
         ring = Centerline((Segment([[0, 0], [4, 0], [4, 4], [0, 4]], np.ones(4)),), closed=True)

@@ -18,9 +18,9 @@ def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None
     whole, dashes = (turn(draw(*cables), *version) for cables in ([[(20, 60), (380, 90)]], DASHES))
     (seen,) = dloftbs.detect(whole)
     patch, graph = graph_of(dashes)
-    past = Past.of([(seen.curve, 0.7)], patch, graph.width)
+    past = Past([(seen.curve, 0.7)], patch, graph.width)
     rows, columns = np.triu_indices(len(graph.arms), 1)
-    found = past.continuity(graph.arms, rows, columns, graph.width)
+    found = past.continuity(graph.arms, rows, columns)
     (best,) = np.flatnonzero(found)
     assert 0.5 < found[best] <= 0.7
     ends = patch.to_image(graph.arms[[rows[best], columns[best]], :2])
@@ -28,13 +28,12 @@ def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None
     assert min(np.abs(ends - expected).max(), np.abs(ends[::-1] - expected).max()) < 6.0
 
 
-def test_samples_are_even_and_directions_of_length_one() -> None:
+def test_samples_are_even() -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
     patch, graph = graph_of(draw(*DASHES))
-    past = Past.of([(seen.curve, 1.0), (seen.curve.reversed(), 0.5)], patch, graph.width)
+    past = Past([(seen.curve, 1.0), (seen.curve.reversed(), 0.5)], patch, graph.width).samples
     assert past.first.tolist() == [0, len(past.points) // 2, len(past.points)]
     steps = np.hypot(*np.diff(past.points[: past.first[1]], axis=0).T)
     np.testing.assert_allclose(steps, past.steps[0], rtol=0.02)
-    np.testing.assert_allclose(np.hypot(*past.tangents.T), 1.0)
-    np.testing.assert_allclose(past.tangents[: past.first[1]], -past.tangents[past.first[1] :][::-1], atol=1e-6)
+    np.testing.assert_allclose(past.points[: past.first[1]], past.points[past.first[1] :][::-1], atol=1e-6)
     assert past.trust.tolist() == [1.0, 0.5]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,6 +58,13 @@ class Segment:
         segment.__dict__.update(points=frozen(points), radius=frozen(radius))
         return segment
 
+    @classmethod
+    def cut(cls, points: FloatArray, radius: FloatArray, start: int, stop: int) -> Segment:
+        """Wrap a part of arrays that are known to be right and that are marked as read-only already."""
+        segment = cls.__new__(cls)
+        segment.__dict__.update(points=points[start:stop], radius=radius[start:stop])
+        return segment
+
     def __len__(self) -> int:
         return len(self.points)
 
@@ -94,9 +102,27 @@ class Joint:
     confidence: float = 1.0
     alternatives: tuple[Point | None, Point | None] = (None, None)
 
+    @classmethod
+    def trusted(
+        cls,
+        kind: JointKind,
+        u: tuple[float, float],
+        cost: float,
+        margin: float,
+        confidence: float,
+        alternatives: tuple[Point | None, Point | None],
+    ) -> Joint:
+        """Make what the constructor makes, faster."""
+        joint = cls.__new__(cls)
+        joint.__dict__.update(
+            kind=kind, u=u, cost=cost, margin=margin, confidence=confidence, alternatives=alternatives
+        )
+        return joint
+
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
-        return replace(self, u=(1.0 - self.u[1], 1.0 - self.u[0]), alternatives=self.alternatives[::-1])
+        u, alternatives = (1.0 - self.u[1], 1.0 - self.u[0]), (self.alternatives[1], self.alternatives[0])
+        return self.trusted(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +145,7 @@ class Centerline:
     """
 
     segments: tuple[Segment, ...]
-    joints: tuple[Joint, ...] = ()
+    joints: tuple[Joint, ...] = field(default_factory=tuple)  # not a class attribute, which would hide `__getattr__`
     closed: bool = False
 
     def __post_init__(self) -> None:
@@ -136,17 +162,29 @@ class Centerline:
 
     @classmethod
     def trusted(
-        cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray
+        cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray | float
     ) -> Centerline:
-        """Wrap parts that are known to fit together; what `points`, `radius` or `u` would compute may be given, too."""
+        """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width` may be given, too."""
         line = cls.__new__(cls)
         line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
         return line
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
-        segments = tuple(segment.reversed() for segment in reversed(self.segments))
-        return self.trusted(segments, tuple(joint.reversed() for joint in reversed(self.joints)), self.closed)
+        line = type(self).__new__(type(self))
+        line.__dict__.update(closed=self.closed, width=self.width, _forwards=self)
+        return line
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Make the parts of a reversed centre line once somebody asks for them: of most tracks, nobody does."""
+            forwards = self.__dict__.get("_forwards")
+            if forwards is None or name not in ("segments", "joints"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            parts = tuple(part.reversed() for part in reversed(getattr(forwards, name)))
+            self.__dict__[name] = parts
+            return parts
 
     @cached_property
     def points(self) -> FloatArray:
@@ -161,6 +199,11 @@ class Centerline:
         if len(self.segments) == 1:
             return self.segments[0].radius
         return frozen(np.concatenate([s.radius for s in self.segments]))
+
+    @cached_property
+    def width(self) -> float:
+        """Width of the object, px: twice the median radius."""
+        return 2.0 * float(np.median(self.radius))
 
     @cached_property
     def u(self) -> FloatArray:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -172,10 +171,10 @@ class Detection:
     no_3d_reason: str | None = None
     inferred_3d: tuple[tuple[float, float], ...] = ()
 
-    @cached_property
+    @property
     def width(self) -> float:
         """Width of the object, px: twice the median radius along the centre line."""
-        return 2.0 * float(np.median(self.centerline.radius))
+        return self.centerline.width
 
     @property
     def joints(self) -> tuple[Joint, ...]:

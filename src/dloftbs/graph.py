@@ -6,7 +6,7 @@ as the patch's.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -104,6 +104,9 @@ class Pairing:
         The end that each end would be joined to in the next best choice, or -1.
     twin : dict of int to int
         From each shared run to the other one.
+    raw : numpy.ndarray, shape (m,), or None
+        Half the mask's width at each point of the graph as its pixels have it, without any smoothing, where it was
+        asked for.
     overruled : float
         By how much this frame alone would prefer another reading than the one that follows what was seen before.
     """
@@ -121,14 +124,18 @@ class Pairing:
     margin: list[float]
     other: list[int]
     twin: dict[int, int]
+    raw: FloatArray | None = None
     overruled: float = 0.0
+    _chains: list[tuple[list[int], bool]] | None = field(default=None, init=False)
 
     def join(self, i: int, j: int) -> None:
         """Join two ends; whom they were joined to before is not told."""
+        self._chains = None
         self.partner[i], self.partner[j] = j, i
 
     def open(self, i: int) -> None:
         """Open the joint at an end."""
+        self._chains = None
         j = self.partner[i]
         if j >= 0:
             self.partner[j] = -1
@@ -136,6 +143,7 @@ class Pairing:
 
     def exchange(self, i: int, k: int) -> None:
         """Give two ends each other's partner, open or not."""
+        self._chains = None
         p, q = self.partner[i], self.partner[k]
         self.partner[i], self.partner[k] = q, p
         if q >= 0:
@@ -156,6 +164,11 @@ class Pairing:
 
     def chains(self) -> list[tuple[list[int], bool]]:
         """List all cables as chains, and whether each is a ring, in a fixed order; runs of no cable are left out."""
+        if self._chains is None:
+            self._chains = self._list_chains()
+        return self._chains
+
+    def _list_chains(self) -> list[tuple[list[int], bool]]:
         found = []
         visited = [False] * len(self.original)
         nodes, partner = self.nodes, self.partner

@@ -72,12 +72,10 @@ class Patch:
         """Matrix (2, 2) and offset (2,) that turn a posed ``(x, y)`` into the image's: ``matrix @ p + offset``."""
         (h, w), (x0, y0) = self.size, self.origin
         sign_x, sign_y = (-1.0 if self.pose.flip_x else 1.0), (-1.0 if self.pose.flip_y else 1.0)
-        matrix = np.diag([sign_x, sign_y])
-        if self.pose.transpose:
-            matrix = matrix[:, ::-1]
+        matrix = [[0.0, sign_x], [sign_y, 0.0]] if self.pose.transpose else [[sign_x, 0.0], [0.0, sign_y]]
         offset_x = x0 + w if self.pose.flip_x else x0 - 1
         offset_y = y0 + h if self.pose.flip_y else y0 - 1
-        return np.ascontiguousarray(matrix), np.array([offset_x, offset_y], dtype=np.float64)
+        return np.array(matrix), np.array([offset_x, offset_y], dtype=np.float64)
 
     def to_image(self, points: FloatArray) -> FloatArray:
         """Turn posed points ``(x, y)`` into the image's, shape (n, 2)."""

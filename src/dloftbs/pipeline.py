@@ -247,9 +247,9 @@ def _link_by_bending(
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    past = Past.of(expected, patch, run.graph.width) if expected else None
+    past = Past(expected, patch, run.graph.width) if expected else None
     pairing = pair(patch, run.graph, config.max_gap_widths, past)
-    settle_lanes(patch, run.graph, pairing, past)
+    settle_lanes(run.graph, pairing, past)
     run.overruled = pairing.overruled
     open_rings(run.graph, pairing)
     join_inside(run.graph, pairing, config.max_gap_widths)
@@ -335,7 +335,7 @@ def _lift(
     depth, camera = frame.depth, frame.camera
     if depth is None or camera is None:
         why = "the frame has no depth" if depth is None else "the frame has depth, but no camera to turn it into metres"
-        return tuple(replace(detection, no_3d_reason=why) for detection in detections)
+        return tuple(Detection(d.centerline, d.curve, no_3d_reason=why) for d in detections)
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
         return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
@@ -364,7 +364,7 @@ def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None)
     if knots is None:  # what the curve in the image needed, or its depth does
         knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
     curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
-    return replace(detection, curve_3d=curve, inferred_3d=lifted.inferred)
+    return Detection(detection.centerline, detection.curve, curve, inferred_3d=lifted.inferred)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:

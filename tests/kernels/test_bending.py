@@ -152,9 +152,10 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
         "more": 0.0,
         **changes,
     }
+    passes = junction_costs(nodes, given_["spur"], arms, WIDTH, given_["mask"])
     rows, columns, costs, price = pair_costs(
-        nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], given_["max_gap"],
-        given_["more"],
+        nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], *passes,
+        given_["max_gap"], given_["more"],
     )  # fmt: skip
     assert (rows < columns).all()
     return dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), costs.tolist(), strict=True)), price

@@ -7,7 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.kernels.continuity import follow
+from dloftbs.centerline import arc_parameter
+from dloftbs.curve import BSplineCurve
+from dloftbs.kernels.continuity import follow, sample_curves
+from dloftbs.stages.fitting import fit_with_knots
 
 WIDTH = 10.0
 LINE = np.column_stack((np.arange(0.0, 301.0, 5.0), np.full(61, 50.0)))
@@ -28,8 +31,9 @@ def along(arms: list[list[float]], *curves: np.ndarray, trust: float = 1.0, clos
     n = len(arms)
     rows, columns = np.triu_indices(n, 1)
     found = follow(
-        np.array(arms), rows, columns, np.concatenate(curves), np.concatenate([tangents_of(c) for c in curves]),
+        np.array(arms), rows, columns, np.concatenate(curves),
         np.cumsum([0, *map(len, curves)]), np.array([np.hypot(*(c[1] - c[0])) for c in curves]),
+        np.array([np.hypot(*np.diff(c, axis=0).T).max() for c in curves]),
         np.full(len(curves), closed), np.full(len(curves), trust), WIDTH,
     )  # fmt: skip
     result = np.zeros((n, n))
@@ -114,3 +118,30 @@ def test_turned_curves_and_ends_are_the_same(seed: int, angle: float) -> None:
     turned[:, :2], turned[:, 2:4] = arms[:, :2] @ turn.T, arms[:, 2:4] @ turn.T
     before, after = along(arms.tolist(), LINE), along(turned.tolist(), LINE @ turn.T)
     np.testing.assert_allclose(before, after, atol=1e-6)
+
+
+def random_curve(rng: np.random.Generator, closed: bool) -> BSplineCurve:
+    points = np.cumsum(rng.normal(0.0, 20.0, (60, 2)), axis=0) + 300.0
+    u = arc_parameter(points, closed)
+    return fit_with_knots(points, u, closed, int(rng.integers(5, 15)))
+
+
+@given(st.integers(0, 2**31), st.booleans())
+def test_samples_are_those_of_the_curves(seed: int, flip: bool) -> None:
+    rng = np.random.default_rng(seed)
+    curves = [random_curve(rng, closed) for closed in (False, True, False)]
+    matrix, offset = np.array([[0.0, -1.0], [1.0, 0.0]] if flip else [[-1.0, 0.0], [0.0, 1.0]]), np.array([7.0, 500.0])
+    points, first, steps, longest = sample_curves(
+        np.concatenate([c.knots for c in curves]), np.concatenate([c.control_points for c in curves]),
+        np.array([len(c.control_points) for c in curves]), np.array([c.closed for c in curves]),
+        matrix, offset, 6.0, 80,
+    )  # fmt: skip
+    for c, curve in enumerate(curves):
+        own = points[first[c] : first[c + 1]]
+        polygon = np.hypot(*np.diff(curve.control_points, axis=0).T).sum()
+        assert len(own) == min(max(int(np.ceil(polygon / 6.0)), 8), 80)
+        np.testing.assert_allclose(own @ matrix.T + offset, curve.sample(len(own)), atol=1e-9)
+        assert steps[c] <= polygon / (len(own) - 1) + 1e-9
+        length = np.hypot(*(own[2:] - own[:-2]).T).sum() + np.hypot(*(own[1] - own[0])) + np.hypot(*(own[-1] - own[-2]))
+        assert steps[c] == pytest.approx(length / 2.0 / (len(own) - 1))
+        assert longest[c] == pytest.approx(np.hypot(*np.diff(own, axis=0).T).max())

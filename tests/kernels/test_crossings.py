@@ -8,20 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.curve import BSplineCurve
-from dloftbs.kernels.crossings import flatten, intersect
+from dloftbs.kernels.crossings import flatten, intersect, measure_arcs
 
 MOST = 20_000
 
 
 def flattened(curves: list[BSplineCurve], chord_px: float, most: int = MOST) -> tuple[np.ndarray, ...]:
-    return flatten(
+    """Return points, parameters, arc lengths and where each curve starts in them."""
+    points, u, first = flatten(
         np.concatenate([curve.knots for curve in curves]),
         np.concatenate([curve.control_points for curve in curves]),
         np.array([len(curve.control_points) for curve in curves]),
-        np.array([curve.degree for curve in curves]),
         np.full(len(curves), chord_px),
         most,
     )
+    return points, u, measure_arcs(points, first), first
 
 
 def literal_intersections(lines: list[np.ndarray]) -> set[tuple[int, int]]:
@@ -84,7 +85,7 @@ def test_the_same_line_twice_touches_itself() -> None:
 
 
 def test_flattened_points_lie_on_the_curves() -> None:
-    curves = [random_curve(seed, closed=seed % 2 == 0, degree=degree) for seed in range(6) for degree in (1, 2, 3, 5)]
+    curves = [random_curve(seed, closed=seed % 2 == 0) for seed in range(20)]
     points, u, arc, first = flattened(curves, 7.0)
     for curve, low, high in zip(curves, first, first[1:], strict=False):
         np.testing.assert_allclose(points[low:high], curve(np.minimum(u[low:high], 1.0 - 1e-15)), atol=1e-6)

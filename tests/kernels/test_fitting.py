@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
-from dloftbs import centerline
-from dloftbs.kernels.fitting import arc_parameter, fit_closed, fit_open, misfit, open_knots
+from dloftbs.kernels.fitting import fit_closed, fit_open, misfit, open_knots
 from dloftbs.stages.fitting import closed_knots
 
 
@@ -78,12 +77,6 @@ def literal_knots(u: np.ndarray, k: int) -> np.ndarray:
 def test_knots_agree_with_their_literal_twin(seed: int, n: int, k: int) -> None:
     u, _ = walk(seed, n, 2)
     np.testing.assert_array_equal(open_knots(u, k), literal_knots(u, k))
-
-
-@given(st.integers(0, 2**31), st.integers(1, 300), st.sampled_from([2, 3]), st.booleans())
-def test_the_parameter_agrees_with_its_slow_twin(seed: int, n: int, dims: int, closed: bool) -> None:
-    points = np.random.default_rng(seed).integers(0, 3, (n, dims)).astype(float)
-    np.testing.assert_allclose(arc_parameter(points, closed), centerline.arc_parameter(points, closed), atol=1e-14)
 
 
 @given(st.integers(0, 2**31), st.integers(8, 300), st.integers(4, 30), st.integers(1, 20))

@@ -74,10 +74,23 @@ def dense_pairs(cost: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return rows, columns, cost[rows, columns]
 
 
+def paired(
+    rows: np.ndarray,
+    columns: np.ndarray,
+    costs: np.ndarray,
+    price: np.ndarray,
+    *,
+    bonus: np.ndarray | None = None,
+    identity: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    bonus = np.zeros(len(rows)) if bonus is None else bonus
+    return pair_ends(rows, columns, costs, bonus, price, np.arange(len(price)) if identity is None else identity)
+
+
 @given(st.integers(0, 10**6), st.integers(2, 7))
 def test_margins_say_how_much_dearer_it_is_without_a_joint(seed: int, n: int) -> None:
     cost, price = problem(seed, n)
-    partner, cost_of, margin, other = pair_ends(*dense_pairs(cost), price, np.arange(n))
+    partner, cost_of, margin, other, _ = paired(*dense_pairs(cost), price)
     least = min(total(pairs, cost, price) for pairs in all_pairings(list(range(n))))
     assert total(pairs_of(partner), cost, price) == pytest.approx(least)
     for i, j in enumerate(partner):
@@ -99,7 +112,7 @@ def test_margins_say_how_much_dearer_it_is_without_a_joint(seed: int, n: int) ->
 def test_margins_of_four_joined_ends_are_exact() -> None:
     for seed in range(100):
         cost, price = problem(seed, 4)
-        partner, _, margin, _ = pair_ends(*dense_pairs(cost), price, np.arange(4))
+        partner, _, margin, *_ = paired(*dense_pairs(cost), price)
         if partner.min() < 0:
             continue
         least = total(pairs_of(partner), cost, price)
@@ -111,7 +124,7 @@ def test_margins_of_four_joined_ends_are_exact() -> None:
 def test_the_next_best_choice_is_named() -> None:
     #  0 and 1 are joined; 2 would be the next best for 0.
     rows, columns, costs = np.array([0, 0]), np.array([1, 2]), np.array([0.1, 0.3])
-    partner, cost, margin, other = pair_ends(rows, columns, costs, np.ones(3), np.arange(3))
+    partner, cost, margin, other, _ = paired(rows, columns, costs, np.ones(3))
     assert partner.tolist() == [1, 0, -1]
     assert cost[:2].tolist() == [0.1, 0.1]
     np.testing.assert_allclose(margin[:2], 0.2)
@@ -120,7 +133,7 @@ def test_the_next_best_choice_is_named() -> None:
 
 def test_another_copy_of_the_same_end_is_no_other_choice() -> None:
     rows, columns, costs = np.array([0, 0]), np.array([1, 2]), np.array([0.1, 0.3])
-    _, _, margin, other = pair_ends(rows, columns, costs, np.ones(3), np.array([0, 1, 1]))
+    _, _, margin, other, _ = paired(rows, columns, costs, np.ones(3), identity=np.array([0, 1, 1]))
     np.testing.assert_allclose(margin[:2], 1.9)  # what it costs to leave both open
     assert other.tolist() == [-1, -1, -1]
 
@@ -146,19 +159,19 @@ def test_pieces_that_have_nothing_to_do_with_each_other_are_matched_by_themselve
         start += size
     order = rng.permutation(len(rows))
     pairs = np.array(rows)[order], np.array(columns)[order], np.array(costs)[order]
-    partner, cost_of, _, _ = pair_ends(*pairs, price, np.arange(n))
+    partner, cost_of, *_ = paired(*pairs, price)
     joined = partner >= 0
     assert 0.5 * cost_of.sum() + price[~joined].sum() == pytest.approx(expected)
 
 
 def test_nothing_to_pair() -> None:
     nothing = np.empty(0, dtype=np.int64)
-    partner, cost, margin, other = pair_ends(nothing, nothing, np.empty(0), np.ones(3), np.arange(3))
+    partner, cost, margin, other, _ = paired(nothing, nothing, np.empty(0), np.ones(3))
     assert partner.tolist() == [-1, -1, -1]
     assert cost.tolist() == [0.0, 0.0, 0.0]
     assert np.isinf(margin).all()
     assert other.tolist() == [-1, -1, -1]
-    assert len(pair_ends(nothing, nothing, np.empty(0), np.empty(0), nothing)[0]) == 0
+    assert len(paired(nothing, nothing, np.empty(0), np.empty(0))[0]) == 0
 
 
 def test_sets_of_arms_cost_what_their_best_pairing_costs() -> None:
@@ -179,3 +192,48 @@ def test_sets_of_arms_cost_what_their_best_pairing_costs() -> None:
         cost = np.array([[matrix[here.index(a), here.index(b)] for b in ends] for a in ends])
         everything = all_pairings(list(range(len(ends))))
         assert found == pytest.approx(min(total(pairs, cost, price[ends]) for pairs in everything))
+
+
+@given(st.integers(0, 10**6), st.integers(2, 14))
+def test_a_bonus_is_counted_in_the_choice_and_not_in_the_cost(seed: int, n: int) -> None:
+    cost, price = problem(seed, n)
+    rows, columns, costs = dense_pairs(cost)
+    rng = np.random.default_rng(seed)
+    bonus = rng.uniform(0.0, 0.6, len(rows)) * (rng.random(len(rows)) < 0.3)
+    partner, cost_of, margin, other, overruled = paired(rows, columns, costs, price, bonus=bonus)
+    same, _, same_margin, same_other, nothing = paired(rows, columns, costs - bonus, price)
+    assert nothing == 0.0
+    for mine, its in ((partner, same), (margin, same_margin), (other, same_other)):
+        np.testing.assert_array_equal(mine, its)
+    joined = partner >= 0
+    np.testing.assert_array_equal(cost_of[joined], cost[np.flatnonzero(joined), partner[joined]])
+    alone, *_ = paired(rows, columns, costs, price)
+    here, there = (total(pairs_of(choice), cost, price) for choice in (partner, alone))
+    assert overruled == pytest.approx(here - there)
+    assert overruled == 0.0 or (partner != alone).any()
+
+
+def open_margins(partner: np.ndarray, cost: np.ndarray, price: np.ndarray) -> list[tuple[float, int]]:
+    """Return for each joined end how much dearer the next best change of one more pair is, and the end it leads to."""
+    found = []
+    for a, b in enumerate(partner.tolist()):
+        best = (price[a] + price[b] - cost[a, b], -1) if b >= 0 else (np.inf, -1)
+        for c in range(len(price)) if b >= 0 else ():
+            if c in (a, b) or cost[a, c] >= 1e6:
+                continue
+            d = int(partner[c])
+            now = cost[a, b] + (cost[c, d] if d >= 0 else price[c])
+            then = cost[a, c] + (min(cost[b, d], price[b] + price[d]) if d >= 0 else price[b])
+            best = min(best, (then - now, c), key=lambda option: option[0])
+        found.append((max(best[0], 0.0), best[1]))
+    return found
+
+
+@given(st.integers(0, 10**6), st.integers(2, 16))
+def test_the_next_best_choice_is_the_best_of_all_others(seed: int, n: int) -> None:
+    cost, price = problem(seed, n)
+    partner, _, margin, other, _ = paired(*dense_pairs(cost), price)
+    expected = open_margins(partner, cost, price)
+    assert other.tolist() == [end for _, end in expected]
+    for i, j in pairs_of(partner):
+        assert margin[i] == margin[j] == pytest.approx(min(expected[i][0], expected[j][0]))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from dloftbs.kernels.sections import (
     choose_pixels,
-    find_borders,
+    find_rays,
     lay_sections,
     nearest_surface,
     settle,
@@ -52,10 +52,12 @@ def test_crossings_do_not_show_in_the_radius(seed: int) -> None:
     np.testing.assert_allclose(radii, 4.0 + 2.0 * at, atol=0.35)
 
 
-def test_borders_lie_the_radius_to_either_side() -> None:
+def test_rays_lie_the_radius_to_either_side() -> None:
     points, tangents = np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([[1.0, 0.0], [0.0, 1.0]])
     expected = [[10, 20], [30, 40], [10, 17], [34, 40], [10, 23], [26, 40]]
-    np.testing.assert_allclose(find_borders(points, tangents, np.array([3.0, 4.0])), expected)
+    rays = find_rays(points, tangents, np.array([3.0, 4.0]), 2.0, 5.0, 7.0, -1.0)
+    np.testing.assert_allclose(rays[:, :2] * (2.0, 5.0) + (7.0, -1.0), expected)
+    assert (rays[:, 2] == 1.0).all()
 
 
 def straight(angle: float, n: int, spacing: float) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +161,7 @@ class TestSteps:
     def test_a_stretch_between_two_steps_goes(self, seed: int, steep: float, start: int, n: int, nearer: bool) -> None:
         depth = self.slope(seed, steep)
         depth[start : start + n] += -0.06 if nearer else 0.06
-        strike_steps(depth, np.full(self.N, SLIM), 10)
+        assert strike_steps(depth, np.full(self.N, SLIM), 10) == np.count_nonzero(~np.isnan(depth))
         assert np.flatnonzero(np.isnan(depth)).tolist() == list(range(start, start + n))
 
     @given(st.integers(0, 2**31), st.floats(-0.8, 0.8))
@@ -167,19 +169,19 @@ class TestSteps:
         depth = self.slope(seed, steep)
         depth[20:24] = np.nan
         expected = depth.copy()
-        strike_steps(depth, np.full(self.N, SLIM), 10)
+        assert strike_steps(depth, np.full(self.N, SLIM), 10) == np.count_nonzero(~np.isnan(depth))
         np.testing.assert_array_equal(depth, expected)
 
     def test_a_long_stretch_stays(self) -> None:
         depth = self.slope(0, 0.1)
         depth[20:40] -= 0.05
-        strike_steps(depth, np.full(self.N, SLIM), 10)
+        assert strike_steps(depth, np.full(self.N, SLIM), 10) == np.count_nonzero(~np.isnan(depth))
         assert not np.isnan(depth).any()
 
     @pytest.mark.parametrize("n", [0, 1, 5])
     def test_a_handful_of_sections_stays(self, n: int) -> None:
         depth = np.linspace(1.0, 2.0, n)
-        strike_steps(depth, np.full(n, SLIM), 10)
+        assert strike_steps(depth, np.full(n, SLIM), 10) == np.count_nonzero(~np.isnan(depth))
         assert not np.isnan(depth).any()
 
 
@@ -202,8 +204,12 @@ def literal_settle(explained: list[bool], closed: bool, least: int) -> tuple[lis
 
 @given(st.lists(st.booleans(), min_size=3, max_size=30), st.booleans(), st.integers(1, 4))
 def test_stretches_agree_with_the_literal_twin(explained: list[bool], closed: bool, least: int) -> None:
-    seen, stretches = settle(np.array(explained), closed, least)
+    line = np.cos(np.arange(float(len(explained))))
+    seen, stretches, count, first, last, lowest, lowest_seen = settle(np.array(explained), closed, least, line)
     expected_seen, expected = literal_settle(explained, closed, least)
     assert seen.tolist() == expected_seen
+    assert (count, lowest) == (sum(expected_seen), line.min())
+    assert lowest_seen == line[seen].min(initial=np.inf)
+    assert not any(expected_seen) or [first, last] == np.flatnonzero(seen)[[0, -1]].tolist()
     found = sorted((int(a) % len(seen), int(b - a)) for a, b in stretches)
     assert not any(expected_seen) or found == sorted((a, b - a) for a, b in expected)

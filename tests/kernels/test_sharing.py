@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.kernels.bending import junction_costs
-from dloftbs.kernels.sharing import MOST_RUNS, _share_price, changed_junctions, list_paths
+from dloftbs.kernels.sharing import MOST_RUNS, _share_price, changed_junctions, has_odd_junction, list_paths
 
 WIDTH = 6.0
 FULL = np.ones((400, 600), dtype=np.uint8)
@@ -104,8 +104,17 @@ def test_the_sets_of_arms_before_and_after() -> None:
     costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), arms, WIDTH, FULL)
     paths = np.full((2, MOST_RUNS), -1)
     paths[:, 0] = 4
-    sets, slots, path_of = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2], NONE, NONE)
+    sets, slots, changes = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2], NONE, NONE)
     groups = [sorted(slots[a:b].tolist()) for a, b in pairwise(sets)]
-    assert path_of.tolist() == [0, 0, 1]
+    assert changes[:, 2].tolist() == [0, 0, 1]
     # At each junction the arms as they are, and with the shared one twice; a cable that ends inside changes one only.
-    assert groups == [[1, 3, 4], [1, 3, 4, 4], [5, 6, 8], [5, 5, 6, 8], [1, 3, 4], [1, 3, 4, 4]]
+    assert [groups[k] for k in changes[:, 0]] == [[1, 3, 4], [5, 6, 8], [1, 3, 4]]
+    assert [groups[k] for k in changes[:, 1]] == [[1, 3, 4, 4], [5, 5, 6, 8], [1, 3, 4, 4]]
+    assert len(groups) == 4  # each once
+
+
+@given(st.lists(st.tuples(st.integers(-2, 4), st.integers(-2, 4), st.booleans()), max_size=12))
+def test_odd_junctions_are_noticed(runs: list[tuple[int, int, bool]]) -> None:
+    nodes, spur = np.array([run[:2] for run in runs], dtype=np.int64).ravel(), np.array([s for *_, s in runs], np.bool_)
+    met = [node for *ends, is_spur in runs for node in ends if not is_spur]
+    assert has_odd_junction(nodes, spur) == any(met.count(node) % 2 for node in range(5))

@@ -128,7 +128,7 @@ def test_every_centre_line_fits_together(mask: np.ndarray) -> None:
     if graph is None:
         return
     pairing = pair(patch, graph, 25.0)
-    settle_lanes(patch, graph, pairing)
+    settle_lanes(graph, pairing)
     open_rings(graph, pairing)
     for line in assemble(patch, graph, pairing):
         assert len(line.joints) == len(line.segments) - 1

@@ -32,8 +32,8 @@ def test_where_crossing_and_touching_are_about_alike_the_past_decides() -> None:
     patch, graph, pairing = pairing_of(draw(*cables))
     before = [detection for cable in cables for detection in dloftbs.detect(draw(cable))]
     assert len(before) == 2
-    past = Past.of([(detection.curve, 1.0) for detection in before], patch, graph.width)
-    settle_lanes(patch, graph, pairing, past)
+    past = Past([(detection.curve, 1.0) for detection in before], patch, graph.width)
+    settle_lanes(graph, pairing, past)
     assert sides_of_ends(patch, pairing) == [(False, True), (True, False)]
     assert pairing.overruled > 0.0
 
@@ -42,7 +42,7 @@ def test_the_past_does_not_exchange_what_clearly_touches() -> None:
     touching = beside(7 * 15, 7, False)
     patch, graph, pairing = pairing_of(draw(*touching))
     wrong = [dloftbs.detect(draw(cable))[0] for cable in beside(7 * 15, 7, True)]
-    settle_lanes(patch, graph, pairing, Past.of([(seen.curve, 0.2) for seen in wrong], patch, graph.width))
+    settle_lanes(graph, pairing, Past([(seen.curve, 0.2) for seen in wrong], patch, graph.width))
     assert sides_of_ends(patch, pairing) == [(False, False), (True, True)]
     assert pairing.overruled == 0.0
 
@@ -57,7 +57,7 @@ SHORT = pytest.mark.xfail(strict=True, reason="a crossing in a short bundle is r
 def test_cables_side_by_side_come_out_on_their_own_side(length_widths: int, crosses: bool) -> None:
     cables = beside(7 * length_widths, 7, crosses)
     patch, graph, pairing = pairing_of(draw(*cables))
-    settle_lanes(patch, graph, pairing)
+    settle_lanes(graph, pairing)
     assert sides_of_ends(patch, pairing) == ([(False, True), (True, False)] if crosses else [(False,) * 2, (True,) * 2])
 
 
@@ -65,7 +65,7 @@ def test_cables_side_by_side_come_out_on_their_own_side(length_widths: int, cros
 def test_each_copy_lies_in_its_own_lane_and_is_as_wide_as_one_cable(crosses: bool) -> None:
     cables = beside(70, 7, crosses)
     patch, graph, pairing = pairing_of(draw(*cables))
-    settle_lanes(patch, graph, pairing)
+    settle_lanes(graph, pairing)
     trees = [cKDTree(dense(cable)) for cable in cables]
     for run, copy in pairing.twin.items():
         if run > copy:
@@ -81,19 +81,19 @@ def test_each_copy_lies_in_its_own_lane_and_is_as_wide_as_one_cable(crosses: boo
 
 
 def test_where_nothing_is_shared_nothing_changes() -> None:
-    patch, graph, pairing = pairing_of(draw(*cross(60)))
+    _, graph, pairing = pairing_of(draw(*cross(60)))
     before = dict(vars(pairing))
-    settle_lanes(patch, graph, pairing)
+    settle_lanes(graph, pairing)
     assert vars(pairing) == before
 
 
 def test_the_other_cables_and_the_graph_keep_their_points() -> None:
-    patch, graph, pairing = pairing_of(draw(*beside(70, 7, True), [(30, 225), (370, 230)]))
+    _, graph, pairing = pairing_of(draw(*beside(70, 7, True), [(30, 225), (370, 230)]))
     shared = np.zeros(len(pairing.points), dtype=bool)
     for run in pairing.twin:
         shared[slice(*pairing.spans[run])] = True
     points, graph_points = pairing.points.copy(), graph.points.copy()
-    settle_lanes(patch, graph, pairing)
+    settle_lanes(graph, pairing)
     np.testing.assert_array_equal(pairing.points[~shared], points[~shared])
     np.testing.assert_array_equal(graph.points, graph_points)
     assert all(pairing.partner[j] == i for i, j in enumerate(pairing.partner) if j >= 0)

@@ -16,8 +16,8 @@ HIDDEN = [(145, 170, 22), (150, 170, 18), (155, 160, 18), (155, 170, 14)]
 
 
 def before_joining(mask: np.ndarray) -> tuple[Graph, Pairing]:
-    patch, graph, pairing = pairing_of(mask)
-    settle_lanes(patch, graph, pairing)
+    _, graph, pairing = pairing_of(mask)
+    settle_lanes(graph, pairing)
     open_rings(graph, pairing)
     return graph, pairing
 

@@ -156,7 +156,7 @@ def fork(dearer: float) -> list[list[tuple[float, float]]]:
 
 def past_along(points: list[tuple[float, float]], patch: Patch, graph: Graph, trust: float = 1.0) -> Past:
     (seen,) = dloftbs.detect(draw(points))
-    return Past.of([(seen.curve, trust)], patch, graph.width)
+    return Past([(seen.curve, trust)], patch, graph.width)
 
 
 @pytest.mark.parametrize("dearer", [0, 14])

@@ -92,9 +92,8 @@ def _pass_cost(arms: npt.NDArray[np.float64], i: int, j: int, width: float, mask
 
 
 @helper
-def _gap_cost(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> float:
+def _gap_price(bend: float, length: float, width: float) -> float:
     """Return what it costs to go on from one end into another where no mask is."""
-    bend, length = _bend(arms, i, j, width)
     return bend * (_GAP_BEND * width / max(length, width) + _GAP_TURN) + _GAP_LENGTH * length / width
 
 
@@ -115,8 +114,30 @@ def turn_costs(arms: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], widt
     """
     costs = np.empty(len(pairs))
     for k in range(len(pairs)):
-        costs[k] = _gap_cost(arms, pairs[k, 0], pairs[k, 1], width)
+        bend, length = _bend(arms, pairs[k, 0], pairs[k, 1], width)
+        costs[k] = _gap_price(bend, length, width)
     return costs
+
+
+@helper
+def _list_arms(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return where the arms of each junction start in a list of ends, and the list."""
+    count = 0
+    for node in nodes:
+        count = max(count, node + 1)
+    first = np.zeros(count + 1, dtype=np.int64)
+    for node in nodes:
+        if node >= 0:
+            first[node + 1] += 1
+    for node in range(count):
+        first[node + 1] += first[node]
+    members = np.empty(first[count], dtype=np.int64)
+    filled = first[:count].copy()
+    for end in range(len(nodes)):
+        if nodes[end] >= 0:
+            members[filled[nodes[end]]] = end
+            filled[nodes[end]] += 1
+    return first, members
 
 
 @kernel(read(int64, 1), read(boolean, 1), read(float64, 2), float64, read(uint8, 2))
@@ -149,23 +170,11 @@ def junction_costs(
         Where the costs of each junction start: a square matrix of its arms, row by row.
     costs : (k,) float64
     """
-    count = 0
-    for node in nodes:
-        count = max(count, node + 1)
-    first = np.zeros(count + 1, dtype=np.int64)
-    for node in nodes:
-        if node >= 0:
-            first[node + 1] += 1
+    first, members = _list_arms(nodes)
+    count = len(first) - 1
     starts = np.zeros(count + 1, dtype=np.int64)
     for node in range(count):
-        starts[node + 1] = starts[node] + first[node + 1] ** 2
-        first[node + 1] += first[node]
-    members = np.empty(first[count], dtype=np.int64)
-    filled = first[:count].copy()
-    for end in range(len(nodes)):
-        if nodes[end] >= 0:
-            members[filled[nodes[end]]] = end
-            filled[nodes[end]] += 1
+        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
     costs = np.empty(starts[count])
     for node in range(count):
         size = first[node + 1] - first[node]
@@ -183,36 +192,84 @@ def junction_costs(
 
 
 @helper
-def _settled(
-    nodes: npt.NDArray[np.int64],
+def _place_passes(
+    first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], starts: npt.NDArray[np.int64], ends: int
+) -> npt.NDArray[np.int64]:
+    """Return where the row of each end starts in the costs of the junctions, and its column."""
+    place = np.zeros((ends, 2), dtype=np.int64)
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for k in range(size):
+            end = members[first[node] + k]
+            place[end, 0], place[end, 1] = starts[node] + k * size, k
+    return place
+
+
+@helper
+def _expand_passes(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    identity: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
     arms: npt.NDArray[np.float64],
     width: float,
     mask: npt.NDArray[np.uint8],
+    place: npt.NDArray[np.int64],
+    passes: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Return what `_pass_cost` says of the arms of each junction, those of copies among them, the lower end first.
+
+    Taken from the originals where that is the same to the last bit: the lower one of a pair goes first.
+
+    Returns
+    -------
+    starts : (junctions + 1,) int64
+        Where the costs of each junction start: a square matrix, of which the upper triangle counts.
+    costs : (k,) float64
+    """
+    starts = np.zeros(len(first), dtype=np.int64)
+    for node in range(len(first) - 1):
+        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
+    costs = np.empty(starts[len(first) - 1])
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
+                    cost = _NEVER
+                elif identity[i] < identity[j]:
+                    cost = passes[place[identity[i], 0] + place[identity[j], 1]]
+                else:
+                    cost = _pass_cost(arms, i, j, width, mask)
+                costs[starts[node] + a * size + b] = cost
+    return starts, costs
+
+
+@helper
+def _settled(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    spur: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.bool_]:
     """Tell which arms go straight on into another one, and it into them: no gap need be looked for."""
-    n = len(nodes)
-    order = np.argsort(nodes, kind="mergesort")
+    n = 2 * len(spur)
     best = np.full(n, -1, dtype=np.int64)
     best_cost = np.full(n, _SETTLED)
-    start = 0
-    while start < n:
-        stop = start
-        while stop < n and nodes[order[stop]] == nodes[order[start]]:
-            stop += 1
-        if nodes[order[start]] >= 0:
-            for a in range(start, stop):
-                for b in range(a + 1, stop):
-                    i, j = order[a], order[b]
-                    bend, _ = _bend(arms, i, j, width)
-                    if spur[i // 2] or spur[j // 2] or bend * _PASS_TURN >= _SETTLED:
-                        continue
-                    cost = _pass_cost(arms, i, j, width, mask)
-                    if cost < best_cost[i]:
-                        best[i], best_cost[i] = j, cost
-                    if cost < best_cost[j]:
-                        best[j], best_cost[j] = i, cost
-        start = stop
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                cost = costs[starts[node] + a * size + b]
+                if spur[i // 2] or spur[j // 2]:
+                    continue
+                if cost < best_cost[i]:
+                    best[i], best_cost[i] = j, cost
+                if cost < best_cost[j]:
+                    best[j], best_cost[j] = i, cost
     settled = np.zeros(n, dtype=np.bool_)
     for i in range(n):
         settled[i] = best[i] >= 0 and best[best[i]] == i
@@ -220,16 +277,9 @@ def _settled(
 
 
 @kernel(
-    read(int64, 1),
-    read(int64, 1),
-    read(boolean, 1),
-    read(float64, 1),
-    read(float64, 2),
-    float64,
-    read(uint8, 2),
-    float64,
-    float64,
-)
+    read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64, read(uint8, 2),
+    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), float64, float64,
+)  # fmt: skip
 def pair_costs(
     nodes: npt.NDArray[np.int64],
     identity: npt.NDArray[np.int64],
@@ -238,6 +288,10 @@ def pair_costs(
     arms: npt.NDArray[np.float64],
     width: float,
     mask: npt.NDArray[np.uint8],
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    passes: npt.NDArray[np.float64],
     max_gap: float,
     more: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -248,7 +302,7 @@ def pair_costs(
     nodes : (n,) int64
         The junction at each end, -1 where it is free, less where it cannot be joined.
     identity : (n,) int64
-        Equal for ends that are the same, on copies of one run.
+        Equal for ends that are the same, on copies of one run: the end of the original.
     spur : (n / 2,) bool
         Runs that need no explanation, but may be the tip of another one.
     caps : (n,) float64
@@ -257,6 +311,8 @@ def pair_costs(
     width : float
         px.
     mask : (H, W) uint8
+    first, members, starts, passes
+        As `junction_costs` makes them of the originals.
     max_gap : float
         Longest gap, px.
     more : float
@@ -265,15 +321,15 @@ def pair_costs(
     Returns
     -------
     rows, columns : (k,) int64
-        The ends, the lower one first.
+        The ends, the lower one first, in ascending order.
     costs : (k,) float64
     price : (n,) float64
     """
     n = len(nodes)
-    degree = np.zeros(n, dtype=np.int64)
-    for end in range(n):
-        if nodes[end] >= 0 and not spur[end // 2]:
-            degree[nodes[end]] += 1
+    own_first, own_members = _list_arms(nodes)
+    degree = np.zeros(len(own_first), dtype=np.int64)
+    for end in own_members:
+        degree[nodes[end]] += not spur[end // 2]
     price = np.empty(n)
     for end in range(n):
         price[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * caps[end]
@@ -281,33 +337,53 @@ def pair_costs(
             price[end] = 0.0
         elif nodes[end] >= 0 and degree[nodes[end]] == 2:
             price[end] = OPEN_KINK
-    is_settled = _settled(nodes, spur, arms, width, mask)
+    place = _place_passes(first, members, starts, n)
+    own_starts, own_passes = _expand_passes(own_first, own_members, identity, spur, arms, width, mask, place, passes)
+    is_settled = _settled(own_first, own_members, own_starts, own_passes, spur)
+    loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
+    for end in range(n):
+        if nodes[end] >= -1 and not spur[end // 2] and not is_settled[end]:
+            loose[looking] = end
+            looking += 1
     capacity = 4 * n + 16
     rows = np.empty(capacity, dtype=np.int64)
     columns = np.empty(capacity, dtype=np.int64)
     costs = np.empty(capacity)
-    count = 0
+    count, next_loose = 0, 0
     for i in range(n):
         if nodes[i] < -1:
             continue
-        for j in range(i + 1, n):
-            together = nodes[i] >= 0 and nodes[i] == nodes[j]
-            if nodes[j] < -1 or identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
-                continue
-            if together:
-                cost = _pass_cost(arms, i, j, width, mask)
+        while next_loose < looking and loose[next_loose] <= i:
+            next_loose += 1
+        at_gap = next_loose if not spur[i // 2] and not is_settled[i] else looking
+        at_pass = last_pass = row = 0  # the arms of its junction that come after it, and its row of costs there
+        if nodes[i] >= 0:
+            at_pass, last_pass = own_first[nodes[i]], own_first[nodes[i] + 1]
+            row = own_starts[nodes[i]] - at_pass
+            while own_members[at_pass] < i:
+                at_pass += 1
+                row += last_pass - own_first[nodes[i]]
+            at_pass += 1
+        while at_gap < looking or at_pass < last_pass:
+            across = loose[at_gap] if at_gap < looking else n
+            onward = own_members[at_pass] if at_pass < last_pass else n
+            j = min(across, onward)
+            at_gap += across == j
+            if onward == j:
+                cost = own_passes[row + at_pass]
+                at_pass += 1
+                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
+                    continue
                 if degree[nodes[i]] == 2 and not spur[i // 2] and not spur[j // 2]:
                     cost = min(cost, 1.98 * OPEN_KINK)  # nothing else explains these two
             else:
-                if identity[i] // 2 == identity[j] // 2 or spur[i // 2] or spur[j // 2]:
-                    continue
-                if is_settled[i] or is_settled[j]:
+                if identity[i] // 2 == identity[j] // 2:  # the two ends of a run, or those of its copies
                     continue
                 if abs(arms[i, 0] - arms[j, 0]) > max_gap or abs(arms[i, 1] - arms[j, 1]) > max_gap:
                     continue
-                cost = _gap_cost(arms, i, j, width)
+                bend, length = _bend(arms, i, j, width)
+                cost = _gap_price(bend, length, width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
-                    bend, _ = _bend(arms, i, j, width)
                     cost += _GAP_ARM + _GAP_ARM_BEND * bend
             if cost >= price[i] + price[j] + more:
                 continue

@@ -15,23 +15,24 @@ _Ints = npt.NDArray[np.int64]
 
 
 @helper
-def _evaluate(knots: _Floats, control: _Floats, degree: int, span: int, u: float, work: _Floats) -> None:
-    """Write the point at `u` into ``work[degree]``, by de Boor's recursion; ``knots[span] <= u <= knots[span + 1]``."""
-    low = span - degree
-    for i in range(degree + 1):
-        work[i, 0], work[i, 1] = control[low + i, 0], control[low + i, 1]
-    for level in range(1, degree + 1):
-        for i in range(degree, level - 1, -1):
-            share = (u - knots[low + i]) / (knots[span + 1 + i - level] - knots[low + i])
-            work[i, 0] = work[i - 1, 0] + share * (work[i, 0] - work[i - 1, 0])
-            work[i, 1] = work[i - 1, 1] + share * (work[i, 1] - work[i - 1, 1])
+def _evaluate(knots: _Floats, control: _Floats, span: int, u: float, point: _Floats) -> None:
+    """Write the point of a cubic at `u` by de Boor's recursion, unrolled; ``knots[span] <= u <= knots[span + 1]``."""
+    a, b, c = knots[span - 2], knots[span - 1], knots[span]
+    d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
+    early, middle, late = (u - a) / (d - a), (u - b) / (e - b), (u - c) / (f - c)
+    before, after, last = (u - b) / (d - b), (u - c) / (e - c), (u - c) / (d - c)
+    for axis in range(2):
+        p, q, r, s = control[span - 3, axis], control[span - 2, axis], control[span - 1, axis], control[span, axis]
+        p, q, r = p + early * (q - p), q + middle * (r - q), r + late * (s - r)
+        p, q = p + before * (q - p), q + after * (r - q)
+        point[axis] = p + last * (q - p)
 
 
-@kernel(read(float64, 1), read(float64, 2), read(int64, 1), read(int64, 1), read(float64, 1), int64)
+@kernel(read(float64, 1), read(float64, 2), read(int64, 1), read(float64, 1), int64)
 def flatten(
-    knots: _Floats, control: _Floats, counts: _Ints, degrees: _Ints, chords_px: _Floats, most: int
-) -> tuple[_Floats, _Floats, _Floats, _Ints]:
-    """Turn curves in the image into chords at evenly spaced ``u``.
+    knots: _Floats, control: _Floats, counts: _Ints, chords_px: _Floats, most: int
+) -> tuple[_Floats, _Floats, _Ints]:
+    """Turn cubic curves in the image into chords at evenly spaced ``u``.
 
     Not checked: the knots fit the control points and span 0 to 1.
 
@@ -41,8 +42,8 @@ def flatten(
         All curves' knots, curve after curve.
     control : (n, 2) float64
         All curves' control points, px.
-    counts, degrees : (c,) int64
-        Number of control points and degree of each curve.
+    counts : (c,) int64
+        Number of control points of each curve.
     chords_px : (c,) float64
         Length that the chords of each curve should not exceed, on average.
     most : int
@@ -52,8 +53,8 @@ def flatten(
     -------
     points : (m, 2) float64
         Curve after curve, both ends of each included.
-    u, arc : (m,) float64
-        The curve's parameter and the distance from its start along the chords, px.
+    u : (m,) float64
+        The curve's parameter.
     first : (c + 1,) int64
         Where each curve starts in these, and the end.
     """
@@ -69,28 +70,42 @@ def flatten(
         start += counts[c]
     points = np.empty((first[n_curves], 2))
     u = np.empty(first[n_curves])
-    arc = np.empty(first[n_curves])
-    work = np.empty((degrees.max() + 1 if n_curves else 1, 2))
     knot, start = 0, 0
     for c in range(n_curves):
-        degree = degrees[c]
-        own_knots = knots[knot : knot + counts[c] + degree + 1]
+        own_knots = knots[knot : knot + counts[c] + 4]
         own_control = control[start : start + counts[c]]
-        span = degree
+        span = 3
         n = first[c + 1] - first[c]
         for i in range(n):
             p = first[c] + i
             u[p] = i / (n - 1)
             while span < counts[c] - 1 and u[p] >= own_knots[span + 1]:
                 span += 1
-            _evaluate(own_knots, own_control, degree, span, u[p], work)
-            points[p, 0], points[p, 1] = work[degree, 0], work[degree, 1]
-            arc[p] = 0.0
-            if i:
-                arc[p] = arc[p - 1] + np.hypot(points[p, 0] - points[p - 1, 0], points[p, 1] - points[p - 1, 1])
-        knot += counts[c] + degree + 1
+            _evaluate(own_knots, own_control, span, u[p], points[p])
+        knot += counts[c] + 4
         start += counts[c]
-    return points, u, arc, first
+    return points, u, first
+
+
+@kernel(read(float64, 2), read(int64, 1))
+def measure_arcs(points: _Floats, first: _Ints) -> _Floats:
+    """Return the distance of each vertex of flattened curves from the start of its curve along the chords, px.
+
+    Parameters
+    ----------
+    points, first
+        As `flatten` returns them.
+
+    Returns
+    -------
+    (m,) float64
+    """
+    arc = np.empty(len(points))
+    for c in range(len(first) - 1):
+        arc[first[c]] = 0.0
+        for p in range(first[c] + 1, first[c + 1]):
+            arc[p] = arc[p - 1] + np.hypot(points[p, 0] - points[p - 1, 0], points[p, 1] - points[p - 1, 1])
+    return arc
 
 
 @helper

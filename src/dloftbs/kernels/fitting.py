@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64
+from numba import float64, int64
 
 from dloftbs.kernels._compile import helper, kernel, read
 
@@ -18,80 +18,40 @@ ORDER = 4
 """Of a cubic: the number of basis functions that are not zero in a knot span."""
 
 
-@helper
-def _invert_widths(knots: npt.NDArray[np.float64], span: int, inverse: npt.NDArray[np.float64]) -> None:
-    """Write what the recursion divides by in one knot span, inverted, in the order in which it needs them."""
-    i = 0
-    for degree in range(1, ORDER):
-        for r in range(degree):
-            inverse[i] = 1.0 / (knots[span + r + 1] - knots[span + r + 1 - degree])
-            i += 1
+_Span = tuple[
+    float, float, float, float, float, float,
+    float, float, float, float, float, float,
+]  # fmt: skip
+"""The six knots around a span, and what the recursion divides by there, inverted, in the order in which it needs it."""
+_Four = tuple[float, float, float, float]
 
 
 @helper
-def _evaluate_basis(
-    knots: npt.NDArray[np.float64],
-    span: int,
-    u: float,
-    inverse: npt.NDArray[np.float64],
-    values: npt.NDArray[np.float64],
-) -> None:
-    """Evaluate the four cubic basis functions of one knot span, by the recursion of Cox and de Boor.
+def _enter(knots: npt.NDArray[np.float64], span: int) -> _Span:
+    """Return what `_basis` needs of the span from ``knots[span]`` to ``knots[span + 1]``, the two different."""
+    a, b, c = knots[span - 2], knots[span - 1], knots[span]
+    d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
+    return a, b, c, d, e, f, 1.0 / (d - c), 1.0 / (d - b), 1.0 / (e - c), 1.0 / (d - a), 1.0 / (e - b), 1.0 / (f - c)
 
-    Parameters
-    ----------
-    knots : (n + 4,) float64
-    span : int
-        ``knots[span] <= u <= knots[span + 1]``, the two different.
-    u : float
-    inverse : (6,) float64
-        As `_invert_widths` writes it for this span.
-    values : (4,) float64
-        Written: the functions ``span - 3`` to ``span``.
+
+@helper
+def _basis(span: _Span, u: float) -> _Four:
+    """Return the four cubic basis functions of one knot span, by the recursion of Cox and de Boor, in the span's order.
+
+    It is unrolled: this is what fitting spends its time in.
     """
-    values[0] = 1.0
-    i = 0
-    for degree in range(1, ORDER):
-        carry = 0.0
-        for r in range(degree):
-            share = values[r] * inverse[i]
-            i += 1
-            values[r] = carry + (knots[span + r + 1] - u) * share
-            carry = (u - knots[span + r + 1 - degree]) * share
-        values[degree] = carry
-
-
-@kernel(read(float64, 2), boolean)
-def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[np.float64]:
-    """Return what `dloftbs.centerline.arc_parameter` returns, faster.
-
-    Parameters
-    ----------
-    points : (n, d) float64
-        One or more.
-    closed : bool
-
-    Returns
-    -------
-    (n,) float64
-    """
-    n, dims = points.shape
-    parameter = np.zeros(n, dtype=np.float64)
-    for i in range(1, n):
-        squared = 0.0
-        for d in range(dims):
-            squared += (points[i, d] - points[i - 1, d]) ** 2
-        parameter[i] = parameter[i - 1] + np.sqrt(squared)
-    total = parameter[n - 1]
-    if closed:
-        squared = 0.0
-        for d in range(dims):
-            squared += (points[0, d] - points[n - 1, d]) ** 2
-        total += np.sqrt(squared)
-    if total > 0.0:
-        for i in range(n):
-            parameter[i] /= total
-    return parameter
+    a, b, c, d, e, f, of_line, of_left, of_right, of_first, of_middle, of_last = span
+    second, first = (u - c) * of_line, (d - u) * of_line
+    share = first * of_left
+    first, carry = (d - u) * share, (u - b) * share
+    share = second * of_right
+    second, third = carry + (e - u) * share, (u - c) * share
+    share = first * of_first
+    first, carry = (d - u) * share, (u - a) * share
+    share = second * of_middle
+    second, carry = carry + (e - u) * share, (u - b) * share
+    share = third * of_last
+    return first, second, carry + (f - u) * share, (u - c) * share
 
 
 @kernel(read(float64, 1), int64)
@@ -122,6 +82,47 @@ def open_knots(u: npt.NDArray[np.float64], k: int) -> npt.NDArray[np.float64]:
     return knots
 
 
+@helper
+def _add_up(
+    u: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    knots: npt.NDArray[np.float64],
+    band: npt.NDArray[np.float64],
+    right: npt.NDArray[np.float64],
+) -> None:
+    """Write the normal equations; the four rows that a span adds to are held in registers, and move on with it."""
+    m, dims = points.shape
+    n = len(right)
+    span, low = ORDER - 1, 0
+    around = _enter(knots, span)
+    aa = ab = ac = ad = bb = bc = bd = cc = cd = dd = 0.0
+    ax = bx = cx = dx = ay = by = cy = dy = az = bz = cz = dz = 0.0
+    for i in range(m + 1):
+        while low < n and (i >= m or (span < n - 1 and u[i] >= knots[span + 1])):
+            band[low, 0], band[low, 1], band[low, 2], band[low, 3] = aa, ab, ac, ad
+            right[low, 0], right[low, 1] = ax, ay
+            if dims > 2:
+                right[low, 2] = az
+            aa, ab, ac, ad, bb, bc, bd, cc, cd, dd = bb, bc, bd, 0.0, cc, cd, 0.0, dd, 0.0, 0.0
+            ax, bx, cx, dx, ay, by, cy, dy, az, bz, cz, dz = bx, cx, dx, 0.0, by, cy, dy, 0.0, bz, cz, dz, 0.0
+            low += 1
+            if i < m:
+                span += 1
+                around = _enter(knots, span)
+        if i >= m:
+            break
+        a, b, c, d = _basis(around, u[i])
+        x, y = points[i, 0], points[i, 1]
+        z = points[i, 2] if dims > 2 else 0.0
+        aa, ab, ac, ad = aa + a * a, ab + a * b, ac + a * c, ad + a * d
+        bb, bc, bd = bb + b * b, bc + b * c, bd + b * d
+        cc, cd, dd = cc + c * c, cd + c * d, dd + d * d
+        ax, bx, cx, dx = ax + a * x, bx + b * x, cx + c * x, dx + d * x
+        ay, by, cy, dy = ay + a * y, by + b * y, cy + c * y, dy + d * y
+        if dims > 2:
+            az, bz, cz, dz = az + a * z, bz + b * z, cz + c * z, dz + d * z
+
+
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1))
 def fit_open(
     u: npt.NDArray[np.float64], points: npt.NDArray[np.float64], knots: npt.NDArray[np.float64]
@@ -134,6 +135,7 @@ def fit_open(
     ----------
     u : (m,) float64
     points : (m, d) float64
+        In the plane or in space.
     knots : (n + 4,) float64
         Each end four times.
 
@@ -142,25 +144,10 @@ def fit_open(
     (n, d) float64
         Control points.
     """
-    m, dims = points.shape
-    n = len(knots) - ORDER
+    n, dims = len(knots) - ORDER, points.shape[1]
     band = np.zeros((n, ORDER))  # band[i, k] is the normal matrix at (i, i + k)
     right = np.zeros((n, dims))
-    values = np.empty(ORDER)
-    inverse = np.empty(ORDER * (ORDER - 1) // 2)
-    span = ORDER - 1
-    _invert_widths(knots, span, inverse)
-    for i in range(m):
-        while span < n - 1 and u[i] >= knots[span + 1]:
-            span += 1
-            _invert_widths(knots, span, inverse)
-        _evaluate_basis(knots, span, u[i], inverse, values)
-        first = span - ORDER + 1
-        for a in range(ORDER):
-            for b in range(a, ORDER):
-                band[first + a, b - a] += values[a] * values[b]
-            for d in range(dims):
-                right[first + a, d] += values[a] * points[i, d]
+    _add_up(u, points, knots, band, right)
 
     # Cholesky: the matrix is L L', with L stored by columns, L[i + k, i] = band[i, k].
     for i in range(n):
@@ -211,14 +198,13 @@ def fit_closed(
     matrix = np.zeros((n, n))
     right = np.zeros((n, dims))
     values = np.empty(ORDER)
-    inverse = np.empty(ORDER * (ORDER - 1) // 2)
     span = ORDER - 1
-    _invert_widths(knots, span, inverse)
+    around = _enter(knots, span)
     for i in range(m):
         while span < n + ORDER - 2 and u[i] >= knots[span + 1]:
             span += 1
-            _invert_widths(knots, span, inverse)
-        _evaluate_basis(knots, span, u[i], inverse, values)
+            around = _enter(knots, span)
+        values[0], values[1], values[2], values[3] = _basis(around, u[i])
         first = span - ORDER + 1
         for a in range(ORDER):
             row = (first + a) % n
@@ -271,40 +257,35 @@ def misfit(
     Parameters
     ----------
     u : (m,) float64
-    points : (m, d) float64
+    points : (m, 2) float64
     knots : (n + 4,) float64
-    control : (n, d) float64
+    control : (n, 2) float64
     window : int
 
     Returns
     -------
     float
     """
-    m, dims = points.shape
-    n = len(control)
-    values = np.empty(ORDER)
-    inverse = np.empty(ORDER * (ORDER - 1) // 2)
-    total = np.zeros(dims)
+    m, n = len(points), len(control)
+    dx, dy = 0.0, 0.0
     worst = 0.0
     count = 0
     span = ORDER - 1
-    _invert_widths(knots, span, inverse)
+    around = _enter(knots, span)
     for i in range(m):
         while span < n - 1 and u[i] >= knots[span + 1]:
             span += 1
-            _invert_widths(knots, span, inverse)
-        _evaluate_basis(knots, span, u[i], inverse, values)
-        for d in range(dims):
-            total[d] += points[i, d]
-            for a in range(ORDER):
-                total[d] -= values[a] * control[span - ORDER + 1 + a, d]
+            around = _enter(knots, span)
+        a, b, c, d = _basis(around, u[i])
+        low = span - ORDER + 1
+        dx = dx + points[i, 0] - a * control[low, 0] - b * control[low + 1, 0]
+        dx = dx - c * control[low + 2, 0] - d * control[low + 3, 0]
+        dy = dy + points[i, 1] - a * control[low, 1] - b * control[low + 1, 1]
+        dy = dy - c * control[low + 2, 1] - d * control[low + 3, 1]
         count += 1
         if count == window:
-            squared = 0.0
-            for d in range(dims):
-                squared += total[d] * total[d]
-                total[d] = 0.0
-            worst = max(worst, squared)
+            worst = max(worst, dx * dx + dy * dy)
+            dx, dy = 0.0, 0.0
             count = 0
     return np.sqrt(worst) / window
 

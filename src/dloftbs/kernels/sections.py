@@ -107,28 +107,33 @@ def lay_sections(
     return at, points, tangents, _level_radius(u, radius, at, block), length
 
 
-@kernel(read(float64, 2), read(float64, 2), read(float64, 1))
-def find_borders(points: _Floats, tangents: _Floats, radius: _Floats) -> _Floats:
-    """Return the middles of sections and both their ends.
+@kernel(read(float64, 2), read(float64, 2), read(float64, 1), float64, float64, float64, float64)
+def find_rays(
+    points: _Floats, tangents: _Floats, radius: _Floats, fx: float, fy: float, cx: float, cy: float
+) -> _Floats:
+    """Return the rays through the middles of sections and both their ends, for a pinhole camera without a lens.
 
     Parameters
     ----------
     points, tangents : (n, 2) float64
     radius : (n,) float64
+    fx, fy, cx, cy : float
+        Focal lengths and principal point, px.
 
     Returns
     -------
-    (3 n, 2) float64
-        All middles, then all left ends, then all right ends, px.
+    (3 n, 3) float64
+        All middles, then all left ends, then all right ends; z is 1.
     """
     n = len(points)
-    places = np.empty((3 * n, 2))
-    for i in range(n):
-        for side in range(3):
+    rays = np.empty((3 * n, 3))
+    for side in range(3):
+        for i in range(n):
             off = 0.0 if side == 0 else (-radius[i] if side == 1 else radius[i])
-            places[side * n + i, 0] = points[i, 0] - off * tangents[i, 1]
-            places[side * n + i, 1] = points[i, 1] + off * tangents[i, 0]
-    return places
+            rays[side * n + i, 0] = (points[i, 0] - off * tangents[i, 1] - cx) / fx
+            rays[side * n + i, 1] = (points[i, 1] + off * tangents[i, 0] - cy) / fy
+            rays[side * n + i, 2] = 1.0
+    return rays
 
 
 @kernel(
@@ -231,7 +236,7 @@ def _sort(values: _Floats, count: int) -> None:
 @kernel(read(float64, 1), read(float64, 1), read(int64, 1), read(float64, 1), float64, float64)
 def nearest_surface(
     depth_m: _Floats, across: _Floats, first: _Ints, slenderness: _Floats, low_m: float, high_m: float
-) -> tuple[_Floats, _Ints, float]:
+) -> tuple[_Floats, _Floats, float]:
     """Return for each section the depth of a round object's surface on its middle line.
 
     Each pixel's depth is led to the middle line, by how far the round surface falls back beside it. What a section's
@@ -254,7 +259,7 @@ def nearest_surface(
     -------
     surface_m : (n,) float64
         NaN where too little is known.
-    counts : (n,) int64
+    counts : (n,) float64
         Of how many pixels it is the mean.
     led : float
         How far pixels were led to the middle line, as a share of the radius, on average. That is as seen at a right
@@ -262,7 +267,7 @@ def nearest_surface(
     """
     n = len(first) - 1
     led, all_known = 0.0, 0
-    surface, counts = np.full(n, np.nan), np.zeros(n, dtype=np.int64)
+    surface, counts = np.full(n, np.nan), np.zeros(n)
     most = 1
     for i in range(n):
         most = max(most, first[i + 1] - first[i])
@@ -294,13 +299,13 @@ def nearest_surface(
         for k in range(known):
             if abs(values[k] - middle) <= reach:
                 total += values[k]
-                counts[i] += 1
+                counts[i] += 1.0
         surface[i] = total / counts[i]
     return surface, counts, led / max(all_known, 1)
 
 
 @kernel(write(float64, 1), read(float64, 1), int64)
-def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> None:
+def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
     """Strike off short stretches between a step nearer and one back, or farther and back: something else is seen there.
 
     A step is where the depth changes from one section to the next by more than a radius beyond what it does around it,
@@ -314,6 +319,11 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> None:
         As `nearest_surface` takes it.
     most : int
         Sections that a stretch has at most.
+
+    Returns
+    -------
+    int
+        The number of sections whose depth stays known.
     """
     n = len(surface_m)
     own = np.empty(n, dtype=np.int64)
@@ -323,7 +333,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> None:
             own[known] = i
             known += 1
     if known < 2 * _AROUND + 2:
-        return
+        return known
     excess, around = np.empty(known - 1), np.empty(2 * _AROUND)
     for k in range(known - 1):
         first = min(max(k - _AROUND, 0), known - 2 - 2 * _AROUND)
@@ -347,10 +357,16 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> None:
             came = -1
         else:
             came, sign = k, excess[k]
+    left = 0
+    for k in range(known):
+        left += not np.isnan(surface_m[own[k]])
+    return left
 
 
-@kernel(read(boolean, 1), boolean, int64)
-def settle(explained: npt.NDArray[np.bool_], closed: bool, least: int) -> tuple[npt.NDArray[np.bool_], _Ints]:
+@kernel(read(boolean, 1), boolean, int64, read(float64, 1))
+def settle(
+    explained: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
+) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
     """Strike off single sections that have no neighbour, and list the stretches without any.
 
     At a step from one surface to another, the wrong one passes through the smooth line by chance.
@@ -362,6 +378,8 @@ def settle(explained: npt.NDArray[np.bool_], closed: bool, least: int) -> tuple[
         Whether the last is next to the first.
     least : int
         Sections that a stretch must have to be listed.
+    line : (n,) float64
+        Something known of all sections.
 
     Returns
     -------
@@ -369,6 +387,10 @@ def settle(explained: npt.NDArray[np.bool_], closed: bool, least: int) -> tuple[
     stretches : (k, 2) int64
         The first section that is not seen, and the one after the last; in order, on a loop from the first that is seen,
         and beyond the seam counted on.
+    count, first, last : int
+        How many are seen, the first of them and the last.
+    lowest, lowest_seen : float
+        Of the line, of all sections and of those that are seen; the latter infinite where none is.
     """
     n = len(explained)
     seen = np.empty(n, dtype=np.bool_)
@@ -390,4 +412,11 @@ def settle(explained: npt.NDArray[np.bool_], closed: bool, least: int) -> tuple[
             stretches[count, 0], stretches[count, 1] = i, k
             count += 1
         i = k + 1
-    return seen, stretches[:count]
+    how_many, first, last, lowest, lowest_seen = 0, n, -1, np.inf, np.inf
+    for k in range(n):
+        lowest = min(lowest, line[k])
+        if seen[k]:
+            how_many += 1
+            first, last = min(first, k), k
+            lowest_seen = min(lowest_seen, line[k])
+    return seen, stretches[:count], how_many, first, last, lowest, lowest_seen

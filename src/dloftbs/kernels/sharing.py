@@ -74,6 +74,26 @@ def _is_odd(slots: npt.NDArray[np.int64], count: int, spur: npt.NDArray[np.bool_
     return arms % 2 == 1
 
 
+@kernel(read(int64, 1), read(boolean, 1))
+def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) -> bool:
+    """Tell whether an odd number of arms, spurs left out, meets anywhere.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+        The junction at each end, negative where there is none.
+    spur : (n,) bool
+    """
+    count = 0
+    for node in nodes:
+        count = max(count, node + 1)
+    is_odd = np.zeros(count, dtype=np.bool_)
+    for end in range(len(nodes)):
+        if nodes[end] >= 0 and not spur[end // 2]:
+            is_odd[nodes[end]] = not is_odd[nodes[end]]
+    return bool(is_odd.any())
+
+
 @kernel(
     read(int64, 1), read(boolean, 1), read(int64, 1), read(float64, 1), read(float64, 1), float64,
     read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(int64, 1),
@@ -220,19 +240,20 @@ def changed_junctions(
 
     Returns
     -------
-    sets : (2 s + 1,) int64
-        Where each set of arms starts in `slots`: before, after, before, after.
+    sets : (s + 1,) int64
+        Where each set of arms starts in `slots`; what many paths have in common is listed once, mostly.
     slots : (m,) int64
         Ends, which may stand twice.
-    path_of : (s,) int64
-        The path that each pair of sets belongs to.
+    changes : (k, 3) int64
+        For each junction on each path: the set before, the set after, and the path.
     """
     most = len(paths) * (MOST_RUNS + 1)
     sets = np.zeros(2 * most + 1, dtype=np.int64)
-    path_of = np.empty(most, dtype=np.int64)
     slots = np.empty(2 * most * _MOST_SLOTS, dtype=np.int64)
-    here = np.empty(_MOST_SLOTS, dtype=np.int64)
-    count = 0
+    changes = np.empty((most, 3), dtype=np.int64)
+    before = np.full(len(first), -1, dtype=np.int64)  # the set of each junction
+    with_one = np.full(len(nodes), -1, dtype=np.int64)  # that of its junction with one end more
+    count, found = 0, 0
     for p in range(len(paths)):
         steps = 0
         while steps < MOST_RUNS and paths[p, steps] >= 0:
@@ -240,20 +261,29 @@ def changed_junctions(
         # The first and the last junction get one arm more, those between two.
         for s in range(steps if inside[p] else steps + 1):
             node = nodes[paths[p, s]] if s < steps else nodes[paths[p, s - 1] ^ 1]
-            size = min(_slots_at(node, nodes, first, members, copies, partial, here), _MOST_SLOTS - 2)
-            at = sets[2 * count]
-            slots[at : at + size] = here[:size]
-            sets[2 * count + 1] = at + size
-            at += size
-            slots[at : at + size] = here[:size]
-            at += size
-            if s > 0:
-                slots[at] = paths[p, s - 1] ^ 1
-                at += 1
-            if s < steps:
-                slots[at] = paths[p, s]
-                at += 1
-            sets[2 * count + 2] = at
-            path_of[count] = p
+            if before[node] < 0:
+                at = sets[found]
+                here = slots[at : at + _MOST_SLOTS - 2]
+                sets[found + 1] = at + _slots_at(node, nodes, first, members, copies, partial, here)
+                before[node] = found
+                found += 1
+            only = paths[p, s - 1] ^ 1 if s == steps else (paths[p, s] if s == 0 else -1)
+            after = with_one[only] if only >= 0 else -1
+            if after < 0:
+                after, at = found, sets[found]
+                for k in range(sets[before[node]], sets[before[node] + 1]):
+                    slots[at] = slots[k]
+                    at += 1
+                if s > 0:
+                    slots[at] = paths[p, s - 1] ^ 1
+                    at += 1
+                if s < steps:
+                    slots[at] = paths[p, s]
+                    at += 1
+                sets[found + 1] = at
+                found += 1
+                if only >= 0:
+                    with_one[only] = after
+            changes[count, 0], changes[count, 1], changes[count, 2] = before[node], after, p
             count += 1
-    return sets[: 2 * count + 1].copy(), slots[: sets[2 * count]].copy(), path_of[:count].copy()
+    return sets[: found + 1].copy(), slots[: sets[found]].copy(), changes[:count].copy()

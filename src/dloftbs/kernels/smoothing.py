@@ -14,6 +14,7 @@ from numba import float64, int64
 from dloftbs.kernels._compile import helper, kernel, read
 
 _ORDER = 4
+_PAD = _ORDER - 1
 _PRICES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coefficient has
 _STIFF = 4  # the price to begin with: waves of twenty knots or more
 _STARTS, _ROUNDS = 2, 3
@@ -27,29 +28,31 @@ _Floats = npt.NDArray[np.float64]
 
 @helper
 def _factor(band: _Floats) -> None:
-    """Replace a matrix by its Cholesky factor, its diagonal inverted; band[i, k] is the entry at (i, i + k)."""
-    n = len(band)
+    """Replace a matrix by its Cholesky factor, its diagonal inverted; band[i, k] is the entry at (i, i + k).
+
+    All bands have `_PAD` rows of 0 more than the matrix, so that the loops over them have a fixed length.
+    """
+    n = len(band) - _PAD
     for i in range(n):
         scale = 1.0 / np.sqrt(band[i, 0])
         band[i, 0] = scale
-        reach = min(_ORDER, n - i)
-        for k in range(1, reach):
+        for k in range(1, _ORDER):
             band[i, k] *= scale
-        for k in range(1, reach):
-            for j in range(k, reach):
+        for k in range(1, _ORDER):
+            for j in range(k, _ORDER):
                 band[i + k, j - k] -= band[i, k] * band[i, j]
 
 
 @helper
 def _solve(factor: _Floats, right: _Floats) -> None:
     """Solve by the factor, in place."""
-    n = len(factor)
+    n = len(factor) - _PAD
     for i in range(n):
         right[i] *= factor[i, 0]
-        for k in range(1, min(_ORDER, n - i)):
+        for k in range(1, _ORDER):
             right[i + k] -= factor[i, k] * right[i]
     for i in range(n - 1, -1, -1):
-        for k in range(1, min(_ORDER, n - i)):
+        for k in range(1, _ORDER):
             right[i] -= factor[i, k] * right[i + k]
         right[i] *= factor[i, 0]
 
@@ -57,20 +60,19 @@ def _solve(factor: _Floats, right: _Floats) -> None:
 @helper
 def _trace(factor: _Floats, normal: _Floats, inverse: _Floats) -> float:
     """Return the trace of the inverse of a factored matrix times another one; only the bands are needed of both."""
-    n = len(factor)
+    n = len(factor) - _PAD
     total = 0.0
     for i in range(n - 1, -1, -1):
-        reach = min(_ORDER, n - i)
-        for j in range(reach - 1, 0, -1):
+        for j in range(min(_ORDER, n - i) - 1, 0, -1):
             value = 0.0
             for k in range(1, j):
                 value -= factor[i, k] * inverse[i + k, j - k]
-            for k in range(j, reach):
+            for k in range(j, _ORDER):
                 value -= factor[i, k] * inverse[i + j, k - j]
             inverse[i, j] = value * factor[i, 0]
             total += 2.0 * inverse[i, j] * normal[i, j]
         value = factor[i, 0]
-        for k in range(1, reach):
+        for k in range(1, _ORDER):
             value -= factor[i, k] * inverse[i, k]
         inverse[i, 0] = value * factor[i, 0]
         total += inverse[i, 0] * normal[i, 0]
@@ -97,7 +99,7 @@ def _gather(
 @helper
 def _solve_at(price: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
     """Write the coefficients for a price, and the factor of their matrix."""
-    m = len(normal)
+    m = len(normal) - _PAD
     factor[:] = normal
     for i in range(m - 2):
         factor[i, 0] += price
@@ -115,9 +117,9 @@ def _solve_at(price: float, normal: _Floats, right: _Floats, factor: _Floats, co
 def _misfit(normal: _Floats, right: _Floats, squared: float, coefficients: _Floats) -> float:
     """Return the weighted sum of the squared residuals, `squared` being that of the values themselves."""
     total = squared
-    for i in range(len(normal)):
+    for i in range(len(normal) - _PAD):
         line = 0.5 * normal[i, 0] * coefficients[i]
-        for k in range(1, min(_ORDER, len(normal) - i)):
+        for k in range(1, _ORDER):
             line += normal[i, k] * coefficients[i + k]
         total += 2.0 * coefficients[i] * (line - right[i])
     return max(total, 0.0)
@@ -171,11 +173,14 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
             known += 1
     mean /= total
     usual = total / known
+    root = np.zeros(n)
     for i in range(n):
         if prior[i] > 0.0:
             value[i] = y[i] - mean
-    normal, factor, inverse = np.empty((m, _ORDER)), np.empty((m, _ORDER)), np.zeros((m, _ORDER))
-    right, coefficients = np.empty(m), np.empty(m)
+            root[i] = np.sqrt(prior[i] / usual)
+    rows = m + _PAD
+    normal, factor, inverse = np.empty((rows, _ORDER)), np.empty((rows, _ORDER)), np.zeros((rows, _ORDER))
+    right, coefficients, best = np.zeros(rows), np.zeros(rows), np.zeros(rows)
     line, weight, misses = np.empty(n), prior.copy(), np.empty(known)
     scores = np.empty(len(_PRICES))
     price = _STIFF
@@ -198,16 +203,19 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
                     if step != 0 and not scores[p] < scores[at]:
                         break
                     at = p
+                    best[:] = coefficients
                     p += step
             price = at
-        _solve_at(_PRICES[price] * unit / m, normal, right, factor, coefficients)
+            coefficients[:] = best
+        else:
+            _solve_at(_PRICES[price] * unit / m, normal, right, factor, coefficients)
         k = 0
         for i in range(n):
             line[i] = 0.0
             for a in range(_ORDER):
                 line[i] += basis[i, a] * coefficients[cells[i] + a]
             if prior[i] > 0.0:
-                misses[k] = abs(value[i] - line[i]) * np.sqrt(prior[i] / usual)
+                misses[k] = abs(value[i] - line[i]) * root[i]
                 k += 1
         if turn == _STARTS + _ROUNDS:
             break

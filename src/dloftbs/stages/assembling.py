@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import accumulate, pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, frozen
-from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
+from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.graph import FREE, Graph, Pairing
 from dloftbs.kernels.ends import extend_end
-from dloftbs.kernels.fitting import arc_parameter
-from dloftbs.kernels.gathering import gather
+from dloftbs.kernels.lines import lay_out
 from dloftbs.patch import Patch
 
 _LEAST_WIDTHS = 1.5  # what is shorter is no cable
@@ -25,13 +26,14 @@ _MOST_HALF_TURN = 1.4  # rad
 _STEEP = 0.5  # sine of the least angle between them
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
-_MARGIN_SCALE = {JointKind.CROSSING: 0.025, JointKind.GAP: 0.25}
+_CROSSING_SCALE, _GAP_SCALE = 0.025, 0.25
+_CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # an enumeration is slow to look into
 
 
 _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or -1
 
 
-@dataclass
+@dataclass(slots=True, eq=False)
 class _Piece:
     """What a cable has of one run, or of several with but spurs between them, and the joint that leads there."""
 
@@ -43,26 +45,30 @@ class _Piece:
     @property
     def count(self) -> int:
         """How many points there are."""
-        return sum(abs(stop - start) for start, stop, _ in self.spans)
+        count = 0
+        for start, stop, step in self.spans:
+            count += (stop - start) * step
+        return count
 
 
 class _Points:
     """The points of a pairing, and those that its ends are led on by."""
 
     def __init__(self, pairing: Pairing) -> None:
-        self.points, self.radius = [pairing.points], [pairing.radius]
+        self._points, self._radius = [pairing.points], [pairing.radius]
         self._count = len(pairing.points)
 
     def add(self, points: FloatArray, radius: float) -> _Span:
-        self.points.append(points)
-        self.radius.append(np.full(len(points), radius))
+        self._points.append(points)
+        self._radius.append(np.full(len(points), radius))
         self._count += len(points)
         return self._count - len(points), self._count, 1
 
-    def gather(self, lines: list[list[_Piece]]) -> tuple[FloatArray, FloatArray]:
-        """Return points and radius of all lines, one after the other."""
-        spans = np.array([span for pieces in lines for piece in pieces for span in piece.spans], dtype=np.int64)
-        return gather(np.concatenate(self.points), np.concatenate(self.radius), spans.reshape(-1, 3))
+    def all(self) -> tuple[FloatArray, FloatArray]:
+        """Return all points, and their radius."""
+        if len(self._points) == 1:
+            return self._points[0], self._radius[0]
+        return np.concatenate(self._points), np.concatenate(self._radius)
 
 
 def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
@@ -80,39 +86,56 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
         First those with ends, then the loops.
     """
     least = _LEAST_WIDTHS * graph.width
-    degree = _degrees(pairing)
     buffer = _Points(pairing)
     lines: list[list[_Piece]] = []
     rings: list[list[_Piece]] = []
     gone: set[int] = set()
+    offsets, degree = graph.offsets.tolist(), _degrees(pairing)
+    mask = patch.posed(patch.pixels)
     for chain, is_ring in pairing.chains():
         if _is_left_over(pairing, chain, gone):
             gone |= {end // 2 for end in chain}
             continue
-        pieces = _pieces(graph, pairing, chain, degree)
-        count = sum(piece.count for piece in pieces)
+        pieces = _pieces(graph, offsets, pairing, chain, degree)
+        count = sum([piece.count for piece in pieces])
         if is_ring and count >= max(2.0 * least, _LEAST_AROUND):
             rings.append(pieces)
         elif not is_ring and count >= max(least, 2):
-            _lead_on(patch, graph, pairing, chain, pieces, buffer)
+            _lead_on(mask, graph, pairing, chain, pieces, buffer)
             lines.append(pieces)
     for start, stop in graph.loops:
         if stop - start >= max(2.0 * least, _LEAST_AROUND):
             rings.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
-    posed, radius = buffer.gather(lines + rings)
-    points = frozen(patch.to_image(posed))
-    places: list[Point] = []
-    if any(len(pieces) > 1 for pieces in lines):
-        places = [(x, y) for x, y in patch.to_image(pairing.arms[:, :2]).tolist()]
+    if not lines and not rings:
+        return []
+    return _lay_out(patch, pairing, lines, rings, buffer)
+
+
+def _lay_out(
+    patch: Patch, pairing: Pairing, lines: list[list[_Piece]], rings: list[list[_Piece]], buffer: _Points
+) -> list[Centerline]:
+    """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
+    counts = [[piece.count for piece in pieces] for pieces in lines + rings]
+    first = [0, *accumulate(map(sum, counts))]
+    spans = [number for pieces in lines + rings for piece in pieces for span in piece.spans for number in span]
+    points, radius, u, widths, arms = lay_out(
+        *buffer.all(),
+        np.array(spans).reshape(-1, 3),
+        np.array(first),
+        len(lines),
+        pairing.arms,
+        *patch.image_transform,
+    )
+    for k, pieces in enumerate(lines):
+        if len(pieces) > 1:
+            _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], pairing, pieces)
+    points, radius, u = frozen(points), frozen(radius), frozen(u)
+    places = arms.tolist() if any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
-    at = 0
-    for pieces in lines + rings:
-        counts = [piece.count for piece in pieces]
-        stop = at + sum(counts)
-        own = points[at:stop], radius[at:stop]
-        at = stop
-        if len(result) < len(lines):
-            result.append(_line(*own, counts, pairing, pieces, places))
+    for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
+        own = points[start:stop], radius[start:stop], u[start:stop], width
+        if k < len(lines):
+            result.append(_line(*own, counts[k], pairing, lines[k], places))
         else:
             result.append(_loop(*own))
     return result
@@ -120,9 +143,10 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
 
 def _degrees(pairing: Pairing) -> list[int]:
     """Return how many arms each junction has, spurs left out."""
-    degree = [0] * (max(pairing.nodes, default=0) + 1)
-    for end, node in enumerate(pairing.nodes):
-        if node >= 0 and not pairing.spurs[end // 2]:
+    nodes, spurs = pairing.nodes, pairing.spurs
+    degree = [0] * (max(nodes, default=0) + 1)
+    for end, node in enumerate(nodes):
+        if node >= 0 and not spurs[end // 2]:
             degree[node] += 1
     return degree
 
@@ -134,18 +158,24 @@ def _is_left_over(pairing: Pairing, chain: list[int], gone: set[int]) -> bool:
     return all(pairing.nodes[end] != FREE for end in (chain[0], chain[-1] ^ 1))
 
 
-def _pieces(graph: Graph, pairing: Pairing, chain: list[int], degree: list[int]) -> list[_Piece]:
+def _pieces(graph: Graph, offsets: list[int], pairing: Pairing, chain: list[int], degree: list[int]) -> list[_Piece]:
     """Cut the points of each run of a chain, and put together what only a spur divides."""
+    nodes, partner, twin, spans = pairing.nodes, pairing.partner, pairing.twin, pairing.spans
+    costs, margins, width, last = pairing.cost, pairing.margin, graph.width, len(chain) - 1
     pieces: list[_Piece] = []
     cost, margin = 0.0, math.inf
     for k, end in enumerate(chain):
+        run = end // 2
         if k > 0:
-            cost, margin = max(cost, pairing.cost[end]), min(margin, pairing.margin[end])
-        start, stop = _own_span(graph, pairing, end)
-        if stop <= start or (end // 2 in pairing.twin and pieces and stop - start < graph.width):
+            cost, margin = max(cost, costs[end]), min(margin, margins[end])
+        start, stop = spans[run]
+        if k in (0, last) or stop - start < 2:
+            start, stop = _own_span(graph, offsets, pairing, run)
+        if stop <= start or (run in twin and pieces and stop - start < width):
             continue
         span = (start, stop, 1) if end % 2 == 0 else (stop - 1, start - 1, -1)
-        if pieces and pairing.is_crossing(end) and degree[pairing.nodes[end]] == 2:
+        node = nodes[end]
+        if pieces and node >= 0 and degree[node] == 2 and nodes[partner[end]] == node:
             pieces[-1].spans.append(span)
         else:
             pieces.append(_Piece([span], end, cost, margin))
@@ -153,24 +183,29 @@ def _pieces(graph: Graph, pairing: Pairing, chain: list[int], degree: list[int])
     return pieces
 
 
-def _own_span(graph: Graph, pairing: Pairing, end: int) -> tuple[int, int]:
+def _own_span(graph: Graph, offsets: list[int], pairing: Pairing, run: int) -> tuple[int, int]:
     """Return the points of a run that a cable through it has: all up to an end that stays open."""
-    run = end // 2
     start, stop = pairing.spans[run]
     if run >= graph.runs:
         return start, stop
-    first, last = int(graph.offsets[run]), int(graph.offsets[run + 1])
-    if pairing.spurs[run] and stop - start < 2:
-        return first, last
-    open_start, open_stop = pairing.partner[2 * run] < 0, pairing.partner[2 * run + 1] < 0
-    return (first if open_start else start), (last if open_stop else stop)
+    if stop - start < 2 and pairing.spurs[run]:
+        return offsets[run], offsets[run + 1]
+    partner = pairing.partner
+    return (
+        offsets[run] if partner[2 * run] < 0 else start,
+        offsets[run + 1] if partner[2 * run + 1] < 0 else stop,
+    )
 
 
 def _lead_on(
-    patch: Patch, graph: Graph, pairing: Pairing, chain: list[int], pieces: list[_Piece], buffer: _Points
+    mask: npt.NDArray[np.uint8],
+    graph: Graph,
+    pairing: Pairing,
+    chain: list[int],
+    pieces: list[_Piece],
+    buffer: _Points,
 ) -> None:
     """Lead the free ends of a cable on to where the mask ends."""
-    mask = patch.posed(patch.pixels)
     tail = int(_TAIL_WIDTHS * graph.width) + 8
     for end, at_start in ((chain[0], True), (chain[-1] ^ 1, False)):
         spans = pieces[0].spans if at_start else pieces[-1].spans
@@ -207,7 +242,9 @@ def _lead_through(
     if run >= graph.runs or pairing.partner[end] >= 0 or graph.spurs[run]:
         return
     ahead = float(graph.through[end])
-    if ahead < _far_side(pairing, end, width) + _OUT_WIDTHS * width or ahead > _AHEAD_WIDTHS * width:
+    if not _OUT_WIDTHS * width <= ahead <= _AHEAD_WIDTHS * width:
+        return
+    if ahead < _far_side(pairing, end, width) + _OUT_WIDTHS * width:
         return
     x, y, dx, dy = pairing.arms[end, :4].tolist()
     cap = 0.5 * width if width > _CAP_PX else 0.0  # what is thinner is taken for cut off flat, as where ends are led on
@@ -229,10 +266,12 @@ def _lead_through(
 def _far_side(pairing: Pairing, end: int, width: float) -> float:
     """Return how far ahead of an arm the cables end that pass its junction; infinite where one runs along it."""
     x, y, dx, dy = pairing.arms[end, :4].tolist()
-    farthest = 0.0
-    for i, j in enumerate(pairing.partner):
-        if j > i and pairing.nodes[i] == pairing.nodes[end] == pairing.nodes[j]:
-            (ax, ay), (bx, by) = pairing.arms[[i, j], :2].tolist()
+    farthest, node = 0.0, pairing.nodes[end]
+    for i in [k for k, own in enumerate(pairing.nodes) if own == node]:
+        j = pairing.partner[i]
+        if j > i and pairing.nodes[j] == node:
+            ax, ay = pairing.arms[i, :2].tolist()
+            bx, by = pairing.arms[j, :2].tolist()
             across = math.hypot(bx - ax, by - ay)
             sine = (dx * (by - ay) - dy * (bx - ax)) / max(across, 1.0)
             if abs(sine) < _STEEP:
@@ -242,36 +281,56 @@ def _far_side(pairing: Pairing, end: int, width: float) -> float:
     return farthest
 
 
+def _lengthen_gaps(u: FloatArray, counts: list[int], pairing: Pairing, pieces: list[_Piece]) -> None:
+    """Let the parameter of a line count across its gaps what the arc there is long, in place."""
+    nodes, partner = pairing.nodes, pairing.partner
+    at, found = counts[0], False
+    for count, piece in zip(counts[1:], pieces[1:], strict=True):
+        end = piece.entered
+        if nodes[end] < 0 or nodes[partner[end]] != nodes[end]:
+            _widen(u, at, _arc_over_chord(pairing, end))
+            found = True
+        at += count
+    if found and u[-1] > 0.0:
+        u /= u[-1]
+
+
 def _line(
     points: FloatArray,
     radius: FloatArray,
+    u: FloatArray,
+    width: float,
     counts: list[int],
     pairing: Pairing,
     pieces: list[_Piece],
-    places: list[Point],
+    places: list[list[float]],
 ) -> Centerline:
-    u = arc_parameter(points, False)
-    at = 0
-    for count, piece in zip(counts, pieces, strict=True):
-        if at and not pairing.is_crossing(piece.entered):
-            _widen(u, at, _arc_over_chord(pairing, piece.entered))
+    nodes, partner, other = pairing.nodes, pairing.partner, pairing.other
+    segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
+    at = counts[0]
+    for count, piece in zip(counts[1:], pieces[1:], strict=True):
+        end = piece.entered
+        before, after = other[partner[end]], other[end]
+        is_crossing = nodes[end] >= 0 and nodes[partner[end]] == nodes[end]
+        scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
+        joints.append(
+            Joint.trusted(
+                _CROSSING if is_crossing else _GAP,
+                (u.item(at - 1), u.item(at)),
+                piece.cost,
+                piece.margin,
+                1.0 / (1.0 + math.exp(-min(piece.margin / scale, 50.0))),
+                (
+                    (places[before][0], places[before][1]) if before >= 0 else None,
+                    (places[after][0], places[after][1]) if after >= 0 else None,
+                ),
+            )
+        )
+        segments.append(Segment.cut(points, radius, at, at + count))
         at += count
-    if u[-1] > 0.0:
-        u /= u[-1]
-    u = frozen(u)
-    segments, joints = [], []
-    at = 0
-    for count, piece in zip(counts, pieces, strict=True):
-        if at:
-            span = (float(u[at - 1]), float(u[at]))
-            kind = JointKind.CROSSING if pairing.is_crossing(piece.entered) else JointKind.GAP
-            confidence = 1.0 / (1.0 + math.exp(-min(piece.margin / _MARGIN_SCALE[kind], 50.0)))
-            alternatives = _alternatives(places, pairing, piece.entered)
-            joints.append(Joint(kind, span, piece.cost, piece.margin, confidence, alternatives))
-        stop = at + count
-        segments.append(Segment.trusted(points[at:stop], radius[at:stop]))
-        at = stop
-    return Centerline.trusted(tuple(segments), tuple(joints), closed=False, points=points, u=u)
+    return Centerline.trusted(
+        tuple(segments), tuple(joints), closed=False, points=points, radius=radius, u=u, width=width
+    )
 
 
 def _arc_over_chord(pairing: Pairing, end: int) -> float:
@@ -290,11 +349,6 @@ def _widen(u: FloatArray, at: int, factor: float) -> None:
     u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
 
 
-def _alternatives(places: list[Point], pairing: Pairing, end: int) -> tuple[Point | None, Point | None]:
-    before, after = pairing.other[pairing.partner[end]], pairing.other[end]
-    return (places[before] if before >= 0 else None), (places[after] if after >= 0 else None)
-
-
-def _loop(points: FloatArray, radius: FloatArray) -> Centerline:
-    segment = Segment.trusted(points, radius)
-    return Centerline.trusted((segment,), (), closed=True, u=frozen(arc_parameter(points, True)))
+def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float) -> Centerline:
+    segment = Segment.cut(points, radius, 0, len(points))
+    return Centerline.trusted((segment,), (), closed=True, u=u, width=width)

@@ -17,7 +17,7 @@ from dloftbs.config import DepthConfig
 from dloftbs.frame import Crossing, Detection, Frame
 from dloftbs.kernels import crossing_order as order
 from dloftbs.kernels.crossing_groups import select_crossings
-from dloftbs.kernels.crossings import flatten, intersect
+from dloftbs.kernels.crossings import flatten, intersect, measure_arcs
 
 MIN_CONFIDENCE = 0.2
 """Below this share by which one explanation is better than the other, which pass is on top counts as unknown."""
@@ -69,18 +69,17 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
         return ()
     widths = np.array([detection.width for detection in detections])
     curves = [detection.curve for detection in detections]
-    closed = np.array([curve.closed for curve in curves])
-    points, u, arc, first = flatten(
+    points, u, first = flatten(
         np.concatenate([curve.knots for curve in curves]),
         np.concatenate([curve.control_points for curve in curves]),
         np.array([len(curve.control_points) for curve in curves]),
-        np.array([curve.degree for curve in curves]),
         np.maximum(_CHORD_WIDTHS * widths, _MIN_CHORD_PX),
         _MAX_CHORDS,
     )
     chords, shares = intersect(points, first)
     if not len(chords):
         return ()
+    arc, closed = measure_arcs(points, first), np.array([curve.closed for curve in curves])
     lines = _Lines(points, arc, first, closed, widths)
     pairs, places, parameters, at = select_crossings(
         points, u, arc, first, closed, widths, chords, shares, _TURN_WIDTHS, _NEAR_WIDTHS, _REACH_WIDTHS

@@ -7,12 +7,9 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.graph import UNAVAILABLE, Graph, Pairing
 from dloftbs.kernels import lanes as kernels
-from dloftbs.kernels.tracing import measure_radius
 from dloftbs.past import Past
-from dloftbs.patch import Patch
 
 _REACH_WIDTHS, _LEAST_REACH_PX = 3.0, 24
-_CHORD_REACH_PX = 4
 _LEAST_EVIDENCE = 0.1
 _UNCLEAR = 0.7  # of the evidence for crossing or touching; past that, what was seen before does not count
 _LEAST_LEAD = 0.3
@@ -21,7 +18,7 @@ _NOTHING: FloatArray = np.empty((0, 2))
 _Series = list[tuple[int, int]]
 
 
-def settle_lanes(patch: Patch, graph: Graph, pairing: Pairing, past: Past | None = None) -> None:
+def settle_lanes(graph: Graph, pairing: Pairing, past: Past | None = None) -> None:
     """Give each cable of a shared run its own side of it, and join it with what goes on there.
 
     Where that is not clear, `past` decides, what was seen before.
@@ -32,10 +29,8 @@ def settle_lanes(patch: Patch, graph: Graph, pairing: Pairing, past: Past | None
     if not pairing.twin:
         return
     # The width as it is at each pixel: smoothed, it would not show where two cables are one over the other.
-    mask, raw = patch.posed(patch.pixels), graph.radius.copy()
-    for run in sorted({pairing.original[run] for run in pairing.twin}):
-        start, stop = graph.offsets[run : run + 2].tolist()
-        raw[start:stop] = measure_radius(mask, graph.pixels[start:stop], np.array([0, stop - start]), _CHORD_REACH_PX)
+    raw = pairing.raw
+    assert raw is not None  # pairing needed it to find what is shared
     for series in _all_series(pairing):
         _settle(graph, pairing, series, raw, past)
 
@@ -99,7 +94,7 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, pa
     if leaves and past is not None and margin < _UNCLEAR and weakest >= 0:
         # What comes from the first side leaves on it, if it does not change lanes.
         stays = (last_side == first_side) != changed[-1]
-        lead = _lead(pairing, past, before, after if stays else after[::-1], graph.width)
+        lead = _lead(pairing, past, before, after if stays else after[::-1])
         if lead > _LEAST_LEAD:
             changed[weakest:] = ~changed[weakest:]
             pairing.overruled, margin = max(pairing.overruled, margin), 0.0
@@ -114,10 +109,10 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, pa
     _move(pairing, series, stretches, sign[:, None] * shift, width)
 
 
-def _lead(pairing: Pairing, past: Past, before: list[int], after: list[int], width: float) -> float:
+def _lead(pairing: Pairing, past: Past, before: list[int], after: list[int]) -> float:
     """Return by how much the past prefers that two cables leave a run the other way round."""
     rows, columns = np.array([*before, *before]), np.array([*after, *after[::-1]])
-    same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns, width).tolist()
+    same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns).tolist()
     return float(other + other_2 - same - same_2)
 
 
@@ -179,8 +174,8 @@ def _move(
     shift: FloatArray,
     width: float,
 ) -> None:
-    """Move the points of the two copies apart."""
-    points, radius = pairing.points.copy(), pairing.radius.copy()
+    """Move the points of the two copies apart, in place: where there are copies, the graph has points of its own."""
+    points, radius = pairing.points, pairing.radius
     done = 0
     for ends, stretch in zip(series, stretches, strict=True):
         by = shift[done : done + len(stretch)]
@@ -190,4 +185,3 @@ def _move(
             own = slice(start, start + len(by)) if end % 2 == 0 else slice(stop - len(by), stop)
             points[own] += sign * (by if end % 2 == 0 else by[::-1])
             radius[own] = 0.5 * width
-    pairing.points, pairing.radius = points, radius

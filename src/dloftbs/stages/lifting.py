@@ -15,7 +15,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
-from dloftbs.kernels.fitting import arc_parameter
+from dloftbs.kernels.lines import arc_parameter
 from dloftbs.kernels.smoothing import smooth
 from dloftbs.kernels.tubes import hide, lead_to_axis
 from dloftbs.patch import Patch
@@ -159,25 +159,29 @@ def _lift_one(
 ) -> Lifted | str:
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    surface, counts, led = _surface(sections, focal_px, patch, depth, config)
-    if _is_too_few(known := n - int(np.count_nonzero(np.isnan(surface))), n):
+    surface, counts, led, known = _surface(sections, focal_px, patch, depth, config)
+    if _is_too_few(known, n):
         return _too_few(known, n)
     spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
     line, explained, freedom = _smooth(1.0 / surface, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
-    seen, stretches = kernels.settle(explained, closed, max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1))
-    where = np.flatnonzero(seen)
-    if _is_too_few(len(where), n):
-        return _too_few(len(where), n)
-    beyond = max(int(where[0]), n - 1 - int(where[-1])) / (n - 1)
+    least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
+    seen, stretches, known, first, last, lowest, lowest_seen = kernels.settle(explained, closed, least, line)
+    if _is_too_few(known, n):
+        return _too_few(known, n)
+    beyond = max(first, n - 1 - last) / (n - 1)
     if not closed and beyond > MOST_LED_ON:
         return f"the last {100.0 * beyond:.0f} % of the curve have no depth, more than {100.0 * MOST_LED_ON:.0f} %"
-    if line.min() * _MOST_TIMES < line[seen].min():
+    if lowest * _MOST_TIMES < lowest_seen:
         return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
-    borders = kernels.find_borders(sections.points, sections.tangents, sections.radius)
-    rays, left, right = camera.deproject(borders, np.ones(3 * n)).reshape(3, n, 3)
-    if math.isnan(rays.sum() + left.sum() + right.sum()):
-        beyond_lens = int(np.isnan(rays + left + right).any(axis=1).sum())
-        return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
+    rays = kernels.find_rays(
+        sections.points, sections.tangents, sections.radius, camera.fx, camera.fy, camera.cx, camera.cy
+    )
+    if camera.distortion:
+        rays[:, :2] = camera.lens.undistorted(rays[:, :2])
+        beyond_lens = int(np.isnan(rays).any(axis=1).reshape(3, n).any(axis=0).sum())
+        if beyond_lens:
+            return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
+    rays, left, right = rays.reshape(3, n, 3)
     points, radius = lead_to_axis(rays, left, right, 1.0 / line, led, seen, closed)
     u = arc_parameter(points, closed)
     return Lifted(points, u, _intervals(stretches.tolist(), u, closed), radius, freedom)
@@ -185,8 +189,11 @@ def _lift_one(
 
 def _surface(
     sections: _Sections, focal_px: float, patch: Patch, depth: npt.NDArray[Any], config: LiftingConfig
-) -> tuple[FloatArray, FloatArray, float]:
-    """Return the depth of the surface in each section, NaN where there is none, and more as `nearest_surface` does."""
+) -> tuple[FloatArray, FloatArray, float, int]:
+    """Return the depth of the surface in each section, NaN where there is none, and more as `nearest_surface` does.
+
+    The last is the number of sections that have any.
+    """
     h, w = patch.size
     left, top = patch.origin
     rows, columns, across, first = kernels.choose_pixels(
@@ -202,13 +209,14 @@ def _surface(
         _LEAST_SHARE,
     )
     metres = depth[rows, columns].astype(np.float64)
-    if not np.issubdtype(depth.dtype, np.floating):
+    if depth.dtype.kind != "f":
         metres *= config.integer_unit_m
+    slenderness = sections.radius / focal_px
     surface, counts, led = kernels.nearest_surface(
-        metres, across, first, sections.radius / focal_px, float(config.min_depth_m), float(config.max_depth_m)
+        metres, across, first, slenderness, float(config.min_depth_m), float(config.max_depth_m)
     )
-    kernels.strike_steps(surface, sections.radius / focal_px, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
-    return surface, counts.astype(np.float64), led
+    known = kernels.strike_steps(surface, slenderness, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
+    return surface, counts, led, known
 
 
 def _smooth(

@@ -10,7 +10,7 @@ from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.config import GreedyLinkingConfig
 from dloftbs.kernels import linking as kernels
-from dloftbs.kernels.fitting import arc_parameter
+from dloftbs.kernels.lines import arc_parameter
 from dloftbs.kernels.tracing import are_covered
 from dloftbs.patch import Patch
 

@@ -17,6 +17,8 @@ PAST_BONUS = 0.6
 """How much less the joint costs at most that continues a curve that was seen before."""
 _CHORD_REACH_PX = 4
 _Ints = npt.NDArray[np.int64]
+_Floats = npt.NDArray[np.float64]
+_Passes = tuple[_Ints, _Ints, _Ints, _Floats]
 
 
 def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = None) -> Pairing:
@@ -36,36 +38,36 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
     Pairing
     """
     mask = patch.posed(patch.pixels)
-    copies, partial, saved, reach = _find_shared(graph, mask)
-    n = graph.runs
-    original = np.concatenate((np.arange(n), copies))
-    identity = (2 * original[:, None] + (0, 1)).ravel()
-    nodes, arms = graph.nodes[identity], graph.arms[identity]
+    passes = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
+    copies, partial, saved, reach, raw = _find_shared(graph, mask, passes)
+    original, nodes, spurs, arms, caps = np.arange(graph.runs), graph.nodes, graph.spurs, graph.arms, graph.caps
+    identity = np.arange(2 * graph.runs)
+    if len(copies):
+        original = np.concatenate((original, copies))
+        identity = (2 * original[:, None] + (0, 1)).ravel()
+        nodes, arms, caps = nodes[identity], arms[identity], caps[identity]
+        far = partial >= 0
+        nodes[2 * graph.runs + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
+        spurs = np.concatenate((spurs, np.zeros(len(copies), dtype=np.bool_)))
     points, radius, spans = _own_points(graph, copies, partial, reach)
-    far = partial >= 0
-    nodes[2 * n + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
-    spurs = np.concatenate((graph.spurs, np.zeros(len(copies), dtype=np.bool_)))
     rows, columns, costs, price = bending.pair_costs(
         nodes,
         identity,
         spurs,
-        graph.caps[identity],
+        caps,
         arms,
         graph.width,
         mask,
+        *passes,
         max_gap_widths * graph.width,
         0.0 if past is None else PAST_BONUS,
     )
-    bonus = np.zeros(len(rows)) if past is None else PAST_BONUS * past.continuity(arms, rows, columns, graph.width)
-    partner, cost, margin, other = matching.pair_ends(rows, columns, costs - bonus, price, identity)
-    overruled = 0.0
-    if bonus.any():
-        joined = partner[rows] == columns
-        cost[rows[joined]] = cost[columns[joined]] = costs[joined]
-        alone, *_ = matching.pair_ends(rows, columns, costs, price, identity)
-        overruled = _total(partner, rows, columns, costs, price) - _total(alone, rows, columns, costs, price)
+    bonus = np.zeros(len(rows))
+    if past is not None and len(rows):
+        bonus = PAST_BONUS * past.continuity(arms, rows, columns)
+    partner, cost, margin, other, overruled = matching.pair_ends(rows, columns, costs, bonus, price, identity)
     twin = {}
-    for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=n):
+    for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=graph.runs):
         twin[copy], twin[run] = run, copy
         for end in (2 * copy, 2 * copy + 1, 2 * run, 2 * run + 1):
             # Not to share the run would be another choice, too.
@@ -85,24 +87,14 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         margin.tolist(),
         other.tolist(),
         twin,
+        raw,
         overruled,
     )
 
 
-def _total(
-    partner: _Ints,
-    rows: _Ints,
-    columns: _Ints,
-    costs: npt.NDArray[np.float64],
-    price: npt.NDArray[np.float64],
-) -> float:
-    """Return what a pairing costs."""
-    return float(costs[partner[rows] == columns].sum() + price[partner < 0].sum())
-
-
 def _own_points(
     graph: Graph, copies: _Ints, partial: _Ints, reach: _Ints
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], list[tuple[int, int]]]:
+) -> tuple[_Floats, _Floats, list[tuple[int, int]]]:
     """Return points, radius and spans with those of the copies behind."""
     spans = [(start, stop) for start, stop in graph.spans.tolist()]
     if len(copies) == 0:
@@ -120,8 +112,17 @@ def _own_points(
     return np.concatenate(points), np.concatenate(radius), spans
 
 
-def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Ints, npt.NDArray[np.float64], _Ints]:
+def _find_shared(
+    graph: Graph, mask: npt.NDArray[np.uint8], passes: _Passes
+) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
     """Return the runs that two cables share.
+
+    Parameters
+    ----------
+    graph : Graph
+    mask : (H, W) uint8
+    passes
+        What `junction_costs` makes of the graph.
 
     Returns
     -------
@@ -131,49 +132,55 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Int
         What it saves that they are shared.
     reach : (2 n,) int64
         As `wide_reach` makes it.
+    raw : (m,) float64 or None
+        What that took for half the mask's width; None where no run can be shared.
     """
     copies = partial = reach = np.empty(0, dtype=np.int64)
     saved_by = np.empty(0)
-    of_arms = graph.nodes[~np.repeat(graph.spurs, 2) & (graph.nodes >= 0)]
-    if not (np.bincount(of_arms) % 2).any():
-        return copies, partial, saved_by, reach
+    if not sharing.has_odd_junction(graph.nodes, graph.spurs):
+        return copies, partial, saved_by, reach, None
     spans, width = graph.spans, graph.width
     # The width as it is at each pixel: what re-centring knows of it stops where two cables lie side by side.
     raw = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
     reach, widths = wide_reach(graph.nodes, spans, raw, width)
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    first, members, starts, costs = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, width, mask)
+    first, members, *_ = passes
     price = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_ARM)
+    nodes: list[int] | None = None
     for _ in range(_ROUNDS):
         paths, inside, path_price = sharing.list_paths(
-            graph.nodes, graph.spurs, reach, lengths, widths, width, first, members, starts, costs, copies, partial
+            graph.nodes, graph.spurs, reach, lengths, widths, width, *passes, copies, partial
         )
         if len(paths) == 0:
             break
-        sets, slots, path_of = sharing.changed_junctions(paths, inside, graph.nodes, first, members, copies, partial)
-        totals = matching.least_costs(sets, slots, graph.nodes, price, first, members, starts, costs)
-        saved = np.bincount(path_of, totals[::2] - totals[1::2], len(paths)) - path_price
-        chosen = _choose(paths, saved, graph.nodes)
+        sets, slots, changes = sharing.changed_junctions(paths, inside, graph.nodes, first, members, copies, partial)
+        totals = matching.least_costs(sets, slots, graph.nodes, price, *passes)
+        before, after, path_of = changes.T
+        saved = np.bincount(path_of, totals[before] - totals[after], len(paths)) - path_price
+        nodes = graph.nodes.tolist() if nodes is None else nodes
+        chosen = _choose(paths, saved, nodes)
         if not chosen:
             break
-        for p in chosen:
-            ends = [end for end in paths[p].tolist() if end >= 0]
-            copies = np.append(copies, [end // 2 for end in ends])
-            saved_by = np.append(saved_by, [saved[p]] * len(ends))
-            partial = np.append(partial, [-1] * (len(ends) - 1) + [ends[-1] if inside[p] else -1])
-    return copies, partial, saved_by, reach
+        more, more_partial, more_saved = [], [], []
+        for p, ends in chosen:
+            more += [end // 2 for end in ends]
+            more_saved += [saved[p]] * len(ends)
+            more_partial += [-1] * (len(ends) - 1) + [ends[-1] if inside[p] else -1]
+        copies = np.concatenate((copies, more))
+        partial = np.concatenate((partial, more_partial))
+        saved_by = np.concatenate((saved_by, more_saved))
+    return copies, partial, saved_by, reach, raw
 
 
-def _choose(paths: _Ints, saved: npt.NDArray[np.float64], nodes: _Ints) -> list[int]:
+def _choose(paths: _Ints, saved: _Floats, nodes: list[int]) -> list[tuple[int, list[int]]]:
     """Take the paths that save anything, the best first, as far as they do not touch each other's junctions."""
-    chosen: list[int] = []
+    chosen: list[tuple[int, list[int]]] = []
     touched: set[int] = set()
-    for p in np.argsort(-saved, kind="stable").tolist():
-        if saved[p] <= 0.0:
-            break
+    worth = np.flatnonzero(saved > 0.0)
+    for p in worth[np.argsort(-saved[worth], kind="stable")].tolist():
         ends = [end for end in paths[p].tolist() if end >= 0]
-        on_it = {int(nodes[e]) for end in ends for e in (end, end ^ 1) if nodes[e] >= 0}
+        on_it = {nodes[e] for end in ends for e in (end, end ^ 1) if nodes[e] >= 0}
         if not touched & on_it:
             touched |= on_it
-            chosen.append(p)
+            chosen.append((p, ends))
     return chosen
