@@ -13,6 +13,7 @@ import cProfile
 import pstats
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -21,8 +22,7 @@ import cv2
 
 import dloftbs
 from benchmarks.docs import arguments, published
-from benchmarks.scenes import cables
-from benchmarks.speed import moving
+from benchmarks.scenes import Mask, cables, swaying
 from dloftbs import Frame, Pipeline
 
 PACKAGE = Path(dloftbs.__file__).parent
@@ -66,21 +66,22 @@ def main() -> None:
 
 def profiled(count: int, frames: int) -> tuple[pstats.Stats, float]:
     """Follow cables under the profiler; return what it says, and the milliseconds of a frame without it."""
-    masks = [Frame(mask=mask) for mask in moving([cables(count, seed) for seed in range(4)], frames)]
-    process(masks)  # compiles what is not compiled yet
+    films = [list(islice(swaying(cables(count, seed)), frames // 4)) for seed in range(4)]
+    process(films)  # compiles what is not compiled yet
     since = perf_counter()
-    process(masks)
-    milliseconds = 1e3 * (perf_counter() - since) / len(masks)
+    process(films)
+    milliseconds = 1e3 * (perf_counter() - since) / sum(map(len, films))
     profile = cProfile.Profile()
-    profile.runcall(process, masks)
+    profile.runcall(process, films)
     return pstats.Stats(profile), milliseconds
 
 
-def process(frames: list[Frame]) -> None:
-    """Follow what is in the frames."""
-    pipeline = Pipeline()
-    for frame in frames:
-        pipeline.process(frame)
+def process(films: list[list[Mask]]) -> None:
+    """Follow what is in each."""
+    for masks in films:
+        pipeline = Pipeline()
+        for mask in masks:
+            pipeline.process(Frame(mask=mask))
 
 
 def kind_of(function: Function) -> str:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import cycle
+
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.sources.synthetic import draw_tube_mask, random_curve
+from dloftbs.sources.synthetic import TrackingSequence, draw_tube_mask, random_curve
 
 SIZE = (720, 1280)
 WIDTH_PX = 12.0
+_SWAY = 8
 Mask = npt.NDArray[np.uint8]
 
 
@@ -26,6 +30,28 @@ def cables(
     for _ in range(count):
         mask |= draw_tube_mask(random_curve(rng, length_px, size, min_radius_px=radius_px), width_px, size)
     return mask.astype(np.uint8) * 255
+
+
+def swaying(mask: Mask) -> Iterator[Mask]:
+    """Return a mask that moves up and down for ever, by 3 px a frame and 24 px at most."""
+    return to_and_fro([_shifted(mask, 3 * step) for step in range(-_SWAY, _SWAY + 1)])
+
+
+def _shifted(mask: Mask, by: int) -> Mask:
+    moved = np.zeros_like(mask)
+    moved[max(by, 0) : len(mask) + min(by, 0)] = mask[max(-by, 0) : len(mask) - max(by, 0)]
+    return moved
+
+
+def film(count: int, number: int = 0, frames: int = 60) -> list[Mask]:
+    """Return the masks of a sequence of shorter cables that bend and travel freely, by up to 15 px a frame."""
+    sequence = TrackingSequence("crossing", count, number, frames)
+    return [np.asarray(frame.mask).astype(np.uint8) * 255 for frame in sequence]
+
+
+def to_and_fro(masks: list[Mask]) -> Iterator[Mask]:
+    """Return masks forwards and backwards for ever."""
+    return cycle([*masks, *masks[-2:0:-1]])
 
 
 def photograph(seed: int = 0) -> Mask:

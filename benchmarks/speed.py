@@ -11,6 +11,8 @@ Run it with ``python -m benchmarks.speed [--quick] [--docs PAGE]``. The referenc
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import cycle
 
 import cv2
@@ -19,14 +21,11 @@ from skimage.morphology import skeletonize
 
 from benchmarks.docs import arguments, published
 from benchmarks.machine import machine
-from benchmarks.scenes import Mask, cables, photograph
+from benchmarks.scenes import Mask, cables, film, photograph, swaying, to_and_fro
 from benchmarks.timing import Table, interleaved
-from dloftbs import Config, Frame, HsvRange, Pipeline, SegmentationConfig
+from dloftbs import Config, Frame, FrameResult, HsvRange, Pipeline, SegmentationConfig
 from dloftbs.sources.synthetic import rgbd_artificial
 from dloftbs.stages.segmentation import HsvSegmenter
-
-MOVES = 50
-"""Frames for which a mask moves before the next one comes."""
 
 
 def main() -> None:
@@ -39,24 +38,31 @@ def main() -> None:
     with published("speed", given.docs):
         print(f"mask to curve, 1280 x 720, 12 px cables, one thread, {rounds} rounds\n")
         for count in (1, 5):
-            compare_pipeline(f"{count} cable{'s' * (count > 1)}", [cables(count, seed) for seed in range(4)], rounds)
+            masks = [cables(count, seed) for seed in range(4)]
+            swaying_ones = [partial(swaying, mask) for mask in masks]
+            compare_pipeline(f"{count} cable{'s' * (count > 1)}", masks, swaying_ones, rounds)
+        films = [film(5, number, 10 if given.quick else 60) for number in range(4)]
+        running = [partial(to_and_fro, masks) for masks in films]
+        compare_pipeline("5 cables, freely moving", [masks[0] for masks in films], running, rounds)
         compare_segmentation(rounds)
         compare_lifting(rounds)
 
 
-def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
-    """Time both methods on masks in turn, the default one by stage, too."""
+def compare_pipeline(
+    title: str, masks: Sequence[Mask], moving: Sequence[Callable[[], Iterator[Mask]]], rounds: int
+) -> None:
+    """Time both methods on masks in turn and on these in motion, the default one by stage, too."""
     pipeline, paper = Pipeline(), Pipeline(Config.paper())
     stages: dict[str, list[float]] = {}
     boxes = [crop_to_box(mask) for mask in masks]
     # Each function has its own turn, so that all see all masks.
     turns = [cycle(masks) for _ in range(3)]
-    streams = [cycle(moving(masks, rounds)) for _ in range(2)]
+    each = max(rounds // len(masks), 1)
+    ours, published_ones = (Streams([start() for start in moving], c, each) for c in (Config(), Config.paper()))
     box = cycle(boxes)
 
     def tracked() -> None:
-        result = pipeline.process(Frame(mask=next(streams[0])))
-        for stage, milliseconds in result.stage_ms.items():
+        for stage, milliseconds in ours().stage_ms.items():
             stages.setdefault(stage, []).append(milliseconds)
 
     times = interleaved(
@@ -64,7 +70,7 @@ def compare_pipeline(title: str, masks: list[Mask], rounds: int) -> None:
             "alone": lambda: pipeline.detect(Frame(mask=next(turns[0]))),
             "tracked": tracked,
             "paper": lambda: paper.detect(Frame(mask=next(turns[1]))),
-            "paper, tracked": lambda: paper.process(Frame(mask=next(streams[1]))),
+            "paper, tracked": published_ones,
             "floor": lambda: floor(next(turns[2])),
         },
         rounds,
@@ -120,11 +126,17 @@ def compare_lifting(rounds: int) -> None:
     table.end()
 
 
-def moving(masks: list[Mask], rounds: int) -> list[Mask]:
-    """Return a stream in which each mask moves for up to 50 frames, 3 px a frame, before the next one comes."""
-    # More rounds see the same stream again: what is measured does not depend on how often.
-    each = min(max(rounds // len(masks), 2), MOVES)
-    return [np.roll(mask, 3 * k, axis=0) for mask in masks for k in range(each)]
+class Streams:
+    """Masks that move, each followed by a pipeline of its own, some frames of one and then of the next."""
+
+    def __init__(self, streams: Sequence[Iterator[Mask]], config: Config, frames: int) -> None:
+        pairs = [(stream, Pipeline(config)) for stream in streams]
+        self._turns = cycle([pair for pair in pairs for _ in range(frames)])
+
+    def __call__(self) -> FrameResult:
+        """Process the next frame."""
+        stream, pipeline = next(self._turns)
+        return pipeline.process(Frame(mask=next(stream)))
 
 
 def floor(mask: Mask) -> None:

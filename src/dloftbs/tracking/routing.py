@@ -35,6 +35,7 @@ _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the
 _UNSURE = 0.15  # of the length of what is hidden between two runs
 _MOST_BENT = 3.0  # how much longer than its span what is hidden may be
 _MOSTLY = 0.8  # of a track that is seen, or it may have leapt
+_ELSEWHERE = 0.4  # of all tracks is less seen, and it is another scene
 _LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
 
 
@@ -67,11 +68,14 @@ class Routed(NamedTuple):
         The parts of detections that no track takes most of.
     parts : list of Seen
         All parts that the detections fall into at their long gaps.
+    elsewhere : bool
+        Whether hardly anything of the tracks is where they are expected, although as much is seen as of them.
     """
 
     pieces: dict[int, list[Piece]]
     left: list[Seen]
     parts: list[Seen]
+    elsewhere: bool
 
 
 def route(
@@ -107,6 +111,9 @@ def route(
     for t, way in list(ways.items()):
         if way.share < _MOSTLY and any(_may_be_all(memories[t], known.points[t], one, gate) for one in seen):
             del ways[t]  # a leap: it is somewhere else as a whole
+    length, shown = (sum(one.length for one in those) for those in ([memories[t] for t in rows], seen))
+    there = sum(ways[t].share * memories[t].length for t in ways) / length
+    elsewhere = len(ways) == len(rows) and there < _ELSEWHERE and shown > (1.0 - _ELSEWHERE) * length
     taken: dict[int, list[_Run]] = {}
     for t in sorted(ways, key=lambda t: (ways[t].price, t)):
         way = ways[t]
@@ -120,7 +127,7 @@ def route(
         whole = scene.completed(runs, memories[t])
         pieces[t] = scene.pieces(scene.grown(whole, memories[t]), memories[t], known.points[t], size)
     left = [part for p, part in enumerate(parts) if scene.share_taken(p) < 0.5]
-    return Routed(pieces, left, parts)
+    return Routed(pieces, left, parts, elsewhere)
 
 
 def _may_be_all(memory: Memory, expected: FloatArray, one: Seen, gate: float) -> bool:

@@ -185,12 +185,16 @@ class Tracker:
         memories, known = [self._memories[t] for t in rest], known.some(rest)
         shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
         rows = [k for k, memory in enumerate(memories) if self._is_routed(memory)]
+        elsewhere = False
         if doubtful and rows:
             routed = route(memories, known, rows, doubtful, dt, self._config.gate, self._size)
             left, parts = routed.left, routed.parts
             for k, pieces in routed.pieces.items():
                 shown[k] = Shown(pieces)
-        others = [k for k in range(len(rest)) if not shown[k].pieces]
+            elsewhere = routed.elsewhere and not any(partner)
+        if elsewhere:  # another scene: nothing in it is theirs
+            shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
+        others = [k for k in range(len(rest)) if not (shown[k].pieces or (elsewhere and k in rows))]
         if left and others:
             matching = bring_together([memories[k] for k in others], known.some(others), left, self._config, self._size)
             parts = [part for part in parts if not any(part is one for one in left)] + list(matching.seen)
