@@ -30,6 +30,7 @@ _HIDDEN, _STILL_HIDDEN = 1.0, 0.4  # prices of a node: of being hidden, and of s
 _TAKEN = 1.5  # price of a sample that another track has taken
 _OVERLAP = 2  # nodes that two tracks may share, where they cross
 _LEAST_NODES = 3
+_FREE = 0.5  # of a part is taken at most, or it is not left over
 _PLACES = 9
 _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the end of what is seen
 _UNSURE = 0.15  # of the length of what is hidden between two runs
@@ -122,11 +123,16 @@ def route(
         if way.share >= _LEAST_SHARE:
             taken[t] = way.runs
             scene.take(way.runs)
+    for one in [part for p, part in enumerate(parts) if part.clear and scene.share_taken(p) < _FREE]:
+        for t in [t for t in taken if ways[t].share < 1.0 or len(taken[t]) > 1]:
+            if _may_be_all(memories[t], known.points[t], one, gate):
+                scene.give_back(taken.pop(t))  # it is there as a whole, and not where its pieces seemed to be
+                break
     pieces = {}
     for t, runs in taken.items():
         whole = scene.completed(runs, memories[t])
         pieces[t] = scene.pieces(scene.grown(whole, memories[t]), memories[t], known.points[t], size)
-    left = [part for p, part in enumerate(parts) if scene.share_taken(p) < 0.5]
+    left = [part for p, part in enumerate(parts) if scene.share_taken(p) < _FREE]
     return Routed(pieces, left, parts, elsewhere)
 
 
@@ -227,6 +233,11 @@ class _Scene:
         for run in runs:
             self._taken[_between(run)] = True
             self._extra[_between(run)] = _TAKEN
+
+    def give_back(self, runs: Sequence[_Run]) -> None:
+        """Free what runs cover."""
+        for run in runs:
+            self._taken[_between(run)] = False
 
     def share_taken(self, part: int) -> float:
         """Return which share of a part is taken."""
