@@ -157,7 +157,7 @@ class Twin:
         return kernels._SWITCH if near else math.inf
 
     def _fits(self, last: tuple[int, int] | None, k: int, signed: int) -> bool:
-        """Tell whether what is hidden since a node was last seen can reach so far."""
+        """Tell whether what is hidden since a node was last seen can reach so far, and nothing is seen twice."""
         if last is None:
             return True
         a, before = last
@@ -165,9 +165,11 @@ class Twin:
         span = self.scene.samples[abs(signed) - 1] - self.scene.samples[abs(before) - 1]
         moved = span - (self.scene.nodes[k] - self.scene.nodes[a])
         slack = self.scene.slack
+        same = self.scene.part[abs(signed) - 1] == self.scene.part[abs(before) - 1] and (signed > 0) == (before > 0)
         return (
             math.hypot(*span) <= kernels._LONGER * hidden + slack
             and math.hypot(*moved) <= kernels._BENT * hidden + slack
+            and not (same and signed <= before)
         )
 
     def _least(self, k: int) -> float:
@@ -362,6 +364,14 @@ class TestHidden:
         assert hidden.tolist() in (
             [list(range(n)) for n in (6, 7, 8)] if end == 0 else [list(range(n, 31)) for n in (23, 24, 25)]
         )
+
+    def test_nothing_is_seen_twice(self):
+        """A short part between two that are hidden lies at its place once, however much is missing around it."""
+        scene = scene_of(
+            np.linspace((0, 0), (300, 0), 31), line((20, 0), (60, 0)), line((120, 0), (300, 0)), unseen=3.0
+        )
+        at, _ = scene._replace(slack=30.0).route()
+        assert (np.diff([signed for signed in at if signed]) > 0).all()
 
     def test_what_lies_too_far_on_is_not_the_rest(self):
         """Between the two there would be more than the cable has."""

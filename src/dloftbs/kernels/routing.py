@@ -197,6 +197,8 @@ def route(
                     dx -= nodes[k, 0] - nodes[a, 0]
                     dy -= nodes[k, 1] - nodes[a, 1]
                     fits &= math.sqrt(dx * dx + dy * dy) <= _BENT * hidden + slack
+                    # Nothing is seen twice.
+                    fits &= part[i] != part[j] or way * seen_as[k - 1] < 0 or way * (i - j) > 0
                 if fits:
                     value[k, c], back[k, c] = cost, -1
             value[k, c] += price[k, c]

@@ -33,7 +33,7 @@ _LEAST_NODES = 3
 _PLACES = 9
 _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the end of what is seen
 _UNSURE = 0.15  # of the length of what is hidden between two runs
-_MOST_BENT = 3.0  # how much longer than its span what is hidden may be
+_MOST_BENT = 3.0  # times its span: of what is hidden and longer, the span tells nothing
 _LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
 
 
@@ -320,10 +320,12 @@ class _Scene:
         if self._follows(run, after):
             (_, low), (high, _) = self._stretch(run)[1], self._stretch(after)[1]
             return (high - low) * self._parts[run.part].total
-        stretch = lookup(memory.shape, np.linspace(run.last, after.first, _PLACES) / self._nodes(memory))
+        # By most of their nodes: those beside what is hidden lie closer together, to be seen.
+        low, high = (r.origin + r.way * i for r, i in ((run, run.end), (after, after.start)))
+        stretch = lookup(memory.shape, np.linspace(low, high, _PLACES) / (kernels.STEPS * self._nodes(memory)))
         steps = float(np.hypot(*np.diff(stretch, axis=0).T).sum())
         spanned = math.dist(stretch[0], stretch[-1])
-        return span * min(steps / spanned, _MOST_BENT) if spanned > 0.0 else span
+        return span * steps / spanned if steps < _MOST_BENT * spanned else steps
 
     def _follows(self, run: _Run, after: _Run) -> bool:
         """Tell whether the detector, too, has one run after the other."""
