@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from builders import curve_through, detection_of, line, part, random_curve, wave
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dloftbs.centerline import Joint, JointKind
@@ -243,6 +243,17 @@ class TestTouching:
             tracks = see(tracker, *truth)
         followed(tracks, truth, 1e-6)
 
+    @pytest.mark.parametrize("corner_deg", [10.0, 30.0])
+    def test_where_they_touch_stays_where_it_is(self, corner_deg):
+        """One runs into the other and stops there; only their lengths tell where, and they do in every frame."""
+        tracker = Tracker()
+        for gap in np.linspace(60.0, 0.0, 20):
+            see(tracker, *self.cables(corner_deg, gap))
+        truth = self.cables(corner_deg, 0.0)
+        one = joined(*truth)
+        for step in range(20):
+            followed(see(tracker, one if step % 2 else one.reversed()), truth, 0.5 * WIDTH)
+
     @pytest.mark.parametrize("flip", [False, True])
     @pytest.mark.parametrize("known", [False, True])
     def test_another_one_s_end_does_not_change_the_usual_length(self, known, flip):
@@ -309,6 +320,7 @@ class TestScale:
             assert far(track.curve, truth) < 1e-6
 
 
+@settings(max_examples=60)
 @given(st.integers(0, 10**6))
 def test_order_and_direction_of_the_detections_do_not_matter(seed):
     """Crossing, cut, wrongly linked and partly hidden cables, one of them long and thin."""

@@ -282,6 +282,7 @@ class _Scene:
         self, runs: Sequence[_Run], memory: Memory, expected: FloatArray, size: tuple[int, int] | None
     ) -> list[Piece]:
         """Lay runs on their track, all together with what is hidden between them."""
+        runs = [self._as_long(runs[0], memory)] if len(runs) == 1 else runs
         between = [self._hidden(a, b, memory) for a, b in pairwise(runs)]
         lengths = [self._length(run) for run in runs]
         total = sum(lengths) + sum(between)
@@ -312,6 +313,33 @@ class _Scene:
             result.append(Piece(shown, (first, last), of))
         return result
 
+    def _as_long(self, run: _Run, memory: Memory) -> _Run:
+        """Return a run that ends where the detection goes on as long as its track: nothing else tells where that ends.
+
+        It grows no further than to what another track has taken.
+        """
+        first, last = self._bounds[run.part][:: run.way].tolist()
+        free = [run.first == 0 and run.start != first, run.last == self._nodes(memory) and run.end != last]
+        if not any(free):
+            return run
+        lacking = round((memory.length - self._length(run)) / self._step(run.part) / sum(free))
+        start = self._moved(run.part, run.start, -run.way, lacking) if free[0] else run.start
+        end = self._moved(run.part, run.end, run.way, lacking) if free[1] else run.end
+        if (end - start) * run.way <= 0:
+            return run
+        result = run._replace(start=start, end=end)
+        self._taken[_between(result)] = True
+        return result
+
+    def _moved(self, part: int, edge: int, way: int, count: int) -> int:
+        """Return the edge of a run moved by some samples, backwards where they are negative, up to what is taken."""
+        if count <= 0:
+            return edge + way * count
+        stop = self._bounds[part][1 if way > 0 else 0]
+        onward = np.arange(edge + way, stop + way, way)[:count]
+        taken = np.flatnonzero(self._taken[onward])
+        return edge + way * int(taken[0] if len(taken) else len(onward))
+
     def _hidden(self, run: _Run, after: _Run, memory: Memory) -> float:
         """Return how long what is hidden between two runs is, px: as the detector has it, or as bent as it last was."""
         span = math.dist(self._points[run.end], self._points[after.start])
@@ -325,7 +353,7 @@ class _Scene:
         stretch = lookup(memory.shape, np.linspace(low, high, _PLACES) / (kernels.STEPS * self._nodes(memory)))
         steps = float(np.hypot(*np.diff(stretch, axis=0).T).sum())
         spanned = math.dist(stretch[0], stretch[-1])
-        return span * steps / spanned if steps < _MOST_BENT * spanned else steps
+        return span * steps / spanned if steps < _MOST_BENT * spanned else max(steps, span)
 
     def _follows(self, run: _Run, after: _Run) -> bool:
         """Tell whether the detector, too, has one run after the other."""
@@ -386,7 +414,3 @@ class _Scene:
 
 def _between(run: _Run) -> slice:
     return slice(min(run.start, run.end), max(run.start, run.end) + 1)
-
-
-def _in_order(run: _Run) -> npt.NDArray[np.int64]:
-    return np.arange(run.start, run.end + run.way, run.way)
