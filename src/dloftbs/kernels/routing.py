@@ -13,7 +13,7 @@ from dloftbs.kernels._compile import helper, kernel, read, write
 STEPS = 4
 """Samples of a frame's curves from one node of the remembered one to the next."""
 
-_MOST = 64  # samples near a node that are looked at
+_MOST = 64  # samples near a node that are looked at: the cheapest
 _COS = 0.5  # of the angle between a node's heading and a sample's, at least
 _ALONG = 0.25  # of a distance along the curve counts: how far a cable has slid is known the least
 _TURNED = 1.0  # price of a right angle between the headings, by that of being out of reach
@@ -66,11 +66,12 @@ def _near(
         if abs(cosine) >= _COS:
             along = dx * heading[0] + dy * heading[1]
             squared = dx * dx + dy * dy - (1.0 - _ALONG) * along * along
-            found[count] = i + 1 if cosine > 0.0 else -(i + 1)
-            price[count] = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
-            count += 1
-            if count == _MOST:
-                break
+            cost = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
+            at = count if count < _MOST else int(np.argmax(price))
+            if count < _MOST or cost < price[at]:
+                found[at] = i + 1 if cosine > 0.0 else -(i + 1)
+                price[at] = cost
+                count = min(count + 1, _MOST)
         i += 1
     return count
 
@@ -196,6 +197,8 @@ def route(
                     dx -= nodes[k, 0] - nodes[a, 0]
                     dy -= nodes[k, 1] - nodes[a, 1]
                     fits &= math.sqrt(dx * dx + dy * dy) <= _BENT * hidden + slack
+                    # Nothing is seen twice.
+                    fits &= part[i] != part[j] or way * seen_as[k - 1] < 0 or way * (i - j) > 0
                 if fits:
                     value[k, c], back[k, c] = cost, -1
             value[k, c] += price[k, c]

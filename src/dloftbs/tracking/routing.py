@@ -34,7 +34,7 @@ _FREE = 0.5  # of a part is taken at most, or it is not left over
 _PLACES = 9
 _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the end of what is seen
 _UNSURE = 0.15  # of the length of what is hidden between two runs
-_MOST_BENT = 3.0  # how much longer than its span what is hidden may be
+_MOST_BENT = 3.0  # times its span: of what is hidden and longer, the span tells nothing
 _MOSTLY = 0.8  # of a track that is seen, or it may have leapt
 _ELSEWHERE = 0.4  # of all tracks is less seen, and it is another scene
 _LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
@@ -317,6 +317,7 @@ class _Scene:
         self, runs: Sequence[_Run], memory: Memory, expected: FloatArray, size: tuple[int, int] | None
     ) -> list[Piece]:
         """Lay runs on their track, all together with what is hidden between them."""
+        runs = [self._as_long(runs[0], memory)] if len(runs) == 1 else runs
         between = [self._hidden(a, b, memory) for a, b in pairwise(runs)]
         lengths = [self._length(run) for run in runs]
         total = sum(lengths) + sum(between)
@@ -347,6 +348,33 @@ class _Scene:
             result.append(Piece(shown, (first, last), of))
         return result
 
+    def _as_long(self, run: _Run, memory: Memory) -> _Run:
+        """Return a run that ends where the detection goes on as long as its track: nothing else tells where that ends.
+
+        It grows no further than to what another track has taken.
+        """
+        first, last = self._bounds[run.part][:: run.way].tolist()
+        free = [run.first == 0 and run.start != first, run.last == self._nodes(memory) and run.end != last]
+        if not any(free):
+            return run
+        lacking = round((memory.length - self._length(run)) / self._step(run.part) / sum(free))
+        start = self._moved(run.part, run.start, -run.way, lacking) if free[0] else run.start
+        end = self._moved(run.part, run.end, run.way, lacking) if free[1] else run.end
+        if (end - start) * run.way <= 0:
+            return run
+        result = run._replace(start=start, end=end)
+        self._taken[_between(result)] = True
+        return result
+
+    def _moved(self, part: int, edge: int, way: int, count: int) -> int:
+        """Return the edge of a run moved by some samples, backwards where they are negative, up to what is taken."""
+        if count <= 0:
+            return edge + way * count
+        stop = self._bounds[part][1 if way > 0 else 0]
+        onward = np.arange(edge + way, stop + way, way)[:count]
+        taken = np.flatnonzero(self._taken[onward])
+        return edge + way * int(taken[0] if len(taken) else len(onward))
+
     def _hidden(self, run: _Run, after: _Run, memory: Memory) -> float:
         """Return how long what is hidden between two runs is, px: as the detector has it, or as bent as it last was."""
         span = math.dist(self._points[run.end], self._points[after.start])
@@ -355,10 +383,12 @@ class _Scene:
         if self._follows(run, after):
             (_, low), (high, _) = self._stretch(run)[1], self._stretch(after)[1]
             return (high - low) * self._parts[run.part].total
-        stretch = lookup(memory.shape, np.linspace(run.last, after.first, _PLACES) / self._nodes(memory))
+        # By most of their nodes: those beside what is hidden lie closer together, to be seen.
+        low, high = (r.origin + r.way * i for r, i in ((run, run.end), (after, after.start)))
+        stretch = lookup(memory.shape, np.linspace(low, high, _PLACES) / (kernels.STEPS * self._nodes(memory)))
         steps = float(np.hypot(*np.diff(stretch, axis=0).T).sum())
         spanned = math.dist(stretch[0], stretch[-1])
-        return span * min(steps / spanned, _MOST_BENT) if spanned > 0.0 else span
+        return span * steps / spanned if steps < _MOST_BENT * spanned else max(steps, span)
 
     def _follows(self, run: _Run, after: _Run) -> bool:
         """Tell whether the detector, too, has one run after the other."""
@@ -419,7 +449,3 @@ class _Scene:
 
 def _between(run: _Run) -> slice:
     return slice(min(run.start, run.end), max(run.start, run.end) + 1)
-
-
-def _in_order(run: _Run) -> npt.NDArray[np.int64]:
-    return np.arange(run.start, run.end + run.way, run.way)
