@@ -412,6 +412,16 @@ class TestTaken:
         assert 0 not in scene.route()[0]
 
 
+@pytest.mark.parametrize("flip", [False, True])
+def test_where_samples_are_sparse_none_is_passed_over(flip):
+    """A short curve beside long ones has denser nodes than their samples are made for."""
+    curve = line((0.0, 0.0), (1000.0, 0.0))
+    scene = scene_of(np.linspace((600, 0), (630, 0), 7), curve.reversed() if flip else curve, reach=12.0, unseen=3.0)
+    at, price = scene._replace(spacing=5.0).route()
+    assert 0 not in at
+    assert price < 0.1
+
+
 def test_a_node_in_a_crowd_is_seen_at_what_fits_best():
     """More samples are near than are looked at, whichever of them come first."""
     crowd = [line((0.0, y), (300.0, y)) for y in np.linspace(-20.0, 20.0, 9) if abs(y) > 1.0]

@@ -255,6 +255,20 @@ class TestTouching:
             followed(see(tracker, one if step % 2 else one.reversed()), truth, 0.5 * WIDTH)
 
     @pytest.mark.parametrize("flip", [False, True])
+    def test_a_short_one_beside_long_ones_is_followed_from_either_side(self, flip):
+        """Its nodes are denser than the samples, which are made for the longest track."""
+        long, longest = line((0.0, 0.0), (1000.0, 0.0)), line((0.0, 500.0), (2400.0, 500.0))
+        tracker = Tracker()
+        for gap in np.linspace(60.0, 0.0, 25):
+            short = line((1003.0 + 0.7 * gap, 0.7 * gap), (1045.0 + 0.7 * gap, 42.0 + 0.7 * gap))
+            tracker.update([long, short, longest], widths=[3.0] * 3)
+        one = joined(long, short)
+        for step in range(12):
+            moved = shifted(longest, 0.0, 20.0 * (step % 2))
+            tracks = tracker.update([one.reversed() if flip else one, moved], widths=[3.0] * 2)
+            followed(tracks, [long, short, moved], 4.0)
+
+    @pytest.mark.parametrize("flip", [False, True])
     @pytest.mark.parametrize("known", [False, True])
     def test_another_one_s_end_does_not_change_the_usual_length(self, known, flip):
         start = wave()(1.0)

@@ -60,7 +60,7 @@ def _near(
         dx, dy = samples[i, 0] - x, samples[i, 1] - y
         far = math.sqrt(dx * dx + dy * dy)
         if far > reach:
-            i = min(i + max(1, int((far - reach) / step)), bounds[part[i], 1] + 1)  # samples lie a step apart
+            i = min(i + max(1, int((far - reach) / step)), bounds[part[i], 1] + 1)  # samples lie a step apart at most
             continue
         cosine = tangents[i, 0] * heading[0] + tangents[i, 1] * heading[1]
         if abs(cosine) >= _COS:
@@ -149,9 +149,15 @@ def route(
     dark_back = np.full(count, -1, dtype=np.int64)
     seen_at = np.full(count, -1, dtype=np.int64)
     seen_as = np.zeros(count, dtype=np.int64)
+    longest = step  # from sample to sample: a short curve's nodes are denser
+    for i in range(1, len(samples)):
+        if part[i] == part[i - 1]:
+            longest = max(longest, math.hypot(samples[i, 0] - samples[i - 1, 0], samples[i, 1] - samples[i - 1, 1]))
     for k in range(count):
         x, y = nodes[k, 0], nodes[k, 1]
-        size[k] = _near(x, y, headings[k], reach[k], step, samples, tangents, part, bounds, extra, found[k], price[k])
+        size[k] = _near(
+            x, y, headings[k], reach[k], longest, samples, tangents, part, bounds, extra, found[k], price[k]
+        )
     for c in range(size[0]):
         i = abs(found[0, c]) - 1
         first, last = bounds[part[i], 0], bounds[part[i], 1]
