@@ -17,6 +17,7 @@ from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
 from dloftbs.kernels.lines import arc_parameter
 from dloftbs.kernels.smoothing import smooth
+from dloftbs.kernels.surfaces import DEPTH_TYPES, find_surface, strike_steps
 from dloftbs.kernels.tubes import hide, lead_to_axis
 from dloftbs.patch import Patch
 
@@ -190,32 +191,32 @@ def _lift_one(
 def _surface(
     sections: _Sections, focal_px: float, patch: Patch, depth: npt.NDArray[Any], config: LiftingConfig
 ) -> tuple[FloatArray, FloatArray, float, int]:
-    """Return the depth of the surface in each section, NaN where there is none, and more as `nearest_surface` does.
+    """Return the depth of the surface in each section, NaN where there is none, and more as `find_surface` does.
 
     The last is the number of sections that have any.
     """
-    h, w = patch.size
-    left, top = patch.origin
-    rows, columns, across, first = kernels.choose_pixels(
+    (h, w), (left, top) = patch.size, patch.origin
+    box = depth[top : top + h, left : left + w]
+    if box.dtype not in DEPTH_TYPES:
+        box = box.astype(np.float64)
+    surface, counts, led = find_surface(
         sections.points,
         sections.tangents,
         sections.radius,
         sections.used,
         patch.pixels[1 : h + 1, 1 : w + 1],
+        box,
         left,
         top,
+        1.0 if depth.dtype.kind == "f" else config.integer_unit_m,
+        config.min_depth_m,
+        config.max_depth_m,
+        focal_px,
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
     )
-    metres = depth[rows, columns].astype(np.float64)
-    if depth.dtype.kind != "f":
-        metres *= config.integer_unit_m
-    slenderness = sections.radius / focal_px
-    surface, counts, led = kernels.nearest_surface(
-        metres, across, first, slenderness, float(config.min_depth_m), float(config.max_depth_m)
-    )
-    known = kernels.strike_steps(surface, slenderness, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
+    known = strike_steps(surface, sections.radius / focal_px, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
     return surface, counts, led, known
 
 
