@@ -75,22 +75,23 @@ def lay_sections(
     n = max(int(np.rint(length / step)), least)
     at = np.arange(n) / (n if closed else n - 1)
     points, tangents = np.empty((n, 2)), np.zeros((n, 2))
-    work, speed = np.empty(4), np.empty(2)
+    speed = np.empty(2)
     span = 3
     for i in range(n):
         while span < m - 1 and at[i] >= knots[span + 1]:
             span += 1
+        # De Boor's recursion, unrolled.
+        a, b, c = knots[span - 2], knots[span - 1], knots[span]
+        d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
+        place = at[i]
+        early, middle, late = (place - a) / (d - a), (place - b) / (e - b), (place - c) / (f - c)
+        before, after, last = (place - b) / (d - b), (place - c) / (e - c), (place - c) / (d - c)
         for axis in range(2):
-            for k in range(4):
-                work[k] = control[span - 3 + k, axis]
-            for level in range(1, 4):
-                if level == 3:  # what is left are the ends of the last step, along the tangent
-                    speed[axis] = work[3] - work[2]
-                for k in range(3, level - 1, -1):
-                    low = knots[span - 3 + k]
-                    share = (at[i] - low) / (knots[span + 1 + k - level] - low)
-                    work[k] = work[k - 1] + share * (work[k] - work[k - 1])
-            points[i, axis] = work[3]
+            p, q, r = control[span - 3, axis], control[span - 2, axis], control[span - 1, axis]
+            p, q, r = p + early * (q - p), q + middle * (r - q), r + late * (control[span, axis] - r)
+            p, q = p + before * (q - p), q + after * (r - q)
+            speed[axis] = q - p  # the ends of the last step lie along the tangent
+            points[i, axis] = p + last * (q - p)
         norm = np.hypot(speed[0], speed[1])
         if norm > 0.0:
             tangents[i, 0], tangents[i, 1] = speed[0] / norm, speed[1] / norm

@@ -15,7 +15,6 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
-from dloftbs.kernels.lines import arc_parameter
 from dloftbs.kernels.smoothing import smooth
 from dloftbs.kernels.surfaces import DEPTH_TYPES, find_surface, strike_steps
 from dloftbs.kernels.tubes import hide, lead_to_axis
@@ -183,9 +182,9 @@ def _lift_one(
         if beyond_lens:
             return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
     rays, left, right = rays.reshape(3, n, 3)
-    points, radius = lead_to_axis(rays, left, right, 1.0 / line, led, seen, closed)
-    u = arc_parameter(points, closed)
-    return Lifted(points, u, _intervals(stretches.tolist(), u, closed), radius, freedom)
+    points, u, radius = lead_to_axis(rays, left, right, line, led, seen, closed)
+    inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
+    return Lifted(points, u, inferred, radius, freedom)
 
 
 def _surface(
