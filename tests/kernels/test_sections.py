@@ -43,10 +43,10 @@ def test_crossings_do_not_show_in_the_radius(seed: int) -> None:
 
 def test_rays_lie_the_radius_to_either_side() -> None:
     points, tangents = np.array([[10.0, 20.0], [30.0, 40.0]]), np.array([[1.0, 0.0], [0.0, 1.0]])
-    expected = [[10, 20], [30, 40], [10, 17], [34, 40], [10, 23], [26, 40]]
+    expected = [[[10, 20], [30, 40]], [[10, 17], [34, 40]], [[10, 23], [26, 40]]]
     rays = find_rays(points, tangents, np.array([3.0, 4.0]), 2.0, 5.0, 7.0, -1.0)
-    np.testing.assert_allclose(rays[:, :2] * (2.0, 5.0) + (7.0, -1.0), expected)
-    assert (rays[:, 2] == 1.0).all()
+    np.testing.assert_allclose(rays[..., :2] * (2.0, 5.0) + (7.0, -1.0), expected)
+    assert (rays[..., 2] == 1.0).all()
 
 
 def literal_settle(explained: list[bool], closed: bool, least: int) -> tuple[list[bool], list[tuple[int, int]]]:

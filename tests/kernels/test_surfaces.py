@@ -75,8 +75,8 @@ def test_the_surface_agrees_with_the_literal_twin(seed: int, kind: np.dtype) -> 
     unit = 1.0 if kind.kind == "f" else 0.001
     depth = metres.astype(kind) if unit == 1.0 else np.nan_to_num(1e3 * metres.clip(0.0, 60.0)).astype(kind)
     focal = radius / SLIM
-    surface, counts, led = find_surface(
-        points, tangents, np.full(9, radius), used, mask, depth, 20, 25, unit, *LIMITS, focal, *RULES
+    inverse, counts, led, known = find_surface(
+        points, tangents, np.full(9, radius), used, mask, depth, 20, 25, unit, *LIMITS, focal, *RULES, 0
     )
     for i in range(9):
         pixels = literal_pixels(points, tangents, radius, i, mask, 20, 25) if used[i] else []
@@ -84,8 +84,9 @@ def test_the_surface_agrees_with_the_literal_twin(seed: int, kind: np.dtype) -> 
         offset = np.array([(column, row) for row, column in pixels]).reshape(-1, 2) - points[i]
         across = np.clip((offset[:, 1] * tangents[i, 0] - offset[:, 0] * tangents[i, 1]) / radius, -1.0, 1.0)
         expected = literal_surface(own, across, SLIM, *LIMITS)
-        np.testing.assert_allclose((surface[i], counts[i]), expected, atol=1e-9)
+        np.testing.assert_allclose((1.0 / inverse[i], counts[i]), expected, atol=1e-9)
     assert 0.0 <= led <= 1.0
+    assert known == np.count_nonzero(counts)
 
 
 @given(st.integers(0, 2**31))
@@ -97,7 +98,7 @@ def test_what_lies_off_the_mask_and_at_its_borders_does_not_matter(seed: int) ->
     beside = (rows - points[0, 1]) * tangents[0, 0] - (columns - points[0, 0]) * tangents[0, 1]
     other = np.where((mask == 1) & (np.abs(beside) <= reach), depth, 2.0)
     sections = points, tangents, np.full(9, radius), used, mask
-    rest = 20, 25, 1.0, *LIMITS, radius / SLIM, *RULES
+    rest = 20, 25, 1.0, *LIMITS, radius / SLIM, *RULES, 0
     for ours, theirs in zip(find_surface(*sections, depth, *rest), find_surface(*sections, other, *rest), strict=True):
         np.testing.assert_array_equal(ours, theirs)
 
@@ -105,10 +106,11 @@ def test_what_lies_off_the_mask_and_at_its_borders_does_not_matter(seed: int) ->
 @given(st.integers(0, 2**31))
 def test_a_transposed_image_gives_the_same_surface(seed: int) -> None:
     points, tangents, radius, used, mask, depth = scene(seed)
-    rest = 1.0, *LIMITS, radius / SLIM, *RULES
-    surface, counts, led = find_surface(points, tangents, np.full(9, radius), used, mask, depth, 20, 25, *rest)
+    rest = 1.0, *LIMITS, radius / SLIM, *RULES, 0
+    inverse, counts, led, known = find_surface(points, tangents, np.full(9, radius), used, mask, depth, 20, 25, *rest)
     turned = find_surface(points[:, ::-1], tangents[:, ::-1], np.full(9, radius), used, mask.T, depth.T, 25, 20, *rest)
-    np.testing.assert_allclose(turned[0], surface, atol=1e-9)
+    np.testing.assert_allclose(turned[0], inverse, atol=1e-9)
+    assert turned[3] == known
     np.testing.assert_array_equal(turned[1], counts)
     assert turned[2] == pytest.approx(led)
 
@@ -123,11 +125,11 @@ def test_noise_does_not_bring_the_surface_nearer_and_flying_pixels_not_farther()
     depth = 1.0 + SLIM * (1.0 - np.sqrt(1.0 - across**2)) + rng.normal(0.0, 0.002, size)
     flying = rng.random(size) < 0.3
     depth[flying] += rng.uniform(0.0, 0.5, flying.sum())
-    surface, _, _ = find_surface(
+    inverse, _, _, _ = find_surface(
         points, tangents, np.full(sections, radius), np.ones(sections, bool), np.ones(size, np.uint8), depth,
-        0, 0, 1.0, 0.0, 9.0, radius / SLIM, *RULES,
+        0, 0, 1.0, 0.0, 9.0, radius / SLIM, *RULES, 0,
     )  # fmt: skip
-    assert np.median(surface) == pytest.approx(1.0, abs=0.0005)
+    assert np.median(1.0 / inverse) == pytest.approx(1.0, abs=0.0005)
 
 
 class TestSteps:

@@ -113,17 +113,17 @@ def find_rays(
 
     Returns
     -------
-    (3 n, 3) float64
-        All middles, then all left ends, then all right ends; z is 1.
+    (3, n, 3) float64
+        The middles, the left ends, and the right ends; z is 1.
     """
     n = len(points)
-    rays = np.empty((3 * n, 3))
+    rays = np.empty((3, n, 3))
     for side in range(3):
         for i in range(n):
             off = 0.0 if side == 0 else (-radius[i] if side == 1 else radius[i])
-            rays[side * n + i, 0] = (points[i, 0] - off * tangents[i, 1] - cx) / fx
-            rays[side * n + i, 1] = (points[i, 1] + off * tangents[i, 0] - cy) / fy
-            rays[side * n + i, 2] = 1.0
+            rays[side, i, 0] = (points[i, 0] - off * tangents[i, 1] - cx) / fx
+            rays[side, i, 1] = (points[i, 1] + off * tangents[i, 0] - cy) / fy
+            rays[side, i, 2] = 1.0
     return rays
 
 

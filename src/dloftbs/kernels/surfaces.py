@@ -140,106 +140,6 @@ def _level(values: _Floats, known: int, slenderness: float) -> tuple[float, int]
     return total / count, count
 
 
-@kernel(
-    read(float64, 2),
-    read(float64, 2),
-    read(float64, 1),
-    read(boolean, 1),
-    read(uint8, 2),
-    (read(float32, 2), read(float64, 2), read(uint16, 2)),
-    int64,
-    int64,
-    float64,
-    float64,
-    float64,
-    float64,
-    float64,
-    float64,
-    float64,
-)
-def find_surface(
-    points: _Floats,
-    tangents: _Floats,
-    radius: _Floats,
-    used: npt.NDArray[np.bool_],
-    mask: npt.NDArray[np.uint8],
-    depth: npt.NDArray[Any],
-    left: int,
-    top: int,
-    unit_m: float,
-    low_m: float,
-    high_m: float,
-    focal_px: float,
-    share: float,
-    border: float,
-    least: float,
-) -> tuple[_Floats, _Floats, float]:
-    """Return for each section the depth of a round object's surface on its middle line.
-
-    It comes from pixels in the middle of the object, away from its borders, and inside of the mask. Each pixel's depth
-    is led to the middle line, by how far the round surface falls back beside it.
-
-    Parameters
-    ----------
-    points, tangents : (n, 2) float64
-        Where the sections are, and the way on.
-    radius : (n,) float64
-        Half the width there, px.
-    used : (n,) bool
-        Sections to look at; the others get no depth.
-    mask : (h, w) uint8
-        The mask cut out, not 0 where the object is.
-    depth : (h, w) float32, float64 or uint16
-        The depth image cut out in the same way.
-    left, top : int
-        The image's column and row of their first pixel.
-    unit_m : float
-        What a count of the depth is worth.
-    low_m, high_m : float
-        Depth outside of this range, 0 and what is not finite is missing.
-    focal_px : float
-        The radius over it, times the depth, is the radius in metres.
-    share, border, least : float
-        Pixels lie within ``share`` of the radius of the axis, and within the radius less ``border`` px, but as far as
-        ``least`` of the radius in any case.
-
-    Returns
-    -------
-    surface_m : (n,) float64
-        NaN where too little is known.
-    counts : (n,) float64
-        Of how many pixels it is the mean.
-    led : float
-        How far pixels were led to the middle line, as a share of the radius, on average. That is as seen at a right
-        angle; where the object is seen obliquely, the surface falls back by more.
-    """
-    n = len(points)
-    led, all_known = 0.0, 0
-    surface, counts = np.full(n, np.nan), np.zeros(n)
-    pixels, first = _choose_pixels(points, tangents, radius, used, mask, left, top, share, border, least)
-    metres = np.empty(len(pixels))
-    for k in range(len(pixels)):  # a loop of its own, since it waits for memory, and so for many pixels at once
-        metres[k] = depth[pixels[k, 0], pixels[k, 1]]
-    values = np.empty(_WIRES)
-    for i in range(n):
-        x, y, tx, ty = points[i, 0], points[i, 1], tangents[i, 0], tangents[i, 1]
-        around, slenderness = radius[i], radius[i] / focal_px
-        known = 0
-        for k in range(first[i], first[i + 1]):
-            z = metres[k] * unit_m
-            if z > 0.0 and low_m <= z <= high_m and np.isfinite(z):
-                offset = (pixels[k, 0] + top - y) * tx - (pixels[k, 1] + left - x) * ty
-                beside = min(abs(offset / around), _WIDEST)
-                back = 1.0 - np.sqrt(1.0 - beside * beside)
-                values[known] = z - z * slenderness * back
-                led += back
-                known += 1
-        all_known += known
-        if known > 0 and known >= _LEAST_SHARE * (first[i + 1] - first[i]):
-            surface[i], counts[i] = _level(values, known, slenderness)
-    return surface, counts, led / max(all_known, 1)
-
-
 @kernel(write(float64, 1), read(float64, 1), int64)
 def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
     """Strike off short stretches between a step nearer and one back, or farther and back: something else is seen there.
@@ -250,9 +150,9 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
     Parameters
     ----------
     surface_m : (n,) float64
-        As `nearest_surface` returns it; is set to NaN there.
+        Depth in each section, NaN where it is not known; is set to NaN there.
     slenderness : (n,) float64
-        As `nearest_surface` takes it.
+        Radius over focal length, both px: times the depth, it is the radius in metres.
     most : int
         Sections that a stretch has at most.
 
@@ -297,3 +197,110 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
     for k in range(known):
         left += not np.isnan(surface_m[own[k]])
     return left
+
+
+@kernel(
+    read(float64, 2),
+    read(float64, 2),
+    read(float64, 1),
+    read(boolean, 1),
+    read(uint8, 2),
+    (read(float32, 2), read(float64, 2), read(uint16, 2)),
+    int64,
+    int64,
+    float64,
+    float64,
+    float64,
+    float64,
+    float64,
+    float64,
+    float64,
+    int64,
+)
+def find_surface(
+    points: _Floats,
+    tangents: _Floats,
+    radius: _Floats,
+    used: npt.NDArray[np.bool_],
+    mask: npt.NDArray[np.uint8],
+    depth: npt.NDArray[Any],
+    left: int,
+    top: int,
+    unit_m: float,
+    low_m: float,
+    high_m: float,
+    focal_px: float,
+    share: float,
+    border: float,
+    least: float,
+    most: int,
+) -> tuple[_Floats, _Floats, float, int]:
+    """Return for each section 1 / depth of a round object's surface on its middle line.
+
+    It comes from pixels in the middle of the object, away from its borders, and inside of the mask. Each pixel's depth
+    is led to the middle line, by how far the round surface falls back beside it.
+
+    Parameters
+    ----------
+    points, tangents : (n, 2) float64
+        Where the sections are, and the way on.
+    radius : (n,) float64
+        Half the width there, px.
+    used : (n,) bool
+        Sections to look at; the others get no depth.
+    mask : (h, w) uint8
+        The mask cut out, not 0 where the object is.
+    depth : (h, w) float32, float64 or uint16
+        The depth image cut out in the same way.
+    left, top : int
+        The image's column and row of their first pixel.
+    unit_m : float
+        What a count of the depth is worth.
+    low_m, high_m : float
+        Depth outside of this range, 0 and what is not finite is missing.
+    focal_px : float
+        The radius over it, times the depth, is the radius in metres.
+    share, border, least : float
+        Pixels lie within ``share`` of the radius of the axis, and within the radius less ``border`` px, but as far as
+        ``least`` of the radius in any case.
+    most : int
+        As `strike_steps` takes it.
+
+    Returns
+    -------
+    inverse : (n,) float64
+        1 / m; NaN where too little is known, or something else is seen.
+    counts : (n,) float64
+        Of how many pixels it is the mean.
+    led : float
+        How far pixels were led to the middle line, as a share of the radius, on average. That is as seen at a right
+        angle; where the object is seen obliquely, the surface falls back by more.
+    known : int
+        The number of sections whose depth is known.
+    """
+    n = len(points)
+    led, all_known = 0.0, 0
+    surface, counts = np.full(n, np.nan), np.zeros(n)
+    pixels, first = _choose_pixels(points, tangents, radius, used, mask, left, top, share, border, least)
+    metres = np.empty(len(pixels))
+    for k in range(len(pixels)):  # a loop of its own, since it waits for memory, and so for many pixels at once
+        metres[k] = depth[pixels[k, 0], pixels[k, 1]]
+    values = np.empty(_WIRES)
+    for i in range(n):
+        x, y, tx, ty = points[i, 0], points[i, 1], tangents[i, 0], tangents[i, 1]
+        around, slenderness = radius[i], radius[i] / focal_px
+        known = 0
+        for k in range(first[i], first[i + 1]):
+            z = metres[k] * unit_m
+            if z > 0.0 and low_m <= z <= high_m and np.isfinite(z):
+                offset = (pixels[k, 0] + top - y) * tx - (pixels[k, 1] + left - x) * ty
+                beside = min(abs(offset / around), _WIDEST)
+                back = 1.0 - np.sqrt(1.0 - beside * beside)
+                values[known] = z - z * slenderness * back
+                led += back
+                known += 1
+        all_known += known
+        if known > 0 and known >= _LEAST_SHARE * (first[i + 1] - first[i]):
+            surface[i], counts[i] = _level(values, known, slenderness)
+    known = strike_steps(surface, radius / focal_px, most)
+    return 1.0 / surface, counts, led / max(all_known, 1), known

@@ -36,11 +36,9 @@ def _cross(a: _Floats, b: _Floats, result: _Floats) -> float:
     return float(np.sqrt(result[0] ** 2 + result[1] ** 2 + result[2] ** 2))
 
 
-@kernel(read(float64, 2), read(float64, 2), read(float64, 2), read(float64, 1), float64, read(boolean, 1), boolean)
+@kernel(read(float64, 3), read(float64, 1), float64, read(boolean, 1), boolean)
 def lead_to_axis(
-    rays: _Floats,
-    left: _Floats,
-    right: _Floats,
+    bundles: _Floats,
     inverse: _Floats,
     led: float,
     seen: npt.NDArray[np.bool_],
@@ -53,7 +51,7 @@ def lead_to_axis(
 
     Parameters
     ----------
-    rays, left, right : (n, 3) float64
+    bundles : (3, n, 3) float64
         Rays through the middle line and the two borders of sections, with z = 1; two or more, no two the same.
     inverse : (n,) float64
         1 / depth of the surface along the middle line, 1 / m.
@@ -72,6 +70,7 @@ def lead_to_axis(
         Their normalised arc length; on a loop, the way back to the first counts.
     radius_m : float
     """
+    rays, left, right = bundles[0], bundles[1], bundles[2]
     n = len(rays)
     depth_m = 1.0 / inverse
     tangent, normal = np.empty(3), np.empty(3)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,7 @@ from dloftbs.config import LiftingConfig
 from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
 from dloftbs.kernels.smoothing import smooth
-from dloftbs.kernels.surfaces import DEPTH_TYPES, find_surface, strike_steps
+from dloftbs.kernels.surfaces import DEPTH_TYPES, find_surface
 from dloftbs.kernels.tubes import hide, lead_to_axis
 from dloftbs.patch import Patch
 
@@ -43,8 +42,7 @@ MOST_LED_ON = 0.2
 _Interval = tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Lifted:
+class Lifted(NamedTuple):
     """Points on the axis of an object.
 
     Parameters
@@ -67,8 +65,7 @@ class Lifted:
     depth_freedom: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Sections:
+class _Sections(NamedTuple):
     """Where sections lie across a curve, ascending in its parameter."""
 
     u: FloatArray
@@ -159,11 +156,11 @@ def _lift_one(
 ) -> Lifted | str:
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    surface, counts, led, known = _surface(sections, focal_px, patch, depth, config)
+    inverse, counts, led, known = _surface(sections, focal_px, patch, depth, config)
     if _is_too_few(known, n):
         return _too_few(known, n)
     spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
-    line, explained, freedom = _smooth(1.0 / surface, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
+    line, explained, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
     least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
     seen, stretches, known, first, last, lowest, lowest_seen = kernels.settle(explained, closed, least, line)
     if _is_too_few(known, n):
@@ -177,12 +174,11 @@ def _lift_one(
         sections.points, sections.tangents, sections.radius, camera.fx, camera.fy, camera.cx, camera.cy
     )
     if camera.distortion:
-        rays[:, :2] = camera.lens.undistorted(rays[:, :2])
-        beyond_lens = int(np.isnan(rays).any(axis=1).reshape(3, n).any(axis=0).sum())
+        rays[:, :, :2] = camera.lens.undistorted(rays[:, :, :2])
+        beyond_lens = int(np.isnan(rays).any(axis=(0, 2)).sum())
         if beyond_lens:
             return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
-    rays, left, right = rays.reshape(3, n, 3)
-    points, u, radius = lead_to_axis(rays, left, right, line, led, seen, closed)
+    points, u, radius = lead_to_axis(rays, line, led, seen, closed)
     inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
     return Lifted(points, u, inferred, radius, freedom)
 
@@ -190,15 +186,12 @@ def _lift_one(
 def _surface(
     sections: _Sections, focal_px: float, patch: Patch, depth: npt.NDArray[Any], config: LiftingConfig
 ) -> tuple[FloatArray, FloatArray, float, int]:
-    """Return the depth of the surface in each section, NaN where there is none, and more as `find_surface` does.
-
-    The last is the number of sections that have any.
-    """
+    """Return 1 / depth of the surface in each section, and more, as `find_surface` does."""
     (h, w), (left, top) = patch.size, patch.origin
     box = depth[top : top + h, left : left + w]
     if box.dtype not in DEPTH_TYPES:
         box = box.astype(np.float64)
-    surface, counts, led = find_surface(
+    return find_surface(
         sections.points,
         sections.tangents,
         sections.radius,
@@ -214,9 +207,8 @@ def _surface(
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
+        int(_STRETCH_WIDTHS / _STEP_WIDTHS),
     )
-    known = strike_steps(surface, sections.radius / focal_px, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
-    return surface, counts, led, known
 
 
 def _smooth(
