@@ -56,7 +56,7 @@ def lead_to_axis(
     inverse : (n,) float64
         1 / depth of the surface along the middle line, 1 / m.
     led : float
-        Share of the radius by which that was brought nearer as if seen at a right angle, see `nearest_surface`.
+        Share of the radius by which that was brought nearer as if seen at a right angle, see `find_surface`.
     seen : (n,) bool
         Sections that tell the radius; one or more.
     closed : bool
