@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from dloftbs.centerline import arc_parameter
 from dloftbs.kernels.tubes import hide, lead_to_axis
 
 
@@ -34,7 +35,9 @@ def test_a_cylinder_s_axis_is_found_from_its_surface(lean: float, turn: float, r
             np.cos(tilt)[:, None] * toward + side * np.sin(tilt)[:, None] * normal
         )
         borders.append(border / border[:, 2:])
-    points, found = lead_to_axis(rays, *borders, surface[:, 2], 0.0, np.ones(len(axis), bool), False)
+    points, _, found = lead_to_axis(
+        np.stack((rays, *borders)), 1.0 / surface[:, 2], 0.0, np.ones(len(axis), bool), False
+    )
     assert found == pytest.approx(radius, rel=0.02)
     np.testing.assert_allclose(points, axis, atol=0.05 * radius)
 
@@ -44,7 +47,7 @@ def test_the_radius_is_that_of_the_sections_that_are_seen() -> None:
     rays = np.stack((x, np.zeros(21), np.ones(21)), axis=1)
     half = np.where(np.arange(21) < 15, 0.5, 0.01)
     borders = [rays + np.array([0.0, 1.0, 0.0]) * (side * half)[:, None] for side in (-1.0, 1.0)]
-    points, radius = lead_to_axis(rays, *borders, np.full(21, 1.0), 0.0, np.arange(21) >= 15, False)
+    points, _, radius = lead_to_axis(np.stack((rays, *borders)), np.full(21, 1.0), 0.0, np.arange(21) >= 15, False)
     assert radius == pytest.approx(0.01, rel=0.02)
     np.testing.assert_allclose(points[:, 2], 1.0 + radius, rtol=1e-3)
 
@@ -53,8 +56,18 @@ def test_around_a_loop_the_ends_are_neighbours() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
     rays = np.stack((0.2 * np.cos(angle), 0.2 * np.sin(angle), np.ones(40)), axis=1)
     borders = [rays * (factor, factor, 1.0) for factor in (0.95, 1.05)]
-    points, _ = lead_to_axis(rays, *borders, np.ones(40), 0.0, np.ones(40, bool), True)
+    points, u, _ = lead_to_axis(np.stack((rays, *borders)), np.ones(40), 0.0, np.ones(40, bool), True)
     np.testing.assert_allclose(points[:, 2], points[0, 2], atol=1e-9)
+    np.testing.assert_allclose(u, angle / (2.0 * np.pi), atol=1e-9)
+
+
+@given(st.integers(0, 2**31), st.integers(2, 30), st.booleans())
+def test_the_parameter_is_the_arc_length_along_the_axis(seed: int, n: int, closed: bool) -> None:
+    rng = np.random.default_rng(seed)
+    rays = np.stack((np.linspace(-0.3, 0.3, n), rng.uniform(-0.1, 0.1, n), np.ones(n)), axis=1)
+    borders = [rays + np.array([0.0, side * 0.01, 0.0]) for side in (-1.0, 1.0)]
+    points, u, _ = lead_to_axis(np.stack((rays, *borders)), rng.uniform(0.5, 2.0, n), 0.1, np.ones(n, bool), closed)
+    np.testing.assert_allclose(u, arc_parameter(points, closed), atol=1e-12)
 
 
 def line(angle: float, n: int = 81) -> np.ndarray:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import logging
 from collections.abc import Callable
+from itertools import product
 from typing import TypeVar
 
 from numba import njit, types
@@ -28,11 +29,15 @@ def write(scalar: types.Type, ndim: int, layout: str = "A") -> types.Array:
     return types.Array(scalar, ndim, layout)
 
 
-def kernel(*signature: types.Type) -> Callable[[_Function], _Function]:
-    """Compile a function for these argument types now, or load it from the cache; it releases the GIL while it runs."""
+def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Function], _Function]:
+    """Compile a function for these argument types now, or load it from the cache; it releases the GIL while it runs.
+
+    A tuple stands for each of its types.
+    """
+    signatures = list(product(*(given if isinstance(given, tuple) else (given,) for given in signature)))
 
     def decorate(function: _Function) -> _Function:
-        compiled = njit(signature, cache=True, nogil=True)(function)
+        compiled = njit(signatures, cache=True, nogil=True)(function)
         statistics = getattr(compiled, "stats", None)  # absent where compilation is turned off
         if statistics is not None and statistics.cache_misses:
             _announce()

@@ -1,24 +1,14 @@
-"""Depth along a curve in the image: sections across it, the pixels of each, and the nearest surface in each."""
+"""Sections across a curve in the image, the rays through them, and which of them are seen in the end."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64, uint8
+from numba import boolean, float64, int64
 
-from dloftbs.kernels._compile import helper, kernel, read, write
+from dloftbs.kernels._compile import helper, kernel, read
 
-_MOST_ACROSS = 2  # pixels to either side of the axis
-_ENOUGH = 15  # pixels in a section
-_WIDEST = 0.95  # of the radius: how far off the axis the round surface is still foretold
-_CROWD = 3  # one of so many of a section's pixels shows the surface, or more
-_KEEP = 3.0  # of the length of that crowd: how far from its middle depth still belongs to the surface
-_KEEP_RADII = 0.1  # and this in any case
-_AROUND = 3  # changes of depth to either side tell what is usual
-_STEP_SIGMAS = 6.0
-_MAD = 0.6745  # of a Gaussian's standard deviation
 _MOST_IN_BLOCK = 20  # points that tell a block's radius
-_LEAST_SHARE = 0.25  # of a section's pixels: so many must have depth
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
@@ -85,22 +75,23 @@ def lay_sections(
     n = max(int(np.rint(length / step)), least)
     at = np.arange(n) / (n if closed else n - 1)
     points, tangents = np.empty((n, 2)), np.zeros((n, 2))
-    work, speed = np.empty(4), np.empty(2)
+    speed = np.empty(2)
     span = 3
     for i in range(n):
         while span < m - 1 and at[i] >= knots[span + 1]:
             span += 1
+        # De Boor's recursion, unrolled.
+        a, b, c = knots[span - 2], knots[span - 1], knots[span]
+        d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
+        place = at[i]
+        early, middle, late = (place - a) / (d - a), (place - b) / (e - b), (place - c) / (f - c)
+        before, after, last = (place - b) / (d - b), (place - c) / (e - c), (place - c) / (d - c)
         for axis in range(2):
-            for k in range(4):
-                work[k] = control[span - 3 + k, axis]
-            for level in range(1, 4):
-                if level == 3:  # what is left are the ends of the last step, along the tangent
-                    speed[axis] = work[3] - work[2]
-                for k in range(3, level - 1, -1):
-                    low = knots[span - 3 + k]
-                    share = (at[i] - low) / (knots[span + 1 + k - level] - low)
-                    work[k] = work[k - 1] + share * (work[k] - work[k - 1])
-            points[i, axis] = work[3]
+            p, q, r = control[span - 3, axis], control[span - 2, axis], control[span - 1, axis]
+            p, q, r = p + early * (q - p), q + middle * (r - q), r + late * (control[span, axis] - r)
+            p, q = p + before * (q - p), q + after * (r - q)
+            speed[axis] = q - p  # the ends of the last step lie along the tangent
+            points[i, axis] = p + last * (q - p)
         norm = np.hypot(speed[0], speed[1])
         if norm > 0.0:
             tangents[i, 0], tangents[i, 1] = speed[0] / norm, speed[1] / norm
@@ -122,245 +113,18 @@ def find_rays(
 
     Returns
     -------
-    (3 n, 3) float64
-        All middles, then all left ends, then all right ends; z is 1.
+    (3, n, 3) float64
+        The middles, the left ends, and the right ends; z is 1.
     """
     n = len(points)
-    rays = np.empty((3 * n, 3))
+    rays = np.empty((3, n, 3))
     for side in range(3):
         for i in range(n):
             off = 0.0 if side == 0 else (-radius[i] if side == 1 else radius[i])
-            rays[side * n + i, 0] = (points[i, 0] - off * tangents[i, 1] - cx) / fx
-            rays[side * n + i, 1] = (points[i, 1] + off * tangents[i, 0] - cy) / fy
-            rays[side * n + i, 2] = 1.0
+            rays[side, i, 0] = (points[i, 0] - off * tangents[i, 1] - cx) / fx
+            rays[side, i, 1] = (points[i, 1] + off * tangents[i, 0] - cy) / fy
+            rays[side, i, 2] = 1.0
     return rays
-
-
-@kernel(
-    read(float64, 2),
-    read(float64, 2),
-    read(float64, 1),
-    read(boolean, 1),
-    read(uint8, 2),
-    int64,
-    int64,
-    float64,
-    float64,
-    float64,
-)
-def choose_pixels(
-    points: _Floats,
-    tangents: _Floats,
-    radius: _Floats,
-    used: npt.NDArray[np.bool_],
-    mask: npt.NDArray[np.uint8],
-    left: int,
-    top: int,
-    share: float,
-    border: float,
-    least: float,
-) -> tuple[_Ints, _Ints, _Floats, _Ints]:
-    """Choose the pixels of sections: the middle of the object, away from its borders, and inside of the mask.
-
-    Parameters
-    ----------
-    points, tangents : (n, 2) float64
-        Where the sections are, and the way on.
-    radius : (n,) float64
-        Half the width there, px.
-    used : (n,) bool
-        Sections to look at; the others get no pixels.
-    mask : (h, w) uint8
-        The mask cut out, not 0 where the object is.
-    left, top : int
-        The image's column and row of its first pixel.
-    share, border, least : float
-        Pixels lie within ``share`` of the radius of the axis, and within the radius less ``border`` px, but as far as
-        ``least`` of the radius in any case.
-
-    Returns
-    -------
-    rows, columns : (k,) int64
-        In the image.
-    across : (k,) float64
-        How far off the axis each lies, in radii, -1 to 1.
-    first : (n + 1,) int64
-        Where each section starts in these, and the end.
-    """
-    n = len(points)
-    most = n * (_ENOUGH + 2 * _MOST_ACROSS + 1)
-    rows, columns = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    across = np.empty(most)
-    first = np.zeros(n + 1, dtype=np.int64)
-    count = 0
-    for i in range(n):
-        first[i] = count
-        if not used[i]:
-            continue
-        a, b = max(i - 1, 0), min(i + 1, n - 1)
-        spacing = np.hypot(points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]) / max(b - a, 1)
-        half = max(min(share * radius[i], radius[i] - border), least * radius[i])
-        side = min(int(half), _MOST_ACROSS)
-        lines = min(max(int(np.rint(spacing)), 1), _ENOUGH // (2 * side + 1))
-        stride = half / _MOST_ACROSS if half > _MOST_ACROSS + 1.0 else 1.0
-        tx, ty = tangents[i, 0], tangents[i, 1]
-        for j in range(lines):
-            along = spacing * ((j + 0.5) / lines - 0.5)
-            for k in range(-side, side + 1):
-                x = points[i, 0] + along * tx - k * stride * ty
-                y = points[i, 1] + along * ty + k * stride * tx
-                column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
-                c, r = column - left, row - top
-                if c < 0 or r < 0 or c >= mask.shape[1] or r >= mask.shape[0] or mask[r, c] == 0:
-                    continue
-                offset = (row - points[i, 1]) * tx - (column - points[i, 0]) * ty
-                rows[count], columns[count] = row, column
-                across[count] = min(max(offset / radius[i], -1.0), 1.0)
-                count += 1
-    first[n] = count
-    return rows[:count], columns[:count], across[:count], first
-
-
-@helper
-def _sort(values: _Floats, count: int) -> None:
-    """Sort the first few values, in place."""
-    for i in range(1, count):
-        value = values[i]
-        k = i
-        while k > 0 and values[k - 1] > value:
-            values[k] = values[k - 1]
-            k -= 1
-        values[k] = value
-
-
-@kernel(read(float64, 1), read(float64, 1), read(int64, 1), read(float64, 1), float64, float64)
-def nearest_surface(
-    depth_m: _Floats, across: _Floats, first: _Ints, slenderness: _Floats, low_m: float, high_m: float
-) -> tuple[_Floats, _Floats, float]:
-    """Return for each section the depth of a round object's surface on its middle line.
-
-    Each pixel's depth is led to the middle line, by how far the round surface falls back beside it. What a section's
-    depths crowd around is the surface: the shortest interval that holds more than a third of them, the nearer of two.
-    What flies between the surface and what is behind it, or belongs to something else, is thinly spread, and is left
-    out of the mean, which noise then does not bias.
-
-    Parameters
-    ----------
-    depth_m : (k,) float64
-        Depth of the pixels, as `choose_pixels` chose them.
-    across : (k,) float64
-    first : (n + 1,) int64
-    slenderness : (n,) float64
-        Radius over focal length, both px: times the depth, it is the radius in metres.
-    low_m, high_m : float
-        Depth outside of this range, 0 and what is not finite is missing.
-
-    Returns
-    -------
-    surface_m : (n,) float64
-        NaN where too little is known.
-    counts : (n,) float64
-        Of how many pixels it is the mean.
-    led : float
-        How far pixels were led to the middle line, as a share of the radius, on average. That is as seen at a right
-        angle; where the object is seen obliquely, the surface falls back by more.
-    """
-    n = len(first) - 1
-    led, all_known = 0.0, 0
-    surface, counts = np.full(n, np.nan), np.zeros(n)
-    most = 1
-    for i in range(n):
-        most = max(most, first[i + 1] - first[i])
-    values = np.empty(most)
-    for i in range(n):
-        known = 0
-        for k in range(first[i], first[i + 1]):
-            z = depth_m[k]
-            if z > 0.0 and low_m <= z <= high_m and np.isfinite(z):
-                beside = min(abs(across[k]), _WIDEST)
-                back = 1.0 - np.sqrt(1.0 - beside * beside)
-                values[known] = z - z * slenderness[i] * back
-                led += back
-                known += 1
-        all_known += known
-        if known == 0 or known < _LEAST_SHARE * (first[i + 1] - first[i]):
-            continue
-        _sort(values, known)
-        crowd = known // _CROWD + 1
-        start = 0
-        for k in range(1, known - crowd + 1):
-            if values[k + crowd - 1] - values[k] < values[start + crowd - 1] - values[start]:
-                start = k
-        middle = 0.0
-        for k in range(start, start + crowd):
-            middle += values[k] / crowd
-        reach = _KEEP * (values[start + crowd - 1] - values[start]) + _KEEP_RADII * slenderness[i] * middle
-        total = 0.0
-        for k in range(known):
-            if abs(values[k] - middle) <= reach:
-                total += values[k]
-                counts[i] += 1.0
-        surface[i] = total / counts[i]
-    return surface, counts, led / max(all_known, 1)
-
-
-@kernel(write(float64, 1), read(float64, 1), int64)
-def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
-    """Strike off short stretches between a step nearer and one back, or farther and back: something else is seen there.
-
-    A step is where the depth changes from one section to the next by more than a radius beyond what it does around it,
-    and by more than noise does. What is only steep changes alike for several sections.
-
-    Parameters
-    ----------
-    surface_m : (n,) float64
-        As `nearest_surface` returns it; is set to NaN there.
-    slenderness : (n,) float64
-        As `nearest_surface` takes it.
-    most : int
-        Sections that a stretch has at most.
-
-    Returns
-    -------
-    int
-        The number of sections whose depth stays known.
-    """
-    n = len(surface_m)
-    own = np.empty(n, dtype=np.int64)
-    known = 0
-    for i in range(n):
-        if not np.isnan(surface_m[i]):
-            own[known] = i
-            known += 1
-    if known < 2 * _AROUND + 2:
-        return known
-    excess, around = np.empty(known - 1), np.empty(2 * _AROUND)
-    for k in range(known - 1):
-        first = min(max(k - _AROUND, 0), known - 2 - 2 * _AROUND)
-        count = 0
-        for other in range(first, first + 2 * _AROUND + 1):
-            if other != k:
-                around[count] = surface_m[own[other + 1]] - surface_m[own[other]]
-                count += 1
-        _sort(around, count)
-        usual = 0.5 * (around[_AROUND - 1] + around[_AROUND])
-        excess[k] = surface_m[own[k + 1]] - surface_m[own[k]] - usual
-    noise = np.median(np.abs(excess)) / _MAD
-    came, sign = -1, 0.0
-    for k in range(known - 1):
-        radius = slenderness[own[k]] * min(surface_m[own[k]], surface_m[own[k + 1]])
-        if abs(excess[k]) <= max(radius, _STEP_SIGMAS * noise):
-            continue
-        if came >= 0 and excess[k] * sign < 0.0 and k - came <= most:
-            for other in range(came + 1, k + 1):
-                surface_m[own[other]] = np.nan
-            came = -1
-        else:
-            came, sign = k, excess[k]
-    left = 0
-    for k in range(known):
-        left += not np.isnan(surface_m[own[k]])
-    return left
 
 
 @kernel(read(boolean, 1), boolean, int64, read(float64, 1))

@@ -83,17 +83,25 @@ def _trace(factor: _Floats, normal: _Floats, inverse: _Floats) -> float:
 def _gather(
     cells: npt.NDArray[np.int64], basis: _Floats, y: _Floats, weight: _Floats, normal: _Floats, right: _Floats
 ) -> None:
-    """Write the normal equations."""
-    normal[:] = 0.0
-    right[:] = 0.0
-    for i in range(len(y)):
-        if weight[i] > 0.0:
-            cell = cells[i]
-            for a in range(_ORDER):
-                share = weight[i] * basis[i, a]
-                right[cell + a] += share * y[i]
-                for b in range(a, _ORDER):
-                    normal[cell + a, b - a] += share * basis[i, b]
+    """Write the normal equations; the four rows that a cell adds to are held in registers, and move on with it."""
+    n = len(y)
+    aa = ab = ac = ad = bb = bc = bd = cc = cd = dd = 0.0
+    ay = by = cy = dy = 0.0
+    low = 0
+    for i in range(n + 1):
+        while low < len(right) and (i == n or low < cells[i]):
+            normal[low, 0], normal[low, 1], normal[low, 2], normal[low, 3], right[low] = aa, ab, ac, ad, ay
+            aa, ab, ac, ad, bb, bc, bd, cc, cd, dd = bb, bc, bd, 0.0, cc, cd, 0.0, dd, 0.0, 0.0
+            ay, by, cy, dy = by, cy, dy, 0.0
+            low += 1
+        if i == n or not weight[i] > 0.0:
+            continue
+        a, b, c, d = basis[i, 0], basis[i, 1], basis[i, 2], basis[i, 3]
+        wa, wb, wc, wd = weight[i] * a, weight[i] * b, weight[i] * c, weight[i] * d
+        ay, by, cy, dy = ay + wa * y[i], by + wb * y[i], cy + wc * y[i], dy + wd * y[i]
+        aa, ab, ac, ad = aa + wa * a, ab + wa * b, ac + wa * c, ad + wa * d
+        bb, bc, bd = bb + wb * b, bc + wb * c, bd + wb * d
+        cc, cd, dd = cc + wc * c, cd + wc * d, dd + wd * d
 
 
 @helper

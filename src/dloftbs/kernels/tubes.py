@@ -36,16 +36,14 @@ def _cross(a: _Floats, b: _Floats, result: _Floats) -> float:
     return float(np.sqrt(result[0] ** 2 + result[1] ** 2 + result[2] ** 2))
 
 
-@kernel(read(float64, 2), read(float64, 2), read(float64, 2), read(float64, 1), float64, read(boolean, 1), boolean)
+@kernel(read(float64, 3), read(float64, 1), float64, read(boolean, 1), boolean)
 def lead_to_axis(
-    rays: _Floats,
-    left: _Floats,
-    right: _Floats,
-    depth_m: _Floats,
+    bundles: _Floats,
+    inverse: _Floats,
     led: float,
     seen: npt.NDArray[np.bool_],
     closed: bool,
-) -> tuple[_Floats, float]:
+) -> tuple[_Floats, _Floats, float]:
     """Lead the middle line of a round object's surface on to the axis: away from the camera, along each ray.
 
     A ray that meets the axis under the angle ``a`` meets the surface ``radius / sin(a)`` before it. The radius is the
@@ -53,12 +51,12 @@ def lead_to_axis(
 
     Parameters
     ----------
-    rays, left, right : (n, 3) float64
+    bundles : (3, n, 3) float64
         Rays through the middle line and the two borders of sections, with z = 1; two or more, no two the same.
-    depth_m : (n,) float64
-        Of the surface along the middle line.
+    inverse : (n,) float64
+        1 / depth of the surface along the middle line, 1 / m.
     led : float
-        Share of the radius by which that was brought nearer as if seen at a right angle, see `nearest_surface`.
+        Share of the radius by which that was brought nearer as if seen at a right angle, see `find_surface`.
     seen : (n,) bool
         Sections that tell the radius; one or more.
     closed : bool
@@ -68,9 +66,13 @@ def lead_to_axis(
     -------
     points_m : (n, 3) float64
         On the axis.
+    u : (n,) float64
+        Their normalised arc length; on a loop, the way back to the first counts.
     radius_m : float
     """
+    rays, left, right = bundles[0], bundles[1], bundles[2]
     n = len(rays)
+    depth_m = 1.0 / inverse
     tangent, normal = np.empty(3), np.empty(3)
     sines = np.empty(n)
     radii = np.empty(n)
@@ -97,7 +99,20 @@ def lead_to_axis(
         depth = depth_m[i] + radius * (1.0 / sines[i] - led * (1.0 / sines[i] - 1.0)) / length
         for axis in range(3):
             points[i, axis] = rays[i, axis] * depth
-    return points, radius
+    u = np.empty(n)
+    total = 0.0
+    for i in range(n + closed):
+        if i > 0:
+            squared = 0.0
+            for axis in range(3):
+                squared += (points[i % n, axis] - points[i - 1, axis]) ** 2
+            total += np.sqrt(squared)
+        if i < n:
+            u[i] = total
+    if total > 0.0:
+        for i in range(n):
+            u[i] /= total
+    return points, u, radius
 
 
 @helper

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +14,8 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
-from dloftbs.kernels.lines import arc_parameter
 from dloftbs.kernels.smoothing import smooth
+from dloftbs.kernels.surfaces import DEPTH_TYPES, find_surface
 from dloftbs.kernels.tubes import hide, lead_to_axis
 from dloftbs.patch import Patch
 
@@ -43,8 +42,7 @@ MOST_LED_ON = 0.2
 _Interval = tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Lifted:
+class Lifted(NamedTuple):
     """Points on the axis of an object.
 
     Parameters
@@ -67,8 +65,7 @@ class Lifted:
     depth_freedom: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Sections:
+class _Sections(NamedTuple):
     """Where sections lie across a curve, ascending in its parameter."""
 
     u: FloatArray
@@ -159,11 +156,11 @@ def _lift_one(
 ) -> Lifted | str:
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    surface, counts, led, known = _surface(sections, focal_px, patch, depth, config)
+    inverse, counts, led, known = _surface(sections, focal_px, patch, depth, config)
     if _is_too_few(known, n):
         return _too_few(known, n)
     spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
-    line, explained, freedom = _smooth(1.0 / surface, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
+    line, explained, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
     least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
     seen, stretches, known, first, last, lowest, lowest_seen = kernels.settle(explained, closed, least, line)
     if _is_too_few(known, n):
@@ -177,46 +174,41 @@ def _lift_one(
         sections.points, sections.tangents, sections.radius, camera.fx, camera.fy, camera.cx, camera.cy
     )
     if camera.distortion:
-        rays[:, :2] = camera.lens.undistorted(rays[:, :2])
-        beyond_lens = int(np.isnan(rays).any(axis=1).reshape(3, n).any(axis=0).sum())
+        rays[:, :, :2] = camera.lens.undistorted(rays[:, :, :2])
+        beyond_lens = int(np.isnan(rays).any(axis=(0, 2)).sum())
         if beyond_lens:
             return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
-    rays, left, right = rays.reshape(3, n, 3)
-    points, radius = lead_to_axis(rays, left, right, 1.0 / line, led, seen, closed)
-    u = arc_parameter(points, closed)
-    return Lifted(points, u, _intervals(stretches.tolist(), u, closed), radius, freedom)
+    points, u, radius = lead_to_axis(rays, line, led, seen, closed)
+    inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
+    return Lifted(points, u, inferred, radius, freedom)
 
 
 def _surface(
     sections: _Sections, focal_px: float, patch: Patch, depth: npt.NDArray[Any], config: LiftingConfig
 ) -> tuple[FloatArray, FloatArray, float, int]:
-    """Return the depth of the surface in each section, NaN where there is none, and more as `nearest_surface` does.
-
-    The last is the number of sections that have any.
-    """
-    h, w = patch.size
-    left, top = patch.origin
-    rows, columns, across, first = kernels.choose_pixels(
+    """Return 1 / depth of the surface in each section, and more, as `find_surface` does."""
+    (h, w), (left, top) = patch.size, patch.origin
+    box = depth[top : top + h, left : left + w]
+    if box.dtype not in DEPTH_TYPES:
+        box = box.astype(np.float64)
+    return find_surface(
         sections.points,
         sections.tangents,
         sections.radius,
         sections.used,
         patch.pixels[1 : h + 1, 1 : w + 1],
+        box,
         left,
         top,
+        1.0 if depth.dtype.kind == "f" else config.integer_unit_m,
+        config.min_depth_m,
+        config.max_depth_m,
+        focal_px,
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
+        int(_STRETCH_WIDTHS / _STEP_WIDTHS),
     )
-    metres = depth[rows, columns].astype(np.float64)
-    if depth.dtype.kind != "f":
-        metres *= config.integer_unit_m
-    slenderness = sections.radius / focal_px
-    surface, counts, led = kernels.nearest_surface(
-        metres, across, first, slenderness, float(config.min_depth_m), float(config.max_depth_m)
-    )
-    known = kernels.strike_steps(surface, slenderness, int(_STRETCH_WIDTHS / _STEP_WIDTHS))
-    return surface, counts, led, known
 
 
 def _smooth(
