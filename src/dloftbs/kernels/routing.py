@@ -25,18 +25,12 @@ _FAR_COST = 8.0  # what costs so much more than the cheapest state of a node is 
 
 
 @helper
-def _directions(points: npt.NDArray[np.float64], part: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-    """Return the unit tangents (n, 2) along curves that lie one after the other; `part` is each sample's curve."""
-    n = len(points)
-    result = np.zeros((n, 2))
-    for i in range(n):
-        before = i - 1 if i > 0 and part[i - 1] == part[i] else i
-        after = i + 1 if i + 1 < n and part[i + 1] == part[i] else i
-        x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
-        size = math.sqrt(x * x + y * y)
-        if size > 0.0:
-            result[i, 0], result[i, 1] = x / size, y / size
-    return result
+def _direction(points: npt.NDArray[np.float64], first: int, last: int, i: int, into: npt.NDArray[np.float64]) -> None:
+    """Write the unit tangent at a point of a curve that lies from `first` to `last`; 0 where it stands still."""
+    before, after = max(i - 1, first), min(i + 1, last)
+    x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
+    size = math.sqrt(x * x + y * y)
+    into[0], into[1] = (x / size, y / size) if size > 0.0 else (0.0, 0.0)
 
 
 @helper
@@ -48,30 +42,33 @@ def _near(
     step: float,
     samples: npt.NDArray[np.float64],
     tangents: npt.NDArray[np.float64],
-    part: npt.NDArray[np.int64],
     bounds: npt.NDArray[np.int64],
     extra: npt.NDArray[np.float64],
     found: npt.NDArray[np.int64],
     price: npt.NDArray[np.float64],
 ) -> int:
     """Write the samples that a node may be, negative where it runs backwards, and their prices; return how many."""
-    n, count, i = len(samples), 0, 0
-    while i < n:
-        dx, dy = samples[i, 0] - x, samples[i, 1] - y
-        far = math.sqrt(dx * dx + dy * dy)
-        if far > reach:
-            i = min(i + max(1, int((far - reach) / step)), bounds[part[i], 1] + 1)  # samples lie a step apart
-            continue
-        cosine = tangents[i, 0] * heading[0] + tangents[i, 1] * heading[1]
-        if abs(cosine) >= _COS:
-            along = dx * heading[0] + dy * heading[1]
-            squared = dx * dx + dy * dy - (1.0 - _ALONG) * along * along
-            found[count] = i + 1 if cosine > 0.0 else -(i + 1)
-            price[count] = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
-            count += 1
-            if count == _MOST:
-                break
-        i += 1
+    count, towards_x, towards_y = 0, heading[0], heading[1]
+    for p in range(len(bounds)):
+        i, last = bounds[p, 0], bounds[p, 1]
+        while i <= last:
+            dx, dy = samples[i, 0] - x, samples[i, 1] - y
+            far = math.sqrt(dx * dx + dy * dy)
+            if far > reach:
+                i += max(1, int((far - reach) / step))  # samples lie a step apart
+                continue
+            if tangents[i, 0] == math.inf:
+                _direction(samples, bounds[p, 0], last, i, tangents[i])
+            cosine = tangents[i, 0] * towards_x + tangents[i, 1] * towards_y
+            if abs(cosine) >= _COS:
+                along = dx * towards_x + dy * towards_y
+                squared = dx * dx + dy * dy - (1.0 - _ALONG) * along * along
+                found[count] = i + 1 if cosine > 0.0 else -(i + 1)
+                price[count] = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
+                count += 1
+                if count == _MOST:
+                    return count
+            i += 1
     return count
 
 
@@ -134,23 +131,24 @@ def route(
         The mean price of the nodes that are seen; infinite where none is.
     """
     count = len(nodes)
-    order = np.zeros(count, dtype=np.int64)
-    headings = _directions(nodes, order)
-    tangents = _directions(samples, part)
     step = spacing / STEPS
     room = int(slack / step)
-    found = np.zeros((count, _MOST), dtype=np.int64)
-    price = np.zeros((count, _MOST))
-    value = np.full((count, _MOST), math.inf)
-    back = np.full((count, _MOST), -1, dtype=np.int64)  # -1: hidden before
-    size = np.zeros(count, dtype=np.int64)
+    heading = np.empty((count, 2))
+    tangents = np.full((len(samples), 2), math.inf)  # known where it was asked for
+    found = np.empty((count, _MOST), dtype=np.int64)
+    price = np.empty((count, _MOST))
+    value = np.empty((count, _MOST))
+    back = np.empty((count, _MOST), dtype=np.int64)  # -1: hidden before
+    size = np.empty(count, dtype=np.int64)
+    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among those that the node before may be
     dark = np.empty(count)  # the cheapest way that is hidden at a node, where it comes from, and where it was seen
     dark_back = np.full(count, -1, dtype=np.int64)
     seen_at = np.full(count, -1, dtype=np.int64)
     seen_as = np.zeros(count, dtype=np.int64)
     for k in range(count):
         x, y = nodes[k, 0], nodes[k, 1]
-        size[k] = _near(x, y, headings[k], reach[k], step, samples, tangents, part, bounds, extra, found[k], price[k])
+        _direction(nodes, 0, count - 1, k, heading[k])
+        size[k] = _near(x, y, heading[k], reach[k], step, samples, tangents, bounds, extra, found[k], price[k])
     for c in range(size[0]):
         i = abs(found[0, c]) - 1
         first, last = bounds[part[i], 0], bounds[part[i], 1]
@@ -158,35 +156,26 @@ def route(
         value[0, c] = price[0, c] + (_LEAVE if before <= room else _BREAK)
     dark[0] = unseen[0]
     for k in range(1, count):
-        best = dark[k - 1]
+        cheapest = math.inf
         for p in range(size[k - 1]):
-            best = min(best, value[k - 1, p])
+            cheapest = min(cheapest, value[k - 1, p])
+            place[abs(found[k - 1, p]) - 1] = p
+        most = min(dark[k - 1], cheapest) + _FAR_COST
         for c in range(size[k]):
             signed = found[k, c]
             i = abs(signed) - 1
             way = 1 if signed > 0 else -1
             first, last = bounds[part[i], 0], bounds[part[i], 1]
             before = i - first if way > 0 else last - i
-            for p in range(size[k - 1]):
-                cost = value[k - 1, p]
-                if cost > best + _FAR_COST or cost >= value[k, c]:
-                    continue
-                other = found[k - 1, p]
-                j = abs(other) - 1
-                gone = way * (i - j)
-                if part[i] == part[j] and way * other > 0 and 2 <= gone <= 6:
-                    cost += _SLIP[gone - 2]
-                else:
-                    dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
-                    far = dx * dx + dy * dy
-                    ahead = dx * headings[k, 0] + dy * headings[k, 1]
-                    if far > (1.75 * spacing) ** 2 or ahead < 0.2 * spacing:
-                        continue
-                    cost += _SWITCH
-                if cost < value[k, c]:
-                    value[k, c], back[k, c] = cost, p
+            least, source = math.inf, -1
+            for gone in range(2, min(before, 6) + 1):
+                p = place[i - way * gone]
+                if p >= 0 and value[k - 1, p] <= most and way * found[k - 1, p] > 0:
+                    cost = value[k - 1, p] + _SLIP[gone - 2]
+                    if cost < least or (cost == least and p < source):
+                        least, source = cost, p
             cost = dark[k - 1] + (_LEAVE if before <= room else _BREAK)
-            if cost < value[k, c]:
+            if cost < least:
                 fits, a = True, seen_at[k - 1]
                 if a >= 0:
                     j = abs(seen_as[k - 1]) - 1
@@ -197,8 +186,23 @@ def route(
                     dy -= nodes[k, 1] - nodes[a, 1]
                     fits &= math.sqrt(dx * dx + dy * dy) <= _BENT * hidden + slack
                 if fits:
-                    value[k, c], back[k, c] = cost, -1
-            value[k, c] += price[k, c]
+                    least, source = cost, -1
+            for p in range(size[k - 1] if cheapest + _SWITCH <= least else 0):
+                cost = value[k - 1, p] + _SWITCH
+                if cost > least or value[k - 1, p] > most or (cost == least and 0 <= source <= p):
+                    continue
+                other = found[k - 1, p]
+                j = abs(other) - 1
+                if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= 6:
+                    continue
+                dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
+                far = dx * dx + dy * dy
+                ahead = dx * heading[k, 0] + dy * heading[k, 1]
+                if far <= (1.75 * spacing) ** 2 and ahead >= 0.2 * spacing:
+                    least, source = cost, p
+            value[k, c], back[k, c] = least + price[k, c], source
+        for p in range(size[k - 1]):
+            place[abs(found[k - 1, p]) - 1] = -1
         dark[k], seen_at[k], seen_as[k] = dark[k - 1] + unseen[k], seen_at[k - 1], seen_as[k - 1]
         for p in range(size[k - 1]):
             i = abs(found[k - 1, p]) - 1
