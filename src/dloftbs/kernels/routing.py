@@ -21,6 +21,7 @@ _SLIP = (0.6, 0.15, 0.0, 0.15, 0.6)  # prices of going on by 2 to 6 samples from
 _SWITCH = 2.0  # price of going on along another curve
 _LEAVE, _BREAK = 0.3, 3.0  # of being hidden from where a curve ends on, and from anywhere else
 _LONGER, _BENT = 1.15, 0.5  # how far the ends of what is hidden may lie apart, and from where they were, by its length
+_LEAP = 6  # samples from node to node, at most
 _FAR_COST = 8.0  # what costs so much more than the cheapest state of a node is not followed
 
 
@@ -230,3 +231,77 @@ def route(
             seen += 1
             state = back[k, state]
     return total / seen if seen else math.inf
+
+
+@kernel(read(float64, 2), write(float64, 2))
+def interpolate(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]) -> None:
+    """Write what lies between samples, at evenly spaced places from the first to the last.
+
+    Parameters
+    ----------
+    samples : (m, d) float64
+        Evenly spaced; two or more.
+    nodes : (k, d) float64
+        Written; two or more.
+    """
+    last, count = len(samples) - 1, len(nodes)
+    gap, step, i = 1.0 / last, 1.0 / (count - 1), 0
+    for k in range(count):
+        u = k * step if k < count - 1 else 1.0
+        while i < last - 1 and (i + 1) * gap <= u:
+            i += 1
+        low, high = i * gap, (i + 1) * gap if i + 1 < last else 1.0
+        for d in range(nodes.shape[1]):
+            if u >= 1.0:
+                nodes[k, d] = samples[last, d]
+            else:
+                nodes[k, d] = (samples[i + 1, d] - samples[i, d]) / (high - low) * (u - low) + samples[i, d]
+
+
+@kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
+def find_runs(at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: int, runs: npt.NDArray[np.int64]) -> int:
+    """Find what of a way goes on along one curve in one direction, without a gap or a leap.
+
+    Parameters
+    ----------
+    at : (k,) int64
+        As `route` writes it.
+    part : (n,) int64
+        Which curve each sample is of.
+    fewest : int
+        Nodes of a run.
+    runs : (k, 6) int64
+        Written: the curve, the first and the last sample, the first and the last node, and twice the median over all
+        nodes of where sample 0 would lie along the nodes, in samples.
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    count, node = 0, 0
+    while node < len(at):
+        if at[node] == 0:
+            node += 1
+            continue
+        first, way = node, 0
+        start = end = abs(at[node]) - 1
+        node += 1
+        while node < len(at) and at[node] != 0:
+            i, sign = abs(at[node]) - 1, 1 if at[node] > 0 else -1
+            if part[i] != part[start] or way not in (0, sign) or not 0 < (i - end) * sign <= _LEAP:
+                break
+            end, way = i, sign
+            node += 1
+        if node - first < fewest:
+            continue
+        way = 1 if end >= start else -1
+        origins = np.empty(node - first, dtype=np.int64)
+        for k in range(first, node):
+            origins[k - first] = STEPS * k - way * (abs(at[k]) - 1)
+        origins.sort()
+        middle = origins[(node - first) // 2] + origins[(node - first - 1) // 2]
+        runs[count, 0], runs[count, 1], runs[count, 2] = part[start], start, end
+        runs[count, 3], runs[count, 4], runs[count, 5] = first, node - 1, middle
+        count += 1
+    return count
