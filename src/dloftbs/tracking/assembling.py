@@ -116,16 +116,22 @@ def _bent(
     waves = np.stack((np.sin(math.pi * t), np.sin(2.0 * math.pi * t)))
     gain = np.zeros(2)
     target = end - start
+    step, across = np.empty((2, len(steps))), np.empty((2, len(steps)))
     for _ in range(_STEPS):
         angle = turned + gain @ waves
-        step = length * np.stack((np.cos(angle), np.sin(angle)))
+        np.cos(angle, out=step[0])
+        np.sin(angle, out=step[1])
+        step *= length
         missing = target - step.sum(axis=1)
         if float(missing @ missing) < _CLOSED_PX**2:
             return start + np.cumsum(step, axis=1).T[:-1]
-        slope = np.stack((-step[1], step[0])) @ waves.T
-        if abs(float(np.linalg.det(slope))) < 1e-9:
+        np.negative(step[1], out=across[0])
+        across[1] = step[0]
+        slope = across @ waves.T
+        (a, b), (c, d) = slope.tolist()
+        if abs(a * d - b * c) < 1e-9:
             return None
-        gain = gain + np.clip(np.linalg.solve(slope, missing), -_MOST_BEND / 3.0, _MOST_BEND / 3.0)
+        gain = gain + np.linalg.solve(slope, missing).clip(-_MOST_BEND / 3.0, _MOST_BEND / 3.0)
         if np.abs(gain).max() > _MOST_BEND:
             return None
     return None
