@@ -21,22 +21,17 @@ _SLIP = (0.6, 0.15, 0.0, 0.15, 0.6)  # prices of going on by 2 to 6 samples from
 _SWITCH = 2.0  # price of going on along another curve
 _LEAVE, _BREAK = 0.3, 3.0  # of being hidden from where a curve ends on, and from anywhere else
 _LONGER, _BENT = 1.15, 0.5  # how far the ends of what is hidden may lie apart, and from where they were, by its length
+_LEAP = 6  # samples from node to node, at most
 _FAR_COST = 8.0  # what costs so much more than the cheapest state of a node is not followed
 
 
 @helper
-def _directions(points: npt.NDArray[np.float64], part: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
-    """Return the unit tangents (n, 2) along curves that lie one after the other; `part` is each sample's curve."""
-    n = len(points)
-    result = np.zeros((n, 2))
-    for i in range(n):
-        before = i - 1 if i > 0 and part[i - 1] == part[i] else i
-        after = i + 1 if i + 1 < n and part[i + 1] == part[i] else i
-        x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
-        size = math.sqrt(x * x + y * y)
-        if size > 0.0:
-            result[i, 0], result[i, 1] = x / size, y / size
-    return result
+def _direction(points: npt.NDArray[np.float64], first: int, last: int, i: int, into: npt.NDArray[np.float64]) -> None:
+    """Write the unit tangent at a point of a curve that lies from `first` to `last`; 0 where it stands still."""
+    before, after = max(i - 1, first), min(i + 1, last)
+    x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
+    size = math.sqrt(x * x + y * y)
+    into[0], into[1] = (x / size, y / size) if size > 0.0 else (0.0, 0.0)
 
 
 @helper
@@ -48,31 +43,34 @@ def _near(
     step: float,
     samples: npt.NDArray[np.float64],
     tangents: npt.NDArray[np.float64],
-    part: npt.NDArray[np.int64],
     bounds: npt.NDArray[np.int64],
     extra: npt.NDArray[np.float64],
     found: npt.NDArray[np.int64],
     price: npt.NDArray[np.float64],
 ) -> int:
     """Write the samples that a node may be, negative where it runs backwards, and their prices; return how many."""
-    n, count, i = len(samples), 0, 0
-    while i < n:
-        dx, dy = samples[i, 0] - x, samples[i, 1] - y
-        far = math.sqrt(dx * dx + dy * dy)
-        if far > reach:
-            i = min(i + max(1, int((far - reach) / step)), bounds[part[i], 1] + 1)  # samples lie a step apart at most
-            continue
-        cosine = tangents[i, 0] * heading[0] + tangents[i, 1] * heading[1]
-        if abs(cosine) >= _COS:
-            along = dx * heading[0] + dy * heading[1]
-            squared = dx * dx + dy * dy - (1.0 - _ALONG) * along * along
-            cost = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
-            at = count if count < _MOST else int(np.argmax(price))
-            if count < _MOST or cost < price[at]:
-                found[at] = i + 1 if cosine > 0.0 else -(i + 1)
-                price[at] = cost
-                count = min(count + 1, _MOST)
-        i += 1
+    count, towards_x, towards_y = 0, heading[0], heading[1]
+    for p in range(len(bounds)):
+        i, last = bounds[p, 0], bounds[p, 1]
+        while i <= last:
+            dx, dy = samples[i, 0] - x, samples[i, 1] - y
+            far = math.sqrt(dx * dx + dy * dy)
+            if far > reach:
+                i += max(1, int((far - reach) / step))  # samples lie a step apart at most
+                continue
+            if tangents[i, 0] == math.inf:
+                _direction(samples, bounds[p, 0], last, i, tangents[i])
+            cosine = tangents[i, 0] * towards_x + tangents[i, 1] * towards_y
+            if abs(cosine) >= _COS:
+                along = dx * towards_x + dy * towards_y
+                squared = dx * dx + dy * dy - (1.0 - _ALONG) * along * along
+                cost = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
+                at = count if count < _MOST else int(np.argmax(price))
+                if count < _MOST or cost < price[at]:
+                    found[at] = i + 1 if cosine > 0.0 else -(i + 1)
+                    price[at] = cost
+                    count = min(count + 1, _MOST)
+            i += 1
     return count
 
 
@@ -135,16 +133,16 @@ def route(
         The mean price of the nodes that are seen; infinite where none is.
     """
     count = len(nodes)
-    order = np.zeros(count, dtype=np.int64)
-    headings = _directions(nodes, order)
-    tangents = _directions(samples, part)
     step = spacing / STEPS
     room = int(slack / step)
-    found = np.zeros((count, _MOST), dtype=np.int64)
-    price = np.zeros((count, _MOST))
-    value = np.full((count, _MOST), math.inf)
-    back = np.full((count, _MOST), -1, dtype=np.int64)  # -1: hidden before
-    size = np.zeros(count, dtype=np.int64)
+    heading = np.empty((count, 2))
+    tangents = np.full((len(samples), 2), math.inf)  # known where it was asked for
+    found = np.empty((count, _MOST), dtype=np.int64)
+    price = np.empty((count, _MOST))
+    value = np.empty((count, _MOST))
+    back = np.empty((count, _MOST), dtype=np.int64)  # -1: hidden before
+    size = np.empty(count, dtype=np.int64)
+    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among those that the node before may be
     dark = np.empty(count)  # the cheapest way that is hidden at a node, where it comes from, and where it was seen
     dark_back = np.full(count, -1, dtype=np.int64)
     seen_at = np.full(count, -1, dtype=np.int64)
@@ -155,9 +153,8 @@ def route(
             longest = max(longest, math.hypot(samples[i, 0] - samples[i - 1, 0], samples[i, 1] - samples[i - 1, 1]))
     for k in range(count):
         x, y = nodes[k, 0], nodes[k, 1]
-        size[k] = _near(
-            x, y, headings[k], reach[k], longest, samples, tangents, part, bounds, extra, found[k], price[k]
-        )
+        _direction(nodes, 0, count - 1, k, heading[k])
+        size[k] = _near(x, y, heading[k], reach[k], longest, samples, tangents, bounds, extra, found[k], price[k])
     for c in range(size[0]):
         i = abs(found[0, c]) - 1
         first, last = bounds[part[i], 0], bounds[part[i], 1]
@@ -165,35 +162,26 @@ def route(
         value[0, c] = price[0, c] + (_LEAVE if before <= room else _BREAK)
     dark[0] = unseen[0]
     for k in range(1, count):
-        best = dark[k - 1]
+        cheapest = math.inf
         for p in range(size[k - 1]):
-            best = min(best, value[k - 1, p])
+            cheapest = min(cheapest, value[k - 1, p])
+            place[abs(found[k - 1, p]) - 1] = p
+        most = min(dark[k - 1], cheapest) + _FAR_COST
         for c in range(size[k]):
             signed = found[k, c]
             i = abs(signed) - 1
             way = 1 if signed > 0 else -1
             first, last = bounds[part[i], 0], bounds[part[i], 1]
             before = i - first if way > 0 else last - i
-            for p in range(size[k - 1]):
-                cost = value[k - 1, p]
-                if cost > best + _FAR_COST or cost >= value[k, c]:
-                    continue
-                other = found[k - 1, p]
-                j = abs(other) - 1
-                gone = way * (i - j)
-                if part[i] == part[j] and way * other > 0 and 2 <= gone <= 6:
-                    cost += _SLIP[gone - 2]
-                else:
-                    dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
-                    far = dx * dx + dy * dy
-                    ahead = dx * headings[k, 0] + dy * headings[k, 1]
-                    if far > (1.75 * spacing) ** 2 or ahead < 0.2 * spacing:
-                        continue
-                    cost += _SWITCH
-                if cost < value[k, c]:
-                    value[k, c], back[k, c] = cost, p
+            least, source = math.inf, -1
+            for gone in range(2, min(before, 6) + 1):
+                p = place[i - way * gone]
+                if p >= 0 and value[k - 1, p] <= most and way * found[k - 1, p] > 0:
+                    cost = value[k - 1, p] + _SLIP[gone - 2]
+                    if cost < least or (cost == least and p < source):
+                        least, source = cost, p
             cost = dark[k - 1] + (_LEAVE if before <= room else _BREAK)
-            if cost < value[k, c]:
+            if cost < least:
                 fits, a = True, seen_at[k - 1]
                 if a >= 0:
                     j = abs(seen_as[k - 1]) - 1
@@ -206,8 +194,23 @@ def route(
                     # Nothing is seen twice.
                     fits &= part[i] != part[j] or way * seen_as[k - 1] < 0 or way * (i - j) > 0
                 if fits:
-                    value[k, c], back[k, c] = cost, -1
-            value[k, c] += price[k, c]
+                    least, source = cost, -1
+            for p in range(size[k - 1] if cheapest + _SWITCH <= least else 0):
+                cost = value[k - 1, p] + _SWITCH
+                if cost > least or value[k - 1, p] > most or (cost == least and 0 <= source <= p):
+                    continue
+                other = found[k - 1, p]
+                j = abs(other) - 1
+                if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= 6:
+                    continue
+                dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
+                far = dx * dx + dy * dy
+                ahead = dx * heading[k, 0] + dy * heading[k, 1]
+                if far <= (1.75 * spacing) ** 2 and ahead >= 0.2 * spacing:
+                    least, source = cost, p
+            value[k, c], back[k, c] = least + price[k, c], source
+        for p in range(size[k - 1]):
+            place[abs(found[k - 1, p]) - 1] = -1
         dark[k], seen_at[k], seen_as[k] = dark[k - 1] + unseen[k], seen_at[k - 1], seen_as[k - 1]
         for p in range(size[k - 1]):
             i = abs(found[k - 1, p]) - 1
@@ -235,3 +238,77 @@ def route(
             seen += 1
             state = back[k, state]
     return total / seen if seen else math.inf
+
+
+@kernel(read(float64, 2), write(float64, 2))
+def interpolate(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]) -> None:
+    """Write what lies between samples, at evenly spaced places from the first to the last.
+
+    Parameters
+    ----------
+    samples : (m, d) float64
+        Evenly spaced; two or more.
+    nodes : (k, d) float64
+        Written; two or more.
+    """
+    last, count = len(samples) - 1, len(nodes)
+    gap, step, i = 1.0 / last, 1.0 / (count - 1), 0
+    for k in range(count):
+        u = k * step if k < count - 1 else 1.0
+        while i < last - 1 and (i + 1) * gap <= u:
+            i += 1
+        low, high = i * gap, (i + 1) * gap if i + 1 < last else 1.0
+        for d in range(nodes.shape[1]):
+            if u >= 1.0:
+                nodes[k, d] = samples[last, d]
+            else:
+                nodes[k, d] = (samples[i + 1, d] - samples[i, d]) / (high - low) * (u - low) + samples[i, d]
+
+
+@kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
+def find_runs(at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: int, runs: npt.NDArray[np.int64]) -> int:
+    """Find what of a way goes on along one curve in one direction, without a gap or a leap.
+
+    Parameters
+    ----------
+    at : (k,) int64
+        As `route` writes it.
+    part : (n,) int64
+        Which curve each sample is of.
+    fewest : int
+        Nodes of a run.
+    runs : (k, 6) int64
+        Written: the curve, the first and the last sample, the first and the last node, and twice the median over all
+        nodes of where sample 0 would lie along the nodes, in samples.
+
+    Returns
+    -------
+    int
+        How many there are.
+    """
+    count, node = 0, 0
+    while node < len(at):
+        if at[node] == 0:
+            node += 1
+            continue
+        first, way = node, 0
+        start = end = abs(at[node]) - 1
+        node += 1
+        while node < len(at) and at[node] != 0:
+            i, sign = abs(at[node]) - 1, 1 if at[node] > 0 else -1
+            if part[i] != part[start] or way not in (0, sign) or not 0 < (i - end) * sign <= _LEAP:
+                break
+            end, way = i, sign
+            node += 1
+        if node - first < fewest:
+            continue
+        way = 1 if end >= start else -1
+        origins = np.empty(node - first, dtype=np.int64)
+        for k in range(first, node):
+            origins[k - first] = STEPS * k - way * (abs(at[k]) - 1)
+        origins.sort()
+        middle = origins[(node - first) // 2] + origins[(node - first - 1) // 2]
+        runs[count, 0], runs[count, 1], runs[count, 2] = part[start], start, end
+        runs[count, 3], runs[count, 4], runs[count, 5] = first, node - 1, middle
+        count += 1
+    return count

@@ -18,6 +18,8 @@ from dloftbs.kernels import fitting
 
 _PLACES = 193
 _POINTS_A_SPAN = 4
+_U = np.linspace(0.0, 1.0, _PLACES)
+_KNOTS = fitting.open_knots(_U, _PLACES // _POINTS_A_SPAN)
 _WINDOW = 0.15  # of the whole length: at least so much of what is seen tells how its neighbourhood has turned
 _LEAST_POINTS = 4
 _STEPS = 20
@@ -56,17 +58,16 @@ def assemble(before: BSplineCurve, scope: tuple[float, float], stretches: Sequen
     stretches : sequence of Stretch
         In order; at least one, none overlaps another.
     """
-    u = np.linspace(0.0, 1.0, _PLACES)
-    old = before(scope[0] + u * (scope[1] - scope[0]))
+    old = before(scope[0] + _U * (scope[1] - scope[0]))
     new = np.full_like(old, np.nan)
     runs = []
     for stretch in stretches:
         (low, high), (first, last) = stretch.at, stretch.of
-        inside = np.flatnonzero((u >= low - 1e-9) & (u <= high + 1e-9))
-        if len(inside):
-            share = np.clip((u[inside] - low) / (high - low), 0.0, 1.0)
-            new[inside] = stretch.curve(first + share * (last - first))
-            runs.append((int(inside[0]), int(inside[-1])))
+        start, stop = int(_U.searchsorted(low - 1e-9)), int(_U.searchsorted(high + 1e-9, side="right"))
+        if start < stop:
+            share = np.minimum(np.maximum((_U[start:stop] - low) / (high - low), 0.0), 1.0)
+            new[start:stop] = stretch.curve(first + share * (last - first))
+            runs.append((start, stop - 1))
     if not runs:
         return before
     edges = [-1, *(edge for run in runs for edge in run), _PLACES]
@@ -80,8 +81,7 @@ def assemble(before: BSplineCurve, scope: tuple[float, float], stretches: Sequen
         between = by_left is not None and by_right is not None and old.shape[1] == 2
         bent = _bent(old[left : right + 1], new[left], new[right], by_left, by_right) if between else None
         new[hidden] = _faded(by_left, by_right, old[hidden]) if bent is None else bent
-    knots = fitting.open_knots(u, _PLACES // _POINTS_A_SPAN)
-    return BSplineCurve.trusted(knots, fitting.fit_open(u, new, knots), 3, False)
+    return BSplineCurve.trusted(_KNOTS, fitting.fit_open(_U, new, _KNOTS), 3, False)
 
 
 def _faded(left: _Motion | None, right: _Motion | None, points: FloatArray) -> FloatArray:
@@ -116,16 +116,22 @@ def _bent(
     waves = np.stack((np.sin(math.pi * t), np.sin(2.0 * math.pi * t)))
     gain = np.zeros(2)
     target = end - start
+    step, across = np.empty((2, len(steps))), np.empty((2, len(steps)))
     for _ in range(_STEPS):
         angle = turned + gain @ waves
-        step = length * np.stack((np.cos(angle), np.sin(angle)))
+        np.cos(angle, out=step[0])
+        np.sin(angle, out=step[1])
+        step *= length
         missing = target - step.sum(axis=1)
         if float(missing @ missing) < _CLOSED_PX**2:
             return start + np.cumsum(step, axis=1).T[:-1]
-        slope = np.stack((-step[1], step[0])) @ waves.T
-        if abs(float(np.linalg.det(slope))) < 1e-9:
+        np.negative(step[1], out=across[0])
+        across[1] = step[0]
+        slope = across @ waves.T
+        (a, b), (c, d) = slope.tolist()
+        if abs(a * d - b * c) < 1e-9:
             return None
-        gain = gain + np.clip(np.linalg.solve(slope, missing), -_MOST_BEND / 3.0, _MOST_BEND / 3.0)
+        gain = gain + np.linalg.solve(slope, missing).clip(-_MOST_BEND / 3.0, _MOST_BEND / 3.0)
         if np.abs(gain).max() > _MOST_BEND:
             return None
     return None
@@ -137,7 +143,7 @@ def _carried(old: FloatArray, new: FloatArray, run: tuple[int, int], reach: int,
     a, b = old[first : last + 1], new[first : last + 1]
     turn = np.eye(old.shape[1])
     if len(a) >= _LEAST_POINTS:
-        u, _, vt = np.linalg.svd((b - b.mean(axis=0)).T @ (a - a.mean(axis=0)))
+        u, _, vt = np.linalg.svd((b - b.sum(axis=0) / len(b)).T @ (a - a.sum(axis=0) / len(a)))
         flip = np.ones(len(turn))
         flip[-1] = math.copysign(1.0, float(np.linalg.det(u @ vt)))
         turn = (u * flip) @ vt

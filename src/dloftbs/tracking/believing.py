@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Sequence
 
 import numpy as np
@@ -49,7 +50,7 @@ def _split(pieces: Sequence[Piece], gone: Sequence[tuple[float, float]]) -> list
 
 def trust_in(memory: Memory, stretch: tuple[float, float]) -> float:
     """Return in how many frames a stretch was seen, up to a bound."""
-    return float(np.median(np.interp(np.linspace(*stretch, 9), U, memory.trust)))
+    return statistics.median(np.interp(np.linspace(*stretch, 9), U, memory.trust).tolist())
 
 
 def _is_sure(

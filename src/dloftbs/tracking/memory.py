@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -85,6 +86,8 @@ class Memory:
         Where the two ends were in the last frames, and how long it was, px; NaN before there were any.
     totals : numpy.ndarray, shape (REMEMBERED,)
         How long it was in the last frames that showed all of it, px; NaN before there were any.
+    usual_px : float or None
+        The median of these, NaN where they are too few; None until it is asked for.
     as_seen : Seen or None
         What is published in the place of the curve, where the frame is not to be believed.
     """
@@ -114,6 +117,7 @@ class Memory:
     ends: FloatArray = field(default_factory=lambda: np.full((REMEMBERED, 2, 2), np.nan))
     lengths: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
     totals: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
+    usual_px: float | None = None
     as_seen: Seen | None = None
     detection: Detection | None = None
     inferred: tuple[tuple[float, float], ...] = ()
@@ -157,6 +161,7 @@ class Memory:
             self.width = seen.width
         if seen.clear:
             self.totals[self.hits % REMEMBERED] = seen.length
+            self.usual_px = None
         self.inferred, self.confidence = seen.gaps, 1.0
         self.trust = np.minimum(self.trust + 1.0, _MOST_TRUST)
         if self.hidden or self.misses:
@@ -208,8 +213,10 @@ class Memory:
 
     def is_as_usual(self, length: float) -> bool:
         """Tell whether a length is what it was in most frames that showed all of the object."""
-        known = self.totals[~np.isnan(self.totals)]
-        return len(known) >= TRUSTED and abs(length - float(np.median(known))) <= self.tolerance_px
+        if self.usual_px is None:
+            known = [total for total in self.totals.tolist() if not math.isnan(total)]
+            self.usual_px = statistics.median(known) if len(known) >= TRUSTED else math.nan
+        return abs(length - self.usual_px) <= self.tolerance_px
 
     def _is_as_contested(self, seen: Seen) -> bool:
         return abs(seen.total - self.contested_px) < 0.01 * seen.total + 0.75 * self._width_or_0

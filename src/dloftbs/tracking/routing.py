@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ from dloftbs.tracking.matching import Known
 from dloftbs.tracking.memory import Memory, lookup
 from dloftbs.tracking.pieces import Piece
 from dloftbs.tracking.placing import at_border, is_scaled
-from dloftbs.tracking.seeing import SAMPLES, Seen, U, sample
+from dloftbs.tracking.seeing import SAMPLES, Seen, sample
 
 _MOST_NODES = 128
 _REACH_WIDTHS, _REACH_SHARE = 2.0, 0.025  # of a width and of the length: how far from where it is expected
@@ -176,17 +176,18 @@ class _Scene:
     def way_of(self, memory: Memory, expected: FloatArray, dt: float) -> _Way:
         """Route a track through what is not taken yet."""
         count = self._nodes(memory) + 1
-        u = np.linspace(0.0, 1.0, count)
         width = 0.0 if math.isnan(memory.width) else memory.width
         speed = np.hypot(*memory.velocity.T)
         reach = max(_REACH_WIDTHS * width, _REACH_SHARE * memory.length) + _BY_SPEED * dt * speed
         reach = reach * np.minimum(1.0 + _WIDENING * memory.unseen_s, _WIDEST)
-        hidden = np.where(memory.unseen_s > 0.0, _STILL_HIDDEN, _HIDDEN)
-        at = np.zeros(count, np.int64)
+        known, nodes, at = np.empty((SAMPLES, 4)), np.empty((count, 4)), np.empty(count, np.int64)
+        known[:, :2], known[:, 2] = expected, reach
+        known[:, 3] = np.where(memory.unseen_s > 0.0, _STILL_HIDDEN, _HIDDEN)
+        kernels.interpolate(known, nodes)
         price = kernels.route(
-            lookup(expected, u),
-            np.interp(u, U, reach),
-            np.interp(u, U, hidden),
+            nodes[:, :2],
+            nodes[:, 2],
+            nodes[:, 3],
             self._points,
             self._of,
             self._bounds,
@@ -203,26 +204,12 @@ class _Scene:
 
     def _runs(self, at: npt.NDArray[np.int64]) -> list[_Run]:
         """Return what goes on along one part, of at least some nodes where there is more."""
-        runs: list[_Run] = []
-        for node, signed in enumerate(at.tolist()):
-            if not signed:
-                continue
-            i, way = abs(signed) - 1, 1 if signed > 0 else -1
-            part = int(self._of[i])
-            if runs and runs[-1].last == node - 1 and runs[-1].part == part:
-                before = runs[-1]
-                onward = before.first == before.last or before.way == way
-                if onward and (i - before.end) * way > 0 and abs(i - before.end) <= 6:
-                    runs[-1] = before._replace(end=i, last=node)
-                    continue
-            runs.append(_Run(part, i, i, node, node))
-        result = []
-        for run in runs:
-            if run.last - run.first + 1 >= _LEAST_NODES:
-                k = np.arange(run.first, run.last + 1)
-                origin = float(np.median(kernels.STEPS * k - run.way * (np.abs(at[k]) - 1)))
-                result.append(run._replace(origin=origin))
-        return result
+        found = np.empty((len(at), 6), np.int64)
+        count = kernels.find_runs(at, self._of, _LEAST_NODES, found)
+        return [
+            _Run(part, start, end, first, last, 0.5 * twice)
+            for part, start, end, first, last, twice in found[:count].tolist()
+        ]
 
     def overlap(self, runs: Sequence[_Run]) -> float:
         """Return how much of some runs is taken, in nodes."""
@@ -335,15 +322,15 @@ class _Scene:
             elif len(runs) == 1:  # else what is hidden may as well be shorter than it seems
                 before = min(max(-start, 0.0), longer)
                 low, high = -before / memory.length, 1.0 + (longer - before) / memory.length
-        edges = np.cumsum([0.0, *(px for pair in zip(lengths, [*between, 0.0], strict=True) for px in pair)])
-        at = low + edges[:-1] / total * (high - low)
+        edges = accumulate([0.0, *(px for pair in zip(lengths, between, strict=False) for px in pair), lengths[-1]])
+        at = [low + edge / total * (high - low) for edge in edges]
         at[-1] = high
-        spans = at.reshape(-1, 2)
+        spans = [[first, last] for first, last in zip(at[::2], at[1::2], strict=True)]
         for n, (run, after) in enumerate(pairwise(runs)):
             if after.first == run.last + 1:  # it goes over from one to the other: nothing is hidden
-                spans[n, 1] = spans[n + 1, 0] = 0.5 * (spans[n, 1] + spans[n + 1, 0])
+                spans[n][1] = spans[n + 1][0] = 0.5 * (spans[n][1] + spans[n + 1][0])
         result = []
-        for run, (first, last) in zip(runs, spans.tolist(), strict=True):
+        for run, (first, last) in zip(runs, spans, strict=True):
             shown, of = self._stretch(run)
             result.append(Piece(shown, (first, last), of))
         return result
