@@ -1,5 +1,6 @@
 """Small inputs, and ways to run the command."""
 
+import signal
 import subprocess
 import sys
 from inspect import signature
@@ -27,9 +28,14 @@ def run(*arguments, code=0):
 
 
 def start(*arguments, **options):
-    """Start the command in a process of its own."""
+    """Start the command in a process of its own, which heeds Ctrl-C even if this one was told not to."""
     command = [str(COMMAND), *(str(argument) for argument in arguments)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(command, preexec_fn=_heed, **pipes, **options)  # noqa: PLW1509 - no thread holds a lock
+
+
+def _heed():
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def mask(y=50, size=(100, 200)):
