@@ -274,7 +274,8 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
         Seconds that a confirmed track outlives its last detection, coasting.
     settle_frames : int
         What a frame contradicts is believed for no longer than so many frames: a stretch that is missing at the same
-        place of an object for so long is no part of it.
+        place of an object for so long is no part of it. And what was seen in so many is known well enough that frames
+        are read by it.
     smoothing_s : float
         By how much the published curves lag behind, for being smoother; 0: neither.
     frame_s : float

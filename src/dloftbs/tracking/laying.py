@@ -34,7 +34,7 @@ def lay(
     usual = len(runs) == 1 and memory.is_as_usual(total)
     if abs(longer) > tolerance and not usual:
         start = _start(scene, runs, lengths, between, memory)
-        if len(runs) == 1 and is_scaled(memory, expected, scene.stretch(runs[0])[0]):
+        if len(runs) == 1 and is_scaled(memory, expected, scene.stretch(runs[0])):
             pass
         elif longer < 0.0:
             low = _shift(scene, start, -longer, runs, memory, size) / memory.length
@@ -49,11 +49,8 @@ def lay(
     for n, (run, after) in enumerate(pairwise(runs)):
         if after.first == run.last + 1:  # it goes over from one to the other: nothing is hidden
             spans[n][1] = spans[n + 1][0] = 0.5 * (spans[n][1] + spans[n + 1][0])
-    result = []
-    for run, (first, last) in zip(runs, spans, strict=True):
-        shown, of = scene.stretch(run)
-        result.append(Piece(shown, (first, last), of))
-    return result
+    stretches = [scene.stretch(run) for run in runs]
+    return [Piece(seen, (first, last), seen.of) for seen, (first, last) in zip(stretches, spans, strict=True)]
 
 
 def _hidden(scene: Scene, run: Run, after: Run, memory: Memory) -> float:
@@ -62,7 +59,7 @@ def _hidden(scene: Scene, run: Run, after: Run, memory: Memory) -> float:
     if after.first == run.last + 1:
         return span
     if scene.follows(run, after):
-        (_, low), (high, _) = scene.stretch(run)[1], scene.stretch(after)[1]
+        (_, low), (high, _) = scene.span(run), scene.span(after)
         return (high - low) * scene.parts[run.part].total
     # By most of their nodes: those beside what is hidden lie closer together, to be seen.
     low, high = (r.origin + r.way * i for r, i in ((run, run.end), (after, after.start)))

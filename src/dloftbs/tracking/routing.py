@@ -86,12 +86,11 @@ def route(
     elsewhere = len(ways) == len(rows) and there < _ELSEWHERE and shown > (1.0 - _ELSEWHERE) * length
     taken: dict[int, list[Run]] = {}
     for t in sorted(ways, key=lambda t: (ways[t].price, t)):
-        way = ways[t]
-        if scene.overlap(way.runs) > _OVERLAP:
-            way = scene.way_of(memories[t], known.points[t], dt)
-        if way.share >= _LEAST_SHARE:
-            taken[t] = way.runs
-            scene.take(way.runs)
+        if scene.overlap(ways[t].runs) > _OVERLAP:
+            ways[t] = scene.way_of(memories[t], known.points[t], dt)
+        if ways[t].share >= _LEAST_SHARE:
+            taken[t] = ways[t].runs
+            scene.take(taken[t])
     for one in [part for p, part in enumerate(parts) if part.clear and scene.share_taken(p) < _FREE]:
         for t in [t for t in taken if ways[t].share < 1.0 or len(taken[t]) > 1]:
             if _may_be_all(memories[t], known.points[t], one, gate):

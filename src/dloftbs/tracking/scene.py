@@ -158,15 +158,16 @@ class Scene:
         """Return the length of a run, px."""
         return abs(run.end - run.start) * self.step(run.part)
 
-    def stretch(self, run: Run) -> tuple[Seen, tuple[float, float]]:
-        """Return the detection of a run, in the track's direction, and which stretch of it the run is."""
-        part, (first, last) = self.parts[run.part], self.bounds[run.part]
-        low, high = part.of
-        ends = [low + (i - first) / (last - first) * (high - low) for i in (run.start, run.end)]
-        if run.way > 0:
-            return part.between(*ends), (ends[0], ends[1])
-        seen = part.reversed().between(1.0 - ends[0], 1.0 - ends[1])
-        return seen, seen.of
+    def span(self, run: Run) -> tuple[float, float]:
+        """Return which stretch of its detection a run is, in ``u`` of the detection run in the track's direction."""
+        (low, high), (first, last) = self.parts[run.part].of, self.bounds[run.part]
+        start, end = (low + (i - first) / (last - first) * (high - low) for i in (run.start, run.end))
+        return (start, end) if run.way > 0 else (1.0 - start, 1.0 - end)
+
+    def stretch(self, run: Run) -> Seen:
+        """Return what a run is seen as, in the track's direction."""
+        part = self.parts[run.part]
+        return (part if run.way > 0 else part.reversed()).between(*self.span(run))
 
     def follows(self, run: Run, after: Run) -> bool:
         """Tell whether the detector, too, has one run after the other."""

@@ -182,8 +182,23 @@ class Tracker:
         if not rest:
             self._start(doubtful)
             return
-        memories, known = [self._memories[t] for t in rest], known.some(rest)
-        shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
+        memories = [self._memories[t] for t in rest]
+        shown, left, parts = self._explain(memories, known.some(rest), doubtful, dt, alone=not any(partner))
+        for memory, one in zip(memories, shown, strict=True):
+            if one.pieces:
+                left += self._see(memory, one, dt)
+        gone = {m.id for m, one in zip(memories, shown, strict=True) if not self._goes_on(m, one, dt)}
+        self._memories = [m for m in self._memories if m.id not in gone]
+        self._start(as_found(left, parts, doubtful))
+
+    def _explain(
+        self, memories: Sequence[Memory], known: Known, doubtful: Sequence[Seen], dt: float, *, alone: bool
+    ) -> tuple[list[Shown], list[Seen], list[Seen]]:
+        """Return what doubtful detections show of tracks, which parts of them are left over, and all their parts.
+
+        `alone` says that no other track was found: then it may be another scene.
+        """
+        shown, left, parts = [Shown() for _ in memories], list(doubtful), list(doubtful)
         rows = [k for k, memory in enumerate(memories) if self._is_routed(memory)]
         elsewhere = False
         if doubtful and rows:
@@ -191,10 +206,10 @@ class Tracker:
             left, parts = routed.left, routed.parts
             for k, pieces in routed.pieces.items():
                 shown[k] = Shown(pieces)
-            elsewhere = routed.elsewhere and not any(partner)
-        if elsewhere:  # another scene: nothing in it is theirs
-            shown, left, parts = [Shown() for _ in rest], list(doubtful), list(doubtful)
-        others = [k for k in range(len(rest)) if not (shown[k].pieces or (elsewhere and k in rows))]
+            elsewhere = routed.elsewhere and alone
+        if elsewhere:  # nothing in it is theirs
+            shown, left, parts = [Shown() for _ in memories], list(doubtful), list(doubtful)
+        others = [k for k in range(len(memories)) if not (shown[k].pieces or (elsewhere and k in rows))]
         if left and others:
             matching = bring_together([memories[k] for k in others], known.some(others), left, self._config, self._size)
             parts = [part for part in parts if not any(part is one for one in left)] + list(matching.seen)
@@ -202,12 +217,7 @@ class Tracker:
             for k, one in zip(others, matching.shown, strict=True):
                 shown[k] = one
         find_joined(memories, shown)
-        for memory, one in zip(memories, shown, strict=True):
-            if one.pieces:
-                left += self._see(memory, one, dt)
-        gone = {m.id for m, one in zip(memories, shown, strict=True) if not self._goes_on(m, one, dt)}
-        self._memories = [m for m in self._memories if m.id not in gone]
-        self._start(as_found(left, parts, doubtful))
+        return shown, left, parts
 
     def _is_routed(self, memory: Memory) -> bool:
         """Tell whether a track is known so well that a frame is read by it, rather than it by the frame."""
