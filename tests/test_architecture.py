@@ -14,7 +14,7 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
+GROUND = {"errors", "config", "kernels", "_arrays", "_values", "_json", "_version"}
 DATA = {
     "curve",
     "centerline",
@@ -32,6 +32,8 @@ KNOWN_OUTSIDE = {
     "errors",
     "config",
     "_arrays",
+    "_values",
+    "_json",
     "_version",
     "curve",
     "centerline",
@@ -44,8 +46,10 @@ BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
 
 MAY_IMPORT = {
     "errors": set(),
-    "config": {"errors"},
-    "_arrays": {"errors"},
+    "config": {"errors", "_values"},
+    "_arrays": {"errors", "_values"},
+    "_values": {"errors"},
+    "_json": set(),
     "_version": set(),
     "overlap": set(),
     "kernels": set(),

@@ -7,6 +7,7 @@ import pickle
 import cv2
 import numpy as np
 import pytest
+from builders import through_json
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -113,14 +114,16 @@ def test_deproject_wants_a_depth_for_each_pixel(shape):
 
 
 @pytest.mark.parametrize("name", ["fx", "fy", "cx", "cy"])
-@pytest.mark.parametrize("value", [np.nan, np.inf, None, "600", True, [600.0]])
+@pytest.mark.parametrize(
+    "value", [np.nan, np.inf, None, "600", True, [600.0], 1e300, 10**400, 600j, np.timedelta64(600), np.True_]
+)
 def test_an_intrinsic_must_be_a_finite_number(name, value):
     intrinsics = {"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, name: value}
     with pytest.raises(InputError, match=f"{name} must be a finite number"):
         PinholeCamera(**intrinsics)
 
 
-@pytest.mark.parametrize(("fx", "fy"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0)])
+@pytest.mark.parametrize(("fx", "fy"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, 1e-300)])
 def test_a_focal_length_must_be_positive(fx, fy):
     with pytest.raises(InputError, match=f"must be positive, got fx={fx}, fy={fy}"):
         PinholeCamera(fx, fy, 0.0, 0.0)
@@ -231,9 +234,20 @@ def test_coefficients_must_be_as_many_as_a_model_has(count):
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"distortion": (0.1, np.nan, 0, 0)}, "distortion must be a finite number, got nan"),
+        ({"distortion": (0.1, np.nan, 0, 0)}, "distortion must be a finite number in .*, got nan"),
         ({"distortion": ("a", 0, 0, 0)}, "distortion must be a finite number"),
         ({"distortion": [[1, 2], [3]]}, "distortion must be"),
+        ({"distortion": (1e300, 0, 0, 0)}, r"distortion must be a finite number in -1e\+06\.\.1e\+06, got 1e\+300"),
+        ({"distortion": (10**400, 0, 0, 0)}, "distortion must be a finite number"),
+        ({"distortion": "0.1 0 0 0"}, "distortion must be"),
+        ({"distortion": None}, "distortion must be"),
+        ({"distortion": {"k1": 1}}, "distortion must be"),
+        ({"distortion": (0,) * 12 + (1.6, 0.0)}, "the tilt of the sensor must be a finite number in -1.5..1.5"),
+        ({"model": ["fisheye"]}, "model must be one of polynomial, fisheye, got"),
+        ({"model": None}, "model must be one of"),
+        ({"size": (10**400, 640)}, "two positive integers"),
+        ({"size": (True, 640)}, "two positive integers"),
+        ({"size": (2**31, 640)}, "two positive integers .* 1000000 at most"),
         ({"model": "fisheye"}, "fisheye model has 4 distortion coefficients, got 0"),
         ({"model": "omni"}, "model must be one of polynomial, fisheye, got 'omni'"),
         ({"size": (480, 0)}, r"two positive integers \(H, W\), got \(480, 0\)"),
@@ -271,6 +285,26 @@ def test_a_dictionary_must_have_the_keys_and_no_others(changes, message):
         PinholeCamera.from_dict({key: value for key, value in values.items() if value is not None or key == "size"})
 
 
+@pytest.mark.parametrize("data", [None, 5, "fx", [1, 1, 0, 0], [("fx", 1)]])
+def test_what_is_no_dictionary_is_refused(data):
+    with pytest.raises(InputError, match="a camera needs a dictionary as of to_dict, got"):
+        PinholeCamera.from_dict(data)
+
+
+def test_numbers_of_numpy_become_plain_ones():
+    camera = PinholeCamera(
+        np.float32(600),
+        np.int64(500),
+        np.float16(1),
+        np.uint8(2),
+        np.float32([0.5, 0, 0, 0]),
+        size=(np.int64(48), np.uint16(64)),
+    )
+    assert through_json(camera.to_dict()) == camera.to_dict()
+    assert {type(value) for value in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)} == {float}
+    assert [type(side) for side in camera.size] == [int, int]
+
+
 def test_a_camera_from_its_matrix():
     camera = camera_with("webcam")
     distortion = np.array(camera.distortion)
@@ -284,7 +318,9 @@ def test_a_camera_from_its_matrix():
         ([[600, 0, 320], [0, 600, 240], [0, 0, 2]], "must be \\[\\[fx, 0, cx\\]"),
         ([[600, 0, 320], [1, 600, 240], [0, 0, 1]], "must be"),
         (np.eye(4), r"shape \(3, 3\), got \(4, 4\)"),
-        ([[1, 2], [3]], "must be numbers"),
+        ([[1, 2], [3]], "must be an array of numbers"),
+        (None, "must be an array of numbers"),
+        ([[10**400] * 3] * 3, "must be an array of numbers"),
     ],
 )
 def test_another_matrix_is_refused(matrix, message):

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import pickle
+from fractions import Fraction
 
+import msgspec
+import numpy as np
 import pytest
+from builders import through_json
 
 from dloftbs.config import (
     CleaningConfig,
@@ -39,7 +43,7 @@ CHANGED = Config(
     segments=SegmentsConfig(max_segments=7),
     linking=LinkingConfig(objects=3, max_gap_widths=0.123456789012345678),
     fitting=FittingConfig(knots=40),
-    lifting=LiftingConfig(integer_unit_m=1e-4, min_depth_m=0.3, max_depth_m=INF),
+    lifting=LiftingConfig(integer_unit_m=1e-4, min_depth_m=0.3, max_depth_m=1e6),
     tracking=TrackingConfig(gate=0.3, min_hits=1, max_coast_s=0.0),
 )
 
@@ -48,20 +52,20 @@ EACH = [Config(), Config.paper(), CHANGED]
 GOOD = [
     (CleaningConfig, "open_px", [1, 3, 99]),
     (CleaningConfig, "close_px", [1, 3, 99]),
-    (CleaningConfig, "thin_px", [0, 1, 500]),
+    (CleaningConfig, "thin_px", [0, 1, 500, 1_000_000_000]),
     (SegmentsConfig, "max_segments", [1]),
     (LinkingConfig, "objects", [None, 1, 50]),
-    (LinkingConfig, "max_gap_widths", [0, 0.5, INF]),
+    (LinkingConfig, "max_gap_widths", [0, 0.5, 1e9]),
     (GreedyLinkingConfig, "min_length_px", [2, 10_000]),
     (GreedyLinkingConfig, "distance_weight", [0, 0.0, 1.0]),
-    (GreedyLinkingConfig, "max_cost", [0.0, 3, INF]),
+    (GreedyLinkingConfig, "max_cost", [0.0, 3, 1e9]),
     (GreedyLinkingConfig, "direction_px", [2]),
     (FittingConfig, "knots", [None, 2, 1000]),
     (FittingConfig, "tolerance_px", [1e-9, 1]),
     (LiftingConfig, "integer_unit_m", [1e-9, 1]),
     (LiftingConfig, "min_depth_m", [0, 19.9]),
-    (LiftingConfig, "max_depth_m", [0.001, INF]),
-    (PixelLiftingConfig, "max_depth_m", [0.001, INF]),
+    (LiftingConfig, "max_depth_m", [0.001, 1e9]),
+    (PixelLiftingConfig, "max_depth_m", [0.001, 1e9]),
     (TrackingConfig, "gate", [1e-9, 5]),
     (TrackingConfig, "min_hits", [1]),
     (TrackingConfig, "max_coast_s", [0, 0.0]),
@@ -70,7 +74,7 @@ GOOD = [
 BAD = [
     (CleaningConfig, "open_px", [0, -1, 2, 101, 3.0, "3", True, None]),
     (CleaningConfig, "close_px", [0, -1, 2, 101, 3.0, "3", True, None]),
-    (CleaningConfig, "thin_px", [-1, 2.0, "20", True, None]),
+    (CleaningConfig, "thin_px", [-1, 2.0, 1e30, "20", True, None]),
     (SegmentsConfig, "max_segments", [0, 1.0, True]),
     (LinkingConfig, "objects", [0, -1, 1.0, "1", True]),
     (LinkingConfig, "max_gap_widths", [-1e-9, NAN, "8", True, None]),
@@ -91,6 +95,29 @@ BAD = [
     (SegmentationConfig, "hsv", [[], HsvRange(hue=(0, 1)), ((0, 1),), None]),
 ]
 
+NUMBERS = [
+    (section, name)
+    for section in (*SECTIONS.values(), GreedyLinkingConfig, PixelLiftingConfig)
+    for name, default in zip(section.__struct_fields__, section.__struct_defaults__, strict=True)
+    if isinstance(default, (int, float)) or name in ("objects", "knots")
+]
+NO_NUMBERS = {
+    "inf": INF,
+    "nan": NAN,
+    "1e300": 1e300,
+    "1e30": 1e30,
+    "-1": -1,
+    "400 digits": 10**400,
+    "5000 digits": 10**5000,
+    "bool": np.True_,
+    "time": np.timedelta64(3, "s"),
+    "count of time": np.timedelta64(3),
+    "text": np.str_("3"),
+    "complex": 3j,
+    "array": np.array([3]),
+    "fraction": Fraction(10**400),
+}
+
 
 def each_value(rows):
     return [pytest.param(cls, name, v, id=f"{cls.__name__}.{name}={v!r}") for cls, name, values in rows for v in values]
@@ -108,6 +135,39 @@ def test_a_value_out_of_range_is_named_with_what_came(section, name, value):
     expected, _, got = str(caught.value).partition(", got ")
     assert name in expected.partition(" must be ")[0]
     assert repr(value) in got
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS.values(), ids=NO_NUMBERS)
+@pytest.mark.parametrize(("section", "name"), NUMBERS, ids=lambda part: getattr(part, "__name__", part))
+def test_no_number_is_without_bounds(section, name, value):
+    with pytest.raises(ConfigError, match=f"{name}.* must be .*, got ") as caught:
+        section(**{name: value})
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("value", [10**400, 1e300, INF, True], ids=["400 digits", "1e300", "inf", "bool"])
+@pytest.mark.parametrize(("section", "name"), NUMBERS, ids=lambda part: getattr(part, "__name__", part))
+def test_nor_is_one_in_a_dictionary(section, name, value):
+    place = next(place for place, default in SECTIONS.items() if section.__name__.endswith(default.__name__))
+    method = {"method": section.__struct_config__.tag} if section.__struct_config__.tag else {}
+    with pytest.raises(ConfigError):
+        Config.from_dict({place: {**method, name: value}})
+
+
+@pytest.mark.parametrize(("section", "name"), NUMBERS, ids=lambda part: getattr(part, "__name__", part))
+def test_numbers_of_numpy_are_kept_as_plain_ones(section, name):
+    default = dict(zip(section.__struct_fields__, section.__struct_defaults__, strict=True))[name]
+    given = np.float32(0.5) if isinstance(default, float) else np.int16(9)
+    made = section(**{name: given})
+    assert type(getattr(made, name)) is (float if isinstance(default, float) else int)
+    assert getattr(made, name) == given
+    through_json(msgspec.to_builtins(made))
+
+
+@pytest.mark.parametrize("changes", [None, 5, [("fitting.knots", 5)], {1: 2}])
+def test_changes_that_are_no_dictionary_are_refused(changes):
+    with pytest.raises(ConfigError, match="changes must be a dictionary of values by dotted paths, got"):
+        Config().replace(changes)
 
 
 @pytest.mark.parametrize("name", ["saturation", "value"])
@@ -131,7 +191,7 @@ def test_an_hsv_range_is_read_from_text(text, expected):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "20", "20:", ":", "20:40:60", "20:40,", "a:b", "1.5:2", "1:2,3:4,5:6,7:8", "1-2", "1:2;3:4"]
+    "text", [5, None, "", "20", "20:", ":", "20:40:60", "20:40,", "a:b", "1.5:2", "1:2,3:4,5:6,7:8", "1-2", "1:2;3:4"]
 )
 def test_text_of_another_form_is_refused_with_an_example(text):
     with pytest.raises(ConfigError, match="such as '170:10,80:255,60:255', got") as caught:

@@ -108,9 +108,9 @@ class TestEvaluation:
         curve = random_curve(4)
         np.testing.assert_allclose(curve.sample(2), curve.control_points[[0, -1]], atol=1e-12)
 
-    @pytest.mark.parametrize("n", [1, 0, -3])
+    @pytest.mark.parametrize("n", [1, 0, -3, 2.0, "5", None, True, 10**400, 10**12])
     def test_a_sample_of_less_than_two_is_refused(self, n):
-        with pytest.raises(InputError, match=f"n must be at least 2, got {n}"):
+        with pytest.raises(InputError, match=r"n must be an integer in 2\.\."):
             wave().sample(n)
 
 
@@ -229,6 +229,12 @@ class TestConstruction:
             ({"control_points": [[1.0, np.nan]] * 5}, "control_points must be finite, got 5 values"),
             ({"control_points": [[1.0, 2.0], [3.0]]}, "control_points must be an array of numbers"),
             ({"control_points": None}, "control_points must be"),
+            ({"control_points": [["1", "2"]] * 5}, "control_points must be an array of numbers, got .* of <U1"),
+            ({"control_points": CONTROL > 0}, "control_points must be an array of numbers, got .* of bool"),
+            ({"control_points": CONTROL * 1j}, "control_points must be an array of numbers, got .* of complex128"),
+            ({"control_points": CONTROL.astype("m8[s]")}, "control_points must be an array of numbers"),
+            ({"control_points": [[10**400, 0]] * 5}, "control_points must be an array of numbers"),
+            ({"control_points": CONTROL * 1e300}, r"control_points must be at most 1e\+12, got"),
             ({"control_points": np.ones((3, 2))}, "degree 3 needs 4 control points or more, got 3"),
             ({"knots": KNOTS[1:]}, r"knots must have shape \(9,\), got \(8,\)"),
             ({"knots": [KNOTS]}, r"knots must have shape \(9,\), got \(1, 9\)"),
@@ -239,7 +245,12 @@ class TestConstruction:
                 r"span 0 to 1 between knots\[3\] and knots\[5\], got \(0.0, 2.0\)",
             ),
             ({"knots": [0, 0, 0, 0.1, 0.5, 1, 1, 1, 1]}, r"got \(0.1, 1.0\)"),
-            ({"degree": 0}, "degree must be an integer of at least 1, got 0"),
+            ({"knots": [0, 0, 0, 0, 1e-300, 1, 1, 1, 1]}, "knots must be the same or at least 1e-12 apart, got 1e-300"),
+            ({"knots": [0, 0, 0, 0, 0, 1, 1, 1, 1]}, "no more than 4 knots may be the same"),
+            ({"knots": [-1e300, 0, 0, 0, 0.5, 1, 1, 1, 1]}, "knots must be at most"),
+            ({"closed": "no"}, "closed must be True or False, got 'no'"),
+            ({"degree": 0}, "degree must be an integer in 1..9, got 0"),
+            ({"degree": 10**5000}, "degree must be .* got an integer of thousands of digits"),
             ({"degree": 3.0}, "degree must be .* got 3.0"),
             ({"degree": True}, "degree must be .* got True"),
         ],
@@ -360,6 +371,30 @@ class TestSerialisation:
         del data[key]
         with pytest.raises(InputError, match=f"needs the key '{key}', got"):
             BSplineCurve.from_dict(data)
+
+    @pytest.mark.parametrize("data", [None, 5, "knots", [], [("knots", [])]])
+    def test_what_is_no_dictionary_is_refused(self, data):
+        with pytest.raises(InputError, match="a curve needs a dictionary as of to_dict, got"):
+            BSplineCurve.from_dict(data)
+
+    @pytest.mark.parametrize("value", [None, "x", {}, 10**400, [[]], float("nan")])
+    @pytest.mark.parametrize("key", ["degree", "closed", "knots", "control_points"])
+    def test_garbage_is_refused(self, key, value):
+        with pytest.raises(InputError):
+            BSplineCurve.from_dict({**wave().to_dict(), key: value})
+
+    @pytest.mark.parametrize(
+        ("matrix", "offset", "message"),
+        [
+            (np.eye(3), [0, 0], r"matrix must have shape \(2, 2\), got \(3, 3\)"),
+            (np.eye(2), [0, np.nan], "offset must be finite"),
+            (np.eye(2) * 1e12, [0, 0], "control_points must be at most"),
+            ("x", [0, 0], "matrix must be an array of numbers"),
+        ],
+    )
+    def test_a_map_of_another_space_is_refused(self, matrix, offset, message):
+        with pytest.raises(InputError, match=message):
+            wave().transformed(matrix, offset)
 
     def test_wrong_values_are_refused(self):
         with pytest.raises(InputError, match="knots must have shape"):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from builders import detection_of, line, loop, through_json, wave
 
+from dloftbs._arrays import check_depth, check_image, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
@@ -20,9 +22,6 @@ from dloftbs.frame import (
     FrameResult,
     Track,
     TrackState,
-    check_depth,
-    check_image,
-    check_mask,
 )
 
 IMAGE = np.zeros((4, 6, 3), np.uint8)
@@ -47,6 +46,41 @@ class TestFrame:
             ({"mask": MASK[0]}, r"mask must have shape .* got \(6,\)"),
             ({"mask": MASK.astype(np.float32)}, "mask must be bool or integer, .* got float32"),
             ({"mask": MASK.astype(str)}, "mask must be bool or integer"),
+            ({"mask": MASK.astype("m8[s]")}, r"mask must be bool or integer, .* got timedelta64\[s\]"),
+            ({"mask": MASK.astype("M8[s]")}, r"mask must be bool or integer, .* got datetime64\[s\]"),
+            ({"mask": MASK.astype(complex)}, "mask must be bool or integer, .* got complex128"),
+            ({"mask": MASK.astype(object)}, "mask must be bool or integer, .* got object"),
+            ({"mask": np.zeros((4, 6), [("a", "u1")])}, "mask must be bool or integer"),
+            ({"mask": [[0, 1], [1]]}, "mask must be an array of numbers, got .*inhomogeneous"),
+            ({"mask": [[10**400]]}, "mask must be bool or integer, .* got object"),
+            ({"mask": "mask.png"}, r"mask must have shape .* got \(\)"),
+            ({"mask": {"a": 1}}, r"mask must have shape .* got \(\)"),
+            ({"image": [[[0, 0, 0]], [[0, 0]]]}, "image must be an array of numbers, got .*inhomogeneous"),
+            ({"mask": MASK, "depth": MASK.astype("m8[s]")}, r"depth must be .* got timedelta64\[s\]"),
+            ({"mask": MASK, "depth": MASK.astype("M8[s]")}, "depth must be .* got datetime64"),
+            ({"mask": MASK, "depth": MASK.astype(object)}, "depth must be .* got object"),
+            ({"mask": MASK, "depth": [[1.0], [1.0, 2.0]]}, "depth must be an array of numbers, got .*inhomogeneous"),
+            ({"mask": MASK, "camera": "x"}, "camera must be a PinholeCamera, got 'x'"),
+            ({"mask": MASK, "camera": (1, 1, 0, 0)}, "camera must be a PinholeCamera"),
+            ({"mask": MASK, "index": 1.0}, r"index must be an integer in 0\.\.9007199254740992, got 1.0"),
+            ({"mask": MASK, "index": -1}, "index must be an integer"),
+            ({"mask": MASK, "index": True}, "index must be an integer"),
+            (
+                {"mask": MASK, "index": 10**5000},
+                "index must be .*, got an integer of thousands of digits",
+            ),
+            ({"mask": MASK, "stamp": "0.5"}, "stamp must be a finite number of seconds, .* got '0.5'"),
+            ({"mask": MASK, "stamp": math.nan}, "stamp must be a finite number of seconds, .* got nan"),
+            ({"mask": MASK, "stamp": -math.inf}, "stamp must be a finite number of seconds, .* got -inf"),
+            ({"mask": MASK, "stamp": True}, "stamp must be a finite number"),
+            (
+                {"mask": MASK, "stamp": 10**400},
+                "stamp must be a finite .*, 1e.11 at most, got 1000.* char",
+            ),
+            ({"mask": MASK, "stamp": np.datetime64("2026-01-01")}, "stamp must be a finite number of seconds"),
+            ({"mask": MASK, "stamp": np.timedelta64(5)}, "stamp must be a finite number of seconds"),
+            ({"mask": MASK, "name": None}, "name must be text, got None"),
+            ({"mask": MASK, "name": b"a.png"}, "name must be text"),
             ({"mask": MASK, "depth": DEPTH[None]}, r"depth must have shape \(H, W\) or \(H, W, 1\), got \(1, 4, 6\)"),
             ({"mask": MASK, "depth": DEPTH > 0}, "depth must be integer counts or floating-point metres, got bool"),
             ({"mask": MASK, "depth": DEPTH.astype(complex)}, "depth must be .* got complex128"),
@@ -71,6 +105,11 @@ class TestFrame:
     @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.int32, np.float16, np.float32, np.float64])
     def test_depth_may_be_integer_or_floating_point(self, dtype):
         assert Frame(mask=MASK, depth=DEPTH.astype(dtype)).depth.dtype == dtype
+
+    def test_numbers_and_text_of_numpy_become_plain_ones(self):
+        frame = Frame(mask=MASK, index=np.uint16(3), stamp=np.float32(0.5), name=np.str_("a"))
+        assert [type(value) for value in (frame.index, frame.stamp, frame.name)] == [int, float, str]
+        assert type(Frame(mask=MASK, stamp=np.int64(2)).stamp) is float
 
     def test_a_last_axis_of_one_is_dropped(self):
         frame = Frame(mask=MASK[:, :, None], depth=DEPTH[:, :, None])
@@ -131,6 +170,107 @@ class TestFrame:
         ):
             Frame(mask=MASK, camera=camera)
         assert Frame(mask=MASK, camera=camera.scaled((4, 6))).camera.size == (4, 6)
+
+
+NOT_SPANS = [
+    ((0.5, 0.2),),
+    ((-1e-9, 0.1),),
+    ((0.9, 1.0 + 1e-9),),
+    ((0.5, 0.6), (0.1, 0.2)),
+    ((0.1,),),
+    (0.1, 0.2),
+    None,
+    ((math.nan, 1.0),),
+    (("0", "1"),),
+]
+
+
+class TestFields:
+    """Of what comes out: wrong ones are refused where a result is made."""
+
+    @pytest.mark.parametrize("spans", NOT_SPANS)
+    def test_what_is_inferred_lies_within_the_curve(self, spans):
+        with pytest.raises(InputError, match="inferred_3d must be"):
+            replace(detection_of(wave()), inferred_3d=spans)
+        with pytest.raises(InputError, match="inferred must be"):
+            Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None, spans)
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            *(("curve", value) for value in (None, "x", line((0, 0, 0), (1, 1, 1)))),
+            *(("curve_3d", value) for value in ("x", wave())),
+            ("no_3d_reason", 5),
+            ("centerline", None),
+        ],
+    )
+    def test_of_a_detection(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must be"):
+            replace(detection_of(wave()), **{name: value})
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            *(("id", value) for value in (0, -1, 1.0, True, "1", 10**400)),
+            *(("state", value) for value in ("confirmed", None)),
+            *(("curve", value) for value in (None, line((0, 0, 0), (1, 1, 1)))),
+            *(("curve_3d", value) for value in ("x", wave())),
+            *(("hits", value) for value in (-1, 1.0)),
+            *(("misses", value) for value in (-1, None)),
+            ("detection", wave()),
+            *(("confidence", value) for value in (-0.1, 1.1, math.nan, None)),
+            *(("width", value) for value in (-0.1, math.inf, math.nan, "3")),
+        ],
+    )
+    def test_of_a_track(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must be"):
+            replace(Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None), **{name: value})
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            *(("position", value) for value in ((1.0,), None, (math.nan, 1.0), "ab")),
+            *(("passes", value) for value in (((0, 0.1),), ((0, 0.1), (0.5, 0.2)), ((0, 0.1), (0, 1.1)), None)),
+            *(("top", value) for value in (2, -1, 0.0, True)),
+            *(("confidence", value) for value in (-0.1, 1.1, math.nan)),
+        ],
+    )
+    def test_of_a_crossing(self, name, value):
+        with pytest.raises(InputError, match="must be"):
+            replace(Crossing((1.0, 2.0), ((0, 0.1), (0, 0.9))), **{name: value})
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            *(("u", value) for value in ((0.5, 0.2), (-0.1, 0.2), None, (0.1,))),
+            *(("kind", value) for value in ("gap", None)),
+            *(("cost", value) for value in (-1.0, math.inf, "1")),
+            *(("margin", value) for value in (-1.0, math.nan, -math.inf)),
+            *(("confidence", value) for value in (1.1, None)),
+            *(("alternatives", value) for value in ((None,), ((1.0,), None), None)),
+        ],
+    )
+    def test_of_a_joint(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must be"):
+            replace(GAP, **{name: value})
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            ("detections", (1,)),
+            ("tracks", None),
+            ("reason", 5),
+            *(("size", value) for value in ((4,), (4.0, 6), None, (-1, 6), (10**400, 6))),
+            *(("stage_ms", value) for value in (None, {"a": "b"}, {1: 2.0}, {"a": math.nan})),
+            *(("index", value) for value in (-1, 1.0)),
+            *(("stamp", value) for value in (math.nan, "1", 10**400)),
+            ("name", None),
+            ("crossings", (None,)),
+        ],
+    )
+    def test_of_a_result(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must"):
+            replace(FrameResult((), (), None, (4, 6)), **{name: value})
 
 
 class TestDetection:

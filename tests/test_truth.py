@@ -71,10 +71,13 @@ def test_a_truth_survives_json():
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ({"ids": [], "curves": []}, "a truth needs the key 'curves_3d', got ['curves', 'ids']"),
+        ({"ids": [], "curves": []}, "a truth needs the key 'curves_3d', got ['ids', 'curves']"),
         ({"ids": [1], "curves": [{}], "curves_3d": []}, "a curve needs the key 'knots'"),
         ({"ids": 1, "curves": [], "curves_3d": []}, "lists of ids and curves"),
-        ({"ids": [1], "curves": [3], "curves_3d": []}, "lists of ids and curves"),
+        ({"ids": [1], "curves": [3], "curves_3d": []}, "a curve needs a dictionary"),
+        (None, "a truth needs a dictionary as of to_dict, got None"),
+        ({"ids": ["1"], "curves": [], "curves_3d": []}, "an id must be an integer"),
+        ({"ids": [10**400], "curves": [], "curves_3d": []}, "an id must be an integer"),
     ],
 )
 def test_broken_values_are_refused(data, message):

@@ -1,13 +1,20 @@
-"""Small checks that the data types share: arrays in, read-only float64 arrays out, errors that say what came."""
+"""Small checks of arrays that the data types share; errors say what came."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._values import shown
 from dloftbs.errors import InputError
 
+AnyArray = npt.NDArray[Any]
 FloatArray = npt.NDArray[np.float64]
+
+LARGEST = 1e12
+"""Px or metres: no coordinate is larger, so that lengths and curvatures of curves are finite."""
 
 
 def frozen(array: FloatArray) -> FloatArray:
@@ -22,9 +29,9 @@ def as_points(name: str, value: npt.ArrayLike, dims: tuple[int, ...] = (2, 3)) -
     Raises
     ------
     InputError
-        If the shape differs or a value is not finite.
+        If the shape differs or a value is no finite number.
     """
-    array = _as_float(name, value)
+    array = as_float_array(name, value)
     if array.ndim != 2 or array.shape[1] not in dims:
         wanted = " or ".join(f"(n, {d})" for d in dims)
         raise InputError(f"{name} must have shape {wanted}, got {array.shape}")
@@ -37,19 +44,95 @@ def as_vector(name: str, value: npt.ArrayLike, size: int | None = None) -> Float
     Raises
     ------
     InputError
-        If the shape differs or a value is not finite.
+        If the shape differs or a value is no finite number.
     """
-    array = _as_float(name, value)
+    array = as_float_array(name, value)
     if array.ndim != 1 or (size is not None and array.size != size):
         raise InputError(f"{name} must have shape ({'n' if size is None else size},), got {array.shape}")
     return frozen(array)
 
 
-def _as_float(name: str, value: npt.ArrayLike) -> FloatArray:
+def as_float_array(name: str, value: npt.ArrayLike) -> FloatArray:
+    """Return a copy of numbers of any shape, each at most `LARGEST`.
+
+    Raises
+    ------
+    InputError
+        If something is no number, or not finite, or too large.
+    """
+    array = as_array(name, value)
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"{name} must be an array of numbers, got {array.shape} of {array.dtype}")
+    with np.errstate(over="ignore"):  # longer floating point than float64 may become infinite
+        array = array.astype(np.float64)
+    finite = np.isfinite(array)
+    if not finite.all():
+        raise InputError(f"{name} must be finite, got {int((~finite).sum())} values that are not")
+    if (np.abs(array) > LARGEST).any():
+        raise InputError(f"{name} must be at most {LARGEST:g}, got {float(np.abs(array).max())}")
+    return array
+
+
+def as_array(name: str, value: npt.ArrayLike) -> AnyArray:
+    """Return anything as an array.
+
+    Raises
+    ------
+    InputError
+        If it is none: ragged, or what NumPy cannot convert.
+    """
     try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be an array of numbers: {error}") from error
-    if not np.isfinite(array).all():
-        raise InputError(f"{name} must be finite, got {int((~np.isfinite(array)).sum())} values that are not")
+        return np.asarray(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name} must be an array of numbers, got {shown(value)}: {error}") from error
+
+
+def check_image(image: npt.ArrayLike) -> AnyArray:
+    """Return the image (H, W, 3) as an array.
+
+    Raises
+    ------
+    InputError
+        If it is not uint8 of that shape.
+    """
+    array = as_array("image", image)
+    if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
+        raise InputError(f"image must have shape (H, W, 3) and type uint8, got {array.shape} of {array.dtype}")
+    return array
+
+
+def check_mask(mask: npt.ArrayLike) -> AnyArray:
+    """Return the mask as an array (H, W) of bool or integers.
+
+    Raises
+    ------
+    InputError
+        If it has another shape or type.
+    """
+    array = _as_plane("mask", mask)
+    if array.dtype.kind not in "biu":
+        raise InputError(f"mask must be bool or integer, any non-zero being cable, got {array.dtype}")
+    return array
+
+
+def check_depth(depth: npt.ArrayLike) -> AnyArray:
+    """Return the depth as an array (H, W) of integers or floating point.
+
+    Raises
+    ------
+    InputError
+        If it has another shape or type.
+    """
+    array = _as_plane("depth", depth)
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"depth must be integer counts or floating-point metres, got {array.dtype}")
+    return array
+
+
+def _as_plane(name: str, value: npt.ArrayLike) -> AnyArray:
+    array = as_array(name, value)
+    if array.ndim == 3 and array.shape[2] == 1:
+        array = array[:, :, 0]
+    if array.ndim != 2:
+        raise InputError(f"{name} must have shape (H, W) or (H, W, 1), got {array.shape}")
     return array

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import FloatArray, as_array, as_float_array
+from dloftbs._values import check_number, check_size, shown
 from dloftbs.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ LensModel = Literal["polynomial", "fisheye"]
 LENS_MODELS: tuple[str, ...] = get_args(LensModel)
 COEFFICIENT_COUNTS = {"polynomial": (0, 4, 5, 8, 12, 14), "fisheye": (4,)}
 """How many coefficients the models have, by name."""
+
+_SHORTEST_FOCAL_PX, _FARTHEST_PX = 1e-3, 1e7  # from images in units of their own to the longest lenses
+_LARGEST_COEFFICIENT = 1e6  # calibrations of long lenses have some thousands
+_MOST_TILT = 1.5  # rad; at a right angle, a tilted sensor sees nothing
 
 _KEYS = ("fx", "fy", "cx", "cy")
 
@@ -49,8 +53,8 @@ class PinholeCamera:
     Raises
     ------
     InputError
-        If a focal length is not positive, a value is not finite, the model is unknown or the coefficients are not as
-        many as it has.
+        If a value is no number or none that a camera has (focal lengths of 0.001 to 1e7 px, principal points up to as
+        far, coefficients up to 1e6), the model is unknown or the coefficients are not as many as it has.
     """
 
     fx: float
@@ -63,14 +67,16 @@ class PinholeCamera:
 
     def __post_init__(self) -> None:
         for name in _KEYS:
-            object.__setattr__(self, name, _finite(name, getattr(self, name)))
-        if self.fx <= 0 or self.fy <= 0:
-            raise InputError(f"focal lengths must be positive, got fx={self.fx}, fy={self.fy}")
-        if self.model not in LENS_MODELS:
-            raise InputError(f"model must be one of {', '.join(LENS_MODELS)}, got {self.model!r}")
+            object.__setattr__(self, name, check_number(name, getattr(self, name), -_FARTHEST_PX, _FARTHEST_PX))
+        if min(self.fx, self.fy) < _SHORTEST_FOCAL_PX:
+            raise InputError(
+                f"focal lengths must be positive, got fx={self.fx}, fy={self.fy}; {_SHORTEST_FOCAL_PX} px at least"
+            )
+        if not isinstance(self.model, str) or self.model not in LENS_MODELS:
+            raise InputError(f"model must be one of {', '.join(LENS_MODELS)}, got {shown(self.model)}")
         object.__setattr__(self, "distortion", _coefficients(self.distortion, self.model))
         if self.size is not None:
-            object.__setattr__(self, "size", _image_size(self.size))
+            object.__setattr__(self, "size", check_size("size", self.size))
 
     @classmethod
     def from_matrix(
@@ -87,17 +93,14 @@ class PinholeCamera:
         InputError
             If the matrix has another shape or form, or skew; and as the constructor.
         """
-        try:
-            k = np.asarray(matrix, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"a camera matrix must be numbers of shape (3, 3): {error}") from error
+        k = as_float_array("a camera matrix", matrix)
         if k.shape != (3, 3):
             raise InputError(f"a camera matrix must have shape (3, 3), got {k.shape}")
         if k[0, 1] != 0.0:
             raise InputError(f"a camera with skew is not supported: K[0, 1] must be 0, got {k[0, 1]}")
         if k[1, 0] != 0.0 or (k[2] != (0.0, 0.0, 1.0)).any():
             raise InputError(f"a camera matrix must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {k.tolist()}")
-        return cls(k[0, 0], k[1, 1], k[0, 2], k[1, 2], tuple(distortion), model, size)
+        return cls(k[0, 0], k[1, 1], k[0, 2], k[1, 2], distortion, model, size)  # type: ignore[arg-type]  # any sequence
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> PinholeCamera:
@@ -106,8 +109,10 @@ class PinholeCamera:
         Raises
         ------
         InputError
-            If a key is missing or unknown; and as the constructor.
+            If it is no dictionary, a key is missing or unknown; and as the constructor.
         """
+        if not isinstance(data, Mapping):
+            raise InputError(f"a camera needs a dictionary as of to_dict, got {shown(data)}")
         missing = [key for key in _KEYS if key not in data]
         if missing:
             raise InputError(f"a camera needs fx, fy, cx and cy; missing: {', '.join(missing)}")
@@ -165,7 +170,7 @@ class PinholeCamera:
         """
         if self.size is None:
             raise InputError("a camera can be scaled only if it has a size: PinholeCamera(..., size=(H, W))")
-        rows, columns = _image_size(size)
+        rows, columns = check_size("size", size)
         y, x = rows / self.size[0], columns / self.size[1]
         # Pixel centres are at integers, so that the image begins half a pixel before 0.
         cx, cy = (self.cx + 0.5) * x - 0.5, (self.cy + 0.5) * y - 0.5
@@ -248,27 +253,17 @@ class PinholeCamera:
         return np.stack((x * depth, y * depth, depth), axis=-1)
 
 
-def _finite(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not math.isfinite(value):
-        raise InputError(f"{name} must be a finite number, got {value!r}")
-    return float(value)
-
-
 def _coefficients(values: Any, model: str) -> tuple[float, ...]:
-    try:
-        given = tuple(np.asarray(values).ravel().tolist())
-    except (TypeError, ValueError) as error:
-        raise InputError(f"distortion must be a sequence of numbers: {error}") from error
-    coefficients = tuple(_finite("distortion", value) for value in given)
+    if isinstance(values, Iterable) and not isinstance(values, (np.ndarray, str, Mapping)):
+        values = list(values)
+    given = as_array("distortion", values).ravel().tolist()
+    coefficients = tuple(
+        check_number("distortion", value, -_LARGEST_COEFFICIENT, _LARGEST_COEFFICIENT) for value in given
+    )
     counts = COEFFICIENT_COUNTS[model]
     if len(coefficients) not in counts:
         wanted = " or ".join(str(count) for count in counts)
         raise InputError(f"the {model} model has {wanted} distortion coefficients, got {len(coefficients)}")
+    for angle in coefficients[12:]:
+        check_number("the tilt of the sensor", angle, -_MOST_TILT, _MOST_TILT)
     return coefficients if model == "fisheye" or any(coefficients) else ()
-
-
-def _image_size(value: Any) -> tuple[int, int]:
-    valid = isinstance(value, (tuple, list)) and len(value) == 2
-    if not valid or not all(isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n > 0 for n in value):
-        raise InputError(f"size must be two positive integers (H, W), got {value!r}")
-    return int(value[0]), int(value[1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -9,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray, as_points, as_vector, frozen
+from dloftbs._arrays import LARGEST, FloatArray, as_points, as_vector, frozen
+from dloftbs._values import check_all, check_flag, check_number, check_pair, check_spans, check_type, shown
 from dloftbs.errors import InputError
 
 Point = tuple[float, float]
@@ -93,6 +95,11 @@ class Joint:
     alternatives : (point or None, point or None)
         Where its start and its end would go in the next best choice: the ``(x, y)`` px of another end, or None where it
         would stay open.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
     """
 
     kind: JointKind
@@ -101,6 +108,23 @@ class Joint:
     margin: float
     confidence: float = 1.0
     alternatives: tuple[Point | None, Point | None] = (None, None)
+
+    def __post_init__(self) -> None:
+        check_type("kind", self.kind, JointKind)
+        (u,) = check_spans("u", (self.u,))
+        ends = self.alternatives
+        if not isinstance(ends, (tuple, list)) or len(ends) != 2:
+            raise InputError(f"alternatives must be two points or None, got {shown(ends)}")
+        endless = isinstance(self.margin, float) and self.margin == math.inf
+        self.__dict__.update(
+            u=u,
+            cost=check_number("cost", self.cost, 0.0, LARGEST),
+            margin=math.inf if endless else check_number("margin", self.margin, 0.0, LARGEST),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+            alternatives=tuple(
+                None if end is None else check_pair("alternatives", end, -LARGEST, LARGEST) for end in ends
+            ),
+        )
 
     @classmethod
     def trusted(
@@ -118,6 +142,17 @@ class Joint:
             kind=kind, u=u, cost=cost, margin=margin, confidence=confidence, alternatives=alternatives
         )
         return joint
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON, which has no infinity: an infinite margin becomes None."""
+        return {
+            "kind": self.kind.value,
+            "u": list(self.u),
+            "cost": self.cost,
+            "margin": self.margin if math.isfinite(self.margin) else None,
+            "confidence": self.confidence,
+            "alternatives": [None if point is None else list(point) for point in self.alternatives],
+        }
 
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
@@ -141,7 +176,7 @@ class Centerline:
     Raises
     ------
     InputError
-        If the counts disagree.
+        If the counts disagree, or a part has another type.
     """
 
     segments: tuple[Segment, ...]
@@ -149,8 +184,9 @@ class Centerline:
     closed: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "segments", tuple(self.segments))
-        object.__setattr__(self, "joints", tuple(self.joints))
+        object.__setattr__(self, "segments", check_all("segments", self.segments, Segment))
+        object.__setattr__(self, "joints", check_all("joints", self.joints, Joint))
+        object.__setattr__(self, "closed", check_flag("closed", self.closed))
         if not self.segments:
             raise InputError("a centre line needs at least one segment")
         if len(self.joints) != len(self.segments) - 1:

@@ -5,16 +5,19 @@ Lengths in pixels end in ``_px``; the letters of the paper (Kicki, Szymko, Walas
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Any, Literal, TypeGuard
+from typing import Any, Literal
 
 import msgspec
 
+from dloftbs._values import as_integer, check_integer, check_number, shown
 from dloftbs.errors import ConfigError
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
+
+_LEAST, _MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
+_SHORTEST_S = 1e-6  # from frame to frame
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -23,25 +26,29 @@ class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def _require(condition: bool, name: str, expected: str, value: object) -> None:
     if not condition:
-        raise ConfigError(f"{name} must be {expected}, got {value!r}")
+        raise ConfigError(f"{name} must be {expected}, got {shown(value)}")
 
 
-def _is_int(value: object) -> TypeGuard[int]:
-    return isinstance(value, int) and not isinstance(value, bool)
+def _check_integer(section: Section, name: str, low: int, high: int) -> None:
+    """Check an integer, and keep it as an int."""
+    number = check_integer(name, getattr(section, name), low, high, ConfigError)
+    msgspec.structs.force_setattr(section, name, number)
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
+def _check_number(section: Section, name: str, low: float, high: float) -> None:
+    """Check a number, and keep it as a float."""
+    number = check_number(name, getattr(section, name), low, high, ConfigError)
+    msgspec.structs.force_setattr(section, name, number)
 
 
-def _check_int(name: str, value: object, low: int) -> None:
-    _require(_is_int(value) and value >= low, name, f"an integer of at least {low}", value)
-
-
-def _check_range(name: str, bounds: tuple[int, int], top: int, *, wraps: bool = False) -> None:
+def _check_range(section: Section, name: str, top: int, *, wraps: bool = False) -> None:
+    """Check a range of integers, and keep it as a tuple of int."""
+    given = getattr(section, name)
+    bounds = tuple(as_integer(bound) for bound in given) if isinstance(given, tuple) else ()
+    valid = len(bounds) == 2 and all(bound is not None and 0 <= bound <= top for bound in bounds)
     expected = f"a tuple of two integers in 0..{top}" + ("" if wraps else ", low before high")
-    valid = isinstance(bounds, tuple) and len(bounds) == 2 and all(_is_int(b) and 0 <= b <= top for b in bounds)
-    _require(valid and (wraps or bounds[0] <= bounds[1]), name, expected, bounds)
+    _require(valid and (wraps or given[0] <= given[1]), name, expected, given)
+    msgspec.structs.force_setattr(section, name, bounds)
 
 
 class HsvRange(Section, frozen=True, kw_only=True):
@@ -60,9 +67,9 @@ class HsvRange(Section, frozen=True, kw_only=True):
     value: tuple[int, int] = (0, 255)
 
     def __post_init__(self) -> None:
-        _check_range("hue", self.hue, HUE_MAX, wraps=True)
-        _check_range("saturation", self.saturation, 255)
-        _check_range("value", self.value, 255)
+        _check_range(self, "hue", HUE_MAX, wraps=True)
+        _check_range(self, "saturation", 255)
+        _check_range(self, "value", 255)
 
     @classmethod
     def parse(cls, text: str) -> HsvRange:
@@ -73,13 +80,13 @@ class HsvRange(Section, frozen=True, kw_only=True):
         ConfigError
             If the text has another form, or a bound is out of range.
         """
-        parts = [part.split(":") for part in text.split(",")]
+        parts = [part.split(":") for part in text.split(",")] if isinstance(text, str) else []
         try:
             bounds = [(int(low), int(high)) for low, high in parts]
         except ValueError:
             bounds = []
         if not 1 <= len(bounds) <= 3:
-            raise ConfigError(f"expected an HSV range such as '170:10,80:255,60:255', got {text!r}")
+            raise ConfigError(f"expected an HSV range such as '170:10,80:255,60:255', got {shown(text)}")
         names = ("hue", "saturation", "value")
         return cls(**dict(zip(names, bounds, strict=False)))
 
@@ -121,9 +128,11 @@ class CleaningConfig(Section, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         for name in ("open_px", "close_px"):
-            side = getattr(self, name)
-            _require(_is_int(side) and 1 <= side <= 99 and side % 2 == 1, name, "an odd integer in 1..99", side)
-        _check_int("thin_px", self.thin_px, 0)
+            side = as_integer(getattr(self, name))
+            valid = side is not None and 1 <= side <= 99 and side % 2 == 1
+            _require(valid, name, "an odd integer in 1..99", getattr(self, name))
+            msgspec.structs.force_setattr(self, name, side)
+        _check_integer(self, "thin_px", 0, _MOST)
 
 
 class SegmentsConfig(Section, frozen=True, kw_only=True):
@@ -138,7 +147,7 @@ class SegmentsConfig(Section, frozen=True, kw_only=True):
     max_segments: int = 1000
 
     def __post_init__(self) -> None:
-        _check_int("max_segments", self.max_segments, 1)
+        _check_integer(self, "max_segments", 1, _MOST)
 
 
 class LinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="bending"):
@@ -157,10 +166,9 @@ class LinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag=
     max_gap_widths: float = 25.0
 
     def __post_init__(self) -> None:
-        valid = self.objects is None or (_is_int(self.objects) and self.objects >= 1)
-        _require(valid, "objects", "None or an integer of at least 1", self.objects)
-        longest = self.max_gap_widths
-        _require(_is_number(longest) and longest >= 0.0, "max_gap_widths", "a number of at least 0", longest)
+        if self.objects is not None:
+            _check_integer(self, "objects", 1, _MOST)
+        _check_number(self, "max_gap_widths", 0.0, _MOST)
 
 
 class GreedyLinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="greedy"):
@@ -184,13 +192,10 @@ class GreedyLinkingConfig(Section, frozen=True, kw_only=True, tag_field="method"
     direction_px: int = 10
 
     def __post_init__(self) -> None:
-        _check_int("min_length_px", self.min_length_px, 2)
-        m = self.distance_weight
-        _require(_is_number(m) and 0.0 <= m <= 1.0, "distance_weight", "a number in 0..1", m)
-        _require(
-            _is_number(self.max_cost) and self.max_cost >= 0.0, "max_cost", "a number of at least 0", self.max_cost
-        )
-        _check_int("direction_px", self.direction_px, 2)
+        _check_integer(self, "min_length_px", 2, _MOST)
+        _check_number(self, "distance_weight", 0.0, 1.0)
+        _check_number(self, "max_cost", 0.0, _MOST)
+        _check_integer(self, "direction_px", 2, _MOST)
 
 
 class FittingConfig(Section, frozen=True, kw_only=True):
@@ -210,11 +215,9 @@ class FittingConfig(Section, frozen=True, kw_only=True):
     tolerance_px: float = 0.2
 
     def __post_init__(self) -> None:
-        valid = self.knots is None or (_is_int(self.knots) and 2 <= self.knots <= 1000)
-        _require(valid, "knots", "None or an integer in 2..1000", self.knots)
-        tolerance = self.tolerance_px
-        valid = _is_number(tolerance) and 0.0 < tolerance < math.inf
-        _require(valid, "tolerance_px", "a positive number", tolerance)
+        if self.knots is not None:
+            _check_integer(self, "knots", 2, 1000)
+        _check_number(self, "tolerance_px", _LEAST, _MOST)
 
 
 class DepthConfig(Section, frozen=True, kw_only=True):
@@ -233,11 +236,11 @@ class DepthConfig(Section, frozen=True, kw_only=True):
     max_depth_m: float = 20.0
 
     def __post_init__(self) -> None:
-        unit = self.integer_unit_m
-        _require(_is_number(unit) and 0.0 < unit < math.inf, "integer_unit_m", "a positive number", unit)
-        low, high = self.min_depth_m, self.max_depth_m
-        valid = _is_number(low) and _is_number(high) and 0.0 <= low < high
-        _require(valid, "min_depth_m, max_depth_m", "numbers with 0 <= min < max", (low, high))
+        _check_number(self, "integer_unit_m", _LEAST, _MOST)
+        _check_number(self, "min_depth_m", 0.0, _MOST)
+        _check_number(self, "max_depth_m", _LEAST, _MOST)
+        limits = (self.min_depth_m, self.max_depth_m)
+        _require(limits[0] < limits[1], "min_depth_m, max_depth_m", "numbers with min < max", limits)
 
 
 class LiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="method", tag="axis"):
@@ -295,18 +298,15 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
     on_old_stamp: Literal["reset", "error"] = "reset"
 
     def __post_init__(self) -> None:
-        _require(_is_number(self.gate) and self.gate > 0.0, "gate", "a positive number", self.gate)
-        _check_int("min_hits", self.min_hits, 1)
-        _check_int("settle_frames", self.settle_frames, 1)
-        for name in ("max_coast_s", "smoothing_s"):
-            seconds = getattr(self, name)
-            valid = _is_number(seconds) and 0.0 <= seconds < math.inf
-            _require(valid, name, "a number of at least 0", seconds)
-        valid = _is_number(self.frame_s) and 0.0 < self.frame_s < math.inf
-        _require(valid, "frame_s", "a positive number", self.frame_s)
+        _check_number(self, "gate", _LEAST, _MOST)
+        _check_integer(self, "min_hits", 1, _MOST)
+        _check_integer(self, "settle_frames", 1, _MOST)
+        _check_number(self, "max_coast_s", 0.0, _MOST)
+        _check_number(self, "smoothing_s", 0.0, _MOST)
+        _check_number(self, "frame_s", _SHORTEST_S, _MOST)
         for name in ("on_new_size", "on_old_stamp"):
             way = getattr(self, name)
-            _require(way in ("reset", "error"), name, "'reset' or 'error'", way)
+            _require(isinstance(way, str) and way in ("reset", "error"), name, "'reset' or 'error'", way)
 
 
 _METHODS: dict[str, tuple[type[Section], ...]] = {
@@ -389,8 +389,9 @@ class Config(Section, frozen=True, kw_only=True):
             raise ConfigError(f"{path}: {error}") from error
 
     def to_dict(self) -> dict[str, Any]:
-        """Return nested dictionaries of plain Python values, as `from_dict` takes them."""
-        result: dict[str, Any] = msgspec.to_builtins(self)
+        """Return nested dictionaries of plain values, ready for JSON, as `from_dict` takes them."""
+        # By way of JSON, which turns tuples into lists.
+        result: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(self))
         return result
 
     def to_yaml(self) -> str:
@@ -410,6 +411,8 @@ class Config(Section, frozen=True, kw_only=True):
         ConfigError
             As `from_dict`.
         """
+        valid = isinstance(changes, dict) and all(isinstance(path, str) for path in changes)
+        _require(valid, "changes", "a dictionary of values by dotted paths", changes)
         data = self.to_dict()
         for name in _METHODS:
             method = changes.get(f"{name}.method")
@@ -421,6 +424,6 @@ class Config(Section, frozen=True, kw_only=True):
             for parent in parents:
                 section = section.get(parent) if isinstance(section, dict) else None
             if not isinstance(section, dict) or key not in section:
-                raise ConfigError(f"unknown configuration key {path!r}")
+                raise ConfigError(f"unknown configuration key {shown(path)}")
             section[key] = value
         return type(self).from_dict(data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -9,11 +10,16 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
 
-from dloftbs._arrays import FloatArray, as_points, as_vector, frozen
+from dloftbs._arrays import FloatArray, as_float_array, as_points, as_vector, frozen
+from dloftbs._values import check_flag, check_integer, shown
 from dloftbs.errors import InputError
 
 # Five Gauss-Legendre nodes a knot span integrate the speed of a cubic to far below the noise of a pixel.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+_HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
+_SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
+_MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
 
 
 class BSplineCurve:
@@ -35,7 +41,8 @@ class BSplineCurve:
     Raises
     ------
     InputError
-        If the shapes disagree, the knots decrease, or the base interval is not 0 to 1.
+        If the shapes disagree, a value is no finite number, the knots decrease, more than ``degree + 1`` of them are
+        the same, or the base interval is not 0 to 1.
     """
 
     __slots__ = ("__dict__", "_closed", "_control_points", "_degree", "_knots")
@@ -48,8 +55,7 @@ class BSplineCurve:
         self, knots: npt.ArrayLike, control_points: npt.ArrayLike, degree: int = 3, *, closed: bool = False
     ) -> None:
         control = as_points("control_points", control_points)
-        if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or degree < 1:
-            raise InputError(f"degree must be an integer of at least 1, got {degree!r}")
+        degree = check_integer("degree", degree, 1, _HIGHEST_DEGREE)
         if len(control) < degree + 1:
             raise InputError(
                 f"a curve of degree {degree} needs {degree + 1} control points or more, got {len(control)}"
@@ -57,10 +63,15 @@ class BSplineCurve:
         vector = as_vector("knots", knots, len(control) + degree + 1)
         if (np.diff(vector) < 0).any():
             raise InputError("knots must not decrease")
+        if not (vector[degree + 1 :] > vector[: -degree - 1]).all():
+            raise InputError(f"no more than {degree + 1} knots may be the same")
         ends = (float(vector[degree]), float(vector[len(control)]))
         if not np.allclose(ends, (0.0, 1.0), rtol=0.0, atol=1e-9):
             raise InputError(f"knots must span 0 to 1 between knots[{degree}] and knots[{len(control)}], got {ends}")
-        self._set(vector, control, int(degree), closed)
+        spans = np.diff(vector[degree : len(control) + 1])
+        if ((spans > 0.0) & (spans < _SHORTEST_SPAN)).any():
+            raise InputError(f"knots must be the same or at least {_SHORTEST_SPAN:g} apart, got {spans.min()}")
+        self._set(vector, control, degree, check_flag("closed", closed))
 
     @classmethod
     def trusted(cls, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> BSplineCurve:
@@ -147,11 +158,9 @@ class BSplineCurve:
         Raises
         ------
         InputError
-            If `n` is less than 2.
+            If `n` is no integer of at least 2.
         """
-        if n < 2:
-            raise InputError(f"n must be at least 2, got {n}")
-        return self(np.linspace(0.0, 1.0, n))
+        return self(np.linspace(0.0, 1.0, check_integer("n", n, 2, _MOST_POINTS)))
 
     def tangent(self, u: npt.ArrayLike) -> FloatArray:
         """Return unit tangents towards growing ``u``, shape (..., ndim); zero where the curve stands still."""
@@ -183,9 +192,18 @@ class BSplineCurve:
         ----------
         matrix : array_like, shape (m, ndim)
         offset : array_like, shape (m,)
+            With m of 2 or 3.
+
+        Raises
+        ------
+        InputError
+            If the shapes disagree, or a value, or a control point then, is no finite number.
         """
-        control = self._control_points @ np.asarray(matrix, dtype=np.float64).T + np.asarray(offset, dtype=np.float64)
-        return self.trusted(self._knots, np.ascontiguousarray(control), self._degree, self._closed)
+        turn, shift = as_float_array("matrix", matrix), as_vector("offset", offset)
+        if turn.shape != (len(shift), self.ndim):
+            raise InputError(f"matrix must have shape ({len(shift)}, {self.ndim}), got {turn.shape}")
+        control = as_points("control_points", self._control_points @ turn.T + shift)
+        return self.trusted(self._knots, control, self._degree, self._closed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain lists and numbers, ready for JSON; `from_dict` takes them back without loss."""
@@ -198,20 +216,22 @@ class BSplineCurve:
         }
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> BSplineCurve:
+    def from_dict(cls, data: Mapping[str, Any]) -> BSplineCurve:
         """Build a curve from what `to_dict` gave.
 
         Raises
         ------
         InputError
-            If a key is missing or a value is wrong.
+            If it is no dictionary, a key is missing or a value is wrong.
         """
+        if not isinstance(data, Mapping):
+            raise InputError(f"a curve needs a dictionary as of to_dict, got {shown(data)}")
         try:
             knots, control_points, degree = data["knots"], data["control_points"], data["degree"]
             closed = data["closed"]
         except KeyError as error:
-            raise InputError(f"a curve needs the key {error.args[0]!r}, got {sorted(data)}") from error
-        return cls(knots, control_points, degree, closed=bool(closed))
+            raise InputError(f"a curve needs the key {error.args[0]!r}, got {shown(list(data))}") from error
+        return cls(knots, control_points, degree, closed=closed)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, BSplineCurve):

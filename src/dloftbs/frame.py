@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,13 +10,25 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import LARGEST, AnyArray, FloatArray, check_depth, check_image, check_mask
+from dloftbs._values import (
+    check_all,
+    check_integer,
+    check_number,
+    check_pair,
+    check_size,
+    check_spans,
+    check_stamp,
+    check_text,
+    check_type,
+    shown,
+)
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 
-AnyArray = npt.NDArray[Any]
+_MOST = 2**53  # of a count: the largest integer that JSON and a float64 hold exactly
 
 _REGISTER = (
     "; depth of a camera of its own must be registered to the image first: DepthRegistration.register, "
@@ -43,7 +54,7 @@ class Frame:
     index : int
         Position in the stream; a frame that could not be read leaves a hole.
     stamp : float, optional
-        Time in seconds.
+        Time in seconds, up to 1e11.
     name : str
         Where the frame comes from, for messages and file names.
 
@@ -51,7 +62,7 @@ class Frame:
     ------
     InputError
         If neither image nor mask is given, or shapes or types are wrong or disagree, or the camera is for images of
-        another size.
+        another size, or a stamp is no finite number of seconds.
     """
 
     image: AnyArray | None = None
@@ -79,7 +90,14 @@ class Frame:
                     f"{name} must have the frame's size {self.size} (rows, columns), got {array.shape[:2]}{remedy}"
                 )
         if self.camera is not None:
+            check_type("camera", self.camera, PinholeCamera)
             self.camera.check_size(self.size)
+        _set(
+            self,
+            index=check_integer("index", self.index, 0, _MOST),
+            stamp=check_stamp(self.stamp),
+            name=check_text("name", self.name),
+        )
 
     @property
     def size(self) -> tuple[int, int]:
@@ -89,54 +107,24 @@ class Frame:
         return int(array.shape[0]), int(array.shape[1])
 
 
-def check_image(image: npt.ArrayLike) -> AnyArray:
-    """Return the image (H, W, 3) as an array.
-
-    Raises
-    ------
-    InputError
-        If it is not uint8 of that shape.
-    """
-    array = np.asarray(image)
-    if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
-        raise InputError(f"image must have shape (H, W, 3) and type uint8, got {array.shape} of {array.dtype}")
-    return array
+def _set(instance: object, **fields: object) -> None:
+    """Replace fields of a frozen instance while it is made."""
+    for name, value in fields.items():
+        object.__setattr__(instance, name, value)
 
 
-def check_mask(mask: npt.ArrayLike) -> AnyArray:
-    """Return the mask as an array (H, W) of bool or integers.
-
-    Raises
-    ------
-    InputError
-        If it has another shape or type.
-    """
-    array = np.asarray(mask)
-    if array.ndim == 3 and array.shape[2] == 1:
-        array = array[:, :, 0]
-    if array.ndim != 2:
-        raise InputError(f"mask must have shape (H, W) or (H, W, 1), got {array.shape}")
-    if array.dtype != np.bool_ and not np.issubdtype(array.dtype, np.integer):
-        raise InputError(f"mask must be bool or integer, any non-zero being cable, got {array.dtype}")
-    return array
+def _stage_ms(given: object) -> dict[str, float]:
+    if not isinstance(given, Mapping):
+        raise InputError(f"stage_ms must map stages to milliseconds, got {shown(given)}")
+    return {
+        check_text("a stage of stage_ms", stage): check_number("milliseconds of stage_ms", ms, 0.0, LARGEST)
+        for stage, ms in given.items()
+    }
 
 
-def check_depth(depth: npt.ArrayLike) -> AnyArray:
-    """Return the depth as an array (H, W) of integers or floating point.
-
-    Raises
-    ------
-    InputError
-        If it has another shape or type.
-    """
-    array = np.asarray(depth)
-    if array.ndim == 3 and array.shape[2] == 1:
-        array = array[:, :, 0]
-    if array.ndim != 2:
-        raise InputError(f"depth must have shape (H, W) or (H, W, 1), got {array.shape}")
-    if not (np.issubdtype(array.dtype, np.floating) or np.issubdtype(array.dtype, np.integer)):
-        raise InputError(f"depth must be integer counts or floating-point metres, got {array.dtype}")
-    return array
+def _check_curve(name: str, curve: object, ndim: int) -> None:
+    if not isinstance(curve, BSplineCurve) or curve.ndim != ndim:
+        raise InputError(f"{name} must be a BSplineCurve with {ndim} dimensions, got {shown(curve)}")
 
 
 def _read_only(array: AnyArray) -> AnyArray:
@@ -163,6 +151,11 @@ class Detection:
     inferred_3d : tuple of (float, float)
         The intervals of the ``u`` of `curve_3d`, ascending, that no depth tells of: under another cable or an occluder,
         in holes of the depth image, where depth was not to be believed, and beyond the last depth at an end.
+
+    Raises
+    ------
+    InputError
+        If a field has another type, or the intervals are not ascending in 0..1.
     """
 
     centerline: Centerline
@@ -170,6 +163,15 @@ class Detection:
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
     inferred_3d: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        check_type("centerline", self.centerline, Centerline)
+        _check_curve("curve", self.curve, 2)
+        if self.curve_3d is not None:
+            _check_curve("curve_3d", self.curve_3d, 3)
+        if self.no_3d_reason is not None:
+            _set(self, no_3d_reason=check_text("no_3d_reason", self.no_3d_reason))
+        _set(self, inferred_3d=check_spans("inferred_3d", self.inferred_3d))
 
     @property
     def width(self) -> float:
@@ -198,7 +200,7 @@ class Detection:
         return Detection(self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain values, ready for JSON, which has no infinity: an infinite margin becomes None."""
+        """Return plain values, ready for JSON."""
         return {
             "curve": self.curve.to_dict(),
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
@@ -206,17 +208,7 @@ class Detection:
             "inferred_3d": [list(interval) for interval in self.inferred_3d],
             "width_px": self.width,
             "confidence": self.confidence,
-            "joints": [
-                {
-                    "kind": joint.kind.value,
-                    "u": list(joint.u),
-                    "cost": joint.cost,
-                    "margin": joint.margin if math.isfinite(joint.margin) else None,
-                    "confidence": joint.confidence,
-                    "alternatives": [None if point is None else list(point) for point in joint.alternatives],
-                }
-                for joint in self.joints
-            ],
+            "joints": [joint.to_dict() for joint in self.joints],
         }
 
 
@@ -235,12 +227,32 @@ class Crossing:
         Which of the two passes, 0 or 1, lies on top; None where that is not known.
     confidence : float
         How sure that is, in 0..1; 0 where it is not known. What the number means, the stage says that made it.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
     """
 
     position: Point
     passes: tuple[tuple[int, float], tuple[int, float]]
     top: int | None = None
     confidence: float = 0.0
+
+    def __post_init__(self) -> None:
+        passes = self.passes
+        if not isinstance(passes, tuple) or [len(one) if isinstance(one, tuple) else 0 for one in passes] != [2, 2]:
+            raise InputError(f"passes must be two pairs (detection, u), got {shown(passes)}")
+        _set(
+            self,
+            position=check_pair("position", self.position, -LARGEST, LARGEST),
+            passes=tuple(
+                (check_integer("detection of a pass", number, 0, _MOST), check_number("u of a pass", u, 0.0, 1.0))
+                for number, u in passes
+            ),
+            top=None if self.top is None else check_integer("top", self.top, 0, 1),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -289,6 +301,11 @@ class Track:
         How sure the curve is, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
     width : float, optional
         Of the object, px, when it was last seen; None where no detection told it.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
     """
 
     id: int
@@ -301,6 +318,23 @@ class Track:
     inferred: tuple[tuple[float, float], ...] = ()
     confidence: float = 1.0
     width: float | None = None
+
+    def __post_init__(self) -> None:
+        check_type("state", self.state, TrackState)
+        _check_curve("curve", self.curve, 2)
+        if self.curve_3d is not None:
+            _check_curve("curve_3d", self.curve_3d, 3)
+        if self.detection is not None:
+            check_type("detection", self.detection, Detection)
+        _set(
+            self,
+            id=check_integer("id", self.id, 1, _MOST),
+            hits=check_integer("hits", self.hits, 0, _MOST),
+            misses=check_integer("misses", self.misses, 0, _MOST),
+            inferred=check_spans("inferred", self.inferred),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+            width=None if self.width is None else check_number("width", self.width, 0.0, LARGEST),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -337,6 +371,11 @@ class FrameResult:
         ``(H, W)`` of the frame.
     crossings : tuple of Crossing
         Where the detections cross each other and themselves, by their passes.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
     """
 
     detections: tuple[Detection, ...]
@@ -348,6 +387,20 @@ class FrameResult:
     stamp: float | None = None
     name: str = ""
     crossings: tuple[Crossing, ...] = ()
+
+    def __post_init__(self) -> None:
+        _set(
+            self,
+            detections=check_all("detections", self.detections, Detection),
+            tracks=check_all("tracks", self.tracks, Track),
+            reason=None if self.reason is None else check_text("reason", self.reason),
+            size=check_size("size", self.size, 0),
+            index=check_integer("index", self.index, 0, _MOST),
+            stamp=check_stamp(self.stamp),
+            name=check_text("name", self.name),
+            crossings=check_all("crossings", self.crossings, Crossing),
+            stage_ms=_stage_ms(self.stage_ms),
+        )
 
     @property
     def total_ms(self) -> float:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import AnyArray, FloatArray
 from dloftbs.centerline import Segment
-from dloftbs.frame import AnyArray, Frame, FrameResult, StageTrace
+from dloftbs.frame import Frame, FrameResult, StageTrace
 from dloftbs.graph import Graph
 from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.segments import Walks, make_segments

@@ -13,12 +13,13 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import AnyArray, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import AnyArray, Crossing, Detection, Frame, FrameResult, StageTrace, Track, check_mask
+from dloftbs.frame import Crossing, Detection, Frame, FrameResult, StageTrace, Track
 from dloftbs.graph import Graph
 from dloftbs.inspection import trace_stages
 from dloftbs.past import Past

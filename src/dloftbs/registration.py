@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, as_vector
+from dloftbs._arrays import FloatArray, as_vector, check_depth
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.errors import InputError
-from dloftbs.frame import check_depth
 
 AnyArray = npt.NDArray[Any]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,8 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs._values import check_all, check_integer, shown
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
+
+_LEAST_ID, _LARGEST_ID = -(2**63), 2**63 - 1  # as int64 has them
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,10 @@ class Truth:
     curves_3d: tuple[BSplineCurve, ...] = ()
 
     def __post_init__(self) -> None:
+        for name, kind in (("curves", BSplineCurve), ("visible_masks", np.ndarray), ("curves_3d", BSplineCurve)):
+            object.__setattr__(self, name, check_all(name, getattr(self, name), kind))
+        ids = (check_integer("an id", number, _LEAST_ID, _LARGEST_ID) for number in check_all("ids", self.ids, object))
+        object.__setattr__(self, "ids", tuple(ids))
         count = len(self.ids)
         if len(set(self.ids)) != count:
             raise InputError(f"ids must differ, got {self.ids}")
@@ -61,28 +69,30 @@ class Truth:
     def to_dict(self) -> dict[str, Any]:
         """Return ids and curves as plain values, ready for JSON; masks are left out, since they belong in images."""
         return {
-            "ids": [int(number) for number in self.ids],
+            "ids": list(self.ids),
             "curves": [curve.to_dict() for curve in self.curves],
             "curves_3d": [curve.to_dict() for curve in self.curves_3d],
         }
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any], visible_masks: tuple[npt.NDArray[np.bool_], ...] = ()) -> Truth:
+    def from_dict(cls, data: Mapping[str, Any], visible_masks: tuple[npt.NDArray[np.bool_], ...] = ()) -> Truth:
         """Build the truth from what `to_dict` gave, without loss, and the masks that it left out.
 
         Raises
         ------
         InputError
-            If a key is missing or a value is wrong.
+            If it is no dictionary, a key is missing or a value is wrong.
         """
+        if not isinstance(data, Mapping):
+            raise InputError(f"a truth needs a dictionary as of to_dict, got {shown(data)}")
         try:
             curves, curves_3d = (
                 tuple(BSplineCurve.from_dict(curve) for curve in data[key]) for key in ("curves", "curves_3d")
             )
-            ids = tuple(int(number) for number in data["ids"])
+            ids = tuple(data["ids"])
         except KeyError as error:
-            raise InputError(f"a truth needs the key {error.args[0]!r}, got {sorted(data)}") from error
-        except (TypeError, AttributeError) as error:
+            raise InputError(f"a truth needs the key {error.args[0]!r}, got {shown(list(data))}") from error
+        except TypeError as error:
             raise InputError(f"a truth needs lists of ids and curves: {error}") from error
         return cls(curves, visible_masks, ids, curves_3d)
 

@@ -4,6 +4,7 @@ import time
 
 import cv2
 import numpy as np
+import pytest
 from cli.cli_inputs import RED, mask, photo, run, save, start
 
 from dloftbs.sinks import read_json_lines, read_npz
@@ -48,6 +49,16 @@ def test_the_summary(tmp_path):
 def test_without_files_results_are_lines_on_standard_output(tmp_path):
     result = run("track", masks(tmp_path / "masks.npy", 5), "--limit", 3)
     assert [json.loads(line)["index"] for line in result.stdout.splitlines()] == [0, 1, 2]
+
+
+@pytest.mark.parametrize("out", [(), ("--out", "-")])
+def test_a_cable_that_is_partly_hidden_does_not_end_the_lines(tmp_path, out):
+    stack = np.stack([mask(20 + i) for i in range(16)])
+    stack[10:, :, 90:130] = 0
+    np.save(tmp_path / "masks.npy", stack)
+    rows = [json.loads(line) for line in run("track", tmp_path / "masks.npy", *out).stdout.splitlines()]
+    assert [row["index"] for row in rows] == list(range(16))
+    assert all(row["tracks"][0]["inferred"] for row in rows[10:])
 
 
 def test_overlay_pictures_into_a_folder(tmp_path):

@@ -391,9 +391,3 @@ def test_wrong_pictures_are_refused(build, picture, message):
 def test_wrong_results_are_refused(build, wave):
     with pytest.raises(InputError, match="FrameResult, got tuple"):
         viz.draw(GREY, (wave,))
-
-
-def test_curves_in_space_are_refused(build, wave):
-    in_space = BSplineCurve([0, 0, 0, 0, 1, 1, 1, 1], np.zeros((4, 3)))
-    with pytest.raises(InputError, match=r"ndim 2.*got ndim 3"):
-        viz.draw(GREY, build.result(SIZE, (Detection(wave.centerline, in_space),)))

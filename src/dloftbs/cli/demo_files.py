@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sinks, viz
+from dloftbs._json import encode
 from dloftbs._version import __version__
 from dloftbs.cli import demo_space
 from dloftbs.frame import Frame, FrameResult
@@ -81,7 +82,7 @@ def write_summary(run: DemoRun, space: SpaceRun, sequence: DemoSequence, folder:
         "in_space": space.to_dict(),
         "per_frame": [msgspec.to_builtins(score) for score in run.scores.frames],
     }
-    _write(folder / SUMMARY, msgspec.json.format(msgspec.json.encode(summary), indent=2))
+    _write(folder / SUMMARY, encode(summary, indent=2))
 
 
 def _timing(run: DemoRun) -> dict[str, Any]:

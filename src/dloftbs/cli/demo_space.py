@@ -12,10 +12,11 @@ import cv2
 import numpy as np
 
 from dloftbs import viz
+from dloftbs._arrays import AnyArray
 from dloftbs.cli.outputs import open_outputs, write_config_beside
 from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.evaluation import length_error, match_curves
-from dloftbs.frame import AnyArray, Frame, FrameResult
+from dloftbs.frame import Frame, FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks._files import sink_errors
 from dloftbs.sources.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial

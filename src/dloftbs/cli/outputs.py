@@ -7,9 +7,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import click
-import msgspec
 
 from dloftbs import sinks
+from dloftbs._json import encode_line
 from dloftbs._version import __version__
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
@@ -26,7 +26,7 @@ class StandardOutput(Sink):
 
     def write(self, frame: Frame, result: FrameResult) -> None:
         """Print a frame's line."""
-        click.echo(msgspec.json.encode(result.to_dict()))
+        click.echo(encode_line(result.to_dict()), nl=False)
 
     def close(self) -> None:
         """Every line is out already."""

@@ -12,8 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
+from dloftbs._json import encode
 from dloftbs._version import __version__
 from dloftbs.evaluation.plots import write_plots
 from dloftbs.evaluation.report_counts import rows_of
@@ -155,7 +154,7 @@ def _json(suites: Sequence[Suite], parts: Sequence[Part], made: Sequence[Table],
             for part in parts
         ],
     }
-    return msgspec.json.format(msgspec.json.encode(data), indent=1)
+    return encode(data, indent=1)
 
 
 def _processor() -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import msgspec
 
+from dloftbs._json import encode
 from dloftbs._version import __version__
 from dloftbs.centerline import JointKind
 from dloftbs.errors import SinkError
@@ -195,7 +196,7 @@ class Key:
     def file_name(self) -> str:
         """A name for its file, different from that of any other key."""
         text = "-".join((self.suite, f"{self.number:03d}", self.method))
-        return f"{re.sub(r'[^A-Za-z0-9.]+', '-', text)[-80:]}-{_digest(msgspec.json.encode(self))}.json"
+        return f"{re.sub(r'[^A-Za-z0-9.]+', '-', text)[-80:]}-{_digest(encode(self))}.json"
 
 
 @dataclass(frozen=True)
@@ -248,7 +249,7 @@ def save(folder: Path, part: Part) -> None:
     SinkError
         If it cannot be written.
     """
-    write(folder / part.key.file_name, msgspec.json.encode(part))
+    write(folder / part.key.file_name, encode(part))
 
 
 def write(path: Path, data: bytes) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
+from dloftbs._json import encode_line
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks._files import AppendFile
@@ -19,7 +19,7 @@ logger = logging.getLogger("dloftbs.sinks")
 
 
 class JsonLinesSink(PathSink):
-    """Writes `FrameResult.to_dict` of each frame as one line of JSON; NaN and infinity become null.
+    """Writes `FrameResult.to_dict` of each frame as one line of JSON.
 
     Each line is on its way to the disk before `write` returns: whenever the process dies, the file holds every frame
     written, and at worst a part of one more line, which `read_json_lines` leaves out.
@@ -37,20 +37,13 @@ class JsonLinesSink(PathSink):
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        self._encoder = msgspec.json.Encoder(enc_hook=_plain)
         self._file = AppendFile(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        self._file.append(self._encoder.encode(result.to_dict()) + b"\n")
+        self._file.append(encode_line(result.to_dict()))
 
     def _close(self) -> None:
         self._file.close()
-
-
-def _plain(value: object) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"cannot write {type(value).__name__} as JSON")
 
 
 def read_json_lines(path: str | Path) -> Iterator[dict[str, Any]]:

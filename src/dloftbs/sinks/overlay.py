@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import check_image
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, FrameResult, check_image
+from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks._files import AppendFile, UnusedNames, replacing, sink_errors
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._video import H264Mp4

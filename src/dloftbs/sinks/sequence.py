@@ -7,10 +7,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._json import encode_line
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sinks._files import AppendFile, replacing, sink_errors
@@ -89,7 +89,7 @@ def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, vid
     try:
         header = {"format": FORMAT, "name": sequence.name, "fps": sequence.fps, "length": len(sequence)}
         with sink_errors(root / HEADER), replacing(root / HEADER) as temporary:
-            temporary.write_bytes(msgspec.json.encode(header) + b"\n")
+            temporary.write_bytes(encode_line(header))
         _write_frames(sequence, root, records, _Video(root / VIDEO, sequence.fps) if video else _Pictures(root))
     finally:
         records.close()
@@ -112,7 +112,7 @@ def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images
                 "truth": truth.to_dict(),
                 "image": images.add(index, frame),
             }
-            records.append(msgspec.json.encode(record) + b"\n")
+            records.append(encode_line(record))
     finally:
         images.close()
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import FloatArray, check_image, check_mask
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState, check_image, check_mask
+from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
 from dloftbs.viz import shapes
 from dloftbs.viz.labels import Box, place
 from dloftbs.viz.path import Path, Span, complement, dashes, repeats
@@ -147,20 +147,11 @@ def grey(mask: npt.NDArray[np.bool_], style: Style) -> Picture:
 
 
 def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
-    """Return what is to be drawn of a result: its tracks, or else its detections.
-
-    Raises
-    ------
-    InputError
-        If a curve is not in the image.
-    """
+    """Return what is to be drawn of a result: its tracks, or else its detections."""
     if result.tracks:
         items = [_of_track(track, result, style) for track in result.tracks]
     else:
         items = [_of_detection(d, i, result, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
-    for item in items:
-        if item.curve.ndim != 2:
-            raise InputError(f"curves to draw must be in the image (ndim 2), got ndim {item.curve.ndim}")
     return tuple(items)
 
 

@@ -160,8 +160,6 @@ def _solids_of(result: FrameResult, style: Style) -> tuple[list[_Solid], list[st
             why = detection.no_3d_reason if detection is not None else None
             absent.append(f"{label}: no curve in space" + (f", {why}" if why else ""))
             continue
-        if item.curve_3d.ndim != 3:
-            raise InputError(f"curves in space must have ndim 3, got ndim {item.curve_3d.ndim}")
         coasting = detection is None or (isinstance(item, Track) and item.state is TrackState.COASTING)
         if coasting or detection is None:
             solids.append(_Solid(item.curve_3d, label, dimmed(colour, style.ink, 0.3), coasting=True))

@@ -1,0 +1,137 @@
+"""Small checks of single values: numbers of any make in, plain Python values out, errors that say what came."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Sequence
+from itertools import pairwise
+from numbers import Integral, Real
+
+from dloftbs.errors import DloftbsError, InputError
+
+Span = tuple[float, float]
+
+LONGEST_S = 1e11
+"""Seconds: three thousand years. What is larger counts milliseconds or less since 1970, and is no time in seconds."""
+
+MOST_PX = 1_000_000
+"""Pixels of an image's side, far above those of any sensor."""
+
+_LONGEST_SHOWN = 200  # characters of a value in a message
+
+
+def as_integer(value: object) -> int | None:
+    """Return a Python or NumPy integer as an int; None for all else, bool and times included."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int):
+        return int(value)
+    if not isinstance(value, Integral):
+        return None
+    try:
+        return operator.index(value)
+    except TypeError:  # NumPy calls its time differences integers
+        return None
+
+
+def as_float(value: object) -> float | None:
+    """Return a finite number of Python or NumPy as a float; None for all else, bool and times included."""
+    given = as_integer(value) if isinstance(value, Integral) else value
+    if not isinstance(given, (float, Real)):
+        return None
+    try:
+        number = float(given)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def check_integer(name: str, value: object, low: int, high: int, error: type[DloftbsError] = InputError) -> int:
+    """Return an integer in low..high, or raise the error."""
+    number = as_integer(value)
+    if number is None or not low <= number <= high:
+        raise error(f"{name} must be an integer in {low}..{high}, got {shown(value)}")
+    return number
+
+
+def check_number(name: str, value: object, low: float, high: float, error: type[DloftbsError] = InputError) -> float:
+    """Return a number in low..high, or raise the error."""
+    number = as_float(value)
+    if number is None or not low <= number <= high:
+        raise error(f"{name} must be a finite number in {low:g}..{high:g}, got {shown(value)}")
+    return number
+
+
+def check_text(name: str, value: object) -> str:
+    """Return text as a plain str, or raise an `InputError`."""
+    if not isinstance(value, str):
+        raise InputError(f"{name} must be text, got {shown(value)}")
+    return str(value)
+
+
+def check_flag(name: str, value: object) -> bool:
+    """Return a bool of Python or NumPy as a bool, or raise an `InputError`."""
+    if not isinstance(value, bool) and type(value).__name__ not in ("bool", "bool_"):
+        raise InputError(f"{name} must be True or False, got {shown(value)}")
+    return bool(value)
+
+
+def check_type(name: str, value: object, wanted: type) -> None:
+    """Raise an `InputError` if a value is of another type."""
+    if not isinstance(value, wanted):
+        raise InputError(f"{name} must be a {wanted.__name__}, got {shown(value)}")
+
+
+def check_stamp(value: object) -> float | None:
+    """Return a time in seconds or None, or raise an `InputError`."""
+    if value is None:
+        return None
+    stamp = as_float(value)
+    if stamp is None or abs(stamp) > LONGEST_S:
+        raise InputError(f"stamp must be a finite number of seconds, {LONGEST_S:g} at most, got {shown(value)}")
+    return stamp
+
+
+def check_size(name: str, value: object, least: int = 1) -> tuple[int, int]:
+    """Return the size ``(H, W)`` of an image as a tuple, or raise an `InputError`; frames may be empty, cameras not."""
+    if isinstance(value, (tuple, list)) and len(value) == 2:
+        rows, columns = (as_integer(side) for side in value)
+        if rows is not None and columns is not None and least <= min(rows, columns) <= max(rows, columns) <= MOST_PX:
+            return rows, columns
+    kind = "positive integers" if least else "integers of at least 0"
+    raise InputError(f"{name} must be two {kind} (H, W), got {shown(value)}; {MOST_PX} at most")
+
+
+def check_pair(name: str, value: object, low: float, high: float) -> Span:
+    """Return two numbers in low..high as a tuple, or raise an `InputError`."""
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise InputError(f"{name} must be two numbers, got {shown(value)}")
+    one, other = value
+    return check_number(name, one, low, high), check_number(name, other, low, high)
+
+
+def check_spans(name: str, value: object) -> tuple[Span, ...]:
+    """Return intervals of a curve's ``u``, ascending in 0..1, as tuples, or raise an `InputError`."""
+    if not isinstance(value, (tuple, list)):
+        raise InputError(f"{name} must be intervals (low, high) of u, got {shown(value)}")
+    spans = tuple(check_pair(name, span, 0.0, 1.0) for span in value)
+    if any(low > high for low, high in spans) or any(a[0] > b[0] for a, b in pairwise(spans)):
+        raise InputError(f"{name} must be ascending intervals (low, high) of u, got {shown(value)}")
+    return spans
+
+
+def check_all(name: str, values: object, wanted: type) -> tuple[object, ...]:
+    """Return values of one type as a tuple, or raise an `InputError`."""
+    if not isinstance(values, Sequence) or not all(isinstance(value, wanted) for value in values):
+        raise InputError(f"{name} must be a sequence of {wanted.__name__}, got {shown(values)}")
+    return tuple(values)
+
+
+def shown(value: object) -> str:
+    """Return a value as a message says it: short, whatever it is."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no integer of more than some thousand digits
+        text = "an integer of thousands of digits, or what holds one"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}... ({len(text)} characters)"

@@ -1,0 +1,180 @@
+"""Every public type that has `to_dict`: plain values, one form, whatever kind of numbers it was made of."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders import curve_through, detection_of, line, loop, wave
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import dloftbs
+from dloftbs._json import encode, encode_line
+from dloftbs.camera import PinholeCamera
+from dloftbs.centerline import Joint, JointKind
+from dloftbs.config import Config, FittingConfig, LinkingConfig, TrackingConfig
+from dloftbs.curve import BSplineCurve
+from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
+from dloftbs.pipeline import Pipeline
+from dloftbs.truth import Truth
+
+FLOATS = (float, np.float64, np.float32, np.float16, np.longdouble)
+INTEGERS = (int, np.int64, np.uint8, np.int16)
+SHARES = st.builds(lambda kind, value: kind(value), st.sampled_from(FLOATS), st.floats(0.0, 1.0))
+SMALL = st.builds(lambda kind, value: kind(value), st.sampled_from((*FLOATS, *INTEGERS)), st.integers(1, 100))
+COUNTS = st.builds(lambda kind, value: kind(value), st.sampled_from(INTEGERS), st.integers(1, 100))
+TEXT = st.text(max_size=5) | st.builds(np.str_, st.text(max_size=5))
+SPANS = st.tuples(SHARES, SHARES).map(lambda pair: tuple(sorted(pair, key=float)))
+SPAN_LISTS = st.lists(SPANS, max_size=2).map(lambda spans: tuple(sorted(spans, key=lambda span: float(span[0]))))
+POINTS = st.tuples(SMALL, SMALL)
+STAMPS = st.none() | SHARES | SMALL
+
+CURVES = st.sampled_from([wave(), loop(20.0), line((0, 0), (9, 9))])
+CURVES_3D = st.none() | st.just(curve_through(np.random.default_rng(3).normal(0.0, 1.0, (9, 3))))
+JOINTS = st.builds(
+    Joint,
+    st.sampled_from(JointKind),
+    SPANS,
+    cost=SMALL,
+    margin=SMALL | st.just(math.inf) | st.just(np.float64(math.inf)),
+    confidence=SHARES,
+    alternatives=st.tuples(st.none() | POINTS, st.none() | POINTS),
+)
+DETECTIONS = st.builds(
+    lambda joints, curve_3d, reason, spans: Detection(
+        detection_of(wave(), joints=tuple(joints)).centerline, wave(), curve_3d, reason, spans
+    ),
+    st.lists(JOINTS, max_size=2),
+    CURVES_3D,
+    st.none() | TEXT,
+    SPAN_LISTS,
+)
+CROSSINGS = st.builds(
+    Crossing,
+    POINTS,
+    st.tuples(st.tuples(COUNTS, SHARES), st.tuples(COUNTS, SHARES)),
+    st.none() | st.builds(lambda kind, top: kind(top), st.sampled_from(INTEGERS), st.integers(0, 1)),
+    SHARES,
+)
+TRACKS = st.builds(
+    Track,
+    COUNTS,
+    st.sampled_from(TrackState),
+    CURVES,
+    CURVES_3D,
+    COUNTS,
+    COUNTS,
+    st.none() | DETECTIONS,
+    SPAN_LISTS,
+    SHARES,
+    st.none() | SMALL,
+)
+RESULTS = st.builds(
+    FrameResult,
+    st.lists(DETECTIONS, max_size=1).map(tuple),
+    st.lists(TRACKS, max_size=1).map(tuple),
+    st.none() | TEXT,
+    st.tuples(COUNTS, COUNTS),
+    st.dictionaries(TEXT, SHARES, max_size=2),
+    COUNTS,
+    STAMPS,
+    TEXT,
+    st.lists(CROSSINGS, max_size=1).map(tuple),
+)
+CAMERAS = st.builds(
+    PinholeCamera,
+    SMALL,
+    SMALL,
+    SMALL,
+    SMALL,
+    st.lists(SHARES, min_size=4, max_size=5) | st.just(np.float32([0.5, 0.25, 0, 0])),
+    size=st.none() | st.tuples(COUNTS, COUNTS),
+)
+CONFIGS = st.builds(
+    lambda gap, knots, gate, hits: Config(
+        linking=LinkingConfig(max_gap_widths=gap, objects=hits),
+        fitting=FittingConfig(knots=None if knots is None else knots + type(knots)(2)),
+        tracking=TrackingConfig(gate=gate, min_hits=hits),
+    ),
+    SMALL,
+    st.none() | COUNTS,
+    SMALL,
+    COUNTS,
+)
+TRUTHS = st.builds(
+    lambda curves, numbers: Truth(tuple(curves[: len(numbers)]), (), tuple(numbers)),
+    st.lists(CURVES, min_size=3, max_size=3),
+    st.lists(COUNTS, max_size=3, unique=True),
+)
+EVERY_CURVE = CURVES.map(lambda curve: BSplineCurve(curve.knots.astype(np.longdouble), curve.control_points))
+
+MADE = {
+    BSplineCurve: EVERY_CURVE,
+    Config: CONFIGS,
+    Crossing: CROSSINGS,
+    Detection: DETECTIONS,
+    FrameResult: RESULTS,
+    Joint: JOINTS,
+    PinholeCamera: CAMERAS,
+    Track: TRACKS,
+    Truth: TRUTHS,
+}
+
+
+def check(data) -> None:
+    """Check that a dictionary is plain, and that every way of writing it gives the same."""
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+    assert json.loads(encode_line(data)) == json.loads(encode(data, indent=1)) == data
+    assert plain(data)
+
+
+def plain(value) -> bool:
+    if isinstance(value, dict):
+        return all(type(key) is str and plain(one) for key, one in value.items())
+    if isinstance(value, list):
+        return all(plain(one) for one in value)
+    return value is None or type(value) in (bool, int, float, str)
+
+
+def test_no_public_type_is_left_out():
+    public = {getattr(dloftbs, name) for name in dloftbs.__all__}
+    assert {kind for kind in public if hasattr(kind, "to_dict")} == MADE.keys() - {Truth}
+
+
+@pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
+@settings(max_examples=20)
+@given(data=st.data())
+def test_whatever_it_is_made_of_its_dictionary_is_plain(kind, data):
+    made = data.draw(MADE[kind])
+    check(made.to_dict())
+    if hasattr(kind, "from_dict"):
+        again = kind.from_dict(json.loads(encode(made.to_dict())))
+        assert again.to_dict() == made.to_dict()
+
+
+@settings(max_examples=20)
+@given(TRACKS, RESULTS)
+def test_fields_are_plain_too(track, result):
+    values = (track.id, track.hits, track.misses, track.confidence, *(edge for span in track.inferred for edge in span))
+    values += (result.index, *result.size, *(() if result.stamp is None else (result.stamp,)))
+    assert {type(value) for value in values} <= {int, float}
+    assert type(result.name) is str
+
+
+@pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
+def test_what_the_pipeline_gives_is_plain(shared_data: Path, config: Config):
+    pipeline = Pipeline(config)
+    camera = PinholeCamera(600.0, 600.0, 320.0, 240.0)
+    for number in range(12):
+        mask = cv2.imread(str(shared_data / "masks" / "007.png"), cv2.IMREAD_GRAYSCALE)
+        if number > 8:
+            mask[100:120] = 0
+        depth = np.full(mask.shape, 1.0, np.float32)
+        result = pipeline.process(Frame(mask=mask, depth=depth, camera=camera, stamp=np.float32(0.1 * number)))
+        assert result.tracks
+        check(result.to_dict())
