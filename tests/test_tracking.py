@@ -41,6 +41,53 @@ def see(tracker: Tracker, *curves: BSplineCurve):
     return tracker.update([detection_of(curve) for curve in curves])
 
 
+NO_STAMPS = {
+    "nan": float("nan"),
+    "inf": float("inf"),
+    "text": "0.5",
+    "bool": True,
+    "400 digits": 10**400,
+    "milliseconds": 1.7e12,
+    "time": np.datetime64("2026-01-01"),
+    "span": np.timedelta64(5, "s"),
+    "array": np.array([1.0]),
+}
+
+
+@pytest.mark.parametrize("stamp", NO_STAMPS.values(), ids=NO_STAMPS)
+def test_what_is_no_time_in_seconds_is_refused_and_changes_nothing(stamp):
+    tracker = Tracker(AT_ONCE)
+    before = tracker.update([wave()], 0.0)
+    with pytest.raises(InputError, match="stamp must be a finite number of seconds, 1e\\+11 at most, got"):
+        tracker.update([wave()], stamp)
+    with pytest.raises(InputError, match="stamp must be"):
+        tracker.predict(stamp)
+    assert tracker.tracks == before
+    assert tracker.update([wave()], 0.1)[0].hits == 2
+
+
+@pytest.mark.parametrize("size", [(-1, 5), (5,), (5.0, 5.0), "55", 5, (10**400, 5), (True, 5)])
+def test_what_is_no_size_is_refused(size):
+    with pytest.raises(InputError, match="size must be two integers of at least 0"):
+        Tracker().update([wave()], 0.0, size)
+
+
+@pytest.mark.parametrize("width", ["3", None, -1.0, float("inf"), 10**400, True])
+def test_what_is_no_width_is_refused(width):
+    with pytest.raises(InputError, match="a width must be a finite number"):
+        Tracker().update([wave()], widths=[width])
+
+
+@pytest.mark.parametrize("later", [1e-300, 5e-324, 1e-9, -1e-9, 1e-6])
+def test_a_stamp_that_differs_by_rounding_is_the_same_frame_once_more(later):
+    tracker = Tracker(AT_ONCE)
+    before = tracker.update([wave()], 0.0)
+    assert tracker.update([wave((3.0, 0.0))], later) is before
+    (track,) = tracker.update([wave((6.0, 0.0))], 0.1)
+    assert track.hits == 2
+    assert np.abs(tracker.predict(0.2)[0].curve.control_points - wave((12.0, 0.0)).control_points).max() < 3.0
+
+
 def ids(tracks) -> list[int]:
     return [track.id for track in tracks]
 

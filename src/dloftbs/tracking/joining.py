@@ -31,7 +31,7 @@ def _cut(part: Seen) -> Seen:
     if part.of == WHOLE:
         return part
     curve = assemble(part.curve, WHOLE, [Stretch(part.curve, WHOLE, part.of)])
-    return part._replace(curve=curve, of=WHOLE, detection=part.detection)
+    return part._replace(curve=curve, of=WHOLE, gaps=tuple(gaps(Piece(part, WHOLE, part.of))))
 
 
 def bridged(memory: Memory, pieces: Sequence[Piece]) -> list[Piece]:
@@ -73,9 +73,10 @@ def restarted(seen: Seen, u: float) -> Seen:
 def gaps(piece: Piece) -> list[tuple[float, float]]:
     """Return what the detector inferred of a piece, in the track's ``u``."""
     (low, high), (first, last) = piece.at, piece.of
-    scale = (high - low) / (last - first)
     spans = [(max(a, first), min(b, last)) for a, b in piece.seen.gaps]
-    return [(low + (a - first) * scale, low + (b - first) * scale) for a, b in spans if b > a]
+    # The share comes first: it is 1 at most, and what lies at the track's end never is rounded beyond it.
+    shares = [((a - first) / (last - first), (b - first) / (last - first)) for a, b in spans if b > a]
+    return [(low + a * (high - low), low + b * (high - low)) for a, b in shares]
 
 
 def merged(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:

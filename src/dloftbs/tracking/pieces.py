@@ -33,6 +33,15 @@ class Piece(NamedTuple):
         """Whether it is a whole detection, and nothing of the track is missing."""
         return self.seen.curve.closed or (self.of == WHOLE and self.at[0] <= 0.0 and self.at[1] >= 1.0)
 
+    def on_track(self) -> Piece:
+        """Return what the piece shows of the track as it is known, without what goes on beyond its ends."""
+        (low, high), (first, last) = self.at, self.of
+        at = (max(low, 0.0), min(high, 1.0))
+        if at == self.at:
+            return self
+        scale = (last - first) / (high - low)
+        return self._replace(at=at, of=(first + (at[0] - low) * scale, last - (high - at[1]) * scale))
+
 
 @dataclass(slots=True, eq=False)
 class Shown:

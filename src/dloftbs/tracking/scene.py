@@ -160,7 +160,7 @@ class Scene:
 
     def span(self, run: Run) -> tuple[float, float]:
         """Return which stretch of its detection a run is, in ``u`` of the detection run in the track's direction."""
-        (low, high), (first, last) = self.parts[run.part].of, self.bounds[run.part]
+        (low, high), (first, last) = self.parts[run.part].of, self.bounds[run.part].tolist()
         start, end = (low + (i - first) / (last - first) * (high - low) for i in (run.start, run.end))
         return (start, end) if run.way > 0 else (1.0 - start, 1.0 - end)
 

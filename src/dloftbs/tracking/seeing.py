@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import LARGEST, FloatArray
+from dloftbs._values import check_number
 from dloftbs.centerline import JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
@@ -45,6 +46,8 @@ class Seen(NamedTuple):
         Length of the whole object, px.
     clear : bool
         Whether the object has no long gaps.
+    gaps : tuple of (float, float)
+        The intervals of the curve's ``u`` that the detector inferred.
     backwards : bool
         Whether it is run the other way than it was found.
     """
@@ -58,17 +61,13 @@ class Seen(NamedTuple):
     number: int
     total: float
     clear: bool
+    gaps: tuple[tuple[float, float], ...] = ()
     backwards: bool = False
 
     @property
     def curve_3d(self) -> BSplineCurve | None:
         """The object's curve in space."""
         return None if self.detection is None else self.detection.curve_3d
-
-    @property
-    def gaps(self) -> tuple[tuple[float, float], ...]:
-        """The intervals of ``u`` that the detector inferred."""
-        return () if self.detection is None else self.detection.inferred
 
     def reversed(self) -> Seen:
         """Return the same part run the other way."""
@@ -79,6 +78,7 @@ class Seen(NamedTuple):
             points=self.points[::-1],
             detection=detection,
             of=(1.0 - self.of[1], 1.0 - self.of[0]),
+            gaps=tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.gaps)),
             backwards=not self.backwards,
         )
 
@@ -126,12 +126,14 @@ def look_at(found: Sequence[Detection | BSplineCurve], widths: Sequence[float] |
             raise InputError(f"expected a Detection or a BSplineCurve in the image (ndim 2), got {curve!r}")
         width = math.nan if detection is None else detection.width
         if widths is not None:
-            width = float(widths[index])
+            given = widths[index]
+            unknown = isinstance(given, float) and math.isnan(given)
+            width = math.nan if unknown else check_number("a width", given, 0.0, LARGEST)
         points, length = sample(curve)
         if length > 0.0:
             gaps = () if detection is None or not detection.joints else detection.inferred
             clear = not any((high - low) * length > _GAP_WIDTHS * width for low, high in gaps)
-            shown.append(Seen(curve, points, length, width, detection, (0.0, 1.0), index, length, clear))
+            shown.append(Seen(curve, points, length, width, detection, (0.0, 1.0), index, length, clear, gaps))
     return shown
 
 

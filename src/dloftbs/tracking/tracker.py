@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from dloftbs._values import check_size, check_stamp
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
@@ -90,12 +91,12 @@ class Tracker:
         detections : sequence of Detection or BSplineCurve
             Curves are in the image, px.
         stamp : float, optional
-            Seconds. Without stamps, `TrackingConfig.frame_s` has passed. A frame with the stamp of the last one is that
-            one once more: nothing changes.
+            Seconds. Without stamps, `TrackingConfig.frame_s` has passed. A frame with the stamp of the last one, to a
+            microsecond, is that one once more: nothing changes.
         size : (int, int), optional
             ``(H, W)`` of the frame, px: what leaves the image is then known to go on outside.
         widths : sequence of float, optional
-            Of the objects, px, for curves; detections have their own.
+            Of the objects, px, NaN where not known, for curves; detections have their own.
 
         Returns
         -------
@@ -105,8 +106,8 @@ class Tracker:
         Raises
         ------
         InputError
-            If something is no detection or curve in the image, or, where the configuration says so, if the size is not
-            the last frame's or the stamp lies before it.
+            If something is no detection or curve in the image, a stamp, size or width is none, or, where the
+            configuration says so, if the size is not the last frame's or the stamp lies before it.
         """
         seen = look_at(detections, widths)
         dt = self._advance(stamp, size)
@@ -122,7 +123,7 @@ class Tracker:
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
         """Return where confirmed and coasting tracks are expected at a time, or in the next frame; changes nothing."""
-        dt = self._config.frame_s
+        dt, stamp = self._config.frame_s, check_stamp(stamp)
         if stamp is not None and self._stamp is not None:
             dt = max(stamp - self._stamp, 0.0)
         ahead = horizon(dt)
@@ -139,19 +140,20 @@ class Tracker:
 
     def _advance(self, stamp: float | None, size: tuple[int, int] | None) -> float:
         """Return the seconds since the last frame; forget the tracks where this frame does not follow on that."""
-        if stamp is not None and not math.isfinite(stamp):
-            raise InputError(f"stamp must be a finite number of seconds, got {stamp}")
-        if size is not None and self._size is not None and tuple(size) != self._size:
+        stamp, size = check_stamp(stamp), None if size is None else check_size("size", size, 0)
+        if size is not None and self._size is not None and size != self._size:
             if self._config.on_new_size == "error":
                 raise InputError(
-                    f"the frame has the size {tuple(size)}, the ones before {self._size}: "
+                    f"the frame has the size {size}, the ones before {self._size}: "
                     "reset the tracker, or set tracking.on_new_size to 'reset'"
                 )
             self.reset()
         dt = self._config.frame_s
         if stamp is not None and self._stamp is not None:
             dt = stamp - self._stamp
-            if dt < 0.0:
+            if abs(dt) <= _ROUNDING_S:
+                stamp, dt = self._stamp, 0.0
+            elif dt < 0.0:
                 if self._config.on_old_stamp == "error":
                     raise InputError(
                         f"the frame's stamp {stamp} lies before the last one's {self._stamp}: "
@@ -160,7 +162,7 @@ class Tracker:
                 self.reset()
                 dt = self._config.frame_s
         self._stamp = self._stamp if stamp is None else stamp
-        self._size = self._size if size is None else (size[0], size[1])
+        self._size = size or self._size
         return dt
 
     def _start(self, seen: Sequence[Seen]) -> None:
@@ -283,6 +285,8 @@ class Tracker:
     def _see_parts(
         self, memory: Memory, pieces: Sequence[Piece], scope: tuple[float, float], dt: float, *, shared: bool
     ) -> None:
+        # A part of a detection does not make its track longer: it may be another object that goes on there.
+        pieces = [piece.on_track() for piece in pieces]
         curve = assemble(memory.curve, scope, [Stretch(p.seen.curve, p.at, p.of) for p in pieces])
         memory.curve_3d = in_space(memory.curve_3d, scope, pieces)
         memory.detection = max(pieces, key=lambda p: p.seen.length).seen.detection

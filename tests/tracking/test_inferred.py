@@ -1,0 +1,81 @@
+"""What tracks say was inferred: intervals of their own ``u``, whatever comes and goes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders import detection_of, through_json, wave
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.centerline import Joint, JointKind
+from dloftbs.frame import Frame
+from dloftbs.pipeline import Pipeline
+from dloftbs.tracking import Tracker
+from dloftbs.tracking.joining import as_found, gaps
+from dloftbs.tracking.pieces import WHOLE, Piece
+from dloftbs.tracking.seeing import look_at
+
+GAPS = ((0.1, 0.12), (0.3, 0.5), (0.6, 0.62), (0.8, 0.82))
+LINKED = detection_of(wave(), joints=tuple(Joint(JointKind.GAP, span, 1.0, 1.0) for span in GAPS))
+SHARES = st.floats(0.0, 1.0)
+
+
+def striped(mask: np.ndarray, every: int, missing: int) -> np.ndarray:
+    """Return a mask in which of so many rows the first ones are missing."""
+    cut = mask.copy()
+    cut[np.arange(len(mask)) % every < missing] = 0
+    return cut
+
+
+def check(tracks) -> None:
+    for track in tracks:
+        edges = [edge for span in track.inferred for edge in span]
+        assert edges == sorted(edges)
+        assert all(0.0 <= edge <= 1.0 for edge in edges)
+        through_json(track.to_dict())
+
+
+@pytest.mark.parametrize(("every", "missing"), [(8, 3), (16, 5)])
+@pytest.mark.parametrize("name", ["004.png", "019.png"])
+def test_stretches_that_come_and_go_stay_within_their_track(shared_data: Path, name: str, every: int, missing: int):
+    mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
+    cut = striped(mask, every, missing)
+    pipeline = Pipeline()
+    for shown in (mask, mask, cut, cut, cut, *[cut] * 8, mask, mask):
+        check(pipeline.process(Frame(mask=shown)).tracks)
+
+
+def test_a_part_that_goes_on_beyond_its_track_shows_all_of_it():
+    (seen,) = look_at([LINKED], None)
+    piece = Piece(seen.between(0.5, 0.9), (-0.5, 1.5), (0.5, 0.9)).on_track()
+    assert piece.at == WHOLE
+    assert piece.of == pytest.approx((0.6, 0.8))
+    assert Piece(seen, (0.25, 1.0), WHOLE).on_track() == Piece(seen, (0.25, 1.0), WHOLE)
+    assert gaps(piece) == [(pytest.approx(0.0, abs=1e-9), pytest.approx(0.1))]
+
+
+@given(st.tuples(SHARES, SHARES, SHARES, SHARES), st.lists(SHARES, min_size=2, max_size=2, unique=True))
+def test_rounding_leads_nowhere_beyond_the_ends(shares, of):
+    low, high = sorted(shares[:2])
+    (seen,) = look_at([LINKED], None)
+    piece = Piece(seen._replace(gaps=(tuple(sorted(shares[2:])), (0.0, 1.0))), (low, high), tuple(sorted(of)))
+    assert all(0.0 <= a <= b <= 1.0 for a, b in gaps(piece))
+
+
+def test_a_part_that_starts_a_track_has_the_gaps_that_lie_in_it():
+    (seen,) = look_at([LINKED], None)
+    parts = seen.parts()
+    assert [part.of for part in parts] == [(0.0, 0.3), (0.5, 1.0)]
+    (started,) = as_found(parts[1:], parts, [seen])
+    assert started.gaps == (pytest.approx((0.2, 0.24)), pytest.approx((0.6, 0.64)))
+
+
+def test_a_whole_detection_has_its_own_gaps_either_way():
+    (track,) = Tracker().update([LINKED])
+    assert track.inferred == GAPS
+    (seen,) = look_at([LINKED], None)
+    assert seen.reversed().gaps == LINKED.reversed().inferred
