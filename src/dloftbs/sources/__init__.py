@@ -43,6 +43,9 @@ __all__ = [
     "open_labelled",
 ]
 
+MAX_CAMERA_DIGITS = 9
+"""OpenCV takes 32-bit integers as indices of cameras."""
+
 PathLike = str | os.PathLike[str]
 Where = PathLike | int | npt.NDArray[Any] | Sequence[PathLike]
 
@@ -104,6 +107,9 @@ def open(
         If there is nothing there, it cannot be opened, or depth or masks differ from the frames in number.
     """
     _check_options(kind, masks, fps, jobs)
+    for name, path in (("where", where), ("depth", depth), ("masks", masks)):
+        if isinstance(path, str) and not path:
+            raise InputError(f"{name} is an empty text; the current folder is '.'")
     camera, registration = _cameras(camera, registration)
     if masks is not None:
         kind = "image"
@@ -183,7 +189,7 @@ def _open_path(
     registration: DepthRegistration | None,
     jobs: int,
 ) -> Source:
-    if is_glob(str(path)) or path.is_dir():
+    if is_glob(str(path)) or os.path.isdir(path):
         paths = list_files(str(path), IMAGE_EXTENSIONS)
         for rule in rules:
             paths = without_partners(paths, rule)
@@ -199,7 +205,7 @@ def _open_path(
 
 
 def _check_exists(path: Path) -> None:
-    if not path.exists():
+    if not os.path.exists(path):
         raise SourceError(f"there is no file or folder {str(path)!r}")
 
 
@@ -213,8 +219,10 @@ def _live_address(where: object) -> int | str:
     text = str(where)
     if "://" in text:
         return text
-    if int(text) < 0:
+    if text.startswith("-"):
         raise InputError(f"the index of a camera must be at least 0, got {text}")
+    if len(text) > MAX_CAMERA_DIGITS:
+        raise InputError(f"the index of a camera must have at most {MAX_CAMERA_DIGITS} digits, got {text}")
     return int(text)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.options import parse_size
+from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, file_path, parse_size
 
 if TYPE_CHECKING:
     from dloftbs.evaluation.suites import Suite
@@ -30,16 +30,18 @@ _METHODS = ("default", "paper")
 @click.option(
     "--out",
     "-o",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=file_path(file_okay=False),
     default="evaluation",
     show_default=True,
     metavar="FOLDER",
 )
 @click.option("--quick", is_flag=True, help="A tenth of the frames, of 640x360.")
-@click.option("--scale", type=click.FloatRange(0.0, min_open=True), metavar="X", help="Share of the frames; 1.")
+@click.option(
+    "--scale", type=click.FloatRange(0.0, MAX_SCALE, min_open=True), metavar="X", help="Share of the frames; 1."
+)
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of what is generated; 1280x720.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, other sequences.")
-@click.option("--jobs", "-j", type=click.IntRange(min=1), metavar="N", help="Processes; as many as there are cores.")
+@click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For other sequences.")
+@click.option("--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Processes; one for each core.")
 def evaluate(
     names: tuple[str, ...],
     methods: tuple[str, ...],
