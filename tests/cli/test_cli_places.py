@@ -9,11 +9,13 @@ import pytest
 from cli.cli_inputs import COMMAND, mask, photo, run, save
 
 from dloftbs import sinks
+from dloftbs.cli import demo_files
 from dloftbs.cli.commands.detect import detect
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.places import READING
 from dloftbs.config import Config
+from dloftbs.sources.synthetic import several_cables
 
 
 @pytest.fixture
@@ -183,3 +185,39 @@ def test_every_option_that_names_a_file_to_be_read_is_known():
     for command in (detect, track):
         paths = {p.name for p in command.params if isinstance(p.type, FilledPath)} - written - {"where"}
         assert paths == set(READING)
+
+
+@pytest.mark.parametrize("name", ["README.txt", "input.mp4", "space"])
+def test_the_demo_replaces_no_files_but_those_of_a_demo(place, name):
+    (place / name).mkdir() if name == "space" else (place / name).write_text("mine")
+    before = contents(place)
+    result = run("demo", "--quick", "--frames", "2", "--out", ".", code=1)
+    assert f"holds {name}" in result.stderr
+    assert contents(place) == before
+
+
+def test_a_demo_may_be_done_again_where_one_was_interrupted(tmp_path):
+    for _ in range(2):
+        demo_files.claim(tmp_path / "demo")
+        (tmp_path / "demo" / "input.mp4").write_bytes(b"")
+
+
+@pytest.mark.parametrize("out", [".", "data", "data/evaluation", "link", "link/results"])
+def test_an_evaluation_does_not_write_into_labelled_data(place, out):
+    sequence = several_cables(0.01, 0, (120, 160))[0]
+    sinks.write_sequence(sequence, place / "data")
+    os.symlink("data", place / "link")
+    os.symlink("data", place / "parts")  # so that what would be finished goes there
+    before = contents(place)
+    result = run("evaluate", "data", "--out", out, code=1)
+    assert "would write into the labelled data of data" in result.stderr
+    assert contents(place) == before
+
+
+@pytest.mark.parametrize("name", ["report.md", "frames.csv", "plots"])
+def test_an_evaluation_replaces_no_files_but_those_of_an_evaluation(place, name):
+    (place / name).write_text("mine")
+    before = contents(place)
+    result = run("evaluate", "kinds", "--quick", "--out", ".", code=1)
+    assert f"holds {name}" in result.stderr
+    assert contents(place) == before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -284,7 +285,7 @@ def check_pictures(*, video: bool) -> Callable[[click.Context, click.Parameter, 
             kind = sinks.kind_of(path)
         except InputError as error:
             raise click.BadParameter(str(error), context, parameter) from error
-        if kind not in wanted or (kind is sinks.OverlayImagesSink and Path(path).is_file()):
+        if kind not in wanted or (kind is sinks.OverlayImagesSink and os.path.isfile(path)):
             what = f"a folder, a picture (.png, ...){' or a video (.mp4, .mov)' * video}"
             raise click.BadParameter(f"must be {what}, got {path!r}", context, parameter)
         return path

@@ -135,9 +135,9 @@ def _cameras(
     camera: PinholeCamera | PathLike | None, registration: DepthRegistration | PathLike | None
 ) -> tuple[PinholeCamera | None, DepthRegistration | None]:
     if isinstance(camera, (str, os.PathLike)):
-        camera = PinholeCamera.from_file(Path(camera).expanduser())
+        camera = PinholeCamera.from_file(Path(os.path.expanduser(camera)))
     if isinstance(registration, (str, os.PathLike)):
-        registration = DepthRegistration.from_file(Path(registration).expanduser())
+        registration = DepthRegistration.from_file(Path(os.path.expanduser(registration)))
     if camera is not None and not isinstance(camera, PinholeCamera):
         raise InputError(f"camera must be a PinholeCamera or the path of a file, got {camera!r}")
     if registration is None:
@@ -171,10 +171,10 @@ def _open_recorded(
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, (str, os.PathLike)):
-        return _open_path(Path(where).expanduser(), kind, camera, fps, rules, registration, jobs)
+        return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, jobs)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
-    paths = [Path(item).expanduser() for item in where]
+    paths = [Path(os.path.expanduser(item)) for item in where]
     for path in paths:
         _check_exists(path)
     return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs)

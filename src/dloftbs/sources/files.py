@@ -143,7 +143,7 @@ def files_of(where: str, extensions: Sequence[str]) -> list[Path]:
     None where there is nothing, or no file: a camera or a stream.
     """
     scheme, colon, rest = where.partition(":")
-    path = Path(rest if colon and scheme.lower() == "file" else where).expanduser()
+    path = Path(os.path.expanduser(rest if colon and scheme.lower() == "file" else where))
     if os.path.isfile(path):  # which, unlike a Path's method, says no of a name that is too long
         return [path]
     if not (os.path.isdir(path) or is_glob(str(path))):

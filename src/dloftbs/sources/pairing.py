@@ -179,7 +179,7 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
         if beside is None:
             raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
         return _Files(what, [partner_of(path, where) for path in beside])
-    path = Path(where).expanduser()
+    path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
         return _Files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".npy")))
     if not os.path.exists(path):

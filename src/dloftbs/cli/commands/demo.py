@@ -32,7 +32,7 @@ def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None,
     frames, the figures, and a README that says what is what and which command does the same. Then
     the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
     """
-    from dloftbs.cli.demo_files import describe, render, table, write_sheet, write_summary
+    from dloftbs.cli.demo_files import claim, describe, render, table, write_sheet, write_summary
     from dloftbs.cli.demo_run import follow
     from dloftbs.cli.demo_space import follow_in_space
     from dloftbs.cli.outputs import config_beside, write_config
@@ -41,6 +41,7 @@ def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None,
     default_frames, default_size = _QUICK if quick else _FULL
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
+    claim(out)
     click.echo(f"drawing {len(sequence)} frames into {out}", err=True)
     render(sequence, out)
     click.echo("tracking them by colour", err=True)

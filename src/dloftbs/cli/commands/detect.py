@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -123,7 +124,7 @@ def _images(where: Sequence[str], inputs: InputOptions) -> list[str]:
     """Return the inputs without those that go with another by a naming rule: shells put both into one glob."""
     from dloftbs.sources.pairing import without_partners
 
-    files = [Path(text) for text in where if Path(text).is_file()]
+    files = [Path(text) for text in where if os.path.isfile(text)]
     kept = files
     for rule in inputs.rules:
         kept = without_partners(kept, rule)
@@ -173,7 +174,7 @@ class _Batch:
         from dloftbs.sources.files import IMAGE_EXTENSIONS
 
         frames = self._frames(where)
-        if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not Path(where).is_file():
+        if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not os.path.isfile(where):
             return frames
         try:
             return list(frames)

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, file_path, parse_size
+from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, FilledPath, file_path, parse_size
 
 if TYPE_CHECKING:
     from dloftbs.evaluation.suites import Suite
 
 _METHODS = ("default", "paper")
+PARTS = "parts"
+"""Folder of what is finished; it is made before all else."""
 
 
 @click.command(short_help="Score methods on sequences whose truth is known.")
-@click.argument("names", metavar="[SUITE]...", nargs=-1)
+@click.argument("names", metavar="[SUITE]...", nargs=-1, type=FilledPath())
 @click.option(
     "--method",
     "methods",
@@ -73,15 +75,42 @@ def evaluate(
     from dloftbs.evaluation.runner import evaluate as run
 
     suites = _suites(names, quick, scale, size, seed)
+    _check_out(names, out)
     wanted = [method_of(name) for given in methods for name in given.split(",")]
     total = sum(suite.frames for suite in suites) * len(wanted)
     with open_parts_progress(total) as progress:
-        parts = run(suites, wanted, out / "parts", jobs=jobs or os.cpu_count() or 1, finished=progress)
+        parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
         report = write_report(suites, parts, out, _heading(suites, quick))
     if report.no_plots is not None:
         click.echo(report.no_plots, err=True)
     click.echo(report.text())
     click.echo(f"written to {out}", err=True)
+
+
+def _check_out(names: tuple[str, ...], out: Path) -> None:
+    """Let only a folder pass in which nothing is replaced but what an evaluation wrote.
+
+    Raises
+    ------
+    SinkError
+        If labelled data lies in a folder that is written to, or around it, or other files have the results' names.
+    """
+    from dloftbs.errors import SinkError
+    from dloftbs.evaluation.report import FRAMES, JOINTS, JSON, MARKDOWN, PLOTS, TABLES, WORST
+    from dloftbs.evaluation.suites import SUITES
+
+    for name in names:
+        data = Path(os.path.realpath(os.path.expanduser(name)))
+        for folder in (out, *(out / part for part in (PARTS, TABLES, PLOTS, WORST))):
+            if name not in SUITES and Path(os.path.realpath(folder)).is_relative_to(data):
+                raise SinkError(f"--out {out} would write into the labelled data of {name}: choose another folder")
+    results = (MARKDOWN, JSON, FRAMES, JOINTS, TABLES, PLOTS, WORST)
+    there = [name for name in results if os.path.lexists(out / name)]
+    if there and not (out / PARTS).is_dir():
+        raise SinkError(
+            f"{out} is not the folder of an evaluation, and holds {', '.join(there)}, which would be replaced: "
+            "choose another folder with --out"
+        )
 
 
 def _suites(
