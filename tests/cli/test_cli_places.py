@@ -221,3 +221,27 @@ def test_an_evaluation_replaces_no_files_but_those_of_an_evaluation(place, name)
     result = run("evaluate", "kinds", "--quick", "--out", ".", code=1)
     assert f"holds {name}" in result.stderr
     assert contents(place) == before
+
+
+def test_files_of_any_name_have_their_pictures_in_the_folders(place):
+    odd = ["..\\\\x", "a\nb", "con", "-rf", "$(touch x)", "a:b", "x" * 250, "...", "電" * 80]
+    for name in odd:
+        (place / "odd" / f"{name}.png").parent.mkdir(exist_ok=True)
+        (place / "odd" / f"{name}.png").write_bytes((place / "mask.png").read_bytes())
+    before = contents(place.parent)
+    run(
+        "detect",
+        *(f"odd/{name}.png" for name in odd),
+        "--overlay",
+        "o",
+        "--stages",
+        "s",
+        "--out",
+        "curves.jsonl",
+        "--out",
+        "curves.csv",
+    )
+    added = [path.relative_to(place).as_posix() for path in contents(place.parent).keys() - before]
+    assert sum(name.startswith("o/") for name in added) == len(odd)
+    assert sum(name.startswith("s/") for name in added) == len(odd)
+    assert len(added) == 2 * len(odd) + 3
