@@ -245,3 +245,12 @@ def test_files_of_any_name_have_their_pictures_in_the_folders(place):
     assert sum(name.startswith("o/") for name in added) == len(odd)
     assert sum(name.startswith("s/") for name in added) == len(odd)
     assert len(added) == 2 * len(odd) + 3
+
+
+@pytest.mark.parametrize(("option", "name"), [("--overlay", "overlay.config.yaml"), ("--stages", "stages.config.yaml")])
+def test_in_a_folder_of_inputs_the_configuration_lies_there_and_not_beside_it(place, option, name):
+    before = contents(place.parent)
+    run("detect", "mask.png", option, ".", "--set", "fitting.knots=9")
+    added = [path for path in contents(place.parent).keys() - before if path.suffix == ".yaml"]
+    assert added == [place / name]
+    assert Config.from_yaml(place / name).fitting.knots == 9

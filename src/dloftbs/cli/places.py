@@ -111,18 +111,19 @@ def plan_outputs(
         If the configuration would replace a file that is none, or a folder cannot be read.
     """
     named = {option: path for option, path in pictures.items() if path is not None}
-    config_file = config_beside((*data, *named.values()), config)
     outputs = [*(("--out", path) for path in data), *named.items()]
-    if config_file is not None:
-        outputs.append(("the configuration used,", str(config_file)))
     _check_places(outputs, inputs)
-    endings = {}
+    endings = {option: _checked_ending(option, path, inputs) for option, path in named.items()}
     for option, path in named.items():
         if not (is_one or inputs.is_one_image) and sinks.kind_of(path) is sinks.OverlayPictureSink:
             raise click.UsageError(
                 f"{option} {path} is one picture, but the input is not one image; name a folder, as in {path}/"
             )
-        endings[option] = _checked_ending(option, path, inputs)
+    # What lies beside a folder of inputs is nobody's to write to.
+    beside = [os.path.join(path, endings[option][1:]) if endings[option] else path for option, path in named.items()]
+    config_file = config_beside((*data, *beside), config)
+    if config_file is not None:
+        _check_places([*outputs, ("the configuration used,", str(config_file))], inputs)
     return Outputs(tuple(data), {option: (path, endings[option]) for option, path in named.items()}, config_file)
 
 
