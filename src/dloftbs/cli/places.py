@@ -158,6 +158,6 @@ def _standard_output() -> Identity:
     """Return what tells the file that standard output goes to from others; its name where it is no file."""
     try:
         found = os.fstat(sys.stdout.fileno())
-    except (OSError, ValueError):  # closed, or replaced by something that is not of the system
+    except (AttributeError, OSError, ValueError):  # None where it was closed, or not of the system
         return STANDARD_OUTPUT
     return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else STANDARD_OUTPUT
