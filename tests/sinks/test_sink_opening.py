@@ -39,6 +39,33 @@ def test_folders_get_pictures(tmp_path):
             assert sink.path.is_dir()
 
 
+def test_a_picture_is_for_a_single_frame(tmp_path):
+    with sinks.open(tmp_path / "new" / "a.PNG", draw=examples.draw) as sink:
+        assert type(sink) is sinks.OverlayPictureSink
+        sink.write(examples.frame(name="other.png"), examples.nothing())
+        picture = sink.path.read_bytes()
+        with pytest.raises(InputError, match=r"a\.PNG.*second frame"):
+            sink.write(examples.frame(1), examples.nothing())
+    assert [path.name for path in (tmp_path / "new").iterdir()] == ["a.PNG"]
+    assert sink.path.read_bytes() == picture
+    with pytest.raises(InputError, match="name must end in"):
+        sinks.OverlayPictureSink(tmp_path / "a.gif")
+
+
+def test_a_picture_that_got_no_frame_leaves_what_was_there(tmp_path):
+    (tmp_path / "a.png").write_text("precious")
+    sinks.open(tmp_path / "a.png").close()
+    assert (tmp_path / "a.png").read_text() == "precious"
+
+
+@pytest.mark.parametrize("kind", [sinks.kind_of(name) for name in (*FILES, "a.png", "folder")])
+def test_an_empty_path_is_not_the_current_folder(tmp_path, monkeypatch, kind):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="empty"):
+        kind("")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_unknown_suffix_lists_the_known_ones(tmp_path):
     with pytest.raises(InputError, match=r"\.jsonl, .*\.npz.*folder"):
         sinks.open(tmp_path / "a.xlsx")
@@ -148,6 +175,30 @@ def test_several_sinks_all_get_the_frame_and_all_are_closed(caplog):
     assert [(sink.written, sink.closed) for sink in good] == [(1, 1), (1, 1)]
     with pytest.raises(SinkError, match="closed"):
         several.write(examples.frame(), examples.nothing())
+
+
+@pytest.mark.parametrize("link", [os.link, os.symlink])
+def test_two_sinks_in_the_same_place_are_refused(tmp_path, link):
+    (tmp_path / "a.csv").touch()
+    link(tmp_path / "a.csv", tmp_path / "b.csv")
+    with (
+        sinks.open(tmp_path / "a.csv") as first,
+        sinks.OverlayImagesSink(tmp_path / "c") as folder,
+        Appended(tmp_path / "b.csv") as same,
+    ):
+        sinks.MultiSink([first, folder])
+        with pytest.raises(InputError, match=r"same place: .*a\.csv' and .*b\.csv'"):
+            sinks.MultiSink([first, folder, same])
+
+
+class Appended(sinks.PathSink):
+    """A sink of somebody else's."""
+
+    def _write(self, frame, result):
+        raise NotImplementedError
+
+    def _close(self):
+        """There is nothing to close."""
 
 
 def test_ctrl_c_goes_before_other_errors():

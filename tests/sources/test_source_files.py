@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import logging
 import zlib
 from pathlib import Path
@@ -265,3 +266,70 @@ def test_several_files_decoded_at_the_same_time_give_the_same(tmp_path, caplog, 
 def test_jobs_must_be_a_count(tmp_path, jobs):
     with pytest.raises(InputError, match="jobs must be an integer of at least 1"):
         sources.open(tmp_path, jobs=jobs)
+
+
+def names(pattern, folder):
+    with sources.open(str(folder / pattern)) as source:
+        return [path.relative_to(folder).as_posix() for path in source.paths]
+
+
+@pytest.fixture
+def tree(tmp_path):
+    for name in ("a", "x/b", "x/y/c", "x/y/x/d", ".hidden/e", "x/.f", "z/x/g"):
+        save(tmp_path / "tree" / f"{name}.png", MASK)
+    return tmp_path / "tree"
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "**/*.png",
+        "**",
+        "x/**",
+        "**/x/**/*.png",
+        "*/**/*.png",
+        "**/**/*.png",
+        "./**/*.png",
+        "**/[bc].png",
+        "**/x/*",
+        "[x]/**/c*",
+    ],
+)
+def test_stars_match_as_in_the_glob_of_python(tree, pattern):
+    expected = [Path(match) for match in set(glob.glob(str(tree / pattern), recursive=True))]
+    assert set(names(pattern, tree)) == {p.relative_to(tree).as_posix() for p in expected if p.is_file()}
+
+
+def test_stars_from_the_current_folder(tree, monkeypatch):
+    monkeypatch.chdir(tree)
+    with sources.open("**/*.png") as source:
+        assert [str(path) for path in source.paths] == ["a.png", "x/b.png", "x/y/c.png", "x/y/x/d.png", "z/x/g.png"]
+
+
+def test_stars_visit_each_folder_once_whatever_links_lead_there(tree, tmp_path):
+    save(tmp_path / "elsewhere" / "h.png", MASK)
+    (tree / "linked").symlink_to(tmp_path / "elsewhere")
+    for i in range(12):  # any way through these is a path of its own
+        (tree / f"loop{i}").symlink_to(".")
+        (tree / "x" / f"up{i}").symlink_to("..")
+        (tmp_path / "elsewhere" / f"back{i}").symlink_to(tree)
+    (tree / "itself").symlink_to("itself")
+    plain = ["a.png", "x/b.png", "x/y/c.png", "x/y/x/d.png", "z/x/g.png"]
+    assert sorted(names("**/*.png", tree)) == sorted([*plain, "linked/h.png"])
+    assert names("**/linked/*.png", tree) == ["linked/h.png"]
+    assert names("**/linked/**/h.png", tree) == ["linked/h.png"]
+    assert sorted(names("**", tree)) == sorted([*plain, "linked/h.png"])
+
+
+def test_a_name_that_is_too_long_is_no_file(tmp_path):
+    for name in ("x" * 300, "x" * 300 + "*", "**/" + "x" * 5000):
+        with pytest.raises(SourceError):
+            sources.open(tmp_path / name)
+
+
+@pytest.mark.parametrize("option", ["where", "depth", "masks"])
+def test_an_empty_text_is_not_the_current_folder(tmp_path, monkeypatch, option):
+    save(tmp_path / "a.png", COLOUR)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=f"{option} is an empty text"):
+        sources.open(**{"where": "a.png", option: ""})

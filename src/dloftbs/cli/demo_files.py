@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from dloftbs import sinks, viz
 from dloftbs._json import encode
 from dloftbs._version import __version__
 from dloftbs.cli import demo_space
+from dloftbs.errors import SinkError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks._files import sink_errors
 from dloftbs.sources.synthetic import DemoSequence
@@ -35,6 +37,29 @@ _WHAT = {
     SUMMARY: "the figures below, and each frame's",
     README: "this text",
 }
+
+
+_TITLE = "The demo of dloftbs"
+
+
+def claim(folder: Path) -> None:
+    """Make a folder the demo's: its README says so from the beginning, that a later demo may replace all files.
+
+    Raises
+    ------
+    SinkError
+        If it holds files of these names that no demo wrote, or cannot be written.
+    """
+    readme = folder / README
+    with sink_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        there = [name for name in _WHAT if os.path.lexists(folder / name)]
+        if there and not (readme.is_file() and readme.read_text("utf-8", "replace").startswith(_TITLE)):
+            raise SinkError(
+                f"{folder} is not the folder of a demo, and holds {', '.join(there)}, which would be replaced: "
+                "name another folder with --out"
+            )
+    _write(readme, f"{_TITLE} {__version__}, which has not come to its end.\n".encode())
 
 
 def render(sequence: DemoSequence, folder: Path) -> None:
@@ -135,7 +160,7 @@ def describe(figures: str, space: SpaceRun, folder: Path) -> None:
     """Write what the folder holds, the command that makes the same, and the figures."""
     files = "\n".join(f"{name:20}{what}" for name, what in _WHAT.items())
     text = (
-        f"The demo of dloftbs {__version__}\n\n{files}\n\n"
+        f"{_TITLE} {__version__}\n\n{files}\n\n"
         "One cable by hand, in this folder:\n\n"
         f"    dloftbs track {INPUT} --config cable_1.config.yaml --out cable_1.jsonl --overlay cable_1.mp4\n\n"
         "A cable in space, its curve as a mesh:\n\n"

@@ -13,7 +13,7 @@ import numpy as np
 
 from dloftbs import viz
 from dloftbs._arrays import AnyArray
-from dloftbs.cli.outputs import open_outputs, write_config_beside
+from dloftbs.cli.outputs import config_beside, open_outputs, write_config
 from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.evaluation import length_error, match_curves
 from dloftbs.frame import Frame, FrameResult
@@ -146,7 +146,7 @@ def follow_in_space(frames: int, size: tuple[int, int], seed: int, folder: Path)
                 _write_png(folder / DEPTH, frame.depth)
                 figure = viz.draw_3d(frame, result, integer_unit_m=config.lifting.integer_unit_m)
                 _write_png(folder / FIGURE, figure)
-    write_config_beside([str(folder / CURVES[0])], config)
+    write_config(config_beside([str(folder / CURVES[0])], config), config)
     return run
 
 

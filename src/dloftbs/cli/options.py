@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dloftbs.errors import ConfigError
+from dloftbs.cli.limits import MAX_DEPTH_UNIT_M, MIN_DEPTH_UNIT_M, FilledPath, file_path
+from dloftbs.errors import ConfigError, InputError
 
 if TYPE_CHECKING:
     from dloftbs.camera import PinholeCamera
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 Command = Callable[..., None]
 
 DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj")
-VIDEO_SUFFIXES = (".mp4", ".mov")
 CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
@@ -39,7 +40,7 @@ def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[s
         raise click.BadParameter(str(error), context, parameter) from error
 
 
-def parse_camera(context: click.Context, parameter: click.Parameter, text: str | None) -> PinholeCamera | None:
+def parse_camera(text: str | None) -> PinholeCamera | None:
     """Read the intrinsics of a camera, four numbers or a file; other numbers are bad usage, another file bad input."""
     if text is None:
         return None
@@ -52,28 +53,16 @@ def parse_camera(context: click.Context, parameter: click.Parameter, text: str |
         return PinholeCamera(fx, fy, cx, cy)
     except ValueError as error:  # InputError is one
         expected = f"four numbers FX,FY,CX,CY in pixels, or a file ({', '.join(CAMERA_SUFFIXES)})"
-        raise click.BadParameter(f"expected {expected}, got {text!r}: {error}", context, parameter) from error
+        raise click.BadParameter(f"expected {expected}, got {text!r}: {error}", param_hint="--camera") from error
 
 
-def parse_registration(
-    context: click.Context, parameter: click.Parameter, text: str | None
-) -> DepthRegistration | None:
+def parse_registration(text: str | None) -> DepthRegistration | None:
     """Read a registration from a file."""
     if text is None:
         return None
     from dloftbs.registration import DepthRegistration
 
     return DepthRegistration.from_file(text)
-
-
-def parse_size(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, int] | None:
-    """Read a size such as ``1280x720`` and return it as ``(H, W)``; anything else is bad usage."""
-    if text is None:
-        return None
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal()):
-        raise click.BadParameter(f"expected a width and a height such as 1280x720, got {text!r}", context, parameter)
-    return int(height), int(width)
 
 
 def config_options(command: Command) -> Command:
@@ -86,7 +75,7 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--config",
         "config_file",
-        type=click.Path(path_type=Path),
+        type=file_path(),
         metavar="FILE",
         help="Read settings from a YAML file, as `dloftbs config print` writes it; what it leaves out stays as it is.",
     )
@@ -108,7 +97,7 @@ def config_options(command: Command) -> Command:
     )
     @click.option(
         "--depth-unit",
-        type=click.FloatRange(min=0.0, min_open=True),
+        type=click.FloatRange(MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M),
         metavar="METRES",
         help="What a count of an integer depth image is worth, as lifting.integer_unit_m; 0.001 where nobody says: "
         "millimetres. Floating-point depth is in metres.",
@@ -228,21 +217,27 @@ def input_options(command: Command) -> Command:
     )
     @click.option(
         "--depth",
+        type=FilledPath(),
         metavar="PATH|RULE",
         help='Depth registered to the frames: a file or folder, or a naming rule such as "{stem}_depth.png".',
     )
-    @click.option("--masks", metavar="PATH|RULE", help="Masks for the frames, in the same ways, in place of a colour.")
+    @click.option(
+        "--masks",
+        type=FilledPath(),
+        metavar="PATH|RULE",
+        help="Masks for the frames, in the same ways, in place of a colour.",
+    )
     @click.option(
         "--camera",
+        type=FilledPath(),
         metavar="FX,FY,CX,CY|FILE",
-        callback=parse_camera,
         help="Intrinsics in pixels, or a calibration (YAML, JSON, XML), lens distortion included; with depth, curves "
         "are in metres too.",
     )
     @click.option(
         "--registration",
+        type=FilledPath(),
         metavar="FILE",
-        callback=parse_registration,
         help="Depth is of a camera of its own: YAML or JSON with depth_camera, colour_camera, rotation, translation_m.",
     )
     @functools.wraps(command)
@@ -251,19 +246,20 @@ def input_options(command: Command) -> Command:
         kind: Kind,
         depth: str | None,
         masks: str | None,
-        camera: PinholeCamera | None,
-        registration: DepthRegistration | None,
+        camera: str | None,
+        registration: str | None,
         **kwargs: Any,
     ) -> None:
         if masks is not None and kind == "mask":
             raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
-        command(*args, inputs=InputOptions(kind, depth, masks, camera, registration), **kwargs)
+        inputs = InputOptions(kind, depth, masks, parse_camera(camera), parse_registration(registration))
+        command(*args, inputs=inputs, **kwargs)
 
     return with_inputs
 
 
 def check_data_paths(context: click.Context, parameter: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
-    """Let only names pass that say in which form data are to be written, each once.
+    """Let only names pass that say in which form data are to be written.
 
     Raises
     ------
@@ -273,36 +269,28 @@ def check_data_paths(context: click.Context, parameter: click.Parameter, paths: 
     for path in paths:
         if path != STANDARD_OUTPUT and Path(path).suffix.lower() not in DATA_SUFFIXES:
             raise click.BadParameter(f"must end in {', '.join(DATA_SUFFIXES)}, got {path!r}", context, parameter)
-    if len(set(paths)) < len(paths):
-        raise click.BadParameter("names the same file twice", context, parameter)
     return paths
 
 
-def check_folder(context: click.Context, parameter: click.Parameter, path: str | None) -> str | None:
-    """Let only the name of a folder pass.
+def check_pictures(*, video: bool) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
+    """Return what lets only the name of a folder or a picture pass, and where `video` says so that of a video."""
 
-    Raises
-    ------
-    click.BadParameter
-        If it is the name of a file.
-    """
-    if path is not None and (Path(path).suffix.lower() in DATA_SUFFIXES + VIDEO_SUFFIXES or Path(path).is_file()):
-        raise click.BadParameter(f"must be a folder, into which pictures go, got {path!r}", context, parameter)
-    return path
+    def check(context: click.Context, parameter: click.Parameter, path: str | None) -> str | None:
+        if path is None:
+            return None
+        from dloftbs import sinks
 
-
-def check_overlay(context: click.Context, parameter: click.Parameter, path: str | None) -> str | None:
-    """Let only the name of a video or a folder pass.
-
-    Raises
-    ------
-    click.BadParameter
-        On any other.
-    """
-    if path is None or Path(path).is_dir() or Path(path).suffix.lower() in ("", *VIDEO_SUFFIXES):
+        wanted = (sinks.OverlayImagesSink, sinks.OverlayPictureSink) + (sinks.OverlayVideoSink,) * video
+        try:
+            kind = sinks.kind_of(path)
+        except InputError as error:
+            raise click.BadParameter(str(error), context, parameter) from error
+        if kind not in wanted or (kind is sinks.OverlayImagesSink and os.path.isfile(path)):
+            what = f"a folder, a picture (.png, ...){' or a video (.mp4, .mov)' * video}"
+            raise click.BadParameter(f"must be {what}, got {path!r}", context, parameter)
         return path
-    known = ", ".join(VIDEO_SUFFIXES)
-    raise click.BadParameter(f"must be a video ({known}) or a folder, got {path!r}", context, parameter)
+
+    return check
 
 
 out_option = click.option(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -38,40 +40,74 @@ def open_outputs(paths: Sequence[str], *more: Sink) -> MultiSink:
     Raises
     ------
     InputError, SinkError
-        As `dloftbs.sinks.open`; then all are closed.
+        As `dloftbs.sinks.open` and `MultiSink`; then all are closed.
     """
     with ExitStack() as stack:
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
             sink = StandardOutput() if path == STANDARD_OUTPUT else sinks.open(path)
             opened.append(stack.enter_context(sink))
+        together = MultiSink(opened)
         stack.pop_all()
-    return MultiSink(opened)
+    return together
 
 
-def write_config_beside(paths: Sequence[str | None], config: Config) -> None:
-    """Write the configuration beside the first path that is a file or a folder, as ``NAME.config.yaml``.
+def open_pictures(path: str, ending: str, **options: Any) -> Sink:
+    """Open a sink for drawn frames: a video, a picture, or a folder in which the names of pictures end in `ending`.
+
+    Raises
+    ------
+    InputError, SinkError
+        As `dloftbs.sinks.open`.
+    """
+    kind = sinks.kind_of(path)
+    if kind is sinks.OverlayImagesSink:
+        options["ending"] = ending
+    if kind is not sinks.OverlayVideoSink:
+        options.pop("fps", None)
+    return sinks.open(path, **options)
+
+
+def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:
+    """Return the file for the configuration beside the first path that is a file or a folder: ``NAME.config.yaml``.
+
+    None where there is no such path, or the file says the same already.
 
     Raises
     ------
     SinkError
-        If it cannot be written, or would replace a file that this function did not write.
+        If there is a file that `write_config` did not write.
     """
     first = next((path for path in paths if path not in (None, STANDARD_OUTPUT)), None)
     if first is None:
-        return
-    beside = Path(first).resolve()
+        return None
+    beside = Path(os.path.realpath(first))
     target = beside.with_name(f"{beside.stem}.config.yaml")
     if _says(target, config):
-        return
+        return None
     with sink_errors(target):
         if target.exists() and not target.read_text("utf-8", "replace").startswith(_SIGNATURE):
             raise SinkError(
                 f"{target} is not by dloftbs and says something else than the configuration used: "
                 "it is not replaced; choose another name for the results"
             )
+    return target
+
+
+def write_config(target: Path | None, config: Config) -> None:
+    """Write the configuration to the file that `config_beside` gave.
+
+    Raises
+    ------
+    SinkError
+        If it cannot be written.
+    """
+    if target is None:
+        return
+    results = target.name.removesuffix(".config.yaml")
+    with sink_errors(target):
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(f"{_SIGNATURE} {__version__} for {beside.name}\n{config.to_yaml()}", "utf-8")
+        target.write_text(f"{_SIGNATURE} {__version__} for {results}\n{config.to_yaml()}", "utf-8")
 
 
 def _says(file: Path, config: Config) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -115,8 +116,8 @@ def open_suite(name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD)
 
 
 def _open_folder(name: str) -> Suite:
-    folder = Path(name).expanduser()
-    if not folder.is_dir():
+    folder = Path(os.path.expanduser(name))
+    if not os.path.isdir(folder):
         raise InputError(f"there is no suite and no folder {name!r}; the suites are {', '.join(SUITES)}")
     sequences = _sequences_in(folder)
     return Suite(folder.resolve().name, f"labelled data in {name}", tuple(sequences), f"files {_digest(folder)}")

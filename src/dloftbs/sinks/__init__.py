@@ -9,17 +9,23 @@ Every sink is a context manager, and what it has written stays readable whatever
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
 from pathlib import Path
 from typing import Any
 
 from dloftbs.errors import InputError
-from dloftbs.sinks.base import MultiSink, Sink
+from dloftbs.sinks.base import MultiSink, PathSink, Sink
 from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
 from dloftbs.sinks.geometry import GeometrySink
 from dloftbs.sinks.jsonl import JsonLinesSink, read_json_lines
 from dloftbs.sinks.npz import NpzRow, NpzSink, read_npz
-from dloftbs.sinks.overlay import VIDEO_SUFFIXES, OverlayImagesSink, OverlayVideoSink
+from dloftbs.sinks.overlay import (
+    IMAGE_SUFFIXES,
+    VIDEO_SUFFIXES,
+    OverlayImagesSink,
+    OverlayPictureSink,
+    OverlayVideoSink,
+)
 from dloftbs.sinks.points_csv import CsvSink
 from dloftbs.sinks.sequence import write_sequence
 
@@ -31,33 +37,37 @@ __all__ = [
     "NpzRow",
     "NpzSink",
     "OverlayImagesSink",
+    "OverlayPictureSink",
     "OverlayVideoSink",
+    "PathSink",
     "Sink",
+    "kind_of",
     "open",
     "read_json_lines",
     "read_npz",
     "write_sequence",
 ]
 
-_KINDS: dict[str, Callable[..., Sink]] = {
+_KINDS: dict[str, type[PathSink]] = {
     ".jsonl": JsonLinesSink,
     ".ndjson": JsonLinesSink,
     ".npz": NpzSink,
     ".csv": CsvSink,
     **dict.fromkeys(GEOMETRY_SUFFIXES, GeometrySink),
     **dict.fromkeys(VIDEO_SUFFIXES, OverlayVideoSink),
+    **dict.fromkeys(IMAGE_SUFFIXES, OverlayPictureSink),
 }
 
 
 def open(path: str | Path, **options: Any) -> Sink:
     """Open the sink that a name asks for.
 
+    A sink replaces what is there, and cannot know what the frames were read from: give results names that no input has.
+
     Parameters
     ----------
     path : str or Path
-        ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``: `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``:
-        `GeometrySink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. No suffix, a slash at the end, or a folder that
-        exists: `OverlayImagesSink`.
+        As `kind_of` has it.
     **options
         As the sink's constructor takes them.
 
@@ -72,11 +82,31 @@ def open(path: str | Path, **options: Any) -> Sink:
     SinkError
         If the sink cannot be opened.
     """
+    return kind_of(path)(path, **options)
+
+
+def kind_of(path: str | Path) -> type[PathSink]:
+    """Return the sink that a name asks for.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``: `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``:
+        `GeometrySink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so on, unless it is a folder:
+        `OverlayPictureSink`. No suffix, a slash at the end, or a folder that exists: `OverlayImagesSink`.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown.
+    """
     suffix = Path(path).suffix.lower()
     if str(path).endswith(("/", "\\")) or not suffix:
-        return OverlayImagesSink(path, **options)
-    if suffix in _KINDS:
-        return _KINDS[suffix](path, **options)
-    if Path(path).is_dir():
-        return OverlayImagesSink(path, **options)
-    raise InputError(f"unknown kind of result {str(path)!r}; known are {', '.join(_KINDS)} and a folder")
+        return OverlayImagesSink
+    kind = _KINDS.get(suffix)
+    if kind in (None, OverlayPictureSink) and os.path.isdir(path):
+        return OverlayImagesSink
+    if kind is None:
+        known = ", ".join(_KINDS)
+        raise InputError(f"unknown kind of result {str(path)!r}; known are {known} and a folder, with a / at its end")
+    return kind

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -14,7 +15,22 @@ from dloftbs.frame import Frame, FrameResult
 
 logger = logging.getLogger("dloftbs.sinks")
 
+Identity = tuple[int, int] | str
+"""What a file or a folder is, whatever its name."""
+
 SinkType = TypeVar("SinkType", bound="Sink")
+
+
+def identity_of(path: str | Path) -> Identity:
+    """Return what tells files and folders apart whatever links lead to them: device and inode, or else the whole path.
+
+    The path, with links followed, is for what does not exist yet.
+    """
+    try:
+        found = os.stat(path)
+    except OSError:
+        return os.path.realpath(path)
+    return found.st_dev, found.st_ino
 
 
 class Sink(ABC):
@@ -57,9 +73,16 @@ class PathSink(Sink):
     """A sink that writes to one path: knows whether it is closed, and turns system errors into `SinkError`.
 
     Subclasses open what they need in their constructor and implement `_write` and `_close`.
+
+    Raises
+    ------
+    InputError
+        If the path is empty.
     """
 
     def __init__(self, path: str | Path) -> None:
+        if path == "":
+            raise InputError("the path of a result is empty; the current folder is '.'")
         self._path = Path(path)
         self._closed = False
 
@@ -113,15 +136,20 @@ class MultiSink(Sink):
     Raises
     ------
     InputError
-        If one of them is no sink.
+        If one of them is no sink, or two write to the same place.
     """
 
     def __init__(self, sinks: Iterable[Sink]) -> None:
         self._sinks = tuple(sinks)
         self._closed = False
+        places: dict[Identity, Path] = {}
         for sink in self._sinks:
             if not isinstance(sink, Sink):
                 raise InputError(f"MultiSink takes sinks, got {type(sink).__name__}")
+            if isinstance(sink, PathSink):
+                other = places.setdefault(identity_of(sink.path), sink.path)
+                if other is not sink.path:
+                    raise InputError(f"two sinks write to the same place: {str(other)!r} and {str(sink.path)!r}")
 
     def write(self, frame: Frame, result: FrameResult) -> None:
         """Write a frame to every sink, in order.

@@ -26,6 +26,10 @@ Draw = Callable[[Frame, FrameResult], npt.NDArray[np.uint8]]
 """Frame and result to a picture (H, W, 3), BGR."""
 
 VIDEO_SUFFIXES = (".mp4", ".mov")
+MAX_STEM_BYTES = 200
+"""Of a picture's name; file systems take 255 bytes, some of which go to its number, its suffix and a temporary name."""
+_UNSAFE = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
+_RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)  # names of devices on Windows
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
 
 
@@ -91,12 +95,56 @@ class OverlayVideoSink(PathSink):
                 self._path.unlink(missing_ok=True)
 
 
+class OverlayPictureSink(PathSink):
+    """Writes one picture: a single frame with the results drawn on it.
+
+    It appears as a whole or not at all, whenever the process dies.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file: ``.png``, ``.jpg``, ``.bmp``, ``.tif`` or ``.webp``; missing folders are made, an older file is
+        replaced.
+    draw : callable, optional
+        ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another; in `write`, if `draw` returned something else, or a second frame comes.
+    SinkError
+        If the folder cannot be made.
+    """
+
+    def __init__(self, path: str | Path, draw: Draw = _default_draw) -> None:
+        super().__init__(path)
+        self._suffix = self._path.suffix.lower()
+        if self._suffix not in IMAGE_SUFFIXES:
+            raise InputError(f"a picture's name must end in {', '.join(IMAGE_SUFFIXES)}, got {str(path)!r}")
+        self._draw = draw
+        self._written = False
+        with sink_errors(self._path):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        if self._written:
+            raise InputError(f"{str(self._path)!r} is one picture, and this is a second frame; give a folder instead")
+        data = encode(check_image(self._draw(frame, result)), self._suffix)
+        with sink_errors(self._path), replacing(self._path) as temporary:
+            temporary.write_bytes(data)
+        self._written = True
+
+    def _close(self) -> None:
+        """Every picture is complete already."""
+
+
 class OverlayImagesSink(PathSink):
     """Writes one picture per frame, with the results drawn on it.
 
-    A picture is named as its frame, without folder and suffix, or by the frame's index in six digits where it has no
-    name; what comes a second time under the same name gets ``_1`` and so on. Pictures of an earlier run are replaced.
-    Each appears as a whole or not at all, whenever the process dies. The names used stay in memory.
+    A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes, or by
+    the frame's index in six digits where it has no name; so none ever leaves the folder. What comes a second time under
+    the same name gets ``_1`` and so on. Pictures of an earlier run are replaced. Each appears as a whole or not at all,
+    whenever the process dies. The names used stay in memory.
 
     Parameters
     ----------
@@ -106,27 +154,33 @@ class OverlayImagesSink(PathSink):
         ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
     suffix : str
         The format: ``.png``, ``.jpg``, ``.bmp``, ``.tif`` or ``.webp``.
+    ending : str
+        Stands between name and suffix, for a folder that holds other pictures: with ``".overlay"``, they are named
+        ``photo.overlay.png``.
 
     Raises
     ------
     InputError
-        If the suffix is another; in `write`, if `draw` returned something else.
+        If the suffix is another or the ending holds a slash; in `write`, if `draw` returned something else.
     SinkError
         If the folder cannot be made.
     """
 
-    def __init__(self, folder: str | Path, draw: Draw = _default_draw, suffix: str = ".png") -> None:
+    def __init__(self, folder: str | Path, draw: Draw = _default_draw, suffix: str = ".png", ending: str = "") -> None:
         super().__init__(folder)
+        if _UNSAFE.search(ending):
+            raise InputError(f"ending must be a part of a file's name, got {ending!r}")
         if suffix not in IMAGE_SUFFIXES:
             raise InputError(f"suffix must be one of {', '.join(IMAGE_SUFFIXES)}, got {suffix!r}")
         self._draw = draw
-        self._suffix = suffix
+        self._format = suffix
+        self._suffix = f"{ending}{suffix}"
         self._unused = UnusedNames()
         with sink_errors(self._path):
             self._path.mkdir(parents=True, exist_ok=True)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        data = encode(check_image(self._draw(frame, result)), self._suffix)
+        data = encode(check_image(self._draw(frame, result)), self._format)
         target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
         with sink_errors(target), replacing(target) as temporary:
             temporary.write_bytes(data)
@@ -137,5 +191,8 @@ class OverlayImagesSink(PathSink):
 
 def _stem(frame: Frame) -> str:
     """Return a name that every file system takes."""
-    stem = re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", Path(frame.name).stem).strip(". ")
+    text = Path(frame.name).stem.encode("utf-8", "backslashreplace").decode("utf-8")
+    stem = _UNSAFE.sub("_", text).encode("utf-8")[:MAX_STEM_BYTES].decode("utf-8", "ignore").strip(". ")
+    if _RESERVED.fullmatch(stem):
+        stem = f"_{stem}"
     return stem or f"{frame.index:06d}"

@@ -43,6 +43,9 @@ __all__ = [
     "open_labelled",
 ]
 
+MAX_CAMERA_DIGITS = 9
+"""OpenCV takes 32-bit integers as indices of cameras."""
+
 PathLike = str | os.PathLike[str]
 Where = PathLike | int | npt.NDArray[Any] | Sequence[PathLike]
 
@@ -104,6 +107,9 @@ def open(
         If there is nothing there, it cannot be opened, or depth or masks differ from the frames in number.
     """
     _check_options(kind, masks, fps, jobs)
+    for name, path in (("where", where), ("depth", depth), ("masks", masks)):
+        if isinstance(path, str) and not path:
+            raise InputError(f"{name} is an empty text; the current folder is '.'")
     camera, registration = _cameras(camera, registration)
     if masks is not None:
         kind = "image"
@@ -129,9 +135,9 @@ def _cameras(
     camera: PinholeCamera | PathLike | None, registration: DepthRegistration | PathLike | None
 ) -> tuple[PinholeCamera | None, DepthRegistration | None]:
     if isinstance(camera, (str, os.PathLike)):
-        camera = PinholeCamera.from_file(Path(camera).expanduser())
+        camera = PinholeCamera.from_file(Path(os.path.expanduser(camera)))
     if isinstance(registration, (str, os.PathLike)):
-        registration = DepthRegistration.from_file(Path(registration).expanduser())
+        registration = DepthRegistration.from_file(Path(os.path.expanduser(registration)))
     if camera is not None and not isinstance(camera, PinholeCamera):
         raise InputError(f"camera must be a PinholeCamera or the path of a file, got {camera!r}")
     if registration is None:
@@ -165,10 +171,10 @@ def _open_recorded(
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, (str, os.PathLike)):
-        return _open_path(Path(where).expanduser(), kind, camera, fps, rules, registration, jobs)
+        return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, jobs)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
-    paths = [Path(item).expanduser() for item in where]
+    paths = [Path(os.path.expanduser(item)) for item in where]
     for path in paths:
         _check_exists(path)
     return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs)
@@ -183,7 +189,7 @@ def _open_path(
     registration: DepthRegistration | None,
     jobs: int,
 ) -> Source:
-    if is_glob(str(path)) or path.is_dir():
+    if is_glob(str(path)) or os.path.isdir(path):
         paths = list_files(str(path), IMAGE_EXTENSIONS)
         for rule in rules:
             paths = without_partners(paths, rule)
@@ -199,7 +205,7 @@ def _open_path(
 
 
 def _check_exists(path: Path) -> None:
-    if not path.exists():
+    if not os.path.exists(path):
         raise SourceError(f"there is no file or folder {str(path)!r}")
 
 
@@ -213,8 +219,10 @@ def _live_address(where: object) -> int | str:
     text = str(where)
     if "://" in text:
         return text
-    if int(text) < 0:
+    if text.startswith("-"):
         raise InputError(f"the index of a camera must be at least 0, got {text}")
+    if len(text) > MAX_CAMERA_DIGITS:
+        raise InputError(f"the index of a camera must have at most {MAX_CAMERA_DIGITS} digits, got {text}")
     return int(text)
 
 

@@ -178,11 +178,11 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     if is_rule(where):
         if beside is None:
             raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
-        return _Files(what, [_partner_of(path, where) for path in beside])
-    path = Path(where).expanduser()
-    if is_glob(str(path)) or path.is_dir():
+        return _Files(what, [partner_of(path, where) for path in beside])
+    path = Path(os.path.expanduser(where))
+    if is_glob(str(path)) or os.path.isdir(path):
         return _Files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".npy")))
-    if not path.exists():
+    if not os.path.exists(path):
         raise SourceError(f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
@@ -210,20 +210,21 @@ def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
 
     A file that is named like a partner, but belongs to nothing, is left out with a warning.
     """
-    partners = {_partner_of(path, rule) for path in paths}
+    partners = {partner_of(path, rule) for path in paths}
     colour = []
     for path in paths:
         normal = _normal(path)
         if normal in partners:
             continue
-        if _named_like_partner(path, rule) and not _partner_of(path, rule).exists():
+        if _named_like_partner(path, rule) and not partner_of(path, rule).exists():
             logger.warning("left out %s: it is named by the rule %r, and no file goes with it", path, rule)
             continue
         colour.append(path)
     return colour
 
 
-def _partner_of(path: Path, rule: str) -> Path:
+def partner_of(path: Path, rule: str) -> Path:
+    """Return the file that goes with a colour file under a rule."""
     return _normal(path.parent / rule.replace(STEM, path.stem))
 
 

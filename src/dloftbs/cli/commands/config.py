@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.limits import file_path
 from dloftbs.cli.options import config_options
 from dloftbs.cli.shell import BAD_INPUT, report_error
 from dloftbs.errors import ConfigError
@@ -32,7 +33,7 @@ def print_(config: Config) -> None:
 
 
 @config.command()
-@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=file_path())
 @click.pass_context
 def check(context: click.Context, files: tuple[Path, ...]) -> None:
     """Check files of settings: exit code 0, or 1 if one is wrong, with the place of the error."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.options import parse_size
+from dloftbs.cli.limits import MAX_DEMO_FRAMES, MAX_SEED, file_path, parse_size
 from dloftbs.cli.shell import Failure
 
 if TYPE_CHECKING:
@@ -20,9 +20,9 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 
 
 @click.command(short_help="Draw a video, track it, and say how well that went.")
-@click.option("--out", "-o", type=click.Path(path_type=Path), default="demo", show_default=True, metavar="FOLDER")
-@click.option("--frames", type=click.IntRange(min=2), metavar="N", help=f"Length of the video; {_FULL[0]}.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, another scene.")
+@click.option("--out", "-o", type=file_path(), default="demo", show_default=True, metavar="FOLDER")
+@click.option("--frames", type=click.IntRange(2, MAX_DEMO_FRAMES), metavar="N", help=f"Of the video; {_FULL[0]}.")
+@click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For another scene.")
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
 def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool) -> None:
@@ -32,21 +32,22 @@ def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None,
     frames, the figures, and a README that says what is what and which command does the same. Then
     the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
     """
-    from dloftbs.cli.demo_files import describe, render, table, write_sheet, write_summary
+    from dloftbs.cli.demo_files import claim, describe, render, table, write_sheet, write_summary
     from dloftbs.cli.demo_run import follow
     from dloftbs.cli.demo_space import follow_in_space
-    from dloftbs.cli.outputs import write_config_beside
+    from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
 
     default_frames, default_size = _QUICK if quick else _FULL
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
+    claim(out)
     click.echo(f"drawing {len(sequence)} frames into {out}", err=True)
     render(sequence, out)
     click.echo("tracking them by colour", err=True)
     run = follow(sequence, configs, out)
     for cable, config in enumerate(configs, start=1):
-        write_config_beside([str(out / f"cable_{cable}")], config)
+        write_config(config_beside([str(out / f"cable_{cable}")], config), config)
     write_sheet(run, out)
     click.echo("tracking a cable in space by colour and depth", err=True)
     space = follow_in_space(max(3, len(sequence) // _SPACE_SHARE), sequence.size, seed, out)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -11,11 +12,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.options import STANDARD_OUTPUT, InputOptions, check_folder, config_options, input_options, out_option
+from dloftbs.cli.limits import MAX_JOBS, FilledPath
+from dloftbs.cli.options import (
+    STANDARD_OUTPUT,
+    InputOptions,
+    check_pictures,
+    config_options,
+    input_options,
+    out_option,
+)
 from dloftbs.cli.shell import BAD_INPUT, Failure, report_error
 from dloftbs.errors import DloftbsError, InputError, SourceError
 
 if TYPE_CHECKING:
+    from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
     from dloftbs.frame import Frame
     from dloftbs.pipeline import Pipeline
@@ -23,11 +33,25 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Find the cables in images, each by itself.")
-@click.argument("where", metavar="INPUT...", nargs=-1, required=True)
+@click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @out_option
-@click.option("--overlay", metavar="FOLDER", callback=check_folder, help="Draw the curves over the images.")
-@click.option("--stages", metavar="FOLDER", callback=check_folder, help="Draw a figure of all stages of each image.")
-@click.option("--jobs", "-j", type=click.IntRange(min=1), metavar="N", help="Threads; as many as there are cores.")
+@click.option(
+    "--overlay",
+    type=FilledPath(),
+    metavar="FOLDER|PNG",
+    callback=check_pictures(video=False),
+    help="Draw the curves over the images, in a folder, or in a file for a single image.",
+)
+@click.option(
+    "--stages",
+    type=FilledPath(),
+    metavar="FOLDER|PNG",
+    callback=check_pictures(video=False),
+    help="Draw a figure of all stages of each image, in the same ways.",
+)
+@click.option(
+    "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Threads; as many as there are cores."
+)
 @input_options
 @config_options
 @click.pass_context
@@ -45,14 +69,16 @@ def detect(
 
     INPUT is an image or a mask, a folder, a glob in quotes, or whatever `dloftbs track` takes. Results
     are JSON lines on standard output, one an image, or go to the files of --out. What cannot be read is
-    reported, the rest goes on, and the exit code is 1.
+    reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of inputs,
+    pictures are named photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs detect photo.jpg --hsv 170:10,80:255,60:255 --overlay overlays
     dloftbs detect masks/ --out curves.jsonl --out curves.csv
     """
-    _check_usage(where, overlay, stages, inputs)
-    from dloftbs.cli.outputs import open_outputs, write_config_beside
+    _check_usage(where, inputs)
+    from dloftbs.cli.outputs import open_outputs, write_config
+    from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.overlap import Ahead, cores, in_order
     from dloftbs.pipeline import Pipeline
 
@@ -60,14 +86,16 @@ def detect(
         def __init__(self) -> None:
             self.pipeline = Pipeline(config)
 
+    pictures = {"--overlay": overlay, "--stages": stages}
+    outputs = plan_outputs(outs or (STANDARD_OUTPUT,), pictures, InputFiles(where, context.params), config)
     own = Own()
     jobs = jobs or cores()
     batch = _Batch(_images(where, inputs), inputs, config, jobs)
     with (
         Ahead(batch.frames()) as read,
-        open_outputs(outs or (STANDARD_OUTPUT,), *_pictures(own.pipeline, overlay, stages)) as sink,
+        open_outputs(outputs.data, *_pictures(own.pipeline, outputs)) as sink,
     ):
-        write_config_beside((*outs, overlay, stages), config)
+        write_config(outputs.config_file, config)
         with closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found:
             for frame, result in found:
                 sink.write(frame, result)
@@ -75,29 +103,28 @@ def detect(
         context.exit(BAD_INPUT)
 
 
-def _check_usage(where: Sequence[str], overlay: str | None, stages: str | None, inputs: InputOptions) -> None:
-    if overlay is not None and stages is not None and Path(overlay).resolve() == Path(stages).resolve():
-        raise click.UsageError("--overlay and --stages must be two folders: their pictures have the same names")
+def _check_usage(where: Sequence[str], inputs: InputOptions) -> None:
     if len(where) > 1 and any(path not in inputs.rules for path in (inputs.depth, inputs.masks) if path is not None):
         raise click.UsageError('with several inputs, --depth and --masks must be rules such as "{stem}_mask.png"')
 
 
-def _pictures(pipeline: Pipeline, overlay: str | None, stages: str | None) -> Iterator[Sink]:
-    from dloftbs.sinks import OverlayImagesSink
+def _pictures(pipeline: Pipeline, outputs: Outputs) -> Iterator[Sink]:
+    from dloftbs.cli.outputs import open_pictures
 
-    if overlay is not None:
-        yield OverlayImagesSink(overlay)
-    if stages is not None:
-        from dloftbs import viz
+    for option, (path, ending) in outputs.pictures.items():
+        if option == "--stages":
+            from dloftbs import viz
 
-        yield OverlayImagesSink(stages, draw=lambda frame, result: viz.draw_stages(pipeline.trace(frame)))
+            yield open_pictures(path, ending, draw=lambda frame, result: viz.draw_stages(pipeline.trace(frame)))
+        else:
+            yield open_pictures(path, ending)
 
 
 def _images(where: Sequence[str], inputs: InputOptions) -> list[str]:
     """Return the inputs without those that go with another by a naming rule: shells put both into one glob."""
     from dloftbs.sources.pairing import without_partners
 
-    files = [Path(text) for text in where if Path(text).is_file()]
+    files = [Path(text) for text in where if os.path.isfile(text)]
     kept = files
     for rule in inputs.rules:
         kept = without_partners(kept, rule)
@@ -147,7 +174,7 @@ class _Batch:
         from dloftbs.sources.files import IMAGE_EXTENSIONS
 
         frames = self._frames(where)
-        if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not Path(where).is_file():
+        if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not os.path.isfile(where):
             return frames
         try:
             return list(frames)

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.options import parse_size
+from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, FilledPath, file_path, parse_size
 
 if TYPE_CHECKING:
     from dloftbs.evaluation.suites import Suite
 
 _METHODS = ("default", "paper")
+PARTS = "parts"
+"""Folder of what is finished; it is made before all else."""
 
 
 @click.command(short_help="Score methods on sequences whose truth is known.")
-@click.argument("names", metavar="[SUITE]...", nargs=-1)
+@click.argument("names", metavar="[SUITE]...", nargs=-1, type=FilledPath())
 @click.option(
     "--method",
     "methods",
@@ -30,16 +32,18 @@ _METHODS = ("default", "paper")
 @click.option(
     "--out",
     "-o",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=file_path(file_okay=False),
     default="evaluation",
     show_default=True,
     metavar="FOLDER",
 )
 @click.option("--quick", is_flag=True, help="A tenth of the frames, of 640x360.")
-@click.option("--scale", type=click.FloatRange(0.0, min_open=True), metavar="X", help="Share of the frames; 1.")
+@click.option(
+    "--scale", type=click.FloatRange(0.0, MAX_SCALE, min_open=True), metavar="X", help="Share of the frames; 1."
+)
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of what is generated; 1280x720.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, other sequences.")
-@click.option("--jobs", "-j", type=click.IntRange(min=1), metavar="N", help="Processes; as many as there are cores.")
+@click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For other sequences.")
+@click.option("--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Processes; one for each core.")
 def evaluate(
     names: tuple[str, ...],
     methods: tuple[str, ...],
@@ -71,15 +75,42 @@ def evaluate(
     from dloftbs.evaluation.runner import evaluate as run
 
     suites = _suites(names, quick, scale, size, seed)
+    _check_out(names, out)
     wanted = [method_of(name) for given in methods for name in given.split(",")]
     total = sum(suite.frames for suite in suites) * len(wanted)
     with open_parts_progress(total) as progress:
-        parts = run(suites, wanted, out / "parts", jobs=jobs or os.cpu_count() or 1, finished=progress)
+        parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
         report = write_report(suites, parts, out, _heading(suites, quick))
     if report.no_plots is not None:
         click.echo(report.no_plots, err=True)
     click.echo(report.text())
     click.echo(f"written to {out}", err=True)
+
+
+def _check_out(names: tuple[str, ...], out: Path) -> None:
+    """Let only a folder pass in which nothing is replaced but what an evaluation wrote.
+
+    Raises
+    ------
+    SinkError
+        If labelled data lies in a folder that is written to, or around it, or other files have the results' names.
+    """
+    from dloftbs.errors import SinkError
+    from dloftbs.evaluation.report import FRAMES, JOINTS, JSON, MARKDOWN, PLOTS, TABLES, WORST
+    from dloftbs.evaluation.suites import SUITES
+
+    for name in names:
+        data = Path(os.path.realpath(os.path.expanduser(name)))
+        for folder in (out, *(out / part for part in (PARTS, TABLES, PLOTS, WORST))):
+            if name not in SUITES and Path(os.path.realpath(folder)).is_relative_to(data):
+                raise SinkError(f"--out {out} would write into the labelled data of {name}: choose another folder")
+    results = (MARKDOWN, JSON, FRAMES, JOINTS, TABLES, PLOTS, WORST)
+    there = [name for name in results if os.path.lexists(out / name)]
+    if there and not (out / PARTS).is_dir():
+        raise SinkError(
+            f"{out} is not the folder of an evaluation, and holds {', '.join(there)}, which would be replaced: "
+            "choose another folder with --out"
+        )
 
 
 def _suites(

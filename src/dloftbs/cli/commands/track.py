@@ -6,16 +6,15 @@ import sys
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack
 from itertools import islice
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from dloftbs.cli.limits import MAX_FRAMES, FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
-    VIDEO_SUFFIXES,
     InputOptions,
-    check_overlay,
+    check_pictures,
     config_options,
     input_options,
     out_option,
@@ -24,6 +23,7 @@ from dloftbs.cli.shell import interrupted
 from dloftbs.errors import SourceError
 
 if TYPE_CHECKING:
+    from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
     from dloftbs.frame import Frame, FrameResult
     from dloftbs.sinks import Sink
@@ -31,15 +31,16 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Follow the cables through a stream.")
-@click.argument("where", metavar="INPUT")
+@click.argument("where", metavar="INPUT", type=FilledPath())
 @out_option
 @click.option(
     "--overlay",
-    metavar="VIDEO|FOLDER",
-    callback=check_overlay,
-    help="Draw the curves over the frames: .mp4, .mov, or a folder",
+    type=FilledPath(),
+    metavar="VIDEO|FOLDER|PNG",
+    callback=check_pictures(video=True),
+    help="Draw the curves over the frames: .mp4, .mov, a folder of pictures, or a picture for a single frame.",
 )
-@click.option("--limit", type=click.IntRange(min=1), metavar="N", help="Stop after N frames.")
+@click.option("--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames.")
 @click.option(
     "--fps",
     type=click.FloatRange(0.01, 1000.0),
@@ -48,7 +49,9 @@ if TYPE_CHECKING:
 )
 @input_options
 @config_options
+@click.pass_context
 def track(
+    context: click.Context,
     where: str,
     outs: tuple[str, ...],
     overlay: str | None,
@@ -64,13 +67,15 @@ def track(
     on standard output. Progress and a summary of the timing go to standard error. Ctrl-C ends the run:
     files are closed, the summary is printed, and the exit code is 130. Reading, tracking and writing go on
     side by side; a camera that is faster than all that has frames left out, so that results are never late.
+    No result replaces an input: in a folder of inputs, pictures are named photo.overlay.png.
 
     \b
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
     dloftbs track masks/ --kind mask --fps 30 --out curves.npz
     """
     from dloftbs.cli.frames import UsableFrames
-    from dloftbs.cli.outputs import write_config_beside
+    from dloftbs.cli.outputs import write_config
+    from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.report import RunReport
     from dloftbs.overlap import Ahead, Behind, cores
@@ -78,6 +83,8 @@ def track(
 
     if not outs and overlay is None:
         outs = (STANDARD_OUTPUT,)
+    files = InputFiles((where,), context.params)
+    outputs = plan_outputs(outs, {"--overlay": overlay}, files, config, is_one=limit == 1)
     pipeline = Pipeline(config)
     source = inputs.open(where, config, fps, jobs=cores())
     frames = UsableFrames(source, config, inputs)
@@ -87,8 +94,8 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(read)
-            sink = stack.enter_context(_open_sink(outs, overlay, source.fps))
-            write_config_beside((*outs, overlay), config)
+            sink = stack.enter_context(_open_sink(outputs, source.fps))
+            write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
 
@@ -118,14 +125,11 @@ def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Ge
         yield from frames if source.live else islice(frames, limit)
 
 
-def _open_sink(outs: Sequence[str], overlay: str | None, fps: float | None) -> Sink:
-    from dloftbs import sinks
-    from dloftbs.cli.outputs import open_outputs
+def _open_sink(outputs: Outputs, fps: float | None) -> Sink:
+    from dloftbs.cli.outputs import open_outputs, open_pictures
 
-    if overlay is None:
-        return open_outputs(outs)
-    options = {"fps": fps or 30.0} if Path(overlay).suffix.lower() in VIDEO_SUFFIXES else {}
-    return open_outputs(outs, sinks.open(overlay, **options))
+    pictures = (open_pictures(path, ending, fps=fps or 30.0) for path, ending in outputs.pictures.values())
+    return open_outputs(outputs.data, *pictures)
 
 
 def _prints_to_terminal(outs: Sequence[str]) -> bool:

@@ -51,8 +51,8 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     """
     if layout != "auto" and layout not in LAYOUTS:
         raise InputError(f"layout must be one of auto, {', '.join(LAYOUTS)}, got {layout!r}")
-    path = Path(folder).expanduser()
-    if not path.is_dir():
+    path = Path(os.path.expanduser(folder))
+    if not os.path.isdir(path):
         raise SourceError(f"there is no folder {str(path)!r}; a labelled sequence is a folder")
     tried = list(LAYOUTS.values()) if layout == "auto" else [LAYOUTS[layout]]
     for candidate in tried:

@@ -1,0 +1,163 @@
+"""Nothing that a command writes takes the place of what it reads, or of what else it writes."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from dloftbs import sinks
+from dloftbs.cli.options import STANDARD_OUTPUT
+from dloftbs.cli.outputs import config_beside
+from dloftbs.config import Config
+from dloftbs.sinks._files import sink_errors
+from dloftbs.sinks.base import Identity, identity_of
+from dloftbs.sources.files import IMAGE_EXTENSIONS, files_of
+from dloftbs.sources.pairing import is_rule, partner_of
+
+READING = ("depth", "masks", "camera", "registration", "config_file")
+"""Parameters of commands that name what is read beside the frames."""
+_ONE = (*IMAGE_EXTENSIONS, ".npy")
+
+
+class InputFiles:
+    """All files that a command reads, known by device and inode, whatever links lead to them; none is opened.
+
+    Parameters
+    ----------
+    where : sequence of str
+        Where the frames come from.
+    parameters : mapping of str to object
+        Of the command, by name.
+    """
+
+    def __init__(self, where: Sequence[str], parameters: Mapping[str, Any]) -> None:
+        beside = [str(parameters[name]) for name in READING if parameters[name] is not None]
+        frames = [file for text in where for file in files_of(text, IMAGE_EXTENSIONS)]
+        partners = [partner_of(file, rule) for rule in beside if is_rule(rule) for file in frames]
+        others = [file for text in beside for file in files_of(text, _ONE)]
+        self._names = {identity_of(file): str(file) for file in (*others, *partners, *frames)}
+        self._frames = {os.path.normpath(file) for file in frames} - {str(partner) for partner in partners}
+
+    @property
+    def is_one_image(self) -> bool:
+        """Whether the frames are a single one, in an image file."""
+        return len(self._frames) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._frames)
+
+    def name_of(self, identity: Identity) -> str | None:
+        """Return the name of the input that is this file, or None."""
+        return self._names.get(identity)
+
+    def within(self, folder: str) -> list[str]:
+        """Return which files in a folder are inputs, by their paths there.
+
+        Raises
+        ------
+        SinkError
+            If the folder cannot be read.
+        """
+        with sink_errors(Path(folder)):
+            paths = [os.path.join(folder, name) for name in os.listdir(folder)] if os.path.isdir(folder) else []
+        return [path for path in paths if self.name_of(identity_of(path)) is not None]
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What a command writes, none of it an input.
+
+    Parameters
+    ----------
+    data : tuple of str
+        Files of curves; ``"-"`` is standard output.
+    pictures : dict of str to (str, str)
+        By option: a folder, a picture or a video, and what names of pictures in a folder end in before their suffix.
+    config_file : Path or None
+        Where the configuration goes.
+    """
+
+    data: tuple[str, ...]
+    pictures: dict[str, tuple[str, str]]
+    config_file: Path | None
+
+
+def plan_outputs(
+    data: Sequence[str], pictures: Mapping[str, str | None], inputs: InputFiles, config: Config, *, is_one: bool = False
+) -> Outputs:
+    """Return what will be written, if none of it replaces an input, and no two are the same place.
+
+    Parameters
+    ----------
+    data : sequence of str
+        As --out has them.
+    pictures : mapping of str to str or None
+        Where drawn frames go, by option.
+    inputs : InputFiles
+    config : Config
+        That will lie beside the first output.
+    is_one : bool
+        Whether there is a single frame, whatever the inputs are.
+
+    Raises
+    ------
+    click.UsageError
+        If an output is an input or another output, or a picture is to take several frames.
+    SinkError
+        If the configuration would replace a file that is none, or a folder cannot be read.
+    """
+    named = {option: path for option, path in pictures.items() if path is not None}
+    outputs = [*(("--out", path) for path in data), *named.items()]
+    _check_places(outputs, inputs)
+    endings = {option: _checked_ending(option, path, inputs) for option, path in named.items()}
+    for option, path in named.items():
+        if not (is_one or inputs.is_one_image) and sinks.kind_of(path) is sinks.OverlayPictureSink:
+            raise click.UsageError(
+                f"{option} {path} is one picture, but the input is not one image; name a folder, as in {path}/"
+            )
+    # What lies beside a folder of inputs is nobody's to write to.
+    beside = [os.path.join(path, endings[option][1:]) if endings[option] else path for option, path in named.items()]
+    config_file = config_beside((*data, *beside), config)
+    if config_file is not None:
+        _check_places([*outputs, ("the configuration used,", str(config_file))], inputs)
+    return Outputs(tuple(data), {option: (path, endings[option]) for option, path in named.items()}, config_file)
+
+
+def _check_places(outputs: Iterable[tuple[str, str]], inputs: InputFiles) -> None:
+    known: dict[Identity, str] = {}
+    for option, path in outputs:
+        place = _standard_output() if path == STANDARD_OUTPUT else identity_of(path)
+        what = f"{option} {path}"
+        if (replaced := inputs.name_of(place)) is not None:
+            raise click.UsageError(f"{what} would replace the input {replaced}; choose another name")
+        if place in known:
+            raise click.UsageError(f"{known[place]} and {what} are the same place; choose two")
+        known[place] = what
+
+
+def _checked_ending(option: str, folder: str, inputs: InputFiles) -> str:
+    """Return what tells pictures from the inputs in their folder, nothing where there is none."""
+    there = inputs.within(folder)
+    if not there:
+        return ""
+    ending = f".{option.removeprefix('--')}"
+    for path in there:
+        if path.lower().endswith(f"{ending}.png"):
+            raise click.UsageError(
+                f"{option} {folder} could replace the input {path}, which is named as its pictures are; "
+                "choose another folder"
+            )
+    return ending
+
+
+def _standard_output() -> Identity:
+    """Return what tells the file that standard output goes to from others; its name where it is no file."""
+    try:
+        found = os.fstat(sys.stdout.fileno())
+    except (AttributeError, OSError, ValueError):  # None where it was closed, or not of the system
+        return STANDARD_OUTPUT
+    return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else STANDARD_OUTPUT
