@@ -21,6 +21,7 @@ DATA = {
     "camera",
     "camera_files",
     "lens",
+    "depth",
     "registration",
     "frame",
     "patch",

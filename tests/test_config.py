@@ -80,7 +80,7 @@ BAD = [
     (GreedyLinkingConfig, "direction_px", [1, 10.0, True]),
     (FittingConfig, "knots", [1, 1001, 25.0, True]),
     (FittingConfig, "tolerance_px", [0, -0.1, INF, NAN, "1", True, None]),
-    (LiftingConfig, "integer_unit_m", [0, -1.0, INF, NAN, True]),
+    (LiftingConfig, "integer_unit_m", [0, -1.0, INF, NAN, True, 1e-300, 1e300]),
     (LiftingConfig, "min_depth_m", [-0.1, 20.0, 21.0, NAN, True]),
     (LiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
     (PixelLiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),

@@ -15,6 +15,9 @@ from dloftbs.errors import ConfigError
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
+NEAREST_M, FARTHEST_M = 1e-30, 1e30
+"""Depth that is read at all, metres: it, its reciprocal and the squares and cubes of both are numbers and not 0, the
+former two in float32 as well. Far beyond any sensor; what is stored as depth there is none."""
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -223,9 +226,11 @@ class DepthConfig(Section, frozen=True, kw_only=True):
     Parameters
     ----------
     integer_unit_m : float
-        Metres per count of an integer depth image (0.001: millimetres). Floating-point depth is in metres.
+        Metres per count of an integer depth image (0.001: millimetres), within `NEAREST_M` and `FARTHEST_M`.
+        Floating-point depth is in metres.
     min_depth_m, max_depth_m : float
-        Depth outside of this range, 0, NaN and infinity count as missing.
+        Depth outside of this range, 0, NaN and infinity count as missing; so does what is nearer than `NEAREST_M` or
+        farther than `FARTHEST_M`.
     """
 
     integer_unit_m: float = 0.001
@@ -234,10 +239,16 @@ class DepthConfig(Section, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         unit = self.integer_unit_m
-        _require(_is_number(unit) and 0.0 < unit < math.inf, "integer_unit_m", "a positive number", unit)
+        valid = _is_number(unit) and NEAREST_M <= unit <= FARTHEST_M
+        _require(valid, "integer_unit_m", f"a positive number within {NEAREST_M:g}..{FARTHEST_M:g}", unit)
         low, high = self.min_depth_m, self.max_depth_m
         valid = _is_number(low) and _is_number(high) and 0.0 <= low < high
         _require(valid, "min_depth_m, max_depth_m", "numbers with 0 <= min < max", (low, high))
+
+    @property
+    def range_m(self) -> tuple[float, float]:
+        """The nearest and the farthest depth that is read; whatever reads depth takes its range from here."""
+        return max(self.min_depth_m, NEAREST_M), min(self.max_depth_m, FARTHEST_M)
 
 
 class LiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="method", tag="axis"):
