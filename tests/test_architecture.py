@@ -14,7 +14,7 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
+GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_version"}
 DATA = {
     "curve",
     "centerline",
@@ -33,6 +33,7 @@ KNOWN_OUTSIDE = {
     "errors",
     "config",
     "_arrays",
+    "_documents",
     "_version",
     "curve",
     "centerline",
@@ -45,7 +46,8 @@ BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
 
 MAY_IMPORT = {
     "errors": set(),
-    "config": {"errors"},
+    "config": {"errors", "_documents"},
+    "_documents": {"errors"},
     "_arrays": {"errors"},
     "_version": set(),
     "overlap": set(),

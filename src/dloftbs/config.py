@@ -11,7 +11,8 @@ from typing import Any, Literal, TypeGuard
 
 import msgspec
 
-from dloftbs.errors import ConfigError
+from dloftbs._documents import parse_yaml, read_text
+from dloftbs.errors import ConfigError, InputError
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
@@ -391,11 +392,13 @@ class Config(Section, frozen=True, kw_only=True):
             If the file cannot be read, is no YAML, or says what `from_dict` refuses.
         """
         try:
-            data = msgspec.yaml.decode(Path(path).read_bytes())
-        except (OSError, msgspec.DecodeError) as error:
+            documents = parse_yaml(read_text(Path(path)))
+        except InputError as error:
             raise ConfigError(f"cannot read the configuration {str(path)!r}: {error}") from error
+        if len(documents) > 1:
+            raise ConfigError(f"{path}: must hold one configuration, found {len(documents)} documents")
         try:
-            return cls.from_dict({} if data is None else data)
+            return cls.from_dict(documents[0] if documents else {})
         except ConfigError as error:
             raise ConfigError(f"{path}: {error}") from error
 
