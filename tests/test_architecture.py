@@ -14,7 +14,7 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_version"}
+GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_npy", "_version"}
 DATA = {
     "curve",
     "centerline",
@@ -34,6 +34,7 @@ KNOWN_OUTSIDE = {
     "config",
     "_arrays",
     "_documents",
+    "_npy",
     "_version",
     "curve",
     "centerline",
@@ -48,6 +49,7 @@ MAY_IMPORT = {
     "errors": set(),
     "config": {"errors", "_documents"},
     "_documents": {"errors"},
+    "_npy": set(),
     "_arrays": {"errors"},
     "_version": set(),
     "overlap": set(),

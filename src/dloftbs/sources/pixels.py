@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._npy import BROKEN, open_mapped
 from dloftbs.errors import SourceError
 
 AnyArray = npt.NDArray[Any]
@@ -15,6 +17,8 @@ Kind = Literal["auto", "image", "mask"]
 KINDS: tuple[str, ...] = get_args(Kind)
 
 JPEG_EXTENSIONS = (".jpg", ".jpeg")
+MAX_PIXELS = 1 << 27
+"""Of a frame: a third more than medium-format cameras have, and 0.4 GB in colour."""
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
@@ -84,13 +88,13 @@ def load_npy(path: Path) -> AnyArray:
         If the file cannot be read, is cut off, or holds Python objects.
     """
     try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+        if zipfile.is_zipfile(path):
+            raise SourceError(f"{path}: is an archive of arrays; name it .npz")
+        return open_mapped(path)
+    except SourceError:
+        raise
+    except BROKEN as error:
         raise SourceError(f"{path}: cannot be read as a .npy file: {error}") from error
-    if not isinstance(array, np.ndarray):
-        array.close()
-        raise SourceError(f"{path}: is an archive of arrays; name it .npz")
-    return array
 
 
 def read_pixels(path: Path) -> AnyArray:
