@@ -146,6 +146,7 @@ for file in sys.argv[1:]:
             print(read(file))
         except (SourceError, ConfigError) as error:
             assert file in str(error), error
+            assert len(str(error)) < 2000
 """
 IMPORTS = """
 import yaml, numpy.linalg
@@ -175,6 +176,9 @@ def test_no_file_crashes_hangs_or_takes_much_memory(tmp_path) -> None:
         json.dumps({"fx": 10**400, "fy": 1, "cx": 1, "cy": 1}),
         json.dumps({"fx": 10**90, "fy": 10**90, "cx": "1e999", "cy": 1}),
         '{"fx": !!opencv-matrix {}, "a": ' + "{a: " * 5000,
+        "K: [" + "x" * (1 << 21) + ", 1" * 400_000 + "]",
+        "intrinsic_matrix: [[1, 0], [0, 1, 0, 0, 0, 0, 1]]",
+        "camera_model: " + "x" * (1 << 21) + "\nintrinsics: 1",
     ]
     files = [tmp_path / f"{i}.yaml" for i in range(len(texts))]
     for file, text in zip(files, texts, strict=True):

@@ -30,6 +30,8 @@ _MODELS: dict[str, LensModel] = {
 _EXACT_WITHOUT_DISTORTION = ("", "none", "modifiedbrownconrady", "inversebrownconrady")
 """Names that are taken only while all coefficients are 0: without distortion, all models are the same."""
 
+_LONGEST = 1000
+"""Characters of a message, which may quote what a file says."""
 _FORMS = (
     "ROS's camera_info (camera_matrix or K), OpenCV's FileStorage (camera_matrix), Kalibr's cam0 (intrinsics), "
     "Open3D's (intrinsic_matrix), RealSense's (fx, fy, ppx, ppy) or plain fx, fy, cx, cy"
@@ -62,7 +64,8 @@ def _read(path: Path, make: Callable[[Keys], T]) -> T:
     try:
         return make(_normal(_content(path)))
     except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
+        said = str(error)
+        raise SourceError(f"{path}: {said[:_LONGEST]}{' ...' if len(said) > _LONGEST else ''}") from error
 
 
 def _content(path: Path) -> Any:
@@ -143,8 +146,8 @@ def _from_open3d(keys: Keys) -> PinholeCamera | None:
         return None
     matrix = _matrix(keys["intrinsicmatrix"])
     # Nine numbers in a row are column after column; nested, they are rows.
-    flat = np.ndim(keys["intrinsicmatrix"]) == 1
-    return _build(matrix.T if flat else matrix, (), None, _size(keys.get("width"), keys.get("height")))
+    columns_first = isinstance(keys["intrinsicmatrix"], list) and len(keys["intrinsicmatrix"]) == 9
+    return _build(matrix.T if columns_first else matrix, (), None, _size(keys.get("width"), keys.get("height")))
 
 
 def _from_realsense(keys: Keys) -> PinholeCamera | None:
@@ -259,7 +262,7 @@ def _numbers(name: str, value: Any, count: int | None = None) -> tuple[float, ..
         shape = (value["rows"], value["cols"]) if {"rows", "cols"} <= value.keys() else None
         value = value.get("data")
     try:
-        numbers = tuple(float(number) for number in np.ravel([] if value is None else value))
+        numbers = tuple(float(number) for number in _flat([] if value is None else value))
     except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} must be numbers: {error}") from error
     if shape is not None:
@@ -269,6 +272,16 @@ def _numbers(name: str, value: Any, count: int | None = None) -> tuple[float, ..
     if count not in (None, len(numbers)):
         raise InputError(f"{name} must be {count} numbers, got {len(numbers)}")
     return numbers
+
+
+def _flat(value: Any) -> list[Any]:
+    """Return what nested lists hold, in order; an array of them would take the room of the longest text for each."""
+    if not isinstance(value, list):
+        return [value]
+    parts = [_flat(item) for item in value]
+    if len({len(part) if isinstance(item, list) else None for item, part in zip(value, parts, strict=True)}) > 1:
+        raise ValueError("the lists differ in length")
+    return [item for part in parts for item in part]
 
 
 def _size(width: Any, height: Any) -> tuple[int, int] | None:
