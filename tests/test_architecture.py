@@ -14,13 +14,14 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_values", "_json", "_version"}
+GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_json", "_npy", "_values", "_version"}
 DATA = {
     "curve",
     "centerline",
     "camera",
     "camera_files",
     "lens",
+    "depth",
     "registration",
     "frame",
     "patch",
@@ -32,8 +33,10 @@ KNOWN_OUTSIDE = {
     "errors",
     "config",
     "_arrays",
-    "_values",
+    "_documents",
     "_json",
+    "_npy",
+    "_values",
     "_version",
     "curve",
     "centerline",
@@ -46,7 +49,9 @@ BELOW_PIPELINE = GROUND | DATA | {"stages", "tracking"}
 
 MAY_IMPORT = {
     "errors": set(),
-    "config": {"errors", "_values"},
+    "config": {"errors", "_documents", "_values"},
+    "_documents": {"errors"},
+    "_npy": set(),
     "_arrays": {"errors", "_values"},
     "_values": {"errors"},
     "_json": set(),

@@ -84,7 +84,7 @@ BAD = [
     (GreedyLinkingConfig, "direction_px", [1, 10.0, True]),
     (FittingConfig, "knots", [1, 1001, 25.0, True]),
     (FittingConfig, "tolerance_px", [0, -0.1, INF, NAN, "1", True, None]),
-    (LiftingConfig, "integer_unit_m", [0, -1.0, INF, NAN, True]),
+    (LiftingConfig, "integer_unit_m", [0, -1.0, INF, NAN, True, 1e-300, 1e300]),
     (LiftingConfig, "min_depth_m", [-0.1, 20.0, 21.0, NAN, True]),
     (LiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
     (PixelLiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
@@ -358,3 +358,20 @@ def test_configurations_are_compared_by_value_and_can_be_keys():
     assert {CHANGED: "a", Config(): "b"}[same] == "a"
     assert Config() != CHANGED
     assert pickle.loads(pickle.dumps(CHANGED)) == CHANGED
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("linking: &a [*a]", "aliases are not supported"),
+        ("a: " + "[" * 20_000, "must be nested at most"),
+        ("linking: {objects: " + "1" * 400 + "}", "at most 100 digits"),
+        ("linking: {max_gap_widths: !!float abc}", "'abc' is no float"),
+        ("linking: {max_gap_widths: 2001-99-99}", "'2001-99-99' is no timestamp"),
+        ("{}\n---\n{}", "must hold one configuration, found 2 documents"),
+    ],
+)
+def test_a_file_that_asks_for_too_much_is_refused(tmp_path, text, message):
+    (tmp_path / "a.yaml").write_text(text)
+    with pytest.raises(ConfigError, match=message):
+        Config.from_yaml(tmp_path / "a.yaml")

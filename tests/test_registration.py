@@ -174,7 +174,8 @@ def test_registrations_are_values():
         ({"rotation": np.diag((1.0, 1.0, -1.0))}, "rotation must be a rotation"),
         ({"rotation": np.full((3, 3), np.nan)}, "rotation must be finite"),
         ({"translation_m": (1, 2)}, r"translation_m must have shape \(3,\), got \(2,\)"),
-        ({"integer_unit_m": 0.0}, "integer_unit_m must be a positive number, got 0.0"),
+        ({"integer_unit_m": 0.0}, "integer_unit_m must be a positive number .*, got 0.0"),
+        ({"integer_unit_m": 1e-300}, "integer_unit_m must be a positive number within 1e-30"),
         ({"integer_unit_m": "mm"}, "integer_unit_m must be a positive number"),
     ],
 )

@@ -11,10 +11,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-import msgspec
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs._documents import parse_json, parse_opencv_xml, parse_yaml, read_text
 from dloftbs.camera import LensModel, PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.registration import DepthRegistration
@@ -30,16 +30,12 @@ _MODELS: dict[str, LensModel] = {
 _EXACT_WITHOUT_DISTORTION = ("", "none", "modifiedbrownconrady", "inversebrownconrady")
 """Names that are taken only while all coefficients are 0: without distortion, all models are the same."""
 
+_LONGEST = 1000
+"""Characters of a message, which may quote what a file says."""
 _FORMS = (
     "ROS's camera_info (camera_matrix or K), OpenCV's FileStorage (camera_matrix), Kalibr's cam0 (intrinsics), "
     "Open3D's (intrinsic_matrix), RealSense's (fx, fy, ppx, ppy) or plain fx, fy, cx, cy"
 )
-_OPENCV_KEYS = (
-    *("camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "distortion_coefficients", "Distortion_Coefficients"),
-    *("distCoeffs", "dist_coeffs", "dist_coeff", "D", "image_width", "image_Width", "image_height", "image_Height"),
-    *("fisheye_model", "distortion_model"),
-)
-"""What is read from OpenCV's FileStorage; the rest is of no use here, and may be large."""
 
 
 def read_camera(path: Path) -> PinholeCamera:
@@ -68,55 +64,24 @@ def _read(path: Path, make: Callable[[Keys], T]) -> T:
     try:
         return make(_normal(_content(path)))
     except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
+        said = str(error)
+        raise SourceError(f"{path}: {said[:_LONGEST]}{' ...' if len(said) > _LONGEST else ''}") from error
 
 
 def _content(path: Path) -> Any:
     """Return what a YAML, JSON or XML file holds."""
-    import yaml
-
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise SourceError(f"{path}: cannot be read: {error}") from error
-    if text.lstrip().startswith(("%YAML:", "<")) or "opencv-matrix" in text:
-        return _opencv_content(path, text)
+    text = read_text(path)
+    if text.lstrip().startswith("<"):
+        return parse_opencv_xml(text)
     if text.lstrip().startswith("{"):
-        with suppress(msgspec.DecodeError):  # YAML takes most of JSON, but no tabs
-            return msgspec.json.decode(text)
-    try:
-        # `ros2 topic echo` ends a message with the mark that begins the next document.
-        documents = [document for document in yaml.safe_load_all(text) if document is not None]
-    except yaml.YAMLError as error:
-        raise SourceError(f"{path}: is neither YAML nor JSON: {error}") from error
+        with suppress(InputError):  # OpenCV's JSON has numbers as YAML does, and YAML takes most of JSON, but no tabs
+            return parse_json(text)
+    # `ros2 topic echo` ends a message with the mark that begins the next document.
+    documents = parse_yaml(text)
     if len(documents) != 1 or not isinstance(documents[0], dict):
         found = f"{len(documents)} documents" if len(documents) != 1 else type(documents[0]).__name__
-        raise SourceError(f"{path}: must hold one mapping of keys to values, found {found}")
+        raise InputError(f"must hold one mapping of keys to values, found {found}")
     return documents[0]
-
-
-def _opencv_content(path: Path, text: str) -> Keys:
-    import cv2
-
-    try:
-        storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-    except (cv2.error, SystemError) as error:
-        raise SourceError(f"{path}: OpenCV cannot read it as a FileStorage: {error}") from error
-    try:
-        nodes = {key: storage.getNode(key) for key in _OPENCV_KEYS}
-        return {key: _value(node) for key, node in nodes.items() if not node.empty()}
-    except cv2.error as error:
-        raise SourceError(f"{path}: OpenCV cannot read it as a FileStorage: {error}") from error
-    finally:
-        storage.release()
-
-
-def _value(node: Any) -> Any:
-    if node.isMap():
-        return node.mat()
-    if node.isSeq():
-        return [node.at(i).real() for i in range(node.size())]
-    return node.string() if node.isString() else node.real()
 
 
 def _normal(value: Any) -> Any:
@@ -181,8 +146,8 @@ def _from_open3d(keys: Keys) -> PinholeCamera | None:
         return None
     matrix = _matrix(keys["intrinsicmatrix"])
     # Nine numbers in a row are column after column; nested, they are rows.
-    flat = np.ndim(keys["intrinsicmatrix"]) == 1
-    return _build(matrix.T if flat else matrix, (), None, _size(keys.get("width"), keys.get("height")))
+    columns_first = isinstance(keys["intrinsicmatrix"], list) and len(keys["intrinsicmatrix"]) == 9
+    return _build(matrix.T if columns_first else matrix, (), None, _size(keys.get("width"), keys.get("height")))
 
 
 def _from_realsense(keys: Keys) -> PinholeCamera | None:
@@ -292,15 +257,31 @@ def _number(name: str, value: Any) -> float:
 
 def _numbers(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
     """Return the numbers of a list, of nested lists, or of a mapping with `data`; none for None."""
+    shape: tuple[Any, Any] | None = None
     if isinstance(value, dict):
+        shape = (value["rows"], value["cols"]) if {"rows", "cols"} <= value.keys() else None
         value = value.get("data")
     try:
-        numbers = tuple(float(number) for number in np.ravel([] if value is None else value))
-    except (TypeError, ValueError) as error:
+        numbers = tuple(float(number) for number in _flat([] if value is None else value))
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} must be numbers: {error}") from error
+    if shape is not None:
+        rows, cols = (_number(side, size) for side, size in zip(("rows", "cols"), shape, strict=True))
+        if rows < 0.0 or cols < 0.0 or rows * cols != len(numbers):
+            raise InputError(f"{name} says that it is {shape[0]} x {shape[1]}, but holds {len(numbers)} numbers")
     if count not in (None, len(numbers)):
         raise InputError(f"{name} must be {count} numbers, got {len(numbers)}")
     return numbers
+
+
+def _flat(value: Any) -> list[Any]:
+    """Return what nested lists hold, in order; an array of them would take the room of the longest text for each."""
+    if not isinstance(value, list):
+        return [value]
+    parts = [_flat(item) for item in value]
+    if len({len(part) if isinstance(item, list) else None for item, part in zip(value, parts, strict=True)}) > 1:
+        raise ValueError("the lists differ in length")
+    return [item for part in parts for item in part]
 
 
 def _size(width: Any, height: Any) -> tuple[int, int] | None:

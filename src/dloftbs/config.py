@@ -10,11 +10,15 @@ from typing import Any, Literal
 
 import msgspec
 
+from dloftbs._documents import parse_yaml, read_text
 from dloftbs._values import as_integer, check_integer, check_number, shown
-from dloftbs.errors import ConfigError
+from dloftbs.errors import ConfigError, InputError
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
+NEAREST_M, FARTHEST_M = 1e-30, 1e30
+"""Depth that is read at all, metres: it, its reciprocal and the squares and cubes of both are numbers and not 0, the
+former two in float32 as well. Far beyond any sensor; what is stored as depth there is none."""
 
 _LEAST, _MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
 _SHORTEST_S = 1e-6  # from frame to frame
@@ -226,9 +230,11 @@ class DepthConfig(Section, frozen=True, kw_only=True):
     Parameters
     ----------
     integer_unit_m : float
-        Metres per count of an integer depth image (0.001: millimetres). Floating-point depth is in metres.
+        Metres per count of an integer depth image (0.001: millimetres), within `NEAREST_M` and `FARTHEST_M`.
+        Floating-point depth is in metres.
     min_depth_m, max_depth_m : float
-        Depth outside of this range, 0, NaN and infinity count as missing.
+        Depth outside of this range, 0, NaN and infinity count as missing; so does what is nearer than `NEAREST_M` or
+        farther than `FARTHEST_M`.
     """
 
     integer_unit_m: float = 0.001
@@ -241,6 +247,11 @@ class DepthConfig(Section, frozen=True, kw_only=True):
         _check_number(self, "max_depth_m", _LEAST, _MOST)
         limits = (self.min_depth_m, self.max_depth_m)
         _require(limits[0] < limits[1], "min_depth_m, max_depth_m", "numbers with min < max", limits)
+
+    @property
+    def range_m(self) -> tuple[float, float]:
+        """The nearest and the farthest depth that is read; whatever reads depth takes its range from here."""
+        return max(self.min_depth_m, NEAREST_M), min(self.max_depth_m, FARTHEST_M)
 
 
 class LiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="method", tag="axis"):
@@ -380,11 +391,13 @@ class Config(Section, frozen=True, kw_only=True):
             If the file cannot be read, is no YAML, or says what `from_dict` refuses.
         """
         try:
-            data = msgspec.yaml.decode(Path(path).read_bytes())
-        except (OSError, msgspec.DecodeError) as error:
+            documents = parse_yaml(read_text(Path(path)))
+        except InputError as error:
             raise ConfigError(f"cannot read the configuration {str(path)!r}: {error}") from error
+        if len(documents) > 1:
+            raise ConfigError(f"{path}: must hold one configuration, found {len(documents)} documents")
         try:
-            return cls.from_dict({} if data is None else data)
+            return cls.from_dict(documents[0] if documents else {})
         except ConfigError as error:
             raise ConfigError(f"{path}: {error}") from error
 

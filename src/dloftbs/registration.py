@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, as_vector, check_depth
 from dloftbs.camera import PinholeCamera
-from dloftbs.config import LiftingConfig
+from dloftbs.config import FARTHEST_M, NEAREST_M, LiftingConfig
 from dloftbs.errors import InputError
 
 AnyArray = npt.NDArray[Any]
@@ -61,8 +60,10 @@ class DepthRegistration:
         if off > ROTATION_TOLERANCE or np.linalg.det(r) < 0:
             raise InputError(f"rotation must be a rotation, R R^T = 1 and det R = 1, got {r.tolist()}")
         unit = self.integer_unit_m
-        if isinstance(unit, bool) or not isinstance(unit, (int, float)) or not 0.0 < unit < math.inf:
-            raise InputError(f"integer_unit_m must be a positive number, got {unit!r}")
+        if isinstance(unit, bool) or not isinstance(unit, (int, float)) or not NEAREST_M <= unit <= FARTHEST_M:
+            raise InputError(
+                f"integer_unit_m must be a positive number within {NEAREST_M:g}..{FARTHEST_M:g}, got {unit!r}"
+            )
         object.__setattr__(self, "rotation", tuple(tuple(row) for row in r.tolist()))
         object.__setattr__(self, "translation_m", tuple(as_vector("translation_m", self.translation_m, 3).tolist()))
 

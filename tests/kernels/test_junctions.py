@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bounded import run_bounded
 from drawings import mask_from_text, random_masks
 from hypothesis import given
 from hypothesis import strategies as st
@@ -172,3 +173,21 @@ def test_a_run_of_one_pixel_has_its_two_junctions() -> None:
     assert len(bridge) == 1
     assert offsets[bridge[0] + 1] - offsets[bridge[0]] == 1
     assert set(nodes[2 * bridge[0] : 2 * bridge[0] + 2].tolist()) == {0, 1}
+
+
+PRUNE = """
+import sys
+import numpy as np
+from dloftbs.kernels.junctions import prune_spurs
+
+points = np.array([[2.0, 2.0], [3.0, 2.0]])
+nodes, offsets = np.array([0, -1]), np.array([0, 2])
+mask = np.zeros((8, 8), dtype=np.uint8)
+mask[2:4, 2:5] = 1
+print(len(prune_spurs(nodes, points[:1], np.ones(1), points, offsets, mask, float(sys.argv[1]))))
+"""
+
+
+@pytest.mark.parametrize("least", ["nan", "inf"])
+def test_pruning_ends_whatever_the_limit(least: str) -> None:
+    assert run_bounded(PRUNE, least) == "1\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bounded import run_bounded
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
@@ -119,3 +120,20 @@ def test_the_other_way_round_gives_the_same_line(seed: int) -> None:
     y[30:40] = np.nan
     forwards, backwards = smooth(y, counts, SPANS, 0.001), smooth(y[::-1], counts[::-1], SPANS, 0.001)
     np.testing.assert_allclose(forwards[0], backwards[0][::-1], atol=1e-8)
+
+
+ENDLESS = """
+import sys
+import numpy as np
+from dloftbs.kernels.smoothing import smooth
+
+y = np.ones(30)
+y[5] = float(sys.argv[1])
+line, explained, _ = smooth(y, np.ones(30), 6, 0.01)
+print(len(line), len(explained))
+"""
+
+
+@pytest.mark.parametrize("value", ["1e160", "-1e200", "1e308", "inf"])
+def test_it_ends_whatever_the_scores_are(value: str) -> None:
+    assert run_bounded(ENDLESS, value) == "30 30\n"

@@ -88,3 +88,13 @@ def test_a_disk_that_was_full_for_a_moment_spoils_no_line(tmp_path, monkeypatch)
                 sink.write(examples.frame(), examples.detected(1))
         sink.write(examples.frame(), examples.nothing(2))
     assert [record["index"] for record in read_json_lines(path)] == [0, 2]
+
+
+@pytest.mark.parametrize("line", [b'{"name": "\xff"}\n', b"[" * 20_000 + b"\n", b'{"a": ' * 20_000 + b"\n", b"1e999\n"])
+def test_lines_that_are_no_text_or_nested_too_deeply_are_named(tmp_path, line):
+    path = tmp_path / "a.jsonl"
+    path.write_bytes(b'{"a": 1}\n' + line)
+    with pytest.raises(SourceError, match=r"a\.jsonl', line 2: "):
+        list(read_json_lines(path))
+    path.write_bytes(b'{"a": 1}\n' + line.rstrip())  # cut off within a letter, say
+    assert list(read_json_lines(path)) == [{"a": 1}]

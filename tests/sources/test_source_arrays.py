@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import struct
 import tracemalloc
 import zipfile
 
 import numpy as np
 import pytest
+from bounded import run_bounded
 
 from dloftbs import sources
 from dloftbs.camera import PinholeCamera
@@ -216,3 +218,89 @@ def test_closing_ends_the_iteration(tmp_path):
     assert list(frames) == []
     with pytest.raises(SourceError, match="closed"):
         iter(source)
+
+
+def npy(descr: str, shape: str, values: bytes = b"", order: str = "False", version: int = 1) -> bytes:
+    """Return a .npy file whose header says whatever it is to say."""
+    text = f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}\n".encode()
+    return b"\x93NUMPY" + bytes([version, 0]) + struct.pack("<H" if version == 1 else "<I", len(text)) + text + values
+
+
+LYING = {
+    "negative": npy("'|u1'", "(-1, 10, 10)", bytes(100)),
+    "twice negative": npy("'|u1'", "(1, -10, -10)", bytes(100)),
+    "true": npy("'|u1'", "(True, 4, 4)", bytes(16)),
+    "floating": npy("'|u1'", "(1.0, 4, 4)", bytes(16)),
+    "more than there is": npy("'|u1'", "(100000000000, 4, 4)", bytes(16)),
+    "beyond int64": npy("'|u1'", f"({10**30}, 0, 4)"),
+    "overflowing": npy("'|u1'", f"({2**32}, {2**31}, 2)", bytes(16)),
+    "objects": npy("'|O'", "(1, 4, 4)", b"cos\nsystem\n(S'true'\ntR."),
+    "no type": npy("'?what'", "(1, 4, 4)", bytes(16)),
+    "giant type": npy("('|u1', (1000000000, 1000000000))", "(1, 4, 4)", bytes(16)),
+    "unclosed": npy("'|u1'", "(1, 4, 4", bytes(16)),
+    "deep": npy("'|u1'", "-" * 9000 + "1", bytes(16)),
+    "brackets": npy("'|u1'", "(" * 4000 + ")" * 4000, bytes(16)),
+    "other keys": b"\x93NUMPY\x01\x00\x02\x00{}",
+    "long header": b"\x93NUMPY\x02\x00\xff\xff\xff\x7f" + bytes(1000),
+    "unknown version": npy("'|u1'", "(1, 4, 4)", bytes(16), version=9),
+    "no header": b"\x93NUMPY",
+}
+
+
+@pytest.mark.parametrize("name", LYING)
+@pytest.mark.parametrize("key", ["masks", "depth", "stamps", "camera", "distortion_model"])
+def test_a_member_whose_header_lies_is_refused(tmp_path, name, key):
+    path = tmp_path / "a.npz"
+    np.savez_compressed(path, **({} if key == "masks" else {"masks": MASKS}))
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(f"{key}.npy", LYING[name])
+    with pytest.raises(SourceError, match=r"a\.npz: .*cannot be read"):
+        sources.open(path)
+
+
+@pytest.mark.parametrize("name", LYING)
+def test_a_file_whose_header_lies_is_refused(tmp_path, name):
+    (tmp_path / "a.npy").write_bytes(LYING[name])
+    with pytest.raises(SourceError, match=r"a\.npy: cannot be read"):
+        sources.open(tmp_path / "a.npy")
+    np.save(tmp_path / "masks.npy", MASKS)
+    with pytest.raises(SourceError, match=r"a\.npy: cannot be read"):
+        sources.open(tmp_path / "masks.npy", depth=tmp_path / "a.npy")
+
+
+BOMBS = """
+import sys
+for path in sys.argv[1:]:
+    try:
+        with sources.open(path) as source:
+            list(source)
+    except SourceError as error:
+        print(str(error).replace(path, "")[:200])
+"""
+
+
+def test_an_archive_that_unpacks_to_gigabytes_is_refused(tmp_path):
+    paths = [tmp_path / f"{name}.npz" for name in ("frame", "stamps", "header", "bzip2")]
+    side = 20_000
+    contents = [
+        ("masks", npy("'|u1'", f"(1, {side}, {side})"), side * side),
+        ("stamps", npy("'<f8'", "(50000000,)"), 400_000_000),
+        ("masks", b"\x93NUMPY\x02\x00\x00\x00\x00\x18", 400_000_000),
+        ("masks", npy("'|u1'", "(9, 100, 100)"), 90_000),
+    ]
+    for path, (key, head, zeros) in zip(paths, contents, strict=True):
+        how = zipfile.ZIP_BZIP2 if path.stem == "bzip2" else zipfile.ZIP_DEFLATED
+        with zipfile.ZipFile(path, "w", how) as archive, archive.open(f"{key}.npy", "w") as member:
+            member.write(head)
+            for start in range(0, zeros, 1 << 20):
+                member.write(bytes(min(1 << 20, zeros - start)))
+        if key == "stamps":
+            with zipfile.ZipFile(path, "a") as archive:
+                archive.writestr("masks.npy", npy("'|u1'", "(5, 8, 9)", bytes(360)))
+    first = "import numpy.lib.format, cv2\nfrom dloftbs import sources\nfrom dloftbs.errors import SourceError"
+    said = run_bounded(BOMBS, *paths, first=first, extra_bytes=200 << 20).splitlines()
+    assert len(said) == 4, said
+    assert "at most 134217728 pixels" in said[0]
+    assert "cannot be read" in said[1]
+    assert "cannot be read" in said[2]
+    assert "cannot be read" in said[3]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bounded import run_bounded
 from tubes import CAMERA, RADIUS_M, SIZE, away, coil, draw_tubes, ring, straight
 
 from dloftbs import Detection, Frame, LiftingConfig, PinholeCamera, detect
 from dloftbs.config import CleaningConfig
+from dloftbs.depth import to_metres
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.crossings import find_crossings
 from dloftbs.stages.lifting import Lifted, lift
@@ -216,3 +218,39 @@ def test_a_thin_cable_keeps_its_depth_among_flying_pixels() -> None:
     depth[flying] += rng.uniform(0.0, 1.5, flying.sum())
     depth += rng.normal(0.0, 0.001, SIZE)
     assert away(lift_first(mask, depth).points_m, SLANTED)[1:-1].mean() < 0.0025
+
+
+ENDLESS = """
+import sys
+import numpy as np
+from tubes import CAMERA, draw_tubes, straight
+from dloftbs import Frame, LiftingConfig, Pipeline
+from dloftbs.config import Config, PixelLiftingConfig
+
+mask, depth = draw_tubes([straight((-0.3, -0.03, 0.9), (0.3, 0.04, 0.9))])
+for scale in map(float, sys.argv[1].split(",")):
+    stored = (depth * scale).astype(sys.argv[2])
+    stored[:, ::7] = 1.0
+    for lifting in (LiftingConfig(), PixelLiftingConfig()):
+        result = Pipeline(Config(lifting=lifting)).process(Frame(mask=mask, depth=stored, camera=CAMERA))
+        (found,) = result.detections
+        assert found.curve_3d is None or np.isfinite(found.curve_3d.control_points).all()
+"""
+
+
+@pytest.mark.parametrize(
+    ("dtype", "scales"),
+    [("float64", "1e-320,1e-200,1e-160,1e-100,1e-31,1e31,1e160,1e307"), ("float32", "1e-44,1e-38,1e-31,1e31")],
+)
+def test_it_ends_whatever_the_scale_of_the_depth(dtype: str, scales: str) -> None:
+    run_bounded(ENDLESS, scales, dtype)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("stored", [0.0, -1.0, np.nan, np.inf, 1e-40, 1e-31, 1e31])
+def test_what_is_no_depth_is_missing_wherever_depth_is_read(stored: float, dtype: type) -> None:
+    config = LiftingConfig(max_depth_m=np.inf)
+    depth = np.full((3, 3), stored, dtype)
+    assert np.isnan(to_metres(depth, config)).all()
+    depth[:] = 2.5
+    assert (to_metres(depth, config) == 2.5).all()

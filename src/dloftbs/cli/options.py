@@ -139,19 +139,19 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
 
 def _stated_in(file: Path) -> dict[str, Any]:
     """Return what a file states, by dotted path: what it leaves out is not the default but what came before."""
-    import msgspec
-
+    from dloftbs._documents import parse_yaml, read_text
     from dloftbs.config import Config
 
     Config.from_yaml(file)  # whose messages name the file
-    sections = msgspec.yaml.decode(file.read_bytes()) or {}
+    (sections,) = parse_yaml(read_text(file)) or ({},)
     return {f"{section}.{key}": value for section, values in sections.items() for key, value in values.items()}
 
 
 def _parse_changes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
     if not texts:
         return {}
-    import msgspec
+    from dloftbs._documents import parse_yaml
+    from dloftbs.errors import InputError
 
     changes = {}
     for text in texts:
@@ -159,9 +159,12 @@ def _parse_changes(context: click.Context, parameter: click.Parameter, texts: tu
         if not equals or not key.strip():
             raise click.BadParameter(f"expected SECTION.KEY=VALUE, got {text!r}", context, parameter)
         try:
-            changes[key.strip()] = msgspec.yaml.decode(value)
-        except msgspec.DecodeError as error:
+            documents = parse_yaml(value)
+        except InputError as error:
             raise click.BadParameter(f"{value!r} is no YAML value: {error}", context, parameter) from error
+        if len(documents) > 1:
+            raise click.BadParameter(f"expected one value, got {value!r}", context, parameter)
+        changes[key.strip()] = documents[0] if documents else None
     return changes
 
 

@@ -11,12 +11,11 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-import msgspec
-
+from dloftbs._documents import parse_json
 from dloftbs._json import encode
 from dloftbs._version import __version__
 from dloftbs.centerline import JointKind
-from dloftbs.errors import SinkError
+from dloftbs.errors import InputError, SinkError
 from dloftbs.evaluation.tracking import TrackingScores
 
 _SHOWS = ("cli/", "sinks/", "viz/", *(f"evaluation/{name}" for name in ("plots", "published", "report", "worst")))
@@ -235,8 +234,8 @@ class Part:
 def load(folder: Path, key: Key) -> Part | None:
     """Return the finished part with this key, or None if there is none that can be read."""
     try:
-        part = msgspec.json.decode((folder / key.file_name).read_bytes(), type=Part)
-    except (OSError, msgspec.DecodeError, UnicodeDecodeError):
+        part: Part = parse_json((folder / key.file_name).read_bytes(), Part)
+    except (OSError, InputError):
         return None
     return part if part.key == key else None
 

@@ -235,7 +235,8 @@ def follow(
             k += 1
             beside = max(x0 - points[k, 0], points[k, 0] - x1, y0 - points[k, 1], points[k, 1] - y1)
             if beside > 0.0:
-                k += int(beside / longest[c])  # so many samples it takes at least to come back
+                # So many samples it takes at least to come back; as floats, since there is no integer for infinity.
+                k += int(min(beside / longest[c], float(count)))
                 continue
             column, row = np.floor((points[k, 0] - x0) / side), np.floor((points[k, 1] - y0) / side)
             if not (0.0 <= column < across and 0.0 <= row < down):

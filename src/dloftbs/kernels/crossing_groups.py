@@ -80,7 +80,7 @@ def _nearest_chord(lines: _Lines, curve: int, p: int, chord: int) -> int:
         following = _next(lines, curve, chord, step)
         while following >= 0:
             distance = _distance(lines.points, p, following)
-            if distance >= best:
+            if not distance < best:
                 break
             chord, best = following, distance
             following = _next(lines, curve, chord, step)

@@ -34,12 +34,13 @@ def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
 def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
     """Return how far the nearest edge of the mask is, looked for along 16 rays, to half a pixel; 0 outside of it."""
     t = 0.0
-    while True:
+    for _ in range(2 * len(mask)):  # the margin around the mask ends it before
         for dx, dy in _RAYS:
             row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)  # unsigned indices spare a test for the sign
             if mask[np.uint64(row), np.uint64(column)] == 0:
                 return max(t - 0.25, 0.0)
         t += 0.5
+    return t
 
 
 @kernel(write(uint8, 2), read(int32, 2), read(uint8, 1), read(float64, 2), read(int64, 1), int64, read(uint8, 2))
@@ -204,7 +205,7 @@ def prune_spurs(
         out[run] = _sticks_out(run, nodes, centres, radii, points, offsets, mask)
     while n > 0:
         run = int(np.argmin(out))
-        if out[run] >= least:
+        if not out[run] < least:  # what is struck off is infinite, and comes back once at most
             break
         out[run] = np.inf
         node = max(nodes[2 * run], nodes[2 * run + 1])

@@ -56,7 +56,8 @@ def _near(
             dx, dy = samples[i, 0] - x, samples[i, 1] - y
             far = math.sqrt(dx * dx + dy * dy)
             if far > reach:
-                i += max(1, int((far - reach) / step))  # samples lie a step apart at most
+                # Samples lie a step apart at most; compared as floats, since there is no integer for infinity.
+                i += int(max(1.0, min((far - reach) / step, last + 1.0 - i)))
                 continue
             if tangents[i, 0] == math.inf:
                 _direction(samples, bounds[p, 0], last, i, tangents[i])

@@ -190,7 +190,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     normal, factor, inverse = np.empty((rows, _ORDER)), np.empty((rows, _ORDER)), np.zeros((rows, _ORDER))
     right, coefficients, best = np.zeros(rows), np.zeros(rows), np.zeros(rows)
     line, weight, misses = np.empty(n), prior.copy(), np.empty(known)
-    scores = np.empty(len(_PRICES))
+    scores, tried = np.empty(len(_PRICES)), np.empty(len(_PRICES), dtype=np.bool_)
     price = _STIFF
     for turn in range(_STARTS + _ROUNDS + 1):
         _gather(cells, basis, value, weight, normal, right)
@@ -200,11 +200,12 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
             squared += weight[i] * value[i] * value[i]
             heaviest = max(heaviest, weight[i])
         if turn >= _STARTS and turn < _STARTS + _ROUNDS:
-            scores[:] = np.nan
+            tried[:] = False
             at = price
             for step in (0, -1, 1):  # from the price so far on, as long as it gets better
                 p = price + step
-                while 0 <= p < len(_PRICES) and np.isnan(scores[p]):
+                while 0 <= p < len(_PRICES) and not tried[p]:  # whatever a score is, each price is tried once
+                    tried[p] = True
                     _solve_at(_PRICES[p] * unit / m, normal, right, factor, coefficients)
                     free = unit / heaviest - _CAUTION * _trace(factor, normal, inverse)
                     scores[p] = _misfit(normal, right, squared, coefficients) / free**2 if free > 0.0 else np.inf

@@ -119,8 +119,9 @@ def trace(
 @helper
 def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
     """Return how far the mask goes from a point along a unit vector, to half a pixel."""
-    t = 1.0
-    while mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] != 0:  # coordinates are not negative: this rounds
+    t, most = 1.0, float(mask.shape[0] + mask.shape[1])  # the margin around the mask ends it before
+    # Coordinates are not negative: this rounds.
+    while t < most and mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] != 0:
         t += 1.0
     t -= 0.5
     inside = mask[int(y + t * dy + 0.5), int(x + t * dx + 0.5)] != 0

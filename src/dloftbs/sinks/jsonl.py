@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
+from dloftbs._documents import parse_json
 from dloftbs._json import encode_line
-from dloftbs.errors import SourceError
+from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks._files import AppendFile
 from dloftbs.sinks.base import PathSink
@@ -65,16 +64,17 @@ def read_json_lines(path: str | Path) -> Iterator[dict[str, Any]]:
     SourceError
         If the file cannot be read, or a whole line is not a JSON object; the message has its number.
     """
-    decoder = msgspec.json.Decoder(dict[str, Any])
     try:
         with Path(path).open("rb") as file:
             for number, line in enumerate(file, start=1):
                 try:
-                    yield decoder.decode(line)
-                except msgspec.DecodeError as error:
+                    row = parse_json(line, dict[str, Any])
+                except InputError as error:
                     if line.endswith(b"\n"):
                         raise SourceError(f"{str(path)!r}, line {number}: {error}") from error
                     logger.warning("%s: line %d is cut off; what came before it is whole", path, number)
+                    return
+                yield row
     except SourceError:
         raise
     except OSError as error:

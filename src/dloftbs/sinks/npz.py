@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._npy import BROKEN, read_members
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, FrameResult
@@ -17,6 +17,9 @@ from dloftbs.sinks._files import sink_errors
 from dloftbs.sinks._growing import Column, GrowingNpz
 from dloftbs.sinks._rows import ObjectRow, object_rows
 from dloftbs.sinks.base import PathSink
+
+_MOST_BYTES = 1 << 30
+"""Of a column that is read back: the control points of ten objects in each frame of an hour take half of it."""
 
 # The headers are raised in this order; `frame` is last, so that all columns hold at least the rows that it counts.
 _COLUMNS = (
@@ -195,13 +198,15 @@ def read_npz(path: str | Path) -> list[NpzRow]:
         If the file cannot be read or is not what a `NpzSink` writes.
     """
     try:
-        with Path(path).open("rb") as file, np.load(file) as archive:
-            arrays = {column.name: archive[column.name] for column in _COLUMNS}
+        names = [column.name for column in _COLUMNS]
+        found, arrays = read_members(Path(path), names, _MOST_BYTES)
+        if missing := [name for name in names if name not in found]:
+            raise InputError(f"it lacks {', '.join(missing)}")
         return [_row(arrays, i) for i in range(len(arrays["frame"]))]
-    except (OSError, zipfile.BadZipFile, KeyError, IndexError, EOFError, TypeError, AttributeError) as error:
-        raise SourceError(f"cannot read {str(path)!r}: {error}") from error
-    except (InputError, ValueError) as error:
+    except InputError as error:
         raise SourceError(f"{str(path)!r} holds no curves of a NpzSink: {error}") from error
+    except BROKEN as error:
+        raise SourceError(f"cannot read {str(path)!r}: {error}") from error
 
 
 def _row(arrays: dict[str, npt.NDArray[Any]], i: int) -> NpzRow:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
-import zlib
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.lib import format as npy_format
 
+from dloftbs._npy import BROKEN, NpyHeader, open_member, read_members
 from dloftbs.errors import SourceError
-from dloftbs.sources.pixels import AnyArray
+from dloftbs.sources.pixels import MAX_PIXELS, AnyArray
 
-_BROKEN = (OSError, ValueError, EOFError, KeyError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What zipfile and numpy raise on an archive that is corrupt, encrypted or compressed in an unknown way."""
+_MOST_WHOLE = 64 << 20
+"""Bytes of an array that is read whole: stamps of three days at 30 frames per second."""
 _PIECE = 1 << 20  # bytes skipped at a time
 
 
@@ -39,19 +39,16 @@ class NpzMember:
         self._key = key
         self._stream: IO[bytes] | None = None
         try:
-            stream = self._open()
-            version = npy_format.read_magic(stream)
-            read = npy_format.read_array_header_1_0 if version == (1, 0) else npy_format.read_array_header_2_0
-            self.shape, fortran, self.dtype = read(stream)
-            self._start = stream.tell()
-        except _BROKEN as error:
+            header = self._open()
+        except BROKEN as error:
             raise self._broken(error) from error
         finally:
             self.close()
-        if self.dtype.hasobject:
-            raise self._broken("it holds Python objects, which are not loaded")
-        if fortran:
+        self.shape, self.dtype, self._start = header.shape, header.dtype, header.start
+        if header.fortran:
             raise self._broken("it is in Fortran order; save numpy.ascontiguousarray of it")
+        if math.prod(self.shape[1:3]) > MAX_PIXELS:
+            raise self._broken(f"a frame must have at most {MAX_PIXELS} pixels, got {self.shape}")
 
     @property
     def ndim(self) -> int:
@@ -59,12 +56,12 @@ class NpzMember:
         return len(self.shape)
 
     def __getitem__(self, index: int) -> AnyArray:
-        size = self.dtype.itemsize * int(np.prod(self.shape[1:]))
+        size = self.dtype.itemsize * math.prod(self.shape[1:])
         try:
             stream = self._at(self._start + index * size)
             data = stream.read(size)
             return np.frombuffer(data, self.dtype).reshape(self.shape[1:])
-        except _BROKEN as error:
+        except BROKEN as error:
             raise self._broken(error) from error
 
     def close(self) -> None:
@@ -85,11 +82,11 @@ class NpzMember:
                 break  # cut off; reading on will say so
         return stream
 
-    def _open(self) -> IO[bytes]:
+    def _open(self) -> NpyHeader:
         # The stream keeps the file open until it is closed itself.
         with zipfile.ZipFile(self._path) as archive:
-            self._stream = archive.open(f"{self._key}.npy")
-        return self._stream
+            self._stream, header = open_member(archive, self._key)
+        return header
 
     def _broken(self, why: Any) -> SourceError:
         return SourceError(f"{self._path}: the array {self._key!r} cannot be read: {why}")
@@ -104,14 +101,6 @@ def read_whole(path: Path, keys: tuple[str, ...]) -> tuple[list[str], dict[str, 
         If the archive cannot be read.
     """
     try:
-        with zipfile.ZipFile(path) as archive:  # np.load leaves the file open if it is corrupt
-            found = [name[:-4] for name in archive.namelist() if name.endswith(".npy")]
-            return found, {key: _read_array(archive, key) for key in keys if key in found}
-    except _BROKEN as error:
+        return read_members(path, keys, _MOST_WHOLE)
+    except BROKEN as error:
         raise SourceError(f"{path}: cannot be read as a .npz file: {error}") from error
-
-
-def _read_array(archive: zipfile.ZipFile, key: str) -> AnyArray:
-    with archive.open(f"{key}.npy") as stream:
-        array: AnyArray = npy_format.read_array(stream, allow_pickle=False)
-    return array

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._npy import BROKEN, open_mapped
 from dloftbs.errors import SourceError
+from dloftbs.sources.image_header import FORMATS, read_size
 
 AnyArray = npt.NDArray[Any]
 Kind = Literal["auto", "image", "mask"]
 KINDS: tuple[str, ...] = get_args(Kind)
 
 JPEG_EXTENSIONS = (".jpg", ".jpeg")
+MAX_PIXELS = 1 << 27
+"""Of a frame: a third more than medium-format cameras have, and 0.4 GB in colour."""
+_MOST_BYTES = 1 << 30
+"""Of an image file: so much take `MAX_PIXELS` in colour of 16 bits, uncompressed, and more."""
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
@@ -84,13 +91,13 @@ def load_npy(path: Path) -> AnyArray:
         If the file cannot be read, is cut off, or holds Python objects.
     """
     try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+        if zipfile.is_zipfile(path):
+            raise SourceError(f"{path}: is an archive of arrays; name it .npz")
+        return open_mapped(path)
+    except SourceError:
+        raise
+    except BROKEN as error:
         raise SourceError(f"{path}: cannot be read as a .npy file: {error}") from error
-    if not isinstance(array, np.ndarray):
-        array.close()
-        raise SourceError(f"{path}: is an archive of arrays; name it .npz")
-    return array
 
 
 def read_pixels(path: Path) -> AnyArray:
@@ -99,16 +106,23 @@ def read_pixels(path: Path) -> AnyArray:
     Raises
     ------
     SourceError
-        If there is no such file, or it is corrupt or cut off.
+        If there is no such file, it is too large, of another format than `FORMATS`, corrupt or cut off.
     """
     import cv2
 
     try:
-        data = path.read_bytes()  # cv2.imread does not take every path on Windows, and prints
+        fits = path.stat().st_size <= _MOST_BYTES
+        data = path.read_bytes() if fits else b""  # cv2.imread does not take every path on Windows, and prints
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}") from error
+    if not fits:
+        raise SourceError(f"the file must have at most {_MOST_BYTES} bytes")
     if not data:
         raise SourceError("the file is empty")
+    size = read_size(data)
+    if size is None:
+        raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are no {FORMATS}, or are cut off")
+    check_pixels(*size)
     try:
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
     except cv2.error as error:
@@ -118,6 +132,18 @@ def read_pixels(path: Path) -> AnyArray:
     if data.startswith(b"\xff\xd8") and _jpeg_is_cut(data):
         raise SourceError(f"cannot be decoded as an image: the JPEG is cut off after {len(data)} bytes")
     return pixels
+
+
+def check_pixels(rows: int, columns: int) -> None:
+    """Refuse what is too large, before there is room made for it.
+
+    Raises
+    ------
+    SourceError
+        If there are more than `MAX_PIXELS`.
+    """
+    if rows * columns > MAX_PIXELS:
+        raise SourceError(f"must have at most {MAX_PIXELS} pixels, got {columns} x {rows}")
 
 
 def image_or_mask(pixels: AnyArray, kind: Kind, *, lossy: bool) -> tuple[AnyArray | None, AnyArray | None]:

@@ -14,7 +14,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.base import Source, logger
-from dloftbs.sources.pixels import AnyArray, Kind, image_or_mask
+from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
 
 if TYPE_CHECKING:
     import cv2
@@ -144,6 +144,7 @@ class VideoSource(_CaptureSource):
         if not capture.isOpened():
             capture.release()
             raise SourceError(f"{self.name}: cannot be opened as a video: no format that OpenCV reads, or cut off")
+        _check_size(capture, self.name)
         self._captures.append(capture)
         return capture
 
@@ -197,6 +198,7 @@ class LiveSource(_CaptureSource):
         if not self._capture.isOpened():
             self._capture.release()
             raise SourceError(f"{self.name} cannot be opened")
+        _check_size(self._capture, self.name)
         self._captures.append(self._capture)
         self._opened = time.monotonic()
         self._started = False
@@ -230,6 +232,18 @@ class LiveSource(_CaptureSource):
             return True
         time.sleep(RETRY_S)
         return False
+
+
+def _check_size(capture: cv2.VideoCapture, name: str) -> None:
+    """Refuse a video whose frames are too large, before one is decoded."""
+    import cv2
+
+    sides = (capture.get(cv2.CAP_PROP_FRAME_HEIGHT), capture.get(cv2.CAP_PROP_FRAME_WIDTH))
+    try:
+        check_pixels(*(int(side) if math.isfinite(side) else 0 for side in sides))
+    except SourceError as error:
+        capture.release()
+        raise SourceError(f"{name}: {error}") from error
 
 
 def _positive(value: float) -> float | None:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.config import DepthConfig
+from dloftbs.depth import to_metres
 from dloftbs.frame import Crossing, Detection, Frame
 from dloftbs.kernels import crossing_order as order
 from dloftbs.kernels.crossing_groups import select_crossings
@@ -107,12 +108,11 @@ def _on_top(
     pixels = order.find_pixels(order.choose_places(*lines, pairs, at), *frame.size)
     if frame.depth is not None:
         exact = np.issubdtype(frame.depth.dtype, np.floating)
-        unit = 1.0 if exact else config.integer_unit_m
-        metres = _values(frame.depth, *pixels) * unit
-        with np.errstate(invalid="ignore"):
-            metres[~((metres > 0.0) & (metres >= config.min_depth_m) & (metres <= config.max_depth_m))] = np.nan
+        rows, columns = pixels
+        metres = to_metres(frame.depth[rows, columns], config)
+        metres[rows < 0] = np.nan
         seen = lines.widths[pairs].min(axis=1) ** 2
-        verdicts = order.judge_depth(metres, seen, 0.0 if exact else unit)
+        verdicts = order.judge_depth(metres, seen, 0.0 if exact else config.integer_unit_m)
     if frame.image is not None:
         unknown = np.abs(verdicts) < MIN_CONFIDENCE
         if unknown.any():

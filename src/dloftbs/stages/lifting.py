@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
+from dloftbs.depth import unit_of
 from dloftbs.frame import Crossing, Detection
 from dloftbs.kernels import sections as kernels
 from dloftbs.kernels.smoothing import smooth
@@ -200,9 +201,8 @@ def _surface(
         box,
         left,
         top,
-        1.0 if depth.dtype.kind == "f" else config.integer_unit_m,
-        config.min_depth_m,
-        config.max_depth_m,
+        unit_of(depth, config),
+        *config.range_m,
         focal_px,
         _SHARE,
         _BORDER_PX,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import PixelLiftingConfig
+from dloftbs.depth import to_metres
 
 MIN_POINTS = 4
 """Points with depth that a curve in space needs."""
@@ -34,15 +35,12 @@ def lift_pixels(
     points_m : numpy.ndarray, shape (m, 3)
         Those with depth, in the camera's frame, metres.
     seen : numpy.ndarray, shape (n,), bool
-        Which points have depth: finite, not 0 and within the range of the configuration; and a ray, which pixels
+        Which points have depth, as `to_metres` says; and a ray, which pixels
         beyond the field of the camera's lens model have not.
     """
     column, row = np.rint(points).astype(np.intp).T
-    sampled = depth[row, column]
-    unit = 1.0 if np.issubdtype(depth.dtype, np.floating) else config.integer_unit_m
-    metres = sampled.astype(np.float64) * unit
-    with np.errstate(invalid="ignore"):
-        seen = np.isfinite(metres) & (metres > 0.0) & (metres >= config.min_depth_m) & (metres <= config.max_depth_m)
+    metres = to_metres(depth[row, column], config)
+    seen = ~np.isnan(metres)
     points_m = camera.deproject(points[seen], metres[seen])
     known = np.isfinite(points_m).all(axis=1)  # not beyond the field of the lens model
     seen[seen] = known

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
+from dloftbs._documents import parse_json
 from dloftbs.camera import PinholeCamera
-from dloftbs.errors import SourceError
+from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
@@ -88,8 +87,8 @@ def decoded(path: Path, kind: Any) -> Any:
         If it cannot be read, or holds something else.
     """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=kind)
-    except (OSError, msgspec.DecodeError) as error:
+        return parse_json(path.read_bytes(), kind)
+    except (OSError, InputError) as error:
         raise SourceError(f"{path}: {error}") from error
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import msgspec
 
@@ -12,7 +13,7 @@ from dloftbs.sources.files import IMAGE_EXTENSIONS
 from dloftbs.sources.recorded.labels import paired
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in
 from dloftbs.sources.recorded.pictures import CAMERA, PictureFile, camera_in, decoded, images_in
-from dloftbs.sources.recorded.tables import header_of, number, rows_of, whole
+from dloftbs.sources.recorded.tables import MAX_WHOLE, header_of, number, rows_of, whole
 from dloftbs.sources.recorded.through_points import truth_of
 from dloftbs.truth import Truth
 
@@ -30,7 +31,7 @@ Points = list[tuple[float, ...]]
 
 class _Annotation(msgspec.Struct):
     curves: list[Points]
-    ids: list[int] | None = None
+    ids: list[Annotated[int, msgspec.Meta(ge=-MAX_WHOLE, le=MAX_WHOLE)]] | None = None
 
 
 class AnnotatedImages(RecordedSequence):

@@ -9,6 +9,9 @@ from pathlib import Path
 
 from dloftbs.errors import SourceError
 
+MAX_WHOLE = 2**53
+"""Largest number of a frame or an object: every whole number up to it is a float64 of its own."""
+
 
 def header_of(path: Path) -> list[str]:
     """Return the names of the columns; none where the file is no text.
@@ -80,6 +83,6 @@ def whole(path: Path, line: int, row: dict[str, str], name: str) -> int:
         If it is none.
     """
     value = number(path, line, row, name)
-    if value != int(value):
+    if value != int(value) or abs(value) > MAX_WHOLE:
         raise SourceError(f"{path}, line {line}: {name} must be a whole number, got {row[name]!r}")
     return int(value)

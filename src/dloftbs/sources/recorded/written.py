@@ -8,8 +8,9 @@ from typing import Any, Literal
 import msgspec
 import numpy as np
 
+from dloftbs._documents import parse_json
 from dloftbs.camera import PinholeCamera
-from dloftbs.errors import SourceError
+from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.base import logger
 from dloftbs.sources.pixels import AnyArray, load_npy, read_pixels
@@ -27,6 +28,8 @@ written: what dloftbs.sinks.write_sequence leaves
 HEADER = "sequence.json"
 RECORDS = "truth.jsonl"
 VIDEO = "images.mp4"
+_TYPES = tuple(np.dtype(letter).str for letter in "?bBhHiIqQefd")
+"""Of masks and depth, as numpy writes them."""
 PER_METRE = 1000
 """Depth in PNG is in millimetres."""
 
@@ -118,8 +121,8 @@ class WrittenSequence(RecordedSequence):
         try:
             with path.open("rb") as file:
                 file.seek(self._starts[index])
-                return msgspec.json.decode(file.readline(), type=_Record)
-        except (OSError, msgspec.DecodeError) as error:
+                return parse_json(file.readline(), _Record)
+        except (OSError, InputError) as error:
             raise SourceError(f"{path}, line {index + 1}: {error}") from error
 
     def _image(self, index: int, record: _Record) -> AnyArray:
@@ -150,10 +153,9 @@ class WrittenSequence(RecordedSequence):
 
 
 def _type(stored: _Stored) -> np.dtype[Any]:
-    try:
-        return np.dtype(stored.type)
-    except TypeError as error:
-        raise SourceError(f"{stored.file}: {error}") from error
+    if stored.type not in _TYPES:
+        raise SourceError(f"{stored.file}: its type must be one of {', '.join(_TYPES)}, got {stored.type!r}")
+    return np.dtype(stored.type)
 
 
 def _line_starts(path: Path) -> list[int]:

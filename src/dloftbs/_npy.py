@@ -1,0 +1,151 @@
+"""Arrays in .npy and .npz files, whose headers are looked at before what they promise is believed."""
+
+from __future__ import annotations
+
+import math
+import os
+import struct
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from numpy.lib import format as npy_format
+
+BROKEN = (
+    *(OSError, EOFError, ValueError, TypeError, LookupError, OverflowError, AttributeError, SyntaxError),
+    *(RuntimeError, MemoryError, zipfile.BadZipFile, zlib.error, struct.error, tokenize.TokenError),
+)
+"""What zipfile and numpy raise on what is corrupt, encrypted, or no array: NotImplementedError and RecursionError are
+RuntimeErrors, and numpy's header is read as Python is."""
+
+MAX_HEADER_BYTES = 10_000
+"""Of a .npy header; numpy's own limit."""
+_VERSIONS = ((1, 0), (2, 0), (3, 0))
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Those that numpy writes; others unpack to any multiple of their size."""
+
+
+class NpyHeader(NamedTuple):
+    """What stands before the values of an array, the bytes that it takes, and those that there are in all."""
+
+    shape: tuple[int, ...]
+    fortran: bool
+    dtype: np.dtype[Any]
+    start: int
+    size: int
+
+    @property
+    def n_bytes(self) -> int:
+        """Bytes that the values take."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+
+def read_header(stream: IO[bytes], size: int) -> NpyHeader:
+    """Read the header of an array.
+
+    Parameters
+    ----------
+    stream : file
+        At the beginning; is left at the first value.
+    size : int
+        Bytes that there are, header included.
+
+    Raises
+    ------
+    ValueError
+        If it is none, promises more values than there are bytes, or Python objects; and what else is in `BROKEN`.
+    """
+    begin = stream.read(npy_format.MAGIC_LEN)
+    if len(begin) < npy_format.MAGIC_LEN or not begin.startswith(npy_format.MAGIC_PREFIX):
+        raise ValueError("it does not begin as arrays of numpy do")
+    if tuple(begin[-2:]) not in _VERSIONS:
+        raise ValueError(f"its format must be 1.0, 2.0 or 3.0, got {begin[-2]}.{begin[-1]}")
+    field = stream.read(2 if begin[-2] == 1 else 4)
+    length = int.from_bytes(field, "little")
+    if length > MAX_HEADER_BYTES:
+        raise ValueError(f"its header must have at most {MAX_HEADER_BYTES} bytes, got {length}")
+    text = BytesIO(begin + field + stream.read(length))
+    is_first = npy_format.read_magic(text) == (1, 0)
+    read = npy_format.read_array_header_1_0 if is_first else npy_format.read_array_header_2_0
+    shape, fortran, dtype = read(text)
+    header = NpyHeader(shape, fortran, dtype, npy_format.MAGIC_LEN + len(field) + length, size)
+    if not all(type(side) is int and 0 <= side <= np.iinfo(np.int64).max for side in shape):
+        raise ValueError(f"its shape must be integers of at least 0, got {shape}")
+    if dtype.hasobject:
+        raise ValueError("it holds Python objects, which are not loaded")
+    if header.start + header.n_bytes > size:
+        raise ValueError(f"it is cut off: {shape} of {dtype} takes {header.n_bytes} bytes, and the file has {size}")
+    return header
+
+
+def open_mapped(path: Path) -> npt.NDArray[Any]:
+    """Map a .npy file into memory, read-only; no value is read before it is looked at.
+
+    Raises
+    ------
+    OSError, ValueError
+        If it cannot be read; and what else is in `BROKEN`.
+    """
+    with path.open("rb") as file:
+        read_header(file, os.fstat(file.fileno()).st_size)
+    array: npt.NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    return array
+
+
+def open_member(archive: zipfile.ZipFile, key: str) -> tuple[IO[bytes], NpyHeader]:
+    """Open an array of an archive; the stream is at its first value.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If there is none, or it cannot be read; and what else is in `BROKEN`.
+    """
+    member = archive.getinfo(f"{key}.npy")
+    if member.compress_type not in _COMPRESSIONS:
+        raise ValueError("it is compressed in a way that numpy does not write")
+    stream = archive.open(member)
+    try:
+        return stream, read_header(stream, member.file_size)
+    except BROKEN:
+        stream.close()
+        raise
+
+
+def read_member(archive: zipfile.ZipFile, key: str, most_bytes: int) -> npt.NDArray[Any]:
+    """Read an array of an archive as a whole.
+
+    Raises
+    ------
+    ValueError
+        If it takes more bytes; and what else is in `BROKEN`.
+    """
+    stream, header = open_member(archive, key)
+    with stream:
+        if header.n_bytes > most_bytes:
+            raise ValueError(f"{key!r} must take at most {most_bytes} bytes, got {header.shape} of {header.dtype}")
+        data = stream.read(header.n_bytes)
+        if header.start + header.n_bytes == header.size:
+            stream.read(1)  # its sum is checked where it ends; what is being written has room behind, and no sum yet
+    if len(data) != header.n_bytes:
+        raise ValueError(f"{key!r} is cut off: it must hold {header.n_bytes} bytes, got {len(data)}")
+    values = np.frombuffer(data, header.dtype)
+    return values.reshape(header.shape[::-1]).T if header.fortran else values.reshape(header.shape)
+
+
+def read_members(path: Path, keys: Sequence[str], most_bytes: int) -> tuple[list[str], dict[str, npt.NDArray[Any]]]:
+    """Return the names of all arrays of an archive, and those of `keys` that it has, whole.
+
+    Raises
+    ------
+    OSError, ValueError
+        If it cannot be read; and what else is in `BROKEN`.
+    """
+    with zipfile.ZipFile(path) as archive:  # np.load leaves the file open if it is corrupt
+        found = [name[:-4] for name in archive.namelist() if name.endswith(".npy")]
+        return found, {key: read_member(archive, key, most_bytes) for key in keys if key in found}
