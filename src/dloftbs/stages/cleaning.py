@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from dloftbs.config import CleaningConfig
 from dloftbs.kernels import cleaning, stripes
+from dloftbs.kernels.holes import fill_holes
 from dloftbs.patch import Patch, canonical_pose
-from dloftbs.stages.holes import fill_holes
 
 _WORD_BYTES = 8
 _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise

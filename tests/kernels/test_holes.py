@@ -10,8 +10,8 @@ from linking_examples import circle, cross, draw
 
 import dloftbs
 from dloftbs import CleaningConfig, Config
+from dloftbs.kernels.holes import fill_holes
 from dloftbs.stages.cleaning import clean
-from dloftbs.stages.holes import fill_holes
 
 WIDTHS = pytest.mark.parametrize(("width", "size"), [(12, (480, 640)), (55, (2160, 3840))], ids=["VGA", "4K"])
 
@@ -24,7 +24,7 @@ def glossy(width: int, size: tuple[int, int], share: float = 0.2) -> tuple[np.nd
     cv2.polylines(plain, [np.round(axis * 16).astype(np.int32)], False, 1, width, cv2.LINE_8, 4)
     mask = plain.copy()
     for first, last in ((20, 190), (205, 380)):
-        line = np.round((axis[first:last] + (0.0, 0.12 * width)) * 16).astype(np.int32)
+        line = np.round((axis[first:last] + np.array([0.0, 0.12 * width])) * 16).astype(np.int32)
         cv2.polylines(mask, [line], False, 0, round(share * width), cv2.LINE_8, 4)
     return mask, plain, axis
 

@@ -1,4 +1,4 @@
-"""Stage 2, on large cables: holes that lie within one cable, as a highlight on a glossy one, told from ground."""
+"""Holes in a mask that lie within one cable, as a highlight on a glossy one, told from ground."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ cables, or in a loop of one, it is more than 1. This is the middle.
 """
 
 _COARSE_PX = 2
-"""Step between the pixels that are looked at first, which saves most of the time; the opening leaves nothing narrower."""
+"""Step between the pixels that are looked at first, to save time; the opening leaves nothing narrower."""
 
 _WIDEST = 2.0
 """Width of a hole over the mask's mean width: a hole of half a cable's width leaves a quarter on either side."""
 
 _SINGLE_SHARE = 0.15
-"""Share of the cables' length that is narrower than what counts as the width of one: ends are, and bundles are wider."""
+"""Share of the cables' length that is narrower than what counts as the width of one, for the ends."""
 
 _MOST_OUTLINES = 500
 """More outlines than this are noise, of which nothing is filled: it bounds the cost."""
