@@ -1,7 +1,8 @@
 """How the time of a frame grows: with the mask, with the number of segments, and with the image around the same mask.
 
 Run it with ``python -m benchmarks.growth [--quick] [--docs PAGE] [--plot PNG]``. Masks of cables from 320 x 240 to 4K,
-from 2 to 40 px wide, from one cable to fifty, up to some 200 segments; each moves to and fro by 2 px, and is tracked.
+from 2 to 40 px wide, from one cable to fifty, up to some 200 segments, and up to 200 objects; each moves to and fro by
+2 px, and is tracked.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import cv2
 import numpy as np
 
 from benchmarks.docs import arguments, published
-from benchmarks.scenes import Mask, cables
+from benchmarks.scenes import Mask, cables, hooks
 from benchmarks.timing import Floats
 from dloftbs import Config, Frame, Pipeline
 from dloftbs.pipeline import run_stages
@@ -35,6 +36,7 @@ SIZES: tuple[tuple[int, int], ...] = (
 WIDTHS_PX: tuple[float, ...] = (2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 17.0, 24.0, 32.0, 40.0)
 LENGTHS_PX: tuple[float, ...] = (100.0, 200.0, 400.0, 700.0, 1100.0, 1600.0, 2200.0)
 LONG: tuple[int, ...] = (1, 2, 3, 4, 6, 8, 10)
+HOOKS: tuple[int, ...] = (10, 20, 50, 100, 200)
 SHORT: tuple[int, ...] = (1, 2, 4, 7, 12, 20, 33, 50)
 
 WHOLE = "all"
@@ -121,6 +123,7 @@ def all_series(*, quick: bool) -> list[Series]:
         Series("1 cable of 100 to 2200 px", pixels, partial(by_length, LENGTHS_PX[few])),
         Series("1 to 10 cables of 1500 px", "segments", partial(by_segments, LONG[few])),
         Series("1 to 50 cables of 300 px", "cables", partial(by_cables, SHORT[few])),
+        Series("10 to 200 hooks that lie apart", "hooks", partial(by_hooks, HOOKS[few])),
         Series("the same mask in larger images", "pixels of the image", partial(by_area, sizes)),
     ]
 
@@ -160,6 +163,13 @@ def by_cables(counts: tuple[int, ...], seed: int) -> Iterator[tuple[float, Mask]
     """Yield ever more short cables."""
     for count in counts:
         yield count, cables(count, seed, 300.0)
+
+
+def by_hooks(counts: tuple[int, ...], seed: int) -> Iterator[tuple[float, Mask]]:
+    """Yield ever more objects that have nothing to do with each other; the same for all seeds."""
+    if seed == 0:
+        for count in counts:
+            yield count, hooks(count)
 
 
 def by_area(sizes: tuple[tuple[int, int], ...], seed: int) -> Iterator[tuple[float, Mask]]:
@@ -220,8 +230,10 @@ def draw(series: list[Series], path: Path) -> None:
 
     style: Any = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.titlelocation": "left"}
     with mpl.rc_context({**style, "axes.grid": True, "grid.alpha": 0.3, "axes.titlesize": 9, "legend.frameon": False}):
-        figure, grid = plt.subplots(2, 3, figsize=(11.0, 6.4), layout="constrained")
-        for panel, one in zip(grid.ravel(), series, strict=True):
+        figure, grid = plt.subplots(2, 4, figsize=(14.6, 6.4), layout="constrained")
+        for panel in grid.ravel()[len(series) :]:
+            panel.remove()
+        for panel, one in zip(grid.ravel(), series, strict=False):
             for name, colour in zip((WHOLE, *GROUPS), _COLOURS, strict=True):
                 x, ms = medians(one, name)
                 slope, at = np.polyfit(np.log(x), np.log(ms), 1)

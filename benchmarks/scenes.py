@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import cycle
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -13,6 +15,7 @@ from dloftbs.sources.synthetic import TrackingSequence, draw_tube_mask, random_c
 SIZE = (720, 1280)
 WIDTH_PX = 12.0
 _SWAY = 8
+_HOOK, _HOOK_PX = 0.25, 4  # radius by the distance from one to the next, and thickness
 Mask = npt.NDArray[np.uint8]
 
 
@@ -30,6 +33,19 @@ def cables(
     for _ in range(count):
         mask |= draw_tube_mask(random_curve(rng, length_px, size, min_radius_px=radius_px), width_px, size)
     return mask.astype(np.uint8) * 255
+
+
+def hooks(count: int, size: tuple[int, int] = SIZE) -> Mask:
+    """Return the mask (H, W), 0 and 255, of `count` half circles in rows, none of which touches or faces another."""
+    mask = np.zeros(size, dtype=np.uint8)
+    columns = math.ceil(math.sqrt(count * size[1] / size[0]))
+    cell = size[1] / columns
+    for number in range(count):
+        row, column = divmod(number, columns)
+        centre = round((column + 0.5) * cell), round((row + 0.5) * cell)
+        radius = round(_HOOK * cell)
+        cv2.ellipse(mask, centre, (radius, radius), 0.0, 90.0, 270.0, 255, _HOOK_PX)
+    return mask
 
 
 def swaying(mask: Mask) -> Iterator[Mask]:

@@ -44,13 +44,14 @@ def _near(
     samples: npt.NDArray[np.float64],
     tangents: npt.NDArray[np.float64],
     bounds: npt.NDArray[np.int64],
+    nearby: npt.NDArray[np.int64],
     extra: npt.NDArray[np.float64],
     found: npt.NDArray[np.int64],
     price: npt.NDArray[np.float64],
 ) -> int:
     """Write the samples that a node may be, negative where it runs backwards, and their prices; return how many."""
     count, towards_x, towards_y = 0, heading[0], heading[1]
-    for p in range(len(bounds)):
+    for p in nearby:
         i, last = bounds[p, 0], bounds[p, 1]
         while i <= last:
             dx, dy = samples[i, 0] - x, samples[i, 1] - y
@@ -75,13 +76,66 @@ def _near(
     return count
 
 
+@helper
+def _nearby(
+    nodes: npt.NDArray[np.float64], reach: npt.NDArray[np.float64], boxes: npt.NDArray[np.float64]
+) -> npt.NDArray[np.int64]:
+    """Return the numbers of the boxes that some node may reach."""
+    most = reach.max()
+    left, right = nodes[:, 0].min() - most, nodes[:, 0].max() + most
+    top, bottom = nodes[:, 1].min() - most, nodes[:, 1].max() + most
+    result = np.empty(len(boxes), dtype=np.int64)
+    count = 0
+    for p in range(len(boxes)):
+        if boxes[p, 0] <= right and boxes[p, 1] >= left and boxes[p, 2] <= bottom and boxes[p, 3] >= top:
+            result[count] = p
+            count += 1
+    return result[:count]
+
+
+@kernel(read(float64, 2), read(int64, 2), write(float64, 2))
+def box_curves(
+    samples: npt.NDArray[np.float64], bounds: npt.NDArray[np.int64], boxes: npt.NDArray[np.float64]
+) -> float:
+    """Find the boxes around curves.
+
+    Parameters
+    ----------
+    samples : (n, 2) float64
+        Along the curves, one after the other.
+    bounds : (p, 2) int64
+        First and last sample of each curve.
+    boxes : (p, 4) float64
+        Written: least and greatest x, least and greatest y of each curve.
+
+    Returns
+    -------
+    float
+        The longest distance from sample to sample of a curve.
+    """
+    longest = 0.0
+    for p in range(len(bounds)):
+        boxes[p, 0] = boxes[p, 2] = math.inf
+        boxes[p, 1] = boxes[p, 3] = -math.inf
+        for i in range(bounds[p, 0], bounds[p, 1] + 1):
+            x, y = samples[i, 0], samples[i, 1]
+            boxes[p, 0], boxes[p, 1] = min(boxes[p, 0], x), max(boxes[p, 1], x)
+            boxes[p, 2], boxes[p, 3] = min(boxes[p, 2], y), max(boxes[p, 3], y)
+            if i > bounds[p, 0]:
+                longest = max(longest, math.hypot(x - samples[i - 1, 0], y - samples[i - 1, 1]))
+    return longest
+
+
 @kernel(
     read(float64, 2),
     read(float64, 1),
     read(float64, 1),
     read(float64, 2),
+    write(float64, 2),
     read(int64, 1),
     read(int64, 2),
+    read(float64, 2),
+    float64,
     read(float64, 1),
     float64,
     float64,
@@ -92,8 +146,11 @@ def route(
     reach: npt.NDArray[np.float64],
     unseen: npt.NDArray[np.float64],
     samples: npt.NDArray[np.float64],
+    tangents: npt.NDArray[np.float64],
     part: npt.NDArray[np.int64],
     bounds: npt.NDArray[np.int64],
+    boxes: npt.NDArray[np.float64],
+    longest: float,
     extra: npt.NDArray[np.float64],
     spacing: float,
     slack: float,
@@ -114,10 +171,16 @@ def route(
         Price of each being hidden; a sample at the limit of its reach costs 1.
     samples : (n, 2) float64
         Along the frame's curves, one after the other, `STEPS` times as dense as the nodes.
+    tangents : (n, 2) float64
+        Unit tangents at the samples, infinite where they are not known yet; written where they are asked for.
     part : (n,) int64
         Which curve each is of: 0, 1, ...
     bounds : (p, 2) int64
         First and last sample of each curve.
+    boxes : (p, 4) float64
+        As `box_curves` writes them.
+    longest : float
+        From sample to sample of a curve: a short curve's samples lie closer together.
     extra : (n,) float64
         Added to the price of each.
     spacing : float
@@ -136,8 +199,8 @@ def route(
     count = len(nodes)
     step = spacing / STEPS
     room = int(slack / step)
+    nearby = _nearby(nodes, reach, boxes)
     heading = np.empty((count, 2))
-    tangents = np.full((len(samples), 2), math.inf)  # known where it was asked for
     found = np.empty((count, _MOST), dtype=np.int64)
     price = np.empty((count, _MOST))
     value = np.empty((count, _MOST))
@@ -148,14 +211,13 @@ def route(
     dark_back = np.full(count, -1, dtype=np.int64)
     seen_at = np.full(count, -1, dtype=np.int64)
     seen_as = np.zeros(count, dtype=np.int64)
-    longest = step  # from sample to sample: a short curve's nodes are denser
-    for i in range(1, len(samples)):
-        if part[i] == part[i - 1]:
-            longest = max(longest, math.hypot(samples[i, 0] - samples[i - 1, 0], samples[i, 1] - samples[i - 1, 1]))
+    longest = max(longest, step)
     for k in range(count):
         x, y = nodes[k, 0], nodes[k, 1]
         _direction(nodes, 0, count - 1, k, heading[k])
-        size[k] = _near(x, y, heading[k], reach[k], longest, samples, tangents, bounds, extra, found[k], price[k])
+        size[k] = _near(
+            x, y, heading[k], reach[k], longest, samples, tangents, bounds, nearby, extra, found[k], price[k]
+        )
     for c in range(size[0]):
         i = abs(found[0, c]) - 1
         first, last = bounds[part[i], 0], bounds[part[i], 1]

@@ -74,6 +74,53 @@ def sample_cubic(
     return length
 
 
+@helper
+def _boxes(curves: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the least and the greatest coordinates of curves (n, m, d), as (n, 2, d)."""
+    count, m, dims = curves.shape
+    result = np.empty((count, 2, dims))
+    for c in range(count):
+        for d in range(dims):
+            low, high = math.inf, -math.inf
+            for k in range(m):
+                low, high = min(low, curves[c, k, d]), max(high, curves[c, k, d])
+            result[c, 0, d], result[c, 1, d] = low, high
+    return result
+
+
+@helper
+def _box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the distances between the boxes of curves (n, m, d) and of others (k, m, d), as (n, k)."""
+    first, second = _boxes(ones), _boxes(others)
+    result = np.empty((len(ones), len(others)))
+    for a in range(len(ones)):
+        for b in range(len(others)):
+            squared = 0.0
+            for d in range(ones.shape[2]):
+                apart = max(first[a, 0, d] - second[b, 1, d], second[b, 0, d] - first[a, 1, d], 0.0)
+                squared += apart * apart
+            result[a, b] = math.sqrt(squared)
+    return result
+
+
+@kernel(read(float64, 3), read(float64, 3))
+def box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Measure how far the boxes around curves lie apart: no two of their points are nearer to each other.
+
+    Parameters
+    ----------
+    ones : (n, m, d) float64
+        Points of n curves.
+    others : (k, m, d) float64
+
+    Returns
+    -------
+    (n, k) float64
+        0 where they overlap.
+    """
+    return _box_gaps(ones, others)
+
+
 @kernel(
     read(float64, 3),
     read(float64, 1),
@@ -120,6 +167,10 @@ def match_as_they_stand(
     apart : float
         How many times nearer than any other its partner must be; and no other may be near.
 
+    Notes
+    -----
+    A pair whose boxes lie farther apart than any distance that is asked for is not measured.
+
     Returns
     -------
     (t,) int64
@@ -131,8 +182,13 @@ def match_as_they_stand(
     distance = np.empty((count, others))
     largest = np.empty((count, others))
     way = np.zeros((count, others), dtype=np.int64)
+    gap = _box_gaps(tracks, found)
+    farthest_asked = apart * near * track_lengths.max()
     for t in range(count):
         for f in range(others):
+            if gap[t, f] > farthest_asked:
+                distance[t, f] = largest[t, f] = math.inf
+                continue
             there, back, most_there, most_back, used = 0.0, 0.0, 0.0, 0.0, 0
             for k in range(0, m, _STRIDE):
                 one, other = 0.0, 0.0
@@ -374,11 +430,12 @@ def place_all(
         Positive.
     found_closed : (f,) bool
     cap : (t, f) float64
+        A sample's distance counts no more than this; a pair with 0 is not asked for.
 
     Returns
     -------
     misfit : (t, f) float64
-        The mean distance, with `cap` at most for a sample.
+        The mean distance; infinite where it is not asked for.
     start : (t, f) float64
         Where the shorter one starts, as a share of the longer one; of two loops, of the track.
     backwards : (t, f) bool
@@ -390,6 +447,9 @@ def place_all(
     backwards = np.empty(shape, dtype=np.bool_)
     for t in range(shape[0]):
         for f in range(shape[1]):
+            if cap[t, f] == 0.0:
+                misfit[t, f], start[t, f], backwards[t, f] = math.inf, 0.0, False
+                continue
             share = found_lengths[f] / track_lengths[t]
             track_is_whole = share <= 1.0
             if found_closed[f] != track_closed[t]:

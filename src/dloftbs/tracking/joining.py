@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,9 +18,13 @@ from dloftbs.tracking.seeing import Seen, sample
 def as_found(left: Sequence[Seen], parts: Sequence[Seen], seen: Sequence[Seen]) -> list[Seen]:
     """Return what is left over: whole objects of which all parts are, and the longest part where most of one is."""
     result = []
+    counts = Counter(part.number for part in parts)
+    remaining: dict[int, list[Seen]] = {}
+    for part in left:
+        remaining.setdefault(part.number, []).append(part)
     for one in seen:
-        mine = [part for part in left if part.number == one.number]
-        if len(mine) == sum(part.number == one.number for part in parts):
+        mine = remaining.get(one.number, [])
+        if len(mine) == counts[one.number]:
             result.append(one)
         elif sum(part.length for part in mine) > 0.5 * one.length:
             result.append(_cut(max(mine, key=lambda part: part.length)))

@@ -21,7 +21,7 @@ _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the
 def completed(scene: Scene, runs: list[Run], memory: Memory) -> list[Run]:
     """Return all of one detection as runs, where it is as long as the track and all runs follow it."""
     number, way = scene.parts[runs[0].part].number, runs[0].way
-    mine = [p for p, part in enumerate(scene.parts) if part.number == number][::way]
+    mine = scene.parts_of[number][::way]
     total = scene.parts[mine[0]].total
     gaps = total - sum(scene.parts[p].length for p in mine)
     as_long = abs(total - memory.length) <= memory.tolerance_px + UNSURE * gaps or memory.is_as_usual(total)

@@ -124,21 +124,25 @@ class Matching:
         self._settle_frames = config.settle_frames
         self._points = known.points
         self.seen = self._seen = seen
-        self._gate = self._gates(config.gate)
         found = np.array([s.points for s in seen])
         self._lengths = np.array([s.length for s in seen])
+        self._gate = self._gates(config.gate)
         closed = np.array([s.curve.closed for s in seen])
+        gaps = kernels.box_gaps(known.points, found)
+        self._near = gaps < _WIDEST * self._gate
+        asked = (gaps < _CAP * self._gate) & self._same_width()
         self._misfit, self._start, self._backwards = kernels.place_all(
-            known.points, known.lengths, known.closed, found, self._lengths, closed, _CAP * self._gate
+            known.points, known.lengths, known.closed, found, self._lengths, closed, asked * (_CAP * self._gate)
         )
-        self._fits = (self._misfit < self._gate) & self._same_width()
+        self._fits = self._misfit < self._gate
         self.shown = [Shown() for _ in memories]
         self.left: list[int] = []
 
     def explain(self) -> None:
         """Find what each track shows; `left` then are the detections that show none."""
         owner = self._assign()
-        self.left = [d for d in range(len(self._seen)) if d not in owner.values()]
+        owned = set(owner.values())
+        self.left = [d for d in range(len(self._seen)) if d not in owned]
         for t, d in owner.items():
             self.shown[t].pieces = [self._piece(t, d)]
         for t, d in list(owner.items()):
@@ -146,24 +150,24 @@ class Matching:
         for d in sorted(self.left, key=lambda d: -self._lengths[d]):
             self._add_part(d)
         self.left = [d for d in self.left if not self._may_be_hidden(d)]
+        owners: dict[int, list[int]] = {}
+        for t, d in owner.items():
+            owners.setdefault(d, []).append(t)
         for t, shown in enumerate(self.shown):
-            shown.shadow = not shown.pieces and self._lies_beside(t, owner)
+            shown.shadow = not shown.pieces and self._lies_beside(t, owners)
 
     def is_all(self, d: int) -> bool:
         """Tell whether a detection, gaps included, is as long as a track and near to it, which hardly is by chance."""
-        return any(
-            self._fits[t, d] and abs(memory.length - self._lengths[d]) < memory.slack_px
-            for t, memory in enumerate(self._memories)
-        )
+        fitting = [self._memories[t] for t in np.flatnonzero(self._fits[:, d]).tolist()]
+        return any(abs(memory.length - self._lengths[d]) < memory.slack_px for memory in fitting)
 
     def _gates(self, share: float) -> FloatArray:
         """Return the largest distance for each pair, shape (tracks, detections)."""
-        rows = []
-        for memory in self._memories:
-            widening = min(1.0 + _WIDENING * float(memory.unseen_s.mean()), _WIDEST) * share
-            least = 0.0 if math.isnan(memory.width) else _SHORTEST_GATE * memory.width
-            rows.append([max(widening * math.sqrt(memory.length * s.length), least) for s in self._seen])
-        return np.array(rows)
+        widening = [min(1.0 + _WIDENING * float(m.unseen_s.mean()), _WIDEST) * share for m in self._memories]
+        least = [0.0 if math.isnan(m.width) else _SHORTEST_GATE * m.width for m in self._memories]
+        mean = np.sqrt(np.multiply.outer([m.length for m in self._memories], self._lengths))
+        gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])
+        return gates
 
     def _same_width(self) -> npt.NDArray[np.bool_]:
         one, other = np.array([m.width for m in self._memories]), np.array([s.width for s in self._seen])
@@ -209,9 +213,9 @@ class Matching:
         low, high = piece.at
         if piece.seen.curve.closed or memory.curve.closed or (high - low - 1.0) * memory.length < memory.tolerance_px:
             return
-        for other in range(len(self._memories)):
+        for other in np.flatnonzero(self._fits[:, d]).tolist():
             there = self._memories[other]
-            if other in owner or there.state is TrackState.TENTATIVE or there.curve.closed or not self._fits[other, d]:
+            if other in owner or there.state is TrackState.TENTATIVE or there.curve.closed:
                 continue
             both = memory.length + there.length
             slack = memory.slack_px + there.slack_px
@@ -241,7 +245,8 @@ class Matching:
     def _add_part(self, d: int) -> None:
         """Give a detection that is left over to the track that it is one more part of, if there is one."""
         best: tuple[float, int, Piece] | None = None
-        for t, memory in enumerate(self._memories):
+        for t in np.flatnonzero(self._near[:, d]).tolist():
+            memory = self._memories[t]
             if not self.shown[t].pieces or memory.curve.closed or self._seen[d].curve.closed:
                 continue
             for low, high in hidden_between(self.shown[t].pieces):
@@ -258,7 +263,8 @@ class Matching:
     def _may_be_hidden(self, d: int) -> bool:
         """Tell whether a detection that is left over lies where a track is hidden, and may be a part of it."""
         seen = self._seen[d]
-        for t, memory in enumerate(self._memories):
+        for t in np.flatnonzero(self._near[:, d]).tolist():
+            memory = self._memories[t]
             if memory.state is TrackState.TENTATIVE or not self.shown[t].pieces:
                 continue
             for low, high in hidden_between(self.shown[t].pieces):
@@ -308,18 +314,17 @@ class Matching:
                 return False
         return True
 
-    def _lies_beside(self, t: int, owner: dict[int, int]) -> bool:
+    def _lies_beside(self, t: int, owners: dict[int, list[int]]) -> bool:
         """Tell whether a track that is not seen lies on a detection where the track that took it was not before."""
         memory = self._memories[t]
-        for other, d in owner.items():
-            if not self._fits[t, d] or self._lengths[d] < memory.length:
-                continue
+        for d in np.flatnonzero(self._fits[t] & (self._lengths >= memory.length)).tolist():
             start = float(self._start[t, d])
             middle = lookup(self._seen[d].points, np.array([start + 0.5 * memory.length / float(self._lengths[d])]))
-            reach = 2.0 * self._memories[other].slack_px
-            near = np.linalg.norm(self._points[other] - middle, axis=1).min()
-            if near > reach or memory.shadowed:
-                return True
+            for other in owners.get(d, ()):
+                reach = 2.0 * self._memories[other].slack_px
+                near = np.linalg.norm(self._points[other] - middle, axis=1).min()
+                if near > reach or memory.shadowed:
+                    return True
         return False
 
 

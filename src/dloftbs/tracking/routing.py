@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs.kernels.tracking import box_gaps
 from dloftbs.tracking.laying import lay
 from dloftbs.tracking.leading import completed, grown
 from dloftbs.tracking.matching import Known
@@ -78,8 +79,10 @@ def route(
     parts = [part for one in seen for part in one.parts()]
     scene = Scene(parts, max(spacing_of(memories[t]) for t in rows))
     ways = {t: scene.way_of(memories[t], known.points[t], dt) for t in rows}
+    gaps = box_gaps(known.points, np.array([one.points for one in seen]))
     for t, way in list(ways.items()):
-        if way.share < _MOSTLY and any(_may_be_all(memories[t], known.points[t], one, gate) for one in seen):
+        near = [seen[d] for d in np.flatnonzero(gaps[t] < gate * memories[t].length).tolist()]
+        if way.share < _MOSTLY and any(_may_be_all(memories[t], known.points[t], one, gate) for one in near):
             del ways[t]  # a leap: it is somewhere else as a whole
     length, shown = (sum(one.length for one in those) for those in ([memories[t] for t in rows], seen))
     there = sum(ways[t].share * memories[t].length for t in ways) / length
@@ -91,8 +94,10 @@ def route(
         if ways[t].share >= _LEAST_SHARE:
             taken[t] = ways[t].runs
             scene.take(taken[t])
+    places = {one.number: d for d, one in enumerate(seen)}
     for one in [part for p, part in enumerate(parts) if part.clear and scene.share_taken(p) < _FREE]:
-        for t in [t for t in taken if ways[t].share < 1.0 or len(taken[t]) > 1]:
+        around = gaps[:, places[one.number]] < gate * known.lengths
+        for t in [t for t in taken if around[t] and (ways[t].share < 1.0 or len(taken[t]) > 1)]:
             if _may_be_all(memories[t], known.points[t], one, gate):
                 scene.give_back(taken.pop(t))  # it is there as a whole, and not where its pieces seemed to be
                 break

@@ -74,6 +74,8 @@ class Scene:
     bounds : numpy.ndarray, shape (p, 2)
         First and last sample of each part.
     taken : numpy.ndarray, shape (n,), bool
+    parts_of : dict of int to list of int
+        The parts of each detection, by its number.
     """
 
     def __init__(self, parts: Sequence[Seen], spacing: float) -> None:
@@ -86,6 +88,12 @@ class Scene:
         self.points = np.vstack([sample(p.curve, *p.of, n)[0] for p, n in zip(parts, counts, strict=True)])
         self._extra = np.zeros(len(self.points))
         self.taken = np.zeros(len(self.points), np.bool_)
+        self.parts_of: dict[int, list[int]] = {}
+        for p, part in enumerate(parts):
+            self.parts_of.setdefault(part.number, []).append(p)
+        self._tangents = np.full_like(self.points, math.inf)
+        self._boxes = np.empty((len(parts), 4))
+        self._longest = kernels.box_curves(self.points, self.bounds, self._boxes)
 
     def way_of(self, memory: Memory, expected: FloatArray, dt: float) -> Way:
         """Route a track through what is not taken yet."""
@@ -103,8 +111,11 @@ class Scene:
             nodes[:, 2],
             nodes[:, 3],
             self.points,
+            self._tangents,
             self._of,
             self.bounds,
+            self._boxes,
+            self._longest,
             self._extra,
             memory.length / (count - 1),
             self._slack(memory),

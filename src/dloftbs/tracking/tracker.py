@@ -214,7 +214,8 @@ class Tracker:
         others = [k for k in range(len(memories)) if not (shown[k].pieces or (elsewhere and k in rows))]
         if left and others:
             matching = bring_together([memories[k] for k in others], known.some(others), left, self._config, self._size)
-            parts = [part for part in parts if not any(part is one for one in left)] + list(matching.seen)
+            again = {id(one) for one in left}
+            parts = [part for part in parts if id(part) not in again] + list(matching.seen)
             left = [matching.seen[d] for d in matching.left]
             for k, one in zip(others, matching.shown, strict=True):
                 shown[k] = one
