@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,8 +29,8 @@ written: what dloftbs.sinks.write_sequence leaves
 HEADER = "sequence.json"
 RECORDS = "truth.jsonl"
 VIDEO = "images.mp4"
-_TYPES = tuple(np.dtype(letter).str for letter in "?bBhHiIqQefd")
-"""Of masks and depth, as numpy writes them."""
+_TYPE = re.compile("[<>|][biuf](1|2|4|8|16)")
+"""Of masks and depth, as numpy writes it."""
 PER_METRE = 1000
 """Depth in PNG is in millimetres."""
 
@@ -153,9 +154,12 @@ class WrittenSequence(RecordedSequence):
 
 
 def _type(stored: _Stored) -> np.dtype[Any]:
-    if stored.type not in _TYPES:
-        raise SourceError(f"{stored.file}: its type must be one of {', '.join(_TYPES)}, got {stored.type!r}")
-    return np.dtype(stored.type)
+    try:
+        if _TYPE.fullmatch(stored.type) is None:
+            raise TypeError(f"its type must be such as '|b1', '<u2' or '<f4', got {stored.type!r}")
+        return np.dtype(stored.type)
+    except TypeError as error:
+        raise SourceError(f"{stored.file}: {error}") from error
 
 
 def _line_starts(path: Path) -> list[int]:
