@@ -14,7 +14,7 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_version"}
+GROUND = {"errors", "config", "kernels", "_arrays", "_text", "_version"}
 DATA = {
     "curve",
     "centerline",
@@ -32,6 +32,7 @@ KNOWN_OUTSIDE = {
     "errors",
     "config",
     "_arrays",
+    "_text",
     "_version",
     "curve",
     "centerline",
@@ -46,6 +47,7 @@ MAY_IMPORT = {
     "errors": set(),
     "config": {"errors"},
     "_arrays": {"errors"},
+    "_text": set(),
     "_version": set(),
     "overlap": set(),
     "kernels": set(),

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs._text import readable
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
 from dloftbs.curve import BSplineCurve
@@ -359,7 +360,7 @@ class FrameResult:
         return {
             "index": self.index,
             "stamp": self.stamp,
-            "name": self.name,
+            "name": readable(self.name),
             "size": list(self.size),
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],

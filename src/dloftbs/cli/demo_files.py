@@ -14,7 +14,7 @@ from dloftbs import sinks, viz
 from dloftbs._version import __version__
 from dloftbs.cli import demo_space
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.sinks._files import sink_errors
+from dloftbs.sinks._files import write_whole
 from dloftbs.sources.synthetic import DemoSequence
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def write_sheet(run: DemoRun, folder: Path) -> None:
     sheet = viz.contact_sheet([run.pictures[i] for i in indices], titles)
     encoded, data = cv2.imencode(".png", sheet)
     assert encoded  # any picture of uint8 can be a PNG
-    _write(folder / SHEET, data.tobytes())
+    write_whole(folder / SHEET, data.tobytes())
 
 
 def _title(run: DemoRun, index: int) -> str:
@@ -81,7 +81,7 @@ def write_summary(run: DemoRun, space: SpaceRun, sequence: DemoSequence, folder:
         "in_space": space.to_dict(),
         "per_frame": [msgspec.to_builtins(score) for score in run.scores.frames],
     }
-    _write(folder / SUMMARY, msgspec.json.format(msgspec.json.encode(summary), indent=2))
+    write_whole(folder / SUMMARY, msgspec.json.format(msgspec.json.encode(summary), indent=2))
 
 
 def _timing(run: DemoRun) -> dict[str, Any]:
@@ -145,9 +145,4 @@ def describe(figures: str, space: SpaceRun, folder: Path) -> None:
         "L3: of a curve from its true one at equal arc lengths, hidden parts included, the best curve for each cable;\n"
         "cables without a curve have none, and are counted.\n"
     )
-    _write(folder / README, text.encode())
-
-
-def _write(path: Path, data: bytes) -> None:
-    with sink_errors(path):
-        path.write_bytes(data)
+    write_whole(folder / README, text.encode())

@@ -10,13 +10,15 @@ import click
 import msgspec
 
 from dloftbs import sinks
+from dloftbs._text import readable
 from dloftbs._version import __version__
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks import MultiSink, Sink
-from dloftbs.sinks._files import sink_errors
+from dloftbs.sinks._claims import Claim
+from dloftbs.sinks._files import sink_errors, write_whole
 
 _SIGNATURE = "# The configuration of dloftbs"
 
@@ -49,6 +51,19 @@ def open_outputs(paths: Sequence[str], *more: Sink) -> MultiSink:
     return MultiSink(opened)
 
 
+def claim_folder(folder: Path) -> Claim:
+    """Make a folder, and keep all others from writing there for as long as the claim is held.
+
+    Raises
+    ------
+    SinkError
+        If it cannot be made, or somebody else writes there.
+    """
+    with sink_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        return Claim(folder)
+
+
 def write_config_beside(paths: Sequence[str | None], config: Config) -> None:
     """Write the configuration beside the first path that is a file or a folder, as ``NAME.config.yaml``.
 
@@ -70,8 +85,8 @@ def write_config_beside(paths: Sequence[str | None], config: Config) -> None:
                 f"{target} is not by dloftbs and says something else than the configuration used: "
                 "it is not replaced; choose another name for the results"
             )
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(f"{_SIGNATURE} {__version__} for {beside.name}\n{config.to_yaml()}", "utf-8")
+    text = f"{_SIGNATURE} {__version__} for {readable(beside.name)}\n{config.to_yaml()}"
+    write_whole(target, text.encode())
 
 
 def _says(file: Path, config: Config) -> bool:

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame, FrameResult, check_image
-from dloftbs.sinks._files import AppendFile, UnusedNames, replacing, sink_errors
+from dloftbs.sinks._claims import Claim
+from dloftbs.sinks._files import AppendFile, UnusedNames, sink_errors, write_whole
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._video import H264Mp4
 from dloftbs.sinks.base import PathSink
@@ -80,14 +81,13 @@ class OverlayVideoSink(PathSink):
         self._video.add(self._fit(image))
 
     def _close(self) -> None:
+        if self._video is None:
+            self._file.discard()
+            return
         try:
-            if self._video is not None:
-                self._video.finish()
+            self._video.finish()
         finally:
             self._file.close()
-        if self._video is None:
-            with sink_errors(self._path):
-                self._path.unlink(missing_ok=True)
 
 
 class OverlayImagesSink(PathSink):
@@ -123,15 +123,15 @@ class OverlayImagesSink(PathSink):
         self._unused = UnusedNames()
         with sink_errors(self._path):
             self._path.mkdir(parents=True, exist_ok=True)
+            self._claim = Claim(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         data = encode(check_image(self._draw(frame, result)), self._suffix)
         target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
-        with sink_errors(target), replacing(target) as temporary:
-            temporary.write_bytes(data)
+        write_whole(target, data)
 
     def _close(self) -> None:
-        """Every picture is complete already."""
+        self._claim.release()  # every picture is complete already
 
 
 def _stem(frame: Frame) -> str:
