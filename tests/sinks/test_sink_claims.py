@@ -119,13 +119,26 @@ def test_a_file_system_without_locks_is_written_with_a_warning(tmp_path, monkeyp
     assert "a.jsonl is not locked against other writers: No locks available" in caplog.text
 
 
-def test_a_file_in_a_folder_that_takes_no_new_one_is_written_with_a_warning(tmp_path, monkeypatch, caplog):
+def test_where_no_file_can_be_locked_is_written_with_a_warning(tmp_path, monkeypatch, caplog):
     def refuse(claim):
         raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(Claim, "_locked", refuse)
-    with pytest.raises(SinkError, match="Permission denied"):
-        sinks.open(tmp_path / "a.jsonl")
-    (tmp_path / "a.jsonl").touch()
-    sinks.open(tmp_path / "a.jsonl").close()
+    with sinks.open(tmp_path / "a.jsonl") as sink:
+        sink.write(examples.frame(), examples.nothing())
+    assert len(list(sinks.read_json_lines(tmp_path / "a.jsonl"))) == 1
     assert "a.jsonl is not locked against other writers" in caplog.text
+
+
+def test_a_lock_that_another_user_left_behind_keeps_nobody_out(tmp_path, monkeypatch):
+    (tmp_path / ".a.lock").touch()
+    real = Path.open
+
+    def refuse(path, mode="r", **options):
+        if mode == "ab":
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return real(path, mode, **options)
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with Claim(tmp_path / "a"), pytest.raises(SinkError, match="somebody else"):
+        Claim(tmp_path / "a")

@@ -44,7 +44,8 @@ class Claim:
     are replaced and moved while they are written, and a lock would not follow. Releasing removes that file; one that a
     killed process left there is not locked any more, and keeps nobody out.
 
-    Devices and pipes are not claimed. A file system without locks costs a warning in the log, and the claim is given.
+    Devices and pipes are not claimed. Where there can be no lock, in some network file systems or for want of a
+    permission, the claim is given with a warning in the log.
 
     Parameters
     ----------
@@ -68,10 +69,8 @@ class Claim:
         self._place = real / ".dloftbs.lock" if real.is_dir() else hidden_beside(real, ".lock")
         try:
             self._file = self._locked()
-        except PermissionError:
-            if not os.access(real, os.W_OK) or real.is_dir():
-                raise
-            logger.warning("%s is not locked against other writers: its folder takes no new file", path)
+        except PermissionError as error:  # the output may be writable yet, and says so itself where it is not
+            logger.warning("%s is not locked against other writers: %s", path, error)
 
     def __enter__(self) -> Claim:
         return self
@@ -98,7 +97,7 @@ class Claim:
 
     def _locked(self) -> IO[bytes]:
         while True:
-            file = self._place.open("ab", buffering=0)
+            file = self._opened()
             try:
                 self._lock(file)
                 if self._still_there(file):
@@ -107,6 +106,14 @@ class Claim:
                 file.close()
                 raise
             file.close()
+
+    def _opened(self) -> IO[bytes]:
+        try:
+            return self._place.open("ab", buffering=0)
+        except PermissionError:
+            if not self._place.exists():
+                raise
+            return self._place.open("rb", buffering=0)  # what another user left behind can be locked all the same
 
     def _lock(self, file: IO[bytes]) -> None:
         try:
