@@ -14,7 +14,7 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_json", "_npy", "_values", "_version"}
+GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_json", "_npy", "_text", "_values", "_version"}
 DATA = {
     "curve",
     "centerline",
@@ -36,6 +36,7 @@ KNOWN_OUTSIDE = {
     "_documents",
     "_json",
     "_npy",
+    "_text",
     "_values",
     "_version",
     "curve",
@@ -55,6 +56,7 @@ MAY_IMPORT = {
     "_arrays": {"errors", "_values"},
     "_values": {"errors"},
     "_json": set(),
+    "_text": set(),
     "_version": set(),
     "overlap": set(),
     "kernels": set(),

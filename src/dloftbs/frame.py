@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import LARGEST, AnyArray, FloatArray, check_depth, check_image, check_mask
+from dloftbs._text import readable
 from dloftbs._values import (
     check_all,
     check_integer,
@@ -412,7 +413,7 @@ class FrameResult:
         return {
             "index": self.index,
             "stamp": self.stamp,
-            "name": self.name,
+            "name": readable(self.name),
             "size": list(self.size),
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],

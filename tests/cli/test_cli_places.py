@@ -198,7 +198,7 @@ def test_the_demo_replaces_no_files_but_those_of_a_demo(place, name):
 
 def test_a_demo_may_be_done_again_where_one_was_interrupted(tmp_path):
     for _ in range(2):
-        demo_files.claim(tmp_path / "demo")
+        demo_files.mark_as_demo(tmp_path / "demo")
         (tmp_path / "demo" / "input.mp4").write_bytes(b"")
 
 

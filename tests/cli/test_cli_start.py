@@ -105,7 +105,7 @@ def test_a_closed_pipe_is_no_traceback(tmp_path):
     process.stdout.close()
     errors = process.stderr.read()
     process.stderr.close()
-    assert process.wait(30) == 1
+    assert process.wait(30) == 141
     assert errors == ""
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
+from dloftbs import sinks
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState
@@ -51,3 +55,10 @@ def frame(index: int = 0, size: tuple[int, int] = (48, 64), name: str = "") -> F
 def draw(frame: Frame, result: FrameResult) -> np.ndarray:
     assert frame.image is not None
     return frame.image
+
+
+def open_sink(name: str) -> sinks.Sink:
+    """Open a sink of any kind that writes what is made here."""
+    in_space, drawn = {"radius_m": 0.005}, {"draw": draw}
+    options: dict[str, dict[str, Any]] = {".ply": in_space, ".obj": in_space, ".mp4": drawn, "": drawn}
+    return sinks.open(name, **options.get(Path(name).suffix, {}))

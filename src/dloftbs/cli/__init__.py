@@ -1,7 +1,8 @@
 """The command ``dloftbs``.
 
-Exit codes: 0; 1 for bad input, with a message on standard error; 2 for bad usage; 130 after Ctrl-C. Results go to
-standard output or to files, messages to standard error.
+Exit codes: 0; 1 for bad input or a lost output, with a message on standard error; 2 for bad usage; 130 after Ctrl-C;
+141, quietly, where the reader of standard output has gone. Results go to standard output or to files, messages to
+standard error.
 
 Only click and the package's errors are imported here: what is heavy loads in the command that needs it, so that
 ``--help`` answers at once.

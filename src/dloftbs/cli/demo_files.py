@@ -17,7 +17,7 @@ from dloftbs._version import __version__
 from dloftbs.cli import demo_space
 from dloftbs.errors import SinkError
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.sinks._files import sink_errors
+from dloftbs.sinks._files import sink_errors, write_whole
 from dloftbs.sources.synthetic import DemoSequence
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ _WHAT = {
 _TITLE = "The demo of dloftbs"
 
 
-def claim(folder: Path) -> None:
+def mark_as_demo(folder: Path) -> None:
     """Make a folder the demo's: its README says so from the beginning, that a later demo may replace all files.
 
     Raises
@@ -59,7 +59,7 @@ def claim(folder: Path) -> None:
                 f"{folder} is not the folder of a demo, and holds {', '.join(there)}, which would be replaced: "
                 "name another folder with --out"
             )
-    _write(readme, f"{_TITLE} {__version__}, which has not come to its end.\n".encode())
+    write_whole(readme, f"{_TITLE} {__version__}, which has not come to its end.\n".encode())
 
 
 def render(sequence: DemoSequence, folder: Path) -> None:
@@ -87,7 +87,7 @@ def write_sheet(run: DemoRun, folder: Path) -> None:
     sheet = viz.contact_sheet([run.pictures[i] for i in indices], titles)
     encoded, data = cv2.imencode(".png", sheet)
     assert encoded  # any picture of uint8 can be a PNG
-    _write(folder / SHEET, data.tobytes())
+    write_whole(folder / SHEET, data.tobytes())
 
 
 def _title(run: DemoRun, index: int) -> str:
@@ -107,7 +107,7 @@ def write_summary(run: DemoRun, space: SpaceRun, sequence: DemoSequence, folder:
         "in_space": space.to_dict(),
         "per_frame": [msgspec.to_builtins(score) for score in run.scores.frames],
     }
-    _write(folder / SUMMARY, encode(summary, indent=2))
+    write_whole(folder / SUMMARY, encode(summary, indent=2))
 
 
 def _timing(run: DemoRun) -> dict[str, Any]:
@@ -171,9 +171,4 @@ def describe(figures: str, space: SpaceRun, folder: Path) -> None:
         "L3: of a curve from its true one at equal arc lengths, hidden parts included, the best curve for each cable;\n"
         "cables without a curve have none, and are counted.\n"
     )
-    _write(folder / README, text.encode())
-
-
-def _write(path: Path, data: bytes) -> None:
-    with sink_errors(path):
-        path.write_bytes(data)
+    write_whole(folder / README, text.encode())

@@ -18,7 +18,7 @@ from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.evaluation import length_error, match_curves
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.pipeline import Pipeline
-from dloftbs.sinks._files import sink_errors
+from dloftbs.sinks._files import write_whole
 from dloftbs.sources.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial
 from dloftbs.truth import Truth
 
@@ -161,8 +161,7 @@ def _as_a_sensor_gives_it(sequence: RgbdSequence, unit_m: float) -> Iterator[Fra
 def _write_png(path: Path, pixels: AnyArray | None) -> None:
     encoded, data = cv2.imencode(".png", pixels)
     assert encoded  # any picture of uint8 or uint16 can be a PNG
-    with sink_errors(path):
-        path.write_bytes(data.tobytes())
+    write_whole(path, data.tobytes())
 
 
 def _spread(values: list[float]) -> dict[str, float | None]:

@@ -12,13 +12,15 @@ import click
 
 from dloftbs import sinks
 from dloftbs._json import encode_line
+from dloftbs._text import readable
 from dloftbs._version import __version__
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks import MultiSink, Sink
-from dloftbs.sinks._files import sink_errors
+from dloftbs.sinks._claims import Claim
+from dloftbs.sinks._files import sink_errors, write_whole
 
 _SIGNATURE = "# The configuration of dloftbs"
 
@@ -68,6 +70,19 @@ def open_pictures(path: str, ending: str, **options: Any) -> Sink:
     return sinks.open(path, **options)
 
 
+def claim_folder(folder: Path) -> Claim:
+    """Make a folder, and keep all others from writing there for as long as the claim is held.
+
+    Raises
+    ------
+    SinkError
+        If it cannot be made, or somebody else writes there.
+    """
+    with sink_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        return Claim(folder)
+
+
 def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:
     """Return the file for the configuration beside the first path that is a file or a folder: ``NAME.config.yaml``.
 
@@ -104,10 +119,8 @@ def write_config(target: Path | None, config: Config) -> None:
     """
     if target is None:
         return
-    results = target.name.removesuffix(".config.yaml")
-    with sink_errors(target):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(f"{_SIGNATURE} {__version__} for {results}\n{config.to_yaml()}", "utf-8")
+    results = readable(target.name.removesuffix(".config.yaml"))
+    write_whole(target, f"{_SIGNATURE} {__version__} for {results}\n{config.to_yaml()}".encode())
 
 
 def _says(file: Path, config: Config) -> bool:

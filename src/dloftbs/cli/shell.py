@@ -8,15 +8,18 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import IO, Any
+from typing import IO, Any, NoReturn
 
 import click
 
+from dloftbs.cli.streams import standard_streams
 from dloftbs.errors import DloftbsError
 
 BAD_INPUT = 1
 INTERRUPTED = 130
 """128 + SIGINT, as shells report a process that Ctrl-C ended."""
+CLOSED_PIPE = 141
+"""128 + SIGPIPE, as shells report a process whose reader has gone; by a code, so that all files are closed first."""
 
 
 class Failure(click.ClickException):
@@ -30,7 +33,12 @@ class Failure(click.ClickException):
 
 
 class Shell(click.Group):
-    """A group of commands that turns the package's errors and Ctrl-C into exit codes."""
+    """A group of commands that turns the package's errors, Ctrl-C and a lost standard output into exit codes."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Parse the arguments and run the command, with standard streams that take any text."""
+        with standard_streams(_output_lost):
+            return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command.
@@ -49,6 +57,13 @@ class Shell(click.Group):
         except KeyboardInterrupt as interrupt:
             click.echo("interrupted", err=True)
             raise click.exceptions.Exit(INTERRUPTED) from interrupt
+
+
+def _output_lost(error: OSError) -> NoReturn:
+    """End the command: quietly where the reader of a pipe has gone, which is its right."""
+    if isinstance(error, BrokenPipeError):
+        raise click.exceptions.Exit(CLOSED_PIPE) from error
+    raise Failure(f"cannot write to standard output: {error.strerror}") from error
 
 
 @contextmanager

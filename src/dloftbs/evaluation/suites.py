@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from dloftbs._text import readable
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import synthetic
 from dloftbs.sources.base import KnownSequence
@@ -120,7 +121,12 @@ def _open_folder(name: str) -> Suite:
     if not os.path.isdir(folder):
         raise InputError(f"there is no suite and no folder {name!r}; the suites are {', '.join(SUITES)}")
     sequences = _sequences_in(folder)
-    return Suite(folder.resolve().name, f"labelled data in {name}", tuple(sequences), f"files {_digest(folder)}")
+    return Suite(
+        readable(folder.resolve().name),
+        f"labelled data in {readable(name)}",
+        tuple(sequences),
+        f"files {_digest(folder)}",
+    )
 
 
 def _sequences_in(folder: Path) -> list[KnownSequence]:
@@ -135,7 +141,7 @@ def _sequences_in(folder: Path) -> list[KnownSequence]:
 
 def _open(folder: Path) -> KnownSequence:
     sequence = open_labelled(folder)
-    sequence.name = folder.resolve().name
+    sequence.name = readable(folder.resolve().name)
     return sequence
 
 

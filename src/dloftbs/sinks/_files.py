@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dloftbs.errors import SinkError
+from dloftbs.sinks._claims import Claim, hidden_beside
 
 
 @contextmanager
@@ -24,12 +25,13 @@ def sink_errors(path: Path) -> Iterator[None]:
 class AppendFile:
     """A new file that grows by whole pieces, each handed to the system before `append` returns.
 
-    Unbuffered, so that a killed process loses nothing and closing cannot fail for want of space.
+    Unbuffered, so that a killed process loses nothing and closing cannot fail for want of space. Nobody else writes
+    the file as long as it is open.
 
     Raises
     ------
     SinkError
-        If the file cannot be opened; an older file of the name is then left as it was.
+        If the file cannot be opened, or somebody else writes it; an older file of the name is then left as it was.
     """
 
     def __init__(self, path: Path) -> None:
@@ -37,7 +39,12 @@ class AppendFile:
         self._size = 0
         with sink_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("wb", buffering=0)
+            self._claim = Claim(path)
+            try:
+                self._file = path.open("wb", buffering=0)
+            except BaseException:
+                self._claim.release()
+                raise
 
     @property
     def size(self) -> int:
@@ -45,30 +52,45 @@ class AppendFile:
         return self._size
 
     def append(self, data: bytes) -> None:
-        """Add a piece at the end."""
+        """Add a piece at the end, or nothing of it where that fails."""
         with sink_errors(self.path):
-            if self._file.tell() != self._size:  # what a full disk or Ctrl-C cut off would spoil the next piece
-                self._file.seek(self._size)
-                self._file.truncate()
-            self._write_all(data)
+            try:
+                self._write_all(data)
+            except BaseException:
+                with suppress(OSError):  # the first error says more
+                    self._cut(self._size)
+                raise
         self._size += len(data)
-
-    def patch(self, offset: int, data: bytes) -> None:
-        """Overwrite bytes that were appended before."""
-        with sink_errors(self.path):
-            self._file.seek(offset)
-            self._write_all(data)
-            self._file.seek(self._size)
 
     def _write_all(self, data: bytes) -> None:
         rest = memoryview(data)
         while rest:
             rest = rest[self._file.write(rest) :]
 
+    def shorten(self, size: int) -> None:
+        """Cut off what came after the first `size` bytes."""
+        with sink_errors(self.path):
+            self._cut(size)
+        self._size = size
+
+    def _cut(self, size: int) -> None:
+        self._file.seek(size)
+        self._file.truncate()
+
     def close(self) -> None:
-        """Release the file; closing again does nothing."""
+        """Let go of the file; closing again does nothing."""
+        try:
+            with sink_errors(self.path):
+                self._file.close()
+        finally:
+            self._claim.release()
+
+    def discard(self) -> None:
+        """Remove the file and close it."""
         with sink_errors(self.path):
             self._file.close()
+            self.path.unlink(missing_ok=True)
+        self._claim.release()
 
 
 @contextmanager
@@ -77,13 +99,27 @@ def replacing(path: Path) -> Iterator[Path]:
 
     The name is always the same, so that what a killed process leaves behind is reused and does not pile up.
     """
-    temporary = path.with_name(f".{path.name}.tmp")
+    temporary = hidden_beside(path, ".tmp")
     try:
         yield temporary
         os.replace(temporary, path)
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write or replace a file as a whole, and make its folder.
+
+    Raises
+    ------
+    SinkError
+        If it cannot be written; an older file of the name is then left as it was.
+    """
+    with sink_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as temporary:
+            temporary.write_bytes(data)
 
 
 class UnusedNames:

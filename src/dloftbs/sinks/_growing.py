@@ -75,9 +75,18 @@ class GrowingNpz:
         self._copy([0] * len(self._columns), SPARE_BYTES)
 
     def append(self, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Add rows to every column; the counts may differ between columns."""
+        """Add rows to every column, or to none where that fails; the counts may differ between columns."""
         blocks = [np.ascontiguousarray(arrays[column.name], column.dtype) for column in self._columns]
         rows = [old + len(block) for old, block in zip(self._rows, blocks, strict=True)]
+        try:
+            self._extend(blocks, rows)
+        except BaseException:
+            self._release()  # what is where is read from the file again
+            raise
+        self._rows = rows  # only now: what Ctrl-C interrupted above is overwritten by the next rows
+
+    def _extend(self, blocks: Sequence[npt.NDArray[Any]], rows: Sequence[int]) -> None:
+        """Write rows behind those that are there, then the headers with their new numbers."""
         needed = self._bytes(rows)
         file = self._opened()
         if any(size > room for size, room in zip(needed, self._rooms, strict=True)):
@@ -89,7 +98,6 @@ class GrowingNpz:
             _put(file, start + HEADER_BYTES + used, block.tobytes())
         for start, column, count in zip(self._starts, self._columns, rows, strict=True):
             _put(file, start, column.header(count))
-        self._rows = rows  # only now: what Ctrl-C interrupted above is overwritten by the next rows
 
     def close(self) -> None:
         """Give the room back and bring the checksums up to date."""

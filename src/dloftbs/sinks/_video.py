@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from typing import Any
 
@@ -40,11 +40,13 @@ class H264Mp4:
         import av
 
         self._av: Any = av
-        self._path = file.path
+        self._file = file
+        self._whole = file.size
+        self._output = _Output(file)
         height, width = size
         self._padding = ((0, height % 2), (0, width % 2), (0, 0))
         with self._sink_errors():
-            self._container = self._av.open(_Output(file), "w", format=container, options=_FILE_OPTIONS)
+            self._container = self._av.open(self._output, "w", format=container, options=_FILE_OPTIONS)
             self._stream = self._container.add_stream(CODEC, rate=rate, options=_CODEC_OPTIONS)
         self._stream.height, self._stream.width = height + height % 2, width + width % 2
         self._stream.pix_fmt = "yuv420p"
@@ -54,27 +56,36 @@ class H264Mp4:
         picture = self._av.VideoFrame.from_ndarray(np.pad(image, self._padding), format="bgr24")
         with self._sink_errors():
             self._container.mux(self._stream.encode(picture))
+        self._whole = self._file.size
 
     def finish(self) -> None:
-        """Write the pictures that the encoder still holds."""
+        """Write the pictures that the encoder still holds; nothing more after an error."""
         with self._sink_errors():
             self._container.mux(self._stream.encode())
             self._container.close()
 
     @contextmanager
     def _sink_errors(self) -> Iterator[None]:
+        """Raise errors in the block as `SinkError`, and cut the file back to whole fragments."""
         try:
             yield
-        except self._av.FFmpegError as error:
-            raise SinkError(f"cannot write {str(self._path)!r}: {error}") from error
+        except (self._av.FFmpegError, SinkError) as error:
+            self._output.ended = True
+            with suppress(SinkError):  # the first error says more
+                self._file.shorten(self._whole)
+            if isinstance(error, SinkError):
+                raise
+            raise SinkError(f"cannot write {str(self._file.path)!r}: {error}") from error
 
 
 class _Output:
-    """What PyAV writes to."""
+    """What PyAV writes to; what comes after the end is dropped, as the trailer of a container that had an error."""
 
     def __init__(self, file: AppendFile) -> None:
         self._file = file
+        self.ended = False
 
     def write(self, data: bytes) -> int:
-        self._file.append(bytes(data))
+        if not self.ended:
+            self._file.append(bytes(data))
         return len(data)

@@ -14,7 +14,8 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Detection, Frame, FrameResult
 from dloftbs.sinks import _mesh
-from dloftbs.sinks._files import UnusedNames, replacing, sink_errors
+from dloftbs.sinks._claims import Claim
+from dloftbs.sinks._files import UnusedNames, sink_errors, write_whole
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
 from dloftbs.sinks.base import PathSink
 
@@ -77,8 +78,15 @@ class GeometrySink(PathSink):
         self._name = UnusedNames()
         self._only: Path | None = None
         self._frames = self._objects = self._left_out = 0
-        # An empty scene: what cannot be written fails here, and what is there is valid.
-        self._replace(self._path, [])
+        with sink_errors(self._path):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._claim = Claim(self._path)
+        try:
+            # An empty scene: what cannot be written fails here, and what is there is valid.
+            self._replace(self._path, [])
+        except BaseException:
+            self._claim.release()
+            raise
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         items = []
@@ -128,12 +136,10 @@ class GeometrySink(PathSink):
             )
 
     def _replace(self, target: Path, items: list[_mesh.Item]) -> None:
-        with sink_errors(target):
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(target) as temporary:
-                temporary.write_bytes(_FORMATS[self._suffix](items))
+        write_whole(target, _FORMATS[self._suffix](items))
 
     def _close(self) -> None:
+        self._claim.release()
         if self._left_out > 1:
             logger.warning(
                 "%s lacks %d of %d objects, since they have no curve in space",

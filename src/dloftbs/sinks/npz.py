@@ -13,6 +13,7 @@ from dloftbs._npy import BROKEN, read_members
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, FrameResult
+from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._files import sink_errors
 from dloftbs.sinks._growing import Column, GrowingNpz
 from dloftbs.sinks._rows import ObjectRow, object_rows
@@ -95,9 +96,14 @@ class NpzSink(PathSink):
         self._ends = dict.fromkeys(_OFFSETS, 0)
         with sink_errors(self._path):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._npz = GrowingNpz(self._path, _COLUMNS)
-            empty = {column.name: np.empty((0, *column.row_shape), column.dtype) for column in _COLUMNS}
-            self._npz.append(empty | {name: np.zeros(1, np.int64) for name in _OFFSETS.values()})
+            self._claim = Claim(self._path)
+            try:
+                self._npz = GrowingNpz(self._path, _COLUMNS)
+                empty = {column.name: np.empty((0, *column.row_shape), column.dtype) for column in _COLUMNS}
+                self._npz.append(empty | {name: np.zeros(1, np.int64) for name in _OFFSETS.values()})
+            except BaseException:
+                self._claim.release()
+                raise
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         rows = list(object_rows(result))
@@ -114,7 +120,7 @@ class NpzSink(PathSink):
         self._ends = ends
 
     def _close(self) -> None:
-        with sink_errors(self._path):
+        with self._claim, sink_errors(self._path):
             self._npz.close()
 
 

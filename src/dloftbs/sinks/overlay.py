@@ -15,7 +15,8 @@ import numpy.typing as npt
 from dloftbs._arrays import check_image
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.sinks._files import AppendFile, UnusedNames, replacing, sink_errors
+from dloftbs.sinks._claims import Claim
+from dloftbs.sinks._files import AppendFile, UnusedNames, sink_errors, write_whole
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._video import H264Mp4
 from dloftbs.sinks.base import PathSink
@@ -85,14 +86,13 @@ class OverlayVideoSink(PathSink):
         self._video.add(self._fit(image))
 
     def _close(self) -> None:
+        if self._video is None:
+            self._file.discard()
+            return
         try:
-            if self._video is not None:
-                self._video.finish()
+            self._video.finish()
         finally:
             self._file.close()
-        if self._video is None:
-            with sink_errors(self._path):
-                self._path.unlink(missing_ok=True)
 
 
 class OverlayPictureSink(PathSink):
@@ -125,17 +125,17 @@ class OverlayPictureSink(PathSink):
         self._written = False
         with sink_errors(self._path):
             self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._claim = Claim(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         if self._written:
             raise InputError(f"{str(self._path)!r} is one picture, and this is a second frame; give a folder instead")
         data = encode(check_image(self._draw(frame, result)), self._suffix)
-        with sink_errors(self._path), replacing(self._path) as temporary:
-            temporary.write_bytes(data)
+        write_whole(self._path, data)
         self._written = True
 
     def _close(self) -> None:
-        """Every picture is complete already."""
+        self._claim.release()  # the picture is complete already
 
 
 class OverlayImagesSink(PathSink):
@@ -178,15 +178,15 @@ class OverlayImagesSink(PathSink):
         self._unused = UnusedNames()
         with sink_errors(self._path):
             self._path.mkdir(parents=True, exist_ok=True)
+            self._claim = Claim(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         data = encode(check_image(self._draw(frame, result)), self._format)
         target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
-        with sink_errors(target), replacing(target) as temporary:
-            temporary.write_bytes(data)
+        write_whole(target, data)
 
     def _close(self) -> None:
-        """Every picture is complete already."""
+        self._claim.release()  # every picture is complete already
 
 
 def _stem(frame: Frame) -> str:

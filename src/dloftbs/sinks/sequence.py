@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._json import encode_line
+from dloftbs._text import readable
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.sinks._files import AppendFile, replacing, sink_errors
+from dloftbs.sinks._files import AppendFile, sink_errors, write_whole
 from dloftbs.sinks._images import encode
 from dloftbs.sinks._video import H264Mp4
 from dloftbs.truth import Truth
@@ -87,9 +88,8 @@ def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, vid
     # Emptied first, so that no line of an older sequence ever speaks of new files.
     records = AppendFile(root / RECORDS)
     try:
-        header = {"format": FORMAT, "name": sequence.name, "fps": sequence.fps, "length": len(sequence)}
-        with sink_errors(root / HEADER), replacing(root / HEADER) as temporary:
-            temporary.write_bytes(encode_line(header))
+        header = {"format": FORMAT, "name": readable(sequence.name), "fps": sequence.fps, "length": len(sequence)}
+        write_whole(root / HEADER, encode_line(header))
         _write_frames(sequence, root, records, _Video(root / VIDEO, sequence.fps) if video else _Pictures(root))
     finally:
         records.close()
@@ -103,7 +103,7 @@ def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images
             record = {
                 "index": frame.index,
                 "stamp": frame.stamp,
-                "name": frame.name,
+                "name": readable(frame.name),
                 "size": frame.size,
                 "camera": None if frame.camera is None else frame.camera.to_dict(),
                 "mask": None if frame.mask is None else _write_mask(root, index, frame.mask),

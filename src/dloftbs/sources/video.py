@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import time
 from abc import abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from dloftbs._text import readable
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
@@ -25,6 +28,19 @@ LIVE_SCHEMES = ("rtsp", "rtsps", "rtp", "srtp", "udp", "rtmp", "rtmps", "srt")
 """Addresses under which there is never a file, as there may be under http."""
 RETRY_S = 0.02
 """Wait after a failed read of a camera or a stream, which fails at once while it is disturbed."""
+
+
+def open_capture(path: Path) -> cv2.VideoCapture:
+    """Return what OpenCV makes of a video file, whatever its name: names that are no UTF-8 crash OpenCV."""
+    import cv2
+
+    name = os.fsencode(path)
+    if readable(os.fspath(path)).encode() == name:
+        return cv2.VideoCapture(name.decode())
+    with TemporaryDirectory(prefix="dloftbs-") as folder:  # what is open does without its name
+        link = Path(folder, f"video{readable(path.suffix)}")
+        link.symlink_to(path.resolve())
+        return cv2.VideoCapture(str(link))
 
 
 class _CaptureSource(Source):
@@ -138,9 +154,7 @@ class VideoSource(_CaptureSource):
             self._check_end(count, last)
 
     def _open(self) -> cv2.VideoCapture:
-        import cv2
-
-        capture = cv2.VideoCapture(self.name)
+        capture = open_capture(self._path)
         if not capture.isOpened():
             capture.release()
             raise SourceError(f"{self.name}: cannot be opened as a video: no format that OpenCV reads, or cut off")
@@ -194,6 +208,8 @@ class LiveSource(_CaptureSource):
         self.live = isinstance(where, int) or where.partition("://")[0].lower() in LIVE_SCHEMES
         # Addresses may hold a password, and names end up in logs and results.
         self.name = f"camera {where}" if isinstance(where, int) else re.sub(r"//[^/@]*@", "//***@", where)
+        if isinstance(where, str) and readable(where) != where:  # OpenCV crashes on it
+            raise SourceError(f"{self.name} cannot be opened: an address must be text, and has bytes that are no UTF-8")
         self._capture = cv2.VideoCapture(where)
         if not self._capture.isOpened():
             self._capture.release()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 
+from dloftbs._text import readable
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.style import Colour
 
@@ -32,6 +33,10 @@ class Text:
     capital_px: float
 
     @property
+    def _letters(self) -> str:
+        return readable(self.text)  # OpenCV crashes on what is no Unicode
+
+    @property
     def _scale(self) -> float:
         return self.capital_px / _CAPITAL_PX
 
@@ -47,13 +52,13 @@ class Text:
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of the plate, px."""
-        (width, _), _ = cv2.getTextSize(self.text, _FONT, self._scale, self._thickness)
+        (width, _), _ = cv2.getTextSize(self._letters, _FONT, self._scale, self._thickness)
         return width + 2 * self.pad, round(self.capital_px) + 2 * self.pad
 
     def write(self, picture: Picture, left: int, top: int, colour: Colour) -> None:
         """Write the text, without its plate, into the picture; `left` and `top` are the plate's."""
         origin = (left + self.pad, top + self.pad + round(self.capital_px))
-        cv2.putText(picture, self.text, origin, _FONT, self._scale, colour, self._thickness, cv2.LINE_AA)
+        cv2.putText(picture, self._letters, origin, _FONT, self._scale, colour, self._thickness, cv2.LINE_AA)
 
     def shortened(self, width: int) -> Text:
         """Return the text with its end cut off, so that its plate is at most `width` px wide."""

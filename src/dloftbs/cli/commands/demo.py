@@ -25,23 +25,27 @@ _SPACE_SHARE = 3  # so many times fewer frames in space
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For another scene.")
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
 @click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
-def demo(out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool) -> None:
+@click.pass_context
+def demo(
+    context: click.Context, out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool
+) -> None:
     """Draw a video of two cables, track each by its colour, and say how well that went.
 
     The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
     frames, the figures, and a README that says what is what and which command does the same. Then
     the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
     """
-    from dloftbs.cli.demo_files import claim, describe, render, table, write_sheet, write_summary
+    from dloftbs.cli.demo_files import describe, mark_as_demo, render, table, write_sheet, write_summary
     from dloftbs.cli.demo_run import follow
     from dloftbs.cli.demo_space import follow_in_space
-    from dloftbs.cli.outputs import config_beside, write_config
+    from dloftbs.cli.outputs import claim_folder, config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
 
     default_frames, default_size = _QUICK if quick else _FULL
     sequence = _sequence(frames or default_frames, size or default_size, seed)
     configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
-    claim(out)
+    context.with_resource(claim_folder(out))
+    mark_as_demo(out)
     click.echo(f"drawing {len(sequence)} frames into {out}", err=True)
     render(sequence, out)
     click.echo("tracking them by colour", err=True)

@@ -71,6 +71,7 @@ def evaluate(
     """
     from dloftbs.cli.evaluation_progress import open_parts_progress
     from dloftbs.cli.methods import method_of
+    from dloftbs.cli.outputs import claim_folder
     from dloftbs.evaluation.report import write_report
     from dloftbs.evaluation.runner import evaluate as run
 
@@ -78,7 +79,7 @@ def evaluate(
     _check_out(names, out)
     wanted = [method_of(name) for given in methods for name in given.split(",")]
     total = sum(suite.frames for suite in suites) * len(wanted)
-    with open_parts_progress(total) as progress:
+    with claim_folder(out), open_parts_progress(total) as progress:
         parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
         report = write_report(suites, parts, out, _heading(suites, quick))
     if report.no_plots is not None:

@@ -13,7 +13,7 @@ from dloftbs.frame import Frame
 from dloftbs.sources.files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
 from dloftbs.sources.recorded.layout import files_in
-from dloftbs.sources.video import VideoSource
+from dloftbs.sources.video import VideoSource, open_capture
 
 if TYPE_CHECKING:
     import cv2
@@ -146,8 +146,6 @@ class VideoFrames:
         self._capture = None
 
     def _rewind(self) -> None:
-        import cv2
-
         self.close()
-        self._capture = cv2.VideoCapture(str(self.path))
+        self._capture = open_capture(self.path)
         self._next = 0
