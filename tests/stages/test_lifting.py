@@ -249,7 +249,7 @@ def test_it_ends_whatever_the_scale_of_the_depth(dtype: str, scales: str) -> Non
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("stored", [0.0, -1.0, np.nan, np.inf, 1e-40, 1e-31, 1e31])
 def test_what_is_no_depth_is_missing_wherever_depth_is_read(stored: float, dtype: type) -> None:
-    config = LiftingConfig(max_depth_m=np.inf)
+    config = LiftingConfig(max_depth_m=1e9)
     depth = np.full((3, 3), stored, dtype)
     assert np.isnan(to_metres(depth, config)).all()
     depth[:] = 2.5
