@@ -2,7 +2,10 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint bench results clean
+MINUTES ?= 10
+SEED ?= 1
+
+.PHONY: demo test lint fuzz bench results clean
 
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
@@ -14,6 +17,12 @@ lint: .venv/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Hostile input until the minutes are over, new with every seed; or one case again: make fuzz FAMILY=combs SEED=7 CASE=12.
+# What is found stays in build/fuzz. See docs/fuzzing.md.
+fuzz: .venv/installed-dev
+	PYTHONPATH=tests:. $(BIN)/python -m fuzz --minutes $(MINUTES) --seed $(SEED) \
+		$(if $(FAMILY),--family $(FAMILY)) $(if $(CASE),--case $(CASE))
 
 # docs/performance.md with its plots; about ten minutes, best on a machine that does nothing else.
 bench: .venv/installed-dev

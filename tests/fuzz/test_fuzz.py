@@ -1,0 +1,101 @@
+"""A fixed number of cases of each family, about a minute of CPU time; ``make fuzz`` runs others until it is stopped."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from fuzz.families import FAMILIES
+from fuzz.family import SUITE_SEED
+from fuzz.runner import Runner
+
+if sys.platform == "win32":
+    pytest.skip("limits of CPU time and memory are those of POSIX", allow_module_level=True)
+
+LEAST_CASES = {
+    "noise": 20,
+    "labyrinths": 20,
+    "combs": 20,
+    "rings": 20,
+    "spirals": 20,
+    "fractals": 20,
+    "letters": 20,
+    "stars": 20,
+    "tangles": 20,
+    "bars": 20,
+    "grids": 20,
+    "pixels": 20,
+    "borders": 20,
+    "thickness": 20,
+    "zigzags": 20,
+    "real": 20,
+    "border-blobs": 20,
+    "cables-seen": 100,
+    "border-blobs-seen": 100,
+    "anything-seen": 100,
+    "mask-layouts": 100,
+    "wrong-arrays": 128,
+    "depth": 46,
+    "colours": 20,
+    "moving": 20,
+    "changing": 30,
+    "crowds": 3,
+    "come-and-go": 11,
+    "long-streams": 1,
+    "bare-curves": 40,
+    "cameras": 7,
+    "frames": 9,
+    "settings": 8,
+    "dictionaries": 10,
+    "colour-ranges": 3,
+    "curves": 3,
+    "calibrations": 104,
+    "images": 68,
+    "videos": 40,
+    "stacks": 102,
+    "lines": 26,
+    "calls": 67,
+    "over-inputs": 52,
+    "kills": 3,
+    "full-disks": 24,
+    "two-writers": 3,
+    "names": 26,
+    "endings": 8,
+}
+"""Cases of each family in the suite: families and counts only grow."""
+
+
+@pytest.fixture(scope="module")
+def runner() -> Iterator[Runner]:
+    with Runner() as runner:
+        yield runner
+
+
+def _parameters() -> Iterator[object]:
+    for family in FAMILIES.values():
+        marks = [pytest.mark.xfail(raises=family.known, strict=True)] if family.known else []
+        yield pytest.param(family.name, marks=marks)
+
+
+@pytest.mark.parametrize("name", _parameters())
+def test_nothing_is_found(name: str, runner: Runner) -> None:
+    family = FAMILIES[name]
+    outcomes = [runner.run(family, SUITE_SEED, number) for number in range(family.suite_cases)]
+    found = [outcome for outcome in outcomes if outcome.error is not None]
+    text = "\n".join(str(outcome) for outcome in found)
+    if found and family.known is not None and {outcome.error for outcome in found} == {family.known.__name__}:
+        raise family.known(text)
+    assert not found, text
+
+
+def test_families_and_cases_only_grow() -> None:
+    assert {name: family.suite_cases for name, family in FAMILIES.items()} == LEAST_CASES
+
+
+def test_a_case_depends_on_its_seed_and_number_alone() -> None:
+    family = FAMILIES["tangles"]
+    assert (family.case(7, 3) == family.case(7, 3)).all()
+    assert family.case(7, 3).tobytes() != family.case(7, 4).tobytes()
+    assert family.case(7, 3).tobytes() != family.case(8, 3).tobytes()
