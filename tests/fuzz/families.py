@@ -36,7 +36,7 @@ _VALUES = [
         ("settings", values.CHANGES, values.check_changes, 4, values.CHANGES_FOUND),
         ("dictionaries", values.NESTED, values.check_from_dict, 5, values.FROM_DICT_FOUND),
         ("colour-ranges", values.HSV, values.check_hsv, 3, {}),
-        ("curves", values.CURVES, values.check_curve_values, 3, {}),
+        ("curves", values.CURVES, values.check_curve_values, 3, values.CURVES_FOUND),
     )
 ]
 _FILES = [

@@ -202,7 +202,7 @@ class Bare:
 
 def bare_curves(rng: Rng) -> Bare:
     """Curves of any shape and scale, from any detector."""
-    scale, ndim = float(rng.choice([1e-12, 1e-3, 1.0, 100.0, 1e6, 1e150])), 2
+    scale, ndim = float(rng.choice([1e-12, 1e-3, 1.0, 100.0, 1e6, 1e9])), 2
     frames, stamps = [], []
     for i in range(int(rng.integers(2, 10))):
         frames.append(tuple(_random_curve(rng, scale, ndim) for _ in range(int(rng.integers(0, 4)))))

@@ -50,7 +50,7 @@ LEAST_CASES = {
     "settings": 8,
     "dictionaries": 10,
     "colour-ranges": 3,
-    "curves": 3,
+    "curves": 4,
     "calibrations": 104,
     "images": 68,
     "videos": 40,

@@ -280,3 +280,13 @@ def check_curve_values(values: dict[str, Any]) -> None:
     assert BSplineCurve.from_dict(json.loads(strict_json(curve))) == curve
     assert np.isfinite(curve.sample(5)).all()
     own(lambda: curve.sample(1))
+
+
+CURVES_FOUND = {
+    "control points of 1e150": {
+        "knots": [0, 0, 0, 0, 1, 1, 1, 1],
+        "control_points": [[0.0, 0.0], [1e150, 0.0], [1e150, 1e150], [0.0, 1e150]],
+        "degree": 3,
+        "closed": False,
+    },
+}
