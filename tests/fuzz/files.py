@@ -18,6 +18,7 @@ import numpy as np
 
 import dloftbs
 from dloftbs import Config, DepthRegistration, Frame, PinholeCamera, Pipeline, sinks, sources
+from dloftbs.truth import Truth
 from fuzz import masks
 from fuzz.checks import own
 
@@ -466,17 +467,27 @@ def check_lines(case: File, folder: Path) -> None:
         (labelled / f"000{suffix}").write_bytes(case.content)
         own(lambda labelled=labelled: _read_labelled(labelled))
     written = folder / "written"
-    own(lambda: _write_labelled(written))
-    for found in sorted(written.iterdir()) if written.is_dir() else ():
-        if found.suffix in (".json", ".jsonl", ".yaml"):
-            found.write_bytes(case.content)
-    own(lambda: _read_labelled(written))
+    sinks.write_sequence(_Few(), written)
+    _read_labelled(written)
+    for found in [written / "sequence.json", written / "truth.jsonl"]:
+        before = found.read_bytes()
+        for content in (case.content, before[: len(before) // 2] + case.content + before[len(before) // 2 :]):
+            found.write_bytes(content)
+            own(lambda: _read_labelled(written))
+        found.write_bytes(before)
 
 
-def _write_labelled(folder: Path) -> None:
-    from dloftbs.sources.synthetic.demo import DemoSequence
+class _Few(dloftbs.sources.KnownSequence):
+    """Two frames with their truth."""
 
-    sinks.write_sequence(DemoSequence(2, (48, 64)), folder)
+    name, fps, length = "few", 30.0, 2
+
+    def frame(self, index: int) -> Frame:
+        image, mask = _picture()
+        return Frame(image=image, mask=mask, index=index, stamp=index / 30)
+
+    def truth(self, index: int) -> Truth:
+        return Truth((Pipeline().detect(self.frame(index)).detections[0].curve,), (), (1,))
 
 
 def _read_labelled(folder: Path) -> None:

@@ -45,7 +45,7 @@ LEAST_CASES = {
     "come-and-go": 11,
     "long-streams": 1,
     "bare-curves": 40,
-    "cameras": 7,
+    "cameras": 8,
     "frames": 9,
     "settings": 8,
     "dictionaries": 10,

@@ -145,6 +145,7 @@ def check_camera(values: dict[str, Any]) -> None:
 
 CAMERAS_FOUND = {
     "focal length of 1e-300": {"fx": 1e-300, "fy": 1e-300, "cx": 0.0, "cy": 0.0},
+    "a focal length of 0.03": {"fx": 1.0, "fy": 0.03125, "cx": 0.0, "cy": 0.0},
     "distortion of 1e300": {"fx": 500.0, "fy": 500.0, "cx": 45.0, "cy": 20.0, "distortion": (1e300,) * 4},
     "integers of 400 digits": {"fx": 10**400, "fy": 500.0, "cx": 0.0, "cy": 0.0},
     "a focal length of float32": {"fx": np.float32(500), "fy": 500, "cx": np.int16(3), "cy": 0},

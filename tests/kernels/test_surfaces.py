@@ -132,6 +132,17 @@ def test_noise_does_not_bring_the_surface_nearer_and_flying_pixels_not_farther()
     assert np.median(1.0 / inverse) == pytest.approx(1.0, abs=0.0005)
 
 
+@pytest.mark.parametrize("slim", [1.0, 3.0, 30.0, 1e6])
+def test_an_object_wider_than_it_is_far_has_no_surface_behind_the_camera(slim: float) -> None:
+    points, tangents = straight(0.0, 9, 2.0)
+    depth, mask, used = np.full((70, 80), 0.7), np.ones((70, 80), np.uint8), np.ones(9, bool)
+    inverse, counts, _, known = find_surface(
+        points, tangents, np.full(9, 6.0), used, mask, depth, 20, 25, 1.0, *LIMITS, 6.0 / slim, *RULES, 0
+    )
+    assert known == np.isfinite(inverse).sum() == (counts > 0).sum()
+    assert (inverse[np.isfinite(inverse)] > 0.0).all()
+
+
 class TestSteps:
     N = 60
 

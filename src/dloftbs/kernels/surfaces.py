@@ -296,9 +296,10 @@ def find_surface(
                 offset = (pixels[k, 0] + top - y) * tx - (pixels[k, 1] + left - x) * ty
                 beside = min(abs(offset / around), _WIDEST)
                 back = 1.0 - np.sqrt(1.0 - beside * beside)
-                values[known] = z - z * slenderness * back
-                led += back
-                known += 1
+                if slenderness * back < 1.0:  # else the object would reach behind the camera
+                    values[known] = z - z * slenderness * back
+                    led += back
+                    known += 1
         all_known += known
         if known > 0 and known >= _LEAST_SHARE * (first[i + 1] - first[i]):
             surface[i], counts[i] = _level(values, known, slenderness)
