@@ -55,6 +55,7 @@ def prepare(folder: Path) -> None:
     (folder / "settings.yaml").write_text("linking: {objects: 1}\n")
     (folder / "soft.png").symlink_to("photo.png")
     os.link(folder / "photo.png", folder / "hard.png")
+    os.link(folder / "a.npz", folder / "hard.npz")
     (folder / "same").symlink_to("frames")
     (folder / "film.mp4").symlink_to("cable.mp4")
     (folder / "loop").symlink_to(".")
@@ -65,10 +66,20 @@ INPUTS = (
     *("photo.png", "frames", "a.npz", "a.npy", "cable.mp4", "soft.png", "hard.png", "same", "film.mp4", "frames/*.png"),
     *("./frames/../photo.png", "frames/*[0-9].png", "loop/photo.png", "dangling.png"),
 )
-OUTPUTS = (
-    *(".", "out", "out.jsonl", "out.csv", "out.npz", "out.mp4", "out.png", "photo.png", "frames", "a.npz", "cable.mp4"),
-    *("soft.png", "hard.png", "same", "film.mp4", "loop/cable.mp4", "loop/frames", "frames/000.png", "frames/..", "-"),
-    *("new/deeper/out.csv", "out.ply", "loop", "settings.yaml", "dangling.png"),
+DATA_OUTPUTS = (
+    "out.jsonl",
+    "out.csv",
+    "out.npz",
+    "a.npz",
+    "loop/a.npz",
+    "-",
+    "new/deeper/out.csv",
+    "out.ply",
+    "hard.npz",
+)
+PICTURE_OUTPUTS = (
+    *(".", "out", "out.mp4", "out.png", "photo.png", "frames", "cable.mp4", "soft.png", "hard.png", "same", "film.mp4"),
+    *("loop/cable.mp4", "loop/frames", "frames/000.png", "frames/..", "loop", "dangling.png", "new/deeper/"),
 )
 _BAD = (
     *(
@@ -112,36 +123,41 @@ _BAD = (
         "nan,1,1,1",
     ),
 )
-_OPTIONS = (
-    *("--kind", "--depth", "--masks", "--camera", "--registration", "--config", "--set", "--hsv", "--depth-unit"),
-    *("--out", "--overlay", "--stages", "--limit", "--fps", "--jobs"),
-)
+_FITTING = {
+    "--kind": ("auto", "image", "mask"),
+    "--depth": ("{stem}_depth.png", "frames/*_depth.png", "a.npz"),
+    "--masks": ("frames", "a.npz", "a.npy", "{stem}.png"),
+    "--camera": ("100,100,40,30", "ros.yaml", "opencv.yaml"),
+    "--registration": ("ros.yaml",),
+    "--config": ("settings.yaml",),
+    "--set": ("linking.objects=1", "lifting.method=pixels", "tracking.min_hits=1"),
+    "--hsv": ("170:10,80:255,60:255", "0:179"),
+    "--depth-unit": ("0.001", "1"),
+    "--out": DATA_OUTPUTS,
+    "--overlay": PICTURE_OUTPUTS,
+    "--stages": PICTURE_OUTPUTS,
+    "--limit": ("1", "2"),
+    "--fps": ("30",),
+    "--jobs": ("1", "2"),
+}
+"""Values of options that may go together with the rest."""
+_OPTIONS = tuple(_FITTING)
 
 
 def call(rng: Rng) -> Call:
     """A command with options and values of which some go together."""
     arguments = [str(rng.choice(["detect", "track", "detect", "track", "config"]))]
     arguments += ["print"] if arguments[0] == "config" else [_drawn(rng, INPUTS)]
-    for _ in range(int(rng.integers(0, 5))):
+    for _ in range(int(rng.integers(0, 4))):
         option = str(rng.choice(_OPTIONS))
-        good = {"--out": OUTPUTS, "--overlay": OUTPUTS, "--stages": OUTPUTS, "--hsv": ("170:10,80:255,60:255",)}
-        files = (
-            "ros.yaml",
-            "opencv.yaml",
-            "settings.yaml",
-            "frames",
-            "a.npz",
-            "frames/*_depth.png",
-            "{stem}_depth.png",
-        )
-        arguments += [option, _drawn(rng, good.get(option, (*files, "mask", "image", "1", "30")))]
+        arguments += [option, _drawn(rng, _FITTING[option])]
     if rng.random() < 0.2:
         arguments.insert(int(rng.integers(len(arguments) + 1)), _drawn(rng, _BAD))
     return Call(tuple(arguments))
 
 
 def _drawn(rng: Rng, good: tuple[str, ...]) -> str:
-    pool = good if rng.random() < 0.8 else _BAD
+    pool = good if rng.random() < 0.85 else _BAD
     return pool[int(rng.integers(len(pool)))]
 
 
@@ -204,14 +220,14 @@ def over_input(rng: Rng) -> Call:
     """A command of which an output may well be an input."""
     command, where = str(rng.choice(["detect", "track"])), _one(rng, INPUTS)
     arguments = [command, where]
-    for _ in range(int(rng.integers(1, 3))):
-        option = _one(rng, ("--overlay", "--out", "--stages") if command == "detect" else ("--overlay", "--out"))
-        arguments += [option, where if rng.random() < 0.4 else _one(rng, OUTPUTS)]
-    if rng.random() < 0.3:
+    options = ("--overlay", "--out", "--stages") if command == "detect" else ("--overlay", "--out")
+    for option in rng.permutation(options)[: int(rng.integers(1, 3))].tolist():
+        arguments += [option, where if rng.random() < 0.4 else _one(rng, _FITTING[option])]
+    if rng.random() < 0.2:
         arguments += ["--masks", _one(rng, ("a.npz", "frames", "a.npy"))]
-    if rng.random() < 0.3:
+    if rng.random() < 0.2:
         arguments += ["--depth", _one(rng, ("{stem}_depth.png", "frames/*_depth.png"))]
-    if rng.random() < 0.6:
+    if rng.random() < 0.7:
         arguments += ["--hsv", "170:10,80:255,60:255"]
     return Call(tuple(arguments))
 
