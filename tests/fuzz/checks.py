@@ -62,7 +62,8 @@ def timeless(result: FrameResult) -> dict[str, Any]:
 
 def check_share(name: str, value: float) -> None:
     """Check that a value is a number in 0..1."""
-    assert isinstance(value, float) and 0.0 <= value <= 1.0, f"{name} is {value!r}"
+    assert isinstance(value, float), f"{name} is {value!r}"
+    assert 0.0 <= value <= 1.0, f"{name} is {value!r}"
 
 
 def check_intervals(name: str, intervals: Sequence[tuple[float, float]]) -> None:
@@ -223,7 +224,7 @@ def check_shift(mask: np.ndarray, config: Config) -> None:
     """Check that curves move along with a mask that is shifted, with room all around it."""
     here, there = np.pad(mask, 24), np.pad(mask, ((3, 45), (41, 7)))
     found = [d.curve.sample(40) for d in dloftbs.detect(there, config)]
-    expected = [(*d.curve.sample(40), 17, -21) for d in dloftbs.detect(here, config)]
+    expected = [d.curve.sample(40) + np.array((17, -21)) for d in dloftbs.detect(here, config)]
     assert _agree(found, expected), f"shifted, {_difference(found, expected)}"
 
 

@@ -186,19 +186,20 @@ def tangle(rng: Rng, size: tuple[int, int] | None = None) -> Mask:
 
 
 def blob_at_border(rng: Rng) -> Mask:
-    """A cable that ends in a hand, a gripper or a connector, which the border cuts."""
-    size = (int(rng.integers(80, 240)), int(rng.integers(80, 320)))
-    side = int(rng.integers(4))
-    height, width = size if side % 2 else size[::-1]
-    mask = np.zeros((height, width), np.uint8)
-    where, radius = rng.uniform(0.2, 0.8) * width, rng.uniform(8, 40)
-    bow = np.stack((where + rng.uniform(-40, 40) * np.linspace(0, 1, 50) ** 2, np.linspace(0, 0.8 * height, 50)), 1)
-    stroke(mask, bow, int(rng.integers(3, 12)))
+    """Cables that run into a hand, a gripper or a connector, which the border cuts."""
+    side, (short, long) = int(rng.integers(4)), (int(rng.integers(120, 240)), int(rng.integers(120, 320)))
+    mask = np.zeros((short, long), np.uint8)
+    where, radius, width = rng.uniform(0.2, 0.8) * long, rng.uniform(10, 45), int(rng.integers(3, 12))
+    for _ in range(int(rng.integers(1, 4))):
+        start = (where + rng.uniform(-0.9, 0.9) * radius, rng.uniform(0.0, 0.8) * radius)
+        middle, end = rng.uniform(0.1, 1.0, (2, 2)) * (long, short)
+        t = np.linspace(0.0, 1.0, 80)[:, None]
+        stroke(mask, (1 - t) ** 2 * start + 2 * t * (1 - t) * middle + t**2 * end, width)
     if rng.random() < 0.5:
         cv2.circle(mask, (int(where), int(rng.uniform(-0.5, 0.9) * radius)), int(radius), 1, -1)
     else:
-        left = int(where - rng.uniform(0.2, 0.8) * 2 * radius)
-        mask[: int(radius), max(left, 0) : max(left, 0) + int(2 * radius)] = 1
+        left = max(int(where - radius), 0)
+        mask[: int(radius), left : left + int(2 * radius)] = 1
     return np.ascontiguousarray(np.rot90(mask, side))
 
 

@@ -95,14 +95,14 @@ def crowded(rng: Rng) -> Stream:
     mask = np.zeros(size, np.uint8)
     kind = int(rng.integers(3))
     if kind == 0:
-        for y in range(10, size[0] - 10, int(rng.integers(14, 24))):
-            for x in range(8, size[1] - 30, int(rng.integers(26, 60))):
-                tilt = int(rng.integers(-6, 7))
-                cv2.line(mask, (x, y), (x + 20, y + tilt), 1, int(rng.integers(2, 5)))
+        pitch, sweep = int(rng.integers(24, 40)), float(rng.choice([360.0, 300.0]))
+        for y in range(20, size[0] - 20, pitch):
+            for x in range(20, size[1] - 20, pitch):
+                turn, thick = float(rng.uniform(0, 360)), int(rng.integers(2, 4))
+                cv2.ellipse(mask, (x, y), (9, 7), turn, 0.0, sweep, 1, thick)
     elif kind == 1:
         order = int(rng.integers(4, 7))
         masks.stroke(mask, masks.fitted(masks.hilbert(order), size, 8.0), 2 if order == 6 else 4)
-        mask[rng.random(size[0]) < 0.02] = 0
     else:
         for y in range(20, size[0], 26):
             text = "".join(chr(int(code)) for code in rng.integers(65, 91, 40))
