@@ -79,7 +79,7 @@ def _parameters() -> Iterator[object]:
         yield pytest.param(family.name, marks=marks)
 
 
-@pytest.mark.parametrize("name", _parameters())
+@pytest.mark.parametrize("name", list(_parameters()))
 def test_nothing_is_found(name: str, runner: Runner) -> None:
     family = FAMILIES[name]
     outcomes = [runner.run(family, SUITE_SEED, number) for number in range(family.suite_cases)]
