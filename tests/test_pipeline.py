@@ -88,6 +88,11 @@ class TestDetect:
         with pytest.raises(InputError, match="mask must"):
             dloftbs.detect(bad)
 
+    @pytest.mark.parametrize("bad", [[[1, 0], [1]], [1, 2], "depth.png", np.zeros((100, 200), complex)])
+    def test_wrong_depth_is_refused(self, bad: object) -> None:
+        with pytest.raises(InputError, match="depth"):
+            dloftbs.detect(np.zeros((100, 200), bool), depth=bad)
+
 
 STRANGE = {
     "empty": np.zeros((50, 60), bool),

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, check_mask
+from dloftbs._arrays import AnyArray, check_depth, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
@@ -290,7 +290,7 @@ def detect(
     InputError
         If shapes or types are wrong or disagree.
     """
-    frame = Frame(mask=check_mask(mask), depth=None if depth is None else np.asarray(depth), camera=camera)
+    frame = Frame(mask=check_mask(mask), depth=None if depth is None else check_depth(depth), camera=camera)
     return list(run_stages(frame, Config() if config is None else config, None).detections)
 
 

@@ -161,7 +161,7 @@ def with_depth(rng: Rng) -> WithDepth:
         if dtype.kind in "iu":
             depth = np.nan_to_num(depth * 1000, nan=0.0).clip(0, min(np.iinfo(dtype).max, 2**53))
         depth = laid_out(depth.astype(dtype), str(rng.choice(LAYOUTS)))
-    focal = float(rng.choice([1e-3, 50.0, 500.0, 1e9]))
+    focal = float(rng.choice([0.01, 50.0, 500.0, 1e6]))
     camera = PinholeCamera(focal, focal * rng.uniform(0.5, 2), mask.shape[1] / 2, mask.shape[0] / 2, _lens(rng))
     changes: dict[str, Any] = {}
     if rng.random() < 0.3:

@@ -217,8 +217,10 @@ def _random_curve(rng: Rng, scale: float, ndim: int) -> BSplineCurve:
         control[:] = control[0]
     if rng.random() < 0.2:
         control[:, 0] = 0.0
-    inner = np.sort(rng.random(n - 4)) if rng.random() < 0.7 else np.full(n - 4, 0.5)
-    return BSplineCurve(np.concatenate((np.zeros(4), inner, np.ones(4))), control)
+    inner = rng.random(n - 4)
+    if rng.random() < 0.3:  # a kink
+        inner[:3] = 0.5
+    return BSplineCurve(np.concatenate((np.zeros(4), np.sort(inner), np.ones(4))), control)
 
 
 def check_bare_curves(case: Bare, _: Path) -> None:

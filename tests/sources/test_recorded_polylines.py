@@ -154,6 +154,8 @@ def test_a_mask_and_depth_may_lie_beside_the_image(tmp_path):
         ("object,x,y\n1e300,2,3\n", ".csv", "a.csv, line 2: object must be a whole number, got '1e300'"),
         ("object,x\n1,2\n", ".csv", "a.csv: lacks the columns y; found object, x"),
         ("", ".csv", "a.csv: lacks the columns object, x, y; found none"),
+        ("x" * 900, ".csv", f"a.csv: lacks the columns object, x, y; found {'x' * 100}..."),
+        ("a,b,c,d,e,f,g", ".csv", "a.csv: lacks the columns object, x, y; found a, b, c, d, e and 2 more"),
         ("object,x,y\n1,2,3\n1,2\n", ".csv", "a.csv, line 3: has 2 fields instead of 3"),
         ("object,x,y\n1,2,3\n1,zwei,3\n", ".csv", "a.csv, line 3: x must be a number, got 'zwei'"),
         ("object,x,y\n1,2,inf\n", ".csv", "a.csv, line 2: y must be a number, got 'inf'"),

@@ -20,6 +20,8 @@ from dloftbs.truth import Truth
 T = TypeVar("T")
 SHOWN = 5
 """How many names a message lists."""
+LONGEST_SHOWN = 100
+"""Characters of each."""
 
 
 @dataclass(frozen=True)
@@ -132,9 +134,10 @@ def content_of(folder: Path) -> str:
 
 
 def listed(names: list[str]) -> str:
-    """Return the first few names, and how many more there are."""
+    """Return the first few names, long ones cut, and how many more there are."""
     more = len(names) - SHOWN
-    return ", ".join(names[:SHOWN]) + (f" and {more} more" if more > 0 else "")
+    first = [name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}..." for name in names[:SHOWN]]
+    return ", ".join(first) + (f" and {more} more" if more > 0 else "")
 
 
 def _entries(folder: Path) -> list[Path]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from dloftbs.errors import SourceError
+from dloftbs.sources.recorded.layout import listed
 
 MAX_WHOLE = 2**53
 """Largest number of a frame or an object: every whole number up to it is a float64 of its own."""
@@ -41,7 +42,7 @@ def rows_of(path: Path, columns: Sequence[str]) -> Iterator[tuple[int, dict[str,
     names = header_of(path)
     missing = [name for name in columns if name not in names]
     if missing:
-        raise SourceError(f"{path}: lacks the columns {', '.join(missing)}; found {', '.join(names) or 'none'}")
+        raise SourceError(f"{path}: lacks the columns {', '.join(missing)}; found {listed(names) or 'none'}")
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
