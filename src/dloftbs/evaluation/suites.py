@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import synthetic
 from dloftbs.sources.base import KnownSequence
-from dloftbs.sources.recorded import open_labelled
+from dloftbs.sources.recorded import LAYOUTS, open_labelled
 
 HD = (720, 1280)
 QUICK_SCALE = 0.1
@@ -89,19 +89,24 @@ SUITES = tuple(_GENERATED)
 """The names of the generated suites."""
 
 
-def open_suite(name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD) -> Suite:
+def open_suite(
+    name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD, tolerance_px: float | None = None
+) -> Suite:
     """Open a suite.
 
     Parameters
     ----------
     name : str
-        One of `SUITES`, or a folder: a labelled sequence, or one that holds such folders.
+        One of `SUITES`, or a folder: a labelled sequence, or one that holds such folders. ``LAYOUT:FOLDER`` says which
+        of `dloftbs.sources.recorded.LAYOUTS` it has, such as ``mbest:photographs``.
     scale : float
         Of the number of frames, against the paper's data sets; a folder is taken as it is.
     seed : int
         Of what is generated.
     size : (int, int)
         ``(H, W)`` px of what is generated.
+    tolerance_px : float, optional
+        The largest L3 of a curve that counts as right, in place of what the sequences say.
 
     Raises
     ------
@@ -110,8 +115,17 @@ def open_suite(name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD)
     SourceError
         If the folder has no labelled sequence.
     """
-    if name not in _GENERATED:
-        return _open_folder(name)
+    suite = _open_generated(name, scale, seed, size) if name in _GENERATED else _open_folder(name)
+    if tolerance_px is None:
+        return suite
+    if not 0.0 < tolerance_px < math.inf:
+        raise InputError(f"tolerance_px must be positive, got {tolerance_px}")
+    for sequence in suite.sequences:
+        sequence.tolerance_px = tolerance_px
+    return replace(suite, settings=f"{suite.settings}, tolerance {tolerance_px:g} px")
+
+
+def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
     if not (0.0 < scale < math.inf) or seed < 0:
         raise InputError(f"expected scale > 0 and seed >= 0, got {scale} and {seed}")
     title, generator = _GENERATED[name]
@@ -119,32 +133,35 @@ def open_suite(name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD)
 
 
 def _open_folder(name: str) -> Suite:
-    folder = Path(name).expanduser()
+    layout, colon, rest = name.partition(":")
+    layout, place = (layout, rest) if colon and layout in LAYOUTS else ("auto", name)
+    folder = Path(place).expanduser()
     if not folder.is_dir():
-        raise InputError(f"there is no suite and no folder {name!r}; the suites are {', '.join(SUITES)}")
-    sequences = _sequences_in(folder)
-    return Suite(folder.resolve().name, f"labelled data in {name}", tuple(sequences), f"files {_digest(folder)}")
+        raise InputError(f"there is no suite and no folder {place!r}; the suites are {', '.join(SUITES)}")
+    sequences = _sequences_in(folder, layout)
+    settings = f"files {_digest(folder)}" + ("" if layout == "auto" else f", layout {layout}")
+    return Suite(folder.resolve().name, f"labelled data in {place}", tuple(sequences), settings)
 
 
-def _sequences_in(folder: Path) -> list[KnownSequence]:
+def _sequences_in(folder: Path, layout: str) -> list[KnownSequence]:
     try:
-        return [_open(folder)]
+        return [_open(folder, layout)]
     except SourceError:
-        inside = [_open(place) for place in sorted(folder.iterdir()) if place.is_dir() and _opens(place)]
+        inside = [_open(p, layout) for p in sorted(folder.iterdir()) if p.is_dir() and _opens(p, layout)]
         if inside:
             return inside
         raise
 
 
-def _open(folder: Path) -> KnownSequence:
-    sequence = open_labelled(folder)
+def _open(folder: Path, layout: str) -> KnownSequence:
+    sequence = open_labelled(folder, layout)
     sequence.name = folder.resolve().name
     return sequence
 
 
-def _opens(folder: Path) -> bool:
+def _opens(folder: Path, layout: str) -> bool:
     try:
-        open_labelled(folder).close()
+        open_labelled(folder, layout).close()
     except SourceError:
         return False
     return True

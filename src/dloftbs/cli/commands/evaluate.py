@@ -39,6 +39,12 @@ _METHODS = ("default", "paper")
 @click.option("--scale", type=click.FloatRange(0.0, min_open=True), metavar="X", help="Share of the frames; 1.")
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of what is generated; 1280x720.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, other sequences.")
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(0.0, min_open=True),
+    metavar="PX",
+    help="Largest L3 of a right object; what the data say, or 5 at 1280x720 and in proportion.",
+)
 @click.option("--jobs", "-j", type=click.IntRange(min=1), metavar="N", help="Processes; as many as there are cores.")
 def evaluate(
     names: tuple[str, ...],
@@ -48,14 +54,16 @@ def evaluate(
     scale: float | None,
     size: tuple[int, int] | None,
     seed: int,
+    tolerance: float | None,
     jobs: int | None,
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
     SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, plain-sight, noise, or a
-    folder of labelled data; without any, all the generated ones. MODULE:CALLABLE is a function from a frame to
-    curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to such; or a
-    class, of which an instance is made for each sequence and called so. Python must find the module: see PYTHONPATH.
+    folder of labelled data, or LAYOUT:FOLDER, such as mbest:photographs; without any, all the generated ones.
+    MODULE:CALLABLE is a function from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines,
+    or a mapping from identities to such; or a class, of which an instance is made for each sequence and called so.
+    Python must find the module: see PYTHONPATH.
 
     The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), whether
     every joint is right (joints.csv), plots, and pictures of the worst frames. What is finished is kept there,
@@ -70,7 +78,7 @@ def evaluate(
     from dloftbs.evaluation.report import write_report
     from dloftbs.evaluation.runner import evaluate as run
 
-    suites = _suites(names, quick, scale, size, seed)
+    suites = _suites(names, quick, scale, size, seed, tolerance)
     wanted = [method_of(name) for given in methods for name in given.split(",")]
     total = sum(suite.frames for suite in suites) * len(wanted)
     with open_parts_progress(total) as progress:
@@ -83,13 +91,19 @@ def evaluate(
 
 
 def _suites(
-    names: tuple[str, ...], quick: bool, scale: float | None, size: tuple[int, int] | None, seed: int
+    names: tuple[str, ...],
+    quick: bool,
+    scale: float | None,
+    size: tuple[int, int] | None,
+    seed: int,
+    tolerance: float | None,
 ) -> list[Suite]:
     from dloftbs.evaluation.suites import HD, QUICK_SCALE, QUICK_SIZE, SUITES, open_suite
 
     default_scale, default_size = (QUICK_SCALE, QUICK_SIZE) if quick else (1.0, HD)
     return [
-        open_suite(name, scale=scale or default_scale, seed=seed, size=size or default_size) for name in names or SUITES
+        open_suite(name, scale=scale or default_scale, seed=seed, size=size or default_size, tolerance_px=tolerance)
+        for name in names or SUITES
     ]
 
 
