@@ -80,6 +80,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
         lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),
     ),
+    "edge-cases": (
+        "drawn images: sharp bends, facing ends, T and Y, cables side by side, cut by the border, a crossed ring",
+        lambda scale, seed, size: synthetic.edge_cases(scale, seed=seed, size=size),
+    ),
     "noise": (
         "ladders of growing noise",
         lambda scale, seed, size: synthetic.noise_ladder(scale, seed=seed, size=size),

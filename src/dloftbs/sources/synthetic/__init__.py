@@ -6,6 +6,7 @@ from dloftbs.sources.synthetic.cables import TangleSequence, several_cables
 from dloftbs.sources.synthetic.degrade import NETWORK, NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs.sources.synthetic.demo import DemoSequence
 from dloftbs.sources.synthetic.depth_noise import DepthNoise, depth_sigma
+from dloftbs.sources.synthetic.edge_cases import EDGE_CASES, EdgeCaseSequence, edge_cases
 from dloftbs.sources.synthetic.free_ends import END_STYLES, FreeEnd, draw_cable_mask
 from dloftbs.sources.synthetic.kinds import KINDS, KindSequence, kinds
 from dloftbs.sources.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
@@ -18,6 +19,7 @@ from dloftbs.sources.synthetic.tracking import TRACKING_FAMILIES, TrackingSequen
 from dloftbs.sources.synthetic.tube import draw_tube_mask
 
 __all__ = [
+    "EDGE_CASES",
     "END_STYLES",
     "KINDS",
     "LADDER_BASES",
@@ -32,6 +34,7 @@ __all__ = [
     "DegradedSequence",
     "DemoSequence",
     "DepthNoise",
+    "EdgeCaseSequence",
     "FreeEnd",
     "KindSequence",
     "LadderBase",
@@ -44,6 +47,7 @@ __all__ = [
     "depth_sigma",
     "draw_cable_mask",
     "draw_tube_mask",
+    "edge_cases",
     "kinds",
     "noise_ladder",
     "plain_sight",
