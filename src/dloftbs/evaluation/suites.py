@@ -84,6 +84,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "drawn images: sharp bends, facing ends, T and Y, cables side by side, cut by the border, a crossed ring",
         lambda scale, seed, size: synthetic.edge_cases(scale, seed=seed, size=size),
     ),
+    "simulated": (
+        "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
+        lambda scale, seed, size: synthetic.simulated(scale, seed=seed, size=size),
+    ),
     "noise": (
         "ladders of growing noise",
         lambda scale, seed, size: synthetic.noise_ladder(scale, seed=seed, size=size),
@@ -91,6 +95,11 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
 }
 SUITES = tuple(_GENERATED)
 """The names of the generated suites."""
+
+
+def missing_for(name: str) -> str | None:
+    """Return what has to be installed for a suite, in words, or None."""
+    return synthetic.SIMULATION_REMEDY if name == "simulated" and not synthetic.simulation_available() else None
 
 
 def open_suite(
@@ -115,7 +124,7 @@ def open_suite(
     Raises
     ------
     InputError
-        If there is no such suite, or a value is out of range.
+        If there is no such suite, what it needs is not installed, or a value is out of range.
     SourceError
         If the folder has no labelled sequence.
     """
@@ -130,6 +139,9 @@ def open_suite(
 
 
 def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
+    remedy = missing_for(name)
+    if remedy is not None:
+        raise InputError(remedy)
     if not (0.0 < scale < math.inf) or seed < 0:
         raise InputError(f"expected scale > 0 and seed >= 0, got {scale} and {seed}")
     title, generator = _GENERATED[name]

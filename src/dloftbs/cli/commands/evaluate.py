@@ -59,8 +59,9 @@ def evaluate(
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
-    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, plain-sight, edge-cases, noise,
-    or a folder of labelled data, or LAYOUT:FOLDER, such as mbest:photographs; without any, all the generated ones.
+    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, plain-sight, edge-cases,
+    simulated (by MuJoCo, where it is installed), noise, or a folder of labelled data, or LAYOUT:FOLDER, such as
+    mbest:photographs; without any, all the generated ones.
     MODULE:CALLABLE is a function from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines,
     or a mapping from identities to such; or a class, of which an instance is made for each sequence and called so.
     Python must find the module: see PYTHONPATH.
@@ -98,12 +99,16 @@ def _suites(
     seed: int,
     tolerance: float | None,
 ) -> list[Suite]:
-    from dloftbs.evaluation.suites import HD, QUICK_SCALE, QUICK_SIZE, SUITES, open_suite
+    from dloftbs.evaluation.suites import HD, QUICK_SCALE, QUICK_SIZE, SUITES, missing_for, open_suite
 
     default_scale, default_size = (QUICK_SCALE, QUICK_SIZE) if quick else (1.0, HD)
+    lacking = {name: remedy for name in SUITES if not names and (remedy := missing_for(name)) is not None}
+    for name, remedy in lacking.items():
+        click.echo(f"left out {name}: {remedy}", err=True)
     return [
         open_suite(name, scale=scale or default_scale, seed=seed, size=size or default_size, tolerance_px=tolerance)
         for name in names or SUITES
+        if name not in lacking
     ]
 
 

@@ -14,6 +14,9 @@ from dloftbs.sources.synthetic.plain_sight import PLAIN_SIGHT_KINDS, PlainSightS
 from dloftbs.sources.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.sources.synthetic.rgbd import RgbdSequence
 from dloftbs.sources.synthetic.rgbd_suites import TYPICAL_NOISE, rgbd_artificial, rgbd_manipulation, rgbd_noisy
+from dloftbs.sources.synthetic.simulated import SIMULATED_KINDS, SimulatedSequence, simulated
+from dloftbs.sources.synthetic.simulation import REMEDY as SIMULATION_REMEDY
+from dloftbs.sources.synthetic.simulation import available as simulation_available
 from dloftbs.sources.synthetic.strand import random_curve
 from dloftbs.sources.synthetic.tracking import TRACKING_FAMILIES, TrackingSequence, tracking
 from dloftbs.sources.synthetic.tube import draw_tube_mask
@@ -28,6 +31,8 @@ __all__ = [
     "OCCLUDED",
     "PLAIN_SIGHT_KINDS",
     "RGB_SCENARIOS",
+    "SIMULATED_KINDS",
+    "SIMULATION_REMEDY",
     "TRACKING_FAMILIES",
     "TYPICAL_NOISE",
     "Degradation",
@@ -42,6 +47,7 @@ __all__ = [
     "RgbSequence",
     "RgbdSequence",
     "Rung",
+    "SimulatedSequence",
     "TangleSequence",
     "TrackingSequence",
     "depth_sigma",
@@ -57,5 +63,7 @@ __all__ = [
     "rgbd_manipulation",
     "rgbd_noisy",
     "several_cables",
+    "simulated",
+    "simulation_available",
     "tracking",
 ]

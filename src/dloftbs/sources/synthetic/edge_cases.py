@@ -14,7 +14,7 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sources.synthetic import edge_case_drawings as drawings
 from dloftbs.sources.synthetic.edge_case_drawings import Drawn, Sheet
-from dloftbs.sources.synthetic.free_ends import draw_cable_mask
+from dloftbs.sources.synthetic.free_ends import END_STYLES, EndStyle, draw_cable_mask
 from dloftbs.sources.synthetic.generated import GeneratedSequence, count_at
 from dloftbs.sources.synthetic.sketch import smooth_noise
 from dloftbs.sources.synthetic.workbench import draw_wood
@@ -25,6 +25,7 @@ Draw = Callable[[np.random.Generator, Sheet, float], list[Drawn]]
 _TOLERANCE_PX = 5.0
 _WIDTHS_PX = (4.0, 12.0)
 _ANGLES_DEG = (90, 75, 60, 45, 40, 35, 30)
+_FLAT: tuple[EndStyle, ...] = ("flat",)
 _FULL = 24
 """Images of a kind at scale 1."""
 _SHADE = 0.45  # how much darker a cable is at its edges
@@ -52,10 +53,10 @@ def _bend(degrees: int) -> Draw:
 
 _KINDS: Mapping[str, _Kind] = {
     **{f"bend of {deg} degrees, {width:g} px": _Kind(_bend(deg), width) for deg in _ANGLES_DEG for width in _WIDTHS_PX},
-    "facing flat ends": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, drawings.FLAT)),
-    "facing ends": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, drawings.ANY)),
-    "facing flat ends, picture": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, drawings.FLAT), picture=True),
-    "facing ends, picture": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, drawings.ANY), picture=True),
+    "facing flat ends": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, _FLAT)),
+    "facing ends": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, END_STYLES)),
+    "facing flat ends, picture": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, _FLAT), picture=True),
+    "facing ends, picture": _Kind(lambda rng, sheet, _: drawings.facing(rng, sheet, END_STYLES), picture=True),
     "T": _Kind(lambda rng, sheet, _: drawings.junction(rng, sheet, (math.radians(70.0), math.radians(110.0)))),
     "Y": _Kind(lambda rng, sheet, _: drawings.junction(rng, sheet, (math.radians(25.0), math.radians(55.0)))),
     "parallel": _Kind(lambda rng, sheet, _: drawings.parallel(rng, sheet)),
@@ -71,7 +72,7 @@ side by side, two that the border cuts, and a ring with a cable across it."""
 class EdgeCaseSequence(GeneratedSequence):
     """Single images of one kind, as perfect masks or with colour pictures beside them; lengths and widths are in px.
 
-    Free ends are flat, round, frayed or tapered.
+    Free ends are flat, round, frayed or tapered; those of sharp bends flat or round.
 
     Parameters
     ----------
