@@ -38,8 +38,8 @@ def test_only_the_ends_differ(style, width):
 def test_a_flat_end_stops_at_the_tip_over_the_whole_width():
     mask = drawn("flat", 9.0, STRAIGHT)
     columns = np.flatnonzero(mask.any(axis=0))
-    assert (columns[0], columns[-1]) == (31, 120)
-    assert set(mask.sum(axis=0)[31:121].tolist()) == {9}
+    assert (columns[0], columns[-1]) == (30, 121)
+    assert set(mask.sum(axis=0)[30:122].tolist()) == {9}
 
 
 def test_a_tapered_end_gets_thinner_towards_the_tip():

@@ -20,6 +20,8 @@ _SHAPED = 2.0
 """Widths of cable before the tip that are drawn by the end's style; the round cap of the body stays behind it."""
 _TAPERED_TO = 0.35
 """Width of a tapered end at its tip, as a share of the cable's."""
+_TIP_PX = 0.75
+"""Beyond the tip and to its sides, so that the mask has the pixel in which the tip lies."""
 _WIRES = (3, 6)
 _LEAST_WIRE_PX = 1.2
 _WIRE = 0.16
@@ -120,10 +122,11 @@ def _draw_end(mask: Mask, end: FreeEnd, points: FloatArray, arc: FloatArray, rad
     nearest = squared.argmin(axis=1)
     half = radii[nearest]
     if end.style == "tapered":
-        half = half * (_TAPERED_TO + (1.0 - _TAPERED_TO) * np.minimum(arc[nearest] / (_SHAPED * width), 1.0))
+        share = _TAPERED_TO + (1.0 - _TAPERED_TO) * np.minimum(arc[nearest] / (_SHAPED * width), 1.0)
+        half = np.maximum(half * share, _TIP_PX)
     inside = squared.min(axis=1) <= half**2
     # The cut: what lies beyond the tip is nearest to the tip itself.
-    inside &= (nearest > 0) | ((pixels - tip) @ inwards >= 0.0)
+    inside &= (nearest > 0) | ((pixels - tip) @ inwards >= -_TIP_PX)
     for start, angle, length in end.wires:
         inside |= _in_wire(pixels, tip, -inwards, width, (start, angle, length))
     _set(mask, pixels[inside, 1].astype(np.intp), pixels[inside, 0].astype(np.intp))
