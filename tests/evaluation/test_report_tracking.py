@@ -76,7 +76,7 @@ def test_sequences_are_counted_not_switches(tmp_path):
     row = dict(zip(table.columns, table.rows[0], strict=True))
     assert (row["sequences"], row["neither, %"]) == (4, 75.0)
     assert row["IDF1"] == pytest.approx(1.0 - 0.5 / 4)
-    assert [line[:2] for line in table.rows] == [("stub", 2), ("all but hidden", 2), ("all but hidden", None)]
+    assert [line[:2] for line in table.rows] == [("stub", 2), ("all", 2), ("all", None)]
 
 
 def test_the_past_is_measured_against_the_frame_alone_where_it_matters(tmp_path):
@@ -183,6 +183,15 @@ def test_the_report_has_both_tables_and_the_bars(tmp_path):
     assert (row["family"], row["bar, %"], row["bar: less, %"]) == ("stub", 95.0, 30.0)
     assert {"tracking", "tracking-frames", "tracking-families"} <= set(made)
     assert (tmp_path / "tables" / "tracking-families.csv").exists()
+
+
+def test_only_the_suites_with_bars_have_any(tmp_path):
+    part = followed(tmp_path, runner_stubs.named, Hidden())
+    bars = {}
+    for name in ("tracking", "simulated"):
+        table = following_table([part], name)
+        bars[name] = dict(zip(table.columns, table.rows[0], strict=True))["bar, %"]
+    assert bars == {"tracking": 95.0, "simulated": None}
 
 
 def test_the_suite_is_made_for_it():

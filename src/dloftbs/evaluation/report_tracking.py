@@ -12,7 +12,9 @@ from dloftbs.evaluation.tracking import TrackingScores
 WITHOUT_BAR = "hidden"
 """The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
 ALL = f"all but {WITHOUT_BAR}"
-"""All other families."""
+"""All other families, of a suite that has it."""
+_WITHOUT_BARS = "simulated"
+"""The suite for which no bars of tracks are set."""
 
 _SINGLE_BAR, _BAR = 99.0, 95.0
 _IDF1_BARS = {3: 0.98, 5: 0.95}
@@ -82,11 +84,13 @@ def following_table(parts: Sequence[Part], suite: str) -> Table:
             )
     totals: dict[tuple[str, int | None, str], list[Following]] = {}
     with_bar = {key: followed for key, followed in groups.items() if key[0] != WITHOUT_BAR}
+    every = ALL if len(with_bar) < len(groups) else "all"
     for (_, cables, method), followed in with_bar.items():
-        totals.setdefault((ALL, cables, method), []).extend(followed)
+        totals.setdefault((every, cables, method), []).extend(followed)
     for (_, _, method), followed in with_bar.items():
-        totals.setdefault((ALL, None, method), []).extend(followed)
-    rows = tuple(_row(*key, followed) for key, followed in [*groups.items(), *totals.items()])
+        totals.setdefault((every, None, method), []).extend(followed)
+    barred = suite != _WITHOUT_BARS
+    rows = tuple(_row(*key, followed, barred and key[0] != WITHOUT_BAR) for key, followed in (groups | totals).items())
     title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
     return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
 
@@ -133,7 +137,7 @@ def refound(rows: Sequence[TrackRow]) -> list[int | None]:
     return found if since is None else [*found, None]
 
 
-def _row(family: str, cables: int | None, method: str, followed: Sequence[Following]) -> tuple[Cell, ...]:
+def _row(family: str, cables: int | None, method: str, followed: Sequence[Following], barred: bool) -> tuple[Cell, ...]:
     switched = [one.scores.switches > 0 for one in followed]
     flipped = [one.scores.flips > 0 for one in followed]
     right = [not s and not f for s, f in zip(switched, flipped, strict=True)]
@@ -142,7 +146,7 @@ def _row(family: str, cables: int | None, method: str, followed: Sequence[Follow
     clear = [row for row in rows if row.shown >= _WHOLE]
     tracked, alone = _both(hidden)
     scores = sum((one.scores for one in followed), TrackingScores())
-    barred, plain = family != WITHOUT_BAR, family in _HARM_BARS
+    plain = family in _HARM_BARS
     idf1_bar = _PLAIN_IDF1_BAR if plain else _IDF1_BARS.get(cables or 0)
     points = sum(one.points for one in followed)
     again = [after for one in followed for after in _refound(one)]
