@@ -17,6 +17,7 @@ from dloftbs.sources.synthetic.space import curve_through_samples
 from dloftbs.truth import Truth
 
 _FPS = 30.0
+_TOLERANCE_PX = 5.0
 _FULL = 6
 """Sequences of a kind at scale 1."""
 _WIDTHS_PX = (6.0, 16.0)  # HD, in the plane
@@ -69,6 +70,8 @@ class PlainSightSequence(GeneratedSequence):
     InputError
         If a value is out of range.
     """
+
+    tolerance_px = _TOLERANCE_PX
 
     def __init__(
         self,
