@@ -8,10 +8,12 @@ import time
 import pytest
 from cli.cli_inputs import run, start
 
+from dloftbs.cli.commands import evaluate as evaluate_command
 from dloftbs.cli.evaluation_progress import open_parts_progress
 from dloftbs.cli.methods import method_of
 from dloftbs.errors import InputError
 from dloftbs.evaluation.runner_parts import FrameRow, Key, Part
+from dloftbs.evaluation.suites import SUITES
 from dloftbs.frame import Frame
 
 TINY = ("--scale", 0.01, "--size", "320x180", "--jobs", 1)
@@ -191,3 +193,11 @@ def test_progress_on_a_terminal_is_a_bar(monkeypatch, capsys):
     with open_parts_progress(10) as show:
         show(part)
     assert capsys.readouterr().out == ""
+
+
+def test_without_mujoco_its_suite_is_left_out_with_a_word(monkeypatch, capsys):
+    monkeypatch.setattr("dloftbs.sources.synthetic.simulation_available", lambda: False)
+    suites = evaluate_command._suites((), True, 0.01, (180, 320), 0, 7.0)
+    assert [suite.name for suite in suites] == [name for name in SUITES if name != "simulated"]
+    assert capsys.readouterr().err.startswith("left out simulated: simulated cables need MuJoCo: pip install")
+    assert {sequence.tolerance_px for suite in suites for sequence in suite.sequences} == {7.0}

@@ -5,13 +5,15 @@ import numpy as np
 import pytest
 
 from dloftbs.errors import InputError, SourceError
-from dloftbs.evaluation.suites import SUITES, open_suite
+from dloftbs.evaluation.suites import SUITES, missing_for, open_suite
 
 TINY = {"scale": 0.01, "size": (180, 320)}
 
 
 @pytest.mark.parametrize("name", SUITES)
 def test_every_suite_opens_and_can_be_pickled(name):
+    if missing_for(name) is not None:
+        pytest.skip(missing_for(name))
     suite = open_suite(name, **TINY)
     assert suite.frames == sum(len(sequence) for sequence in suite.sequences) > 0
     sequence = pickle.loads(pickle.dumps(suite.sequences[-1]))
@@ -71,6 +73,13 @@ def test_a_folder_without_labels_is_an_error(tmp_path):
 def test_what_is_neither_suite_nor_folder_is_an_error():
     with pytest.raises(InputError, match="no suite and no folder 'rgbb'; the suites are rgbd-artificial, rgbd-noisy,"):
         open_suite("rgbb")
+
+
+def test_without_mujoco_the_suite_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr("dloftbs.sources.synthetic.simulation_available", lambda: False)
+    assert [name for name in SUITES if missing_for(name) is not None] == ["simulated"]
+    with pytest.raises(InputError, match=r"pip install 'dloftbs\[evaluation\]'"):
+        open_suite("simulated", **TINY)
 
 
 def test_a_scale_of_nothing_is_an_error():

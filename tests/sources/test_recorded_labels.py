@@ -155,17 +155,17 @@ def test_a_folder_of_sequences_is_told_to_be_opened_one_by_one(tmp_path):
         sources.open_labelled(tmp_path)
 
 
-@pytest.mark.parametrize("layout", [name for name in LAYOUTS if name != "labels"])
+@pytest.mark.parametrize("layout", [name for name in LAYOUTS if name not in ("labels", "mbest")])
 def test_a_folder_of_another_layout_is_told_so(tmp_path, layout):
     with pytest.raises(SourceError) as error:
         sources.open_labelled(fill(tmp_path, "0"), layout)
-    assert "It looks like the layout labels." in str(error.value)
+    assert "It looks like the layout labels or mbest." in str(error.value)
     assert LAYOUTS[layout].tree in str(error.value)
     assert LAYOUTS["labels"].tree not in str(error.value)
 
 
 def test_an_unknown_layout_is_refused(tmp_path):
-    with pytest.raises(InputError, match="layout must be one of auto, written, labels, spline tables, polylines"):
+    with pytest.raises(InputError, match="layout must be one of auto, written, labels, mbest, ariadne, spline tables"):
         sources.open_labelled(tmp_path, "coco")
 
 

@@ -19,6 +19,8 @@ MAX_SCALE = 100.0
 MAX_JOBS = 256
 """Threads or processes; each holds frames."""
 MAX_SEED = 2**63 - 1
+MAX_TOLERANCE_PX = 1e5
+"""Of a curve's distance, far beyond any image."""
 MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M = 1e-9, 1e3
 """A count of depth, metres: sensors have 1e-5 to 1e-2."""
 

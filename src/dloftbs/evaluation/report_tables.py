@@ -34,7 +34,7 @@ def tables(parts: Sequence[Part]) -> list[Table]:
         if suite == "kinds":
             made.append(kinds_table(of_suite, suite))
         if any(part.following is not None for part in of_suite):
-            made.append(following_table(of_suite))
+            made.append(following_table(of_suite, suite).compact())
         made.append(_FORMS.get(suite, _plain)(of_suite, suite))
     made += [table for table in (tracking_table(parts), exceptions_table(parts)) if table.rows]
     return made + joint_tables(parts)
@@ -55,6 +55,7 @@ _FIGURES: dict[str, Callable[[_Rows], Cell]] = {
     "objects": lambda rows: sum(row.n_true for row in rows),
     "clean frames, %": lambda rows: 100.0 * clean_share(rows),
     "clean images, %": lambda rows: 100.0 * clean_share(rows),
+    "right number, %": lambda rows: 100.0 * sum(row.n_found == row.n_true for row in rows) / max(len(rows), 1),
     "right objects, %": lambda rows: _share_of_objects(rows, sum(row.right for row in rows)),
     "L1 px": lambda rows: mean(row.l1_px for row in rows),
     "L2 px": lambda rows: mean(row.l2_px for row in rows),
@@ -105,7 +106,8 @@ def _summary(parts: Sequence[Part]) -> Table:
     figures = ("frames", "clean frames, %", "right objects, %", "L3 px", _WHOLE, "missing, %", "redundant, %", _EMPTY)
     note = (
         "An object is right when the curve that it is given has an L3 of at most 5 px in HD and as much of smaller "
-        f"images, or a DICE of at least {CLEAN_DICE} where only masks are known; a frame is clean when all its objects "
+        "images, or what --tolerance or the data say, or a DICE of at least "
+        f"{CLEAN_DICE} where only masks are known; a frame is clean when all its objects "
         "are right and there is nothing else. L3 is the mean over frames of all matched objects, however far off, "
         "whichever end comes first, and from the whole curve or its visible extent, whichever is nearer; the column "
         "beside it is from the whole curve always, the paper's criterion to the letter. Missing and "
@@ -188,7 +190,7 @@ def _families(parts: Sequence[Part], suite: str) -> Table:
 
 
 def _plain(parts: Sequence[Part], suite: str) -> Table:
-    covers = ("clean frames, %", "L1 px", "L2 px", "L3 px", _WHOLE, "DICE")
+    covers = ("clean frames, %", "right number, %", "L1 px", "L2 px", "L3 px", _WHOLE, "DICE")
     figures = (*covers, "missing", "redundant", "ms median", *_COUNTS)
     return Table(suite, suite, *_rows(parts, {**_SEQUENCE, **_METHOD}, figures), _SEEN).compact()
 
@@ -196,6 +198,8 @@ def _plain(parts: Sequence[Part], suite: str) -> Table:
 _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgb": _table_1,
     "tracking": _families,
+    "plain-sight": _families,
+    "simulated": _families,
     "several-cables": _table_2,
     "rgbd": _table_3,
     "rgbd-artificial": _table_4,

@@ -51,8 +51,6 @@ class Found:
         The same in the camera's frame, metres; None where the method says nothing of it.
     ids : tuple of hashable, optional
         What the method calls them from frame to frame; None where it says nothing of it.
-    widths : tuple of float or None
-        Of the objects, px.
     detections : tuple of Detection
         Those that the curves come from; empty where a method has curves alone.
     tracks : tuple of FoundTrack
@@ -64,7 +62,6 @@ class Found:
     curves: tuple[Curve, ...] = ()
     curves_3d: tuple[Curve | None, ...] = ()
     ids: tuple[Hashable, ...] | None = None
-    widths: tuple[float | None, ...] = ()
     detections: tuple[Detection, ...] = ()
     tracks: tuple[FoundTrack, ...] = ()
     detected: Found | None = None
@@ -121,7 +118,6 @@ def _of_result(result: FrameResult) -> Found:
         tuple(item.curve for item in of),
         tuple(item.curve_3d for item in of),
         tuple(track.id for track, _ in seen) if result.tracks else None,
-        tuple(detection.width for detection in detections),
         detections,
         tuple(FoundTrack(track.id, track.curve, track.detection is not None) for track in result.tracks),
         None if as_detected else _of_result(replace(result, tracks=())),
@@ -132,7 +128,7 @@ def _of_curves(values: list[Any], camera: PinholeCamera | None, ids: tuple[Hasha
     both = [_both(value, camera) for value in values]
     curves = tuple(flat for flat, _ in both)
     tracks = tuple(FoundTrack(name, curve, seen=True) for name, curve in zip(ids or (), curves, strict=bool(ids)))
-    return Found(curves, tuple(deep for _, deep in both), ids, (None,) * len(both), tracks=tracks)
+    return Found(curves, tuple(deep for _, deep in both), ids, tracks=tracks)
 
 
 def _both(value: Any, camera: PinholeCamera | None) -> tuple[Curve, Curve | None]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from dloftbs.evaluation.instances import dice
 from dloftbs.evaluation.matching import CurveDistances, Matching, match_distances
@@ -50,16 +52,26 @@ class Score:
     distances: CurveDistances | None
 
 
-def score(found: Found, truth: Truth, frame: Frame) -> Score:
-    """Score the curves of one frame."""
+def score(found: Found, truth: Truth, frame: Frame, tolerance_px: float | None = None) -> Score:
+    """Score the curves of one frame.
+
+    Parameters
+    ----------
+    found : Found
+    truth : Truth
+    frame : Frame
+    tolerance_px : float, optional
+        The largest L3 of an object that is right, `CLEAN_L3` of the image where it is left out.
+    """
     l1_px, l2_px = _cover(found, truth, frame)
     if truth.ids and not truth.curves:
-        return _by_masks(found, truth, l1_px, l2_px)
+        return _by_masks(found, truth, frame, l1_px, l2_px)
     (distances, whole), visible = distances_of(found, truth), visible_objects(truth)
     # Without a gate, as in the paper: a curve far from its object shows in L3, and is not two errors more.
     matching = match_distances(distances)
     missing = sum(bool(visible[i]) for i in matching.unmatched_true)
-    right = sum(value <= CLEAN_L3 * max(frame.size) for value in matching.l3)
+    limit = CLEAN_L3 * max(frame.size) if tolerance_px is None else tolerance_px
+    right = sum(value <= limit for value in matching.l3)
     return Score(
         l1_px,
         l2_px,
@@ -125,9 +137,9 @@ def _in_space(found: Found, truth: Truth, matching: Matching, frame: Frame) -> t
     return _MM_PER_M * l3_m, length_error
 
 
-def _by_masks(found: Found, truth: Truth, l1_px: float | None, l2_px: float | None) -> Score:
+def _by_masks(found: Found, truth: Truth, frame: Frame, l1_px: float | None, l2_px: float | None) -> Score:
     assert truth.labels is not None  # a truth has curves or masks
-    result = dice(_labels(found, truth.labels), truth.labels)
+    result = dice(_labels(found, truth.labels > 0 if frame.mask is None else frame.mask), truth.labels)
     missing, redundant = len(result.missing), len(result.redundant)
     # A curve that is hidden by another one in the picture of labels was found all the same.
     redundant += max(len(found.curves) - (len(truth.ids) - missing + redundant), 0)
@@ -136,27 +148,21 @@ def _by_masks(found: Found, truth: Truth, l1_px: float | None, l2_px: float | No
     return Score(l1_px, l2_px, None, None, None, None, _or_none(result.mean), missing, redundant, right, clean, None)
 
 
-def _labels(found: Found, true_labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.int32]:
-    """Give each pixel to the nearest curve that is wide enough to cover it.
-
-    Where a method gives no widths, all curves are as wide as the true objects are in the mean.
-    """
-    lines = [samples(curve) for curve in found.curves]
-    usual = _mean_width((true_labels > 0).astype(np.uint8))
-    labels, nearest = np.zeros(true_labels.shape, np.int32), np.full(true_labels.shape, np.inf)
-    for number, (line, width) in enumerate(zip(lines, found.widths, strict=True), start=1):
-        # A thick line of OpenCV is wider than asked for.
-        off = np.ones(true_labels.shape, np.uint8)
-        cv2.polylines(off, [np.rint(line).astype(np.int32)], False, 0)
-        distance = cv2.distanceTransform(off, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        mine = (distance <= (usual if width is None else width) / 2.0) & (distance < nearest)
-        labels[mine], nearest[mine] = number, distance[mine]
+def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Give each pixel of a mask (H, W) to the nearest curve within a width of it; labels count curves from 1 on."""
+    labels = np.zeros(mask.shape, np.int32)
+    if found.curves:
+        lines = [samples(curve) for curve in found.curves]
+        owner = np.repeat(np.arange(1, len(lines) + 1), [len(line) for line in lines])
+        rows, columns = np.nonzero(mask)
+        distance, nearest = cKDTree(np.concatenate(lines)).query(np.column_stack((columns, rows)))
+        labels[rows, columns] = np.where(distance <= mean_width(mask > 0), owner[nearest], 0)
     return labels
 
 
-def _mean_width(mask: npt.NDArray[np.uint8]) -> float:
+def mean_width(mask: npt.NDArray[np.bool_]) -> float:
     """Return the width of what is long and thin: of 2 r + 1 rows the mean depth is (r + 1)^2 / (2 r + 1), about."""
-    depth = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask > 0]
+    depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask]
     return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
 
 

@@ -30,6 +30,7 @@ class KnownFrames(Protocol):
     """As much of a `dloftbs.sources.base.KnownSequence` as scoring needs."""
 
     fps: float | None
+    tolerance_px: float | None
 
     def __len__(self) -> int: ...
 
@@ -108,8 +109,8 @@ class _Run:
         """Score the next frame."""
         found, ms, failure = _call(self._call, frame)
         detected = found.detected or found
-        result = score(detected, truth, frame)
-        tracked = result if detected is found else score(found, truth, frame)
+        result = score(detected, truth, frame, self._sequence.tolerance_px)
+        tracked = result if detected is found else score(found, truth, frame, self._sequence.tolerance_px)
         self._rows.append(_row(self._key, index, detected, truth, result, ms, failure))
         self._joints += judge_joints(index, detected.detections, truth, frame.size)
         self._identities = self._identities or IdentityScorer(frame.size)

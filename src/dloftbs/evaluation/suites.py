@@ -6,14 +6,14 @@ import hashlib
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dloftbs._text import readable
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources import synthetic
 from dloftbs.sources.base import KnownSequence
-from dloftbs.sources.recorded import open_labelled
+from dloftbs.sources.recorded import LAYOUTS, open_labelled
 
 HD = (720, 1280)
 QUICK_SCALE = 0.1
@@ -78,6 +78,18 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence",
         lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
     ),
+    "plain-sight": (
+        "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
+        lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),
+    ),
+    "edge-cases": (
+        "drawn images: sharp bends, facing ends, T and Y, cables side by side, cut by the border, a crossed ring",
+        lambda scale, seed, size: synthetic.edge_cases(scale, seed=seed, size=size),
+    ),
+    "simulated": (
+        "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
+        lambda scale, seed, size: synthetic.simulated(scale, seed=seed, size=size),
+    ),
     "noise": (
         "ladders of growing noise",
         lambda scale, seed, size: synthetic.noise_ladder(scale, seed=seed, size=size),
@@ -87,29 +99,51 @@ SUITES = tuple(_GENERATED)
 """The names of the generated suites."""
 
 
-def open_suite(name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD) -> Suite:
+def missing_for(name: str) -> str | None:
+    """Return what has to be installed for a suite, in words, or None."""
+    return synthetic.SIMULATION_REMEDY if name == "simulated" and not synthetic.simulation_available() else None
+
+
+def open_suite(
+    name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD, tolerance_px: float | None = None
+) -> Suite:
     """Open a suite.
 
     Parameters
     ----------
     name : str
-        One of `SUITES`, or a folder: a labelled sequence, or one that holds such folders.
+        One of `SUITES`, or a folder: a labelled sequence, or one that holds such folders. ``LAYOUT:FOLDER`` says which
+        of `dloftbs.sources.recorded.LAYOUTS` it has, such as ``mbest:photographs``.
     scale : float
         Of the number of frames, against the paper's data sets; a folder is taken as it is.
     seed : int
         Of what is generated.
     size : (int, int)
         ``(H, W)`` px of what is generated.
+    tolerance_px : float, optional
+        The largest L3 of a curve that counts as right, in place of what the sequences say.
 
     Raises
     ------
     InputError
-        If there is no such suite, or a value is out of range.
+        If there is no such suite, what it needs is not installed, or a value is out of range.
     SourceError
         If the folder has no labelled sequence.
     """
-    if name not in _GENERATED:
-        return _open_folder(name)
+    suite = _open_generated(name, scale, seed, size) if name in _GENERATED else _open_folder(name)
+    if tolerance_px is None:
+        return suite
+    if not 0.0 < tolerance_px < math.inf:
+        raise InputError(f"tolerance_px must be positive, got {tolerance_px}")
+    for sequence in suite.sequences:
+        sequence.tolerance_px = tolerance_px
+    return replace(suite, settings=f"{suite.settings}, tolerance {tolerance_px:g} px")
+
+
+def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
+    remedy = missing_for(name)
+    if remedy is not None:
+        raise InputError(remedy)
     if not (0.0 < scale < math.inf) or seed < 0:
         raise InputError(f"expected scale > 0 and seed >= 0, got {scale} and {seed}")
     title, generator = _GENERATED[name]
@@ -117,37 +151,48 @@ def open_suite(name: str, *, scale: float = 1.0, seed: int = 0, size: Size = HD)
 
 
 def _open_folder(name: str) -> Suite:
-    folder = Path(os.path.expanduser(name))
+    layout, folder = _layout_of(name), place_of(name)
     if not os.path.isdir(folder):
-        raise InputError(f"there is no suite and no folder {name!r}; the suites are {', '.join(SUITES)}")
-    sequences = _sequences_in(folder)
+        raise InputError(f"there is no suite and no folder {str(folder)!r}; the suites are {', '.join(SUITES)}")
+    sequences = _sequences_in(folder, layout)
     return Suite(
         readable(folder.resolve().name),
-        f"labelled data in {readable(name)}",
+        f"labelled data in {readable(str(folder))}",
         tuple(sequences),
-        f"files {_digest(folder)}",
+        f"files {_digest(folder)}" + ("" if layout == "auto" else f", layout {layout}"),
     )
 
 
-def _sequences_in(folder: Path) -> list[KnownSequence]:
+def _layout_of(name: str) -> str:
+    layout, colon, _ = name.partition(":")
+    return layout if colon and layout in LAYOUTS else "auto"
+
+
+def place_of(name: str) -> Path:
+    """Return the folder of labelled data that is named by its path, or as ``LAYOUT:PATH``."""
+    layout = _layout_of(name)
+    return Path(os.path.expanduser(name if layout == "auto" else name.removeprefix(f"{layout}:")))
+
+
+def _sequences_in(folder: Path, layout: str) -> list[KnownSequence]:
     try:
-        return [_open(folder)]
+        return [_open(folder, layout)]
     except SourceError:
-        inside = [_open(place) for place in sorted(folder.iterdir()) if place.is_dir() and _opens(place)]
+        inside = [_open(p, layout) for p in sorted(folder.iterdir()) if p.is_dir() and _opens(p, layout)]
         if inside:
             return inside
         raise
 
 
-def _open(folder: Path) -> KnownSequence:
-    sequence = open_labelled(folder)
+def _open(folder: Path, layout: str) -> KnownSequence:
+    sequence = open_labelled(folder, layout)
     sequence.name = readable(folder.resolve().name)
     return sequence
 
 
-def _opens(folder: Path) -> bool:
+def _opens(folder: Path, layout: str) -> bool:
     try:
-        open_labelled(folder).close()
+        open_labelled(folder, layout).close()
     except SourceError:
         return False
     return True

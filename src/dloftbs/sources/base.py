@@ -84,7 +84,14 @@ class KnownSequence(Source):
     one costs little: what is expensive happens in `frame` and `truth`.
 
     A subclass sets the attributes of `Source`, `length` among them, and gives `frame` and `truth`.
+
+    Attributes
+    ----------
+    tolerance_px : float or None
+        The largest L3 of a curve that counts as right; None where it goes with the size of the image.
     """
+
+    tolerance_px: float | None = None
 
     def __len__(self) -> int:
         assert self.length is not None  # a known sequence has one

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, FilledPath, file_path, parse_size
+from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, MAX_TOLERANCE_PX, FilledPath, file_path, parse_size
 
 if TYPE_CHECKING:
     from dloftbs.evaluation.suites import Suite
@@ -43,6 +43,12 @@ PARTS = "parts"
 )
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of what is generated; 1280x720.")
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For other sequences.")
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(0.0, MAX_TOLERANCE_PX, min_open=True),
+    metavar="PX",
+    help="Largest L3 of a right object; what the data say, or 5 at 1280x720 and in proportion.",
+)
 @click.option("--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Processes; one for each core.")
 def evaluate(
     names: tuple[str, ...],
@@ -52,14 +58,17 @@ def evaluate(
     scale: float | None,
     size: tuple[int, int] | None,
     seed: int,
+    tolerance: float | None,
     jobs: int | None,
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
-    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, noise, or a folder of
-    labelled data; without any, all the generated ones. MODULE:CALLABLE is a function from a frame to curves: arrays
-    of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to such; or a class, of
-    which an instance is made for each sequence and called so. Python must find the module: see PYTHONPATH.
+    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, plain-sight, edge-cases,
+    simulated (by MuJoCo, where it is installed), noise, or a folder of labelled data, or LAYOUT:FOLDER, such as
+    mbest:photographs; without any, all the generated ones.
+    MODULE:CALLABLE is a function from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines,
+    or a mapping from identities to such; or a class, of which an instance is made for each sequence and called so.
+    Python must find the module: see PYTHONPATH.
 
     The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), whether
     every joint is right (joints.csv), plots, and pictures of the worst frames. What is finished is kept there,
@@ -75,7 +84,7 @@ def evaluate(
     from dloftbs.evaluation.report import write_report
     from dloftbs.evaluation.runner import evaluate as run
 
-    suites = _suites(names, quick, scale, size, seed)
+    suites = _suites(names, quick, scale, size, seed, tolerance)
     _check_out(names, out)
     wanted = [method_of(name) for given in methods for name in given.split(",")]
     total = sum(suite.frames for suite in suites) * len(wanted)
@@ -98,10 +107,10 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
     """
     from dloftbs.errors import SinkError
     from dloftbs.evaluation.report import FRAMES, JOINTS, JSON, MARKDOWN, PLOTS, TABLES, WORST
-    from dloftbs.evaluation.suites import SUITES
+    from dloftbs.evaluation.suites import SUITES, place_of
 
     for name in names:
-        data = Path(os.path.realpath(os.path.expanduser(name)))
+        data = Path(os.path.realpath(place_of(name)))
         for folder in (out, *(out / part for part in (PARTS, TABLES, PLOTS, WORST))):
             if name not in SUITES and Path(os.path.realpath(folder)).is_relative_to(data):
                 raise SinkError(f"--out {out} would write into the labelled data of {name}: choose another folder")
@@ -115,13 +124,23 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
 
 
 def _suites(
-    names: tuple[str, ...], quick: bool, scale: float | None, size: tuple[int, int] | None, seed: int
+    names: tuple[str, ...],
+    quick: bool,
+    scale: float | None,
+    size: tuple[int, int] | None,
+    seed: int,
+    tolerance: float | None,
 ) -> list[Suite]:
-    from dloftbs.evaluation.suites import HD, QUICK_SCALE, QUICK_SIZE, SUITES, open_suite
+    from dloftbs.evaluation.suites import HD, QUICK_SCALE, QUICK_SIZE, SUITES, missing_for, open_suite
 
     default_scale, default_size = (QUICK_SCALE, QUICK_SIZE) if quick else (1.0, HD)
+    lacking = {name: remedy for name in SUITES if not names and (remedy := missing_for(name)) is not None}
+    for name, remedy in lacking.items():
+        click.echo(f"left out {name}: {remedy}", err=True)
     return [
-        open_suite(name, scale=scale or default_scale, seed=seed, size=size or default_size) for name in names or SUITES
+        open_suite(name, scale=scale or default_scale, seed=seed, size=size or default_size, tolerance_px=tolerance)
+        for name in names or SUITES
+        if name not in lacking
     ]
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.base import KnownSequence
-from dloftbs.sources.recorded import labels, polylines, spline_tables, written
+from dloftbs.sources.recorded import ariadne, labels, mbest, polylines, spline_tables, written
 from dloftbs.sources.recorded.layout import Layout, content_of, folders_in, listed
 
 __all__ = ["LAYOUTS", "open_labelled"]
 
 LAYOUTS: dict[str, Layout] = {
-    module.LAYOUT.name: module.LAYOUT for module in (written, labels, spline_tables, polylines)
+    module.LAYOUT.name: module.LAYOUT for module in (written, labels, mbest, ariadne, spline_tables, polylines)
 }
 """By name, in the order in which "auto" tries them."""
 
@@ -27,12 +27,13 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     Parameters
     ----------
     folder : str or path
-    layout : {"auto", "written", "labels", "spline tables", "polylines"}
+    layout : {"auto", "written", "labels", "mbest", "ariadne", "spline tables", "polylines"}
         "written" is what `dloftbs.sinks.write_sequence` leaves; "labels" has ``NN.jpg`` with ``NN.labels.png``, whose
-        pixels are the objects' numbers, and knows no curves; "spline tables" has a CSV file of points per frame, as the
-        authors of DLOFTBs write it or plain, beside a video or images; "polylines" has ``STEM.json`` or ``STEM.csv``
-        with points beside each image or mask. "auto" is the first that the folder looks like. A wrong folder gets an
-        error that draws the right ones.
+        pixels are the objects' numbers, and knows no curves; "mbest" is the same, segmented by the colours of mBEST's
+        cables; "ariadne" has photographs, masks and coarse points as Ariadne's data set; "spline tables" has a CSV file
+        of points per frame, as the authors of DLOFTBs write it or plain, beside a video or images; "polylines" has
+        ``STEM.json`` or ``STEM.csv`` with points beside each image or mask. "auto" is the first that the folder looks
+        like. A wrong folder gets an error that draws the right ones.
 
     Returns
     -------
