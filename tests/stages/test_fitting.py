@@ -136,3 +136,12 @@ def test_few_points_by_need(n: int) -> None:
     points = arc(50.0, float(n))
     for closed in (False, True) if n >= 8 else (False,):
         assert np.isfinite(fit(points, arc_parameter(points, closed), closed, FittingConfig(), 12.0).sample(20)).all()
+
+
+@pytest.mark.parametrize("knots", [None, 2, 25])
+def test_points_at_one_place_count_once(knots: int | None) -> None:
+    points = np.array([[38.0, 17.0], [38.0, 11.0], [38.0, 11.0], [41.0, 14.0]])
+    curve = fit(points, arc_parameter(points), False, FittingConfig(knots=knots), 5.5)
+    assert np.isfinite(curve.control_points).all()
+    away = np.linalg.norm(curve.sample(200)[:, None] - points, axis=2).min(axis=0)
+    assert away.max() < 2.0

@@ -38,6 +38,7 @@ def fit(points: FloatArray, u: FloatArray, closed: bool, config: FittingConfig, 
     -------
     BSplineCurve
     """
+    points, u = _without_repeats(points, u)
     knots = config.knots
     if knots is None:
         knots = needed_knots(points, u, closed, config.tolerance_px, width_px)
@@ -60,6 +61,7 @@ def fit_with_knots(points: FloatArray, u: FloatArray, closed: bool, k: int) -> B
     -------
     BSplineCurve
     """
+    points, u = _without_repeats(points, u)
     if not closed:
         points, u = _at_least_order(points, u)
     knots, control = _fit(points, u, closed, k)
@@ -111,6 +113,15 @@ def _fit(points: FloatArray, u: FloatArray, closed: bool, k: int) -> tuple[Float
         return knots, kernels.fit_closed(u, points, knots)
     knots = kernels.open_knots(u, k)
     return knots, kernels.fit_open(u, points, knots)
+
+
+def _without_repeats(points: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Leave out points at the parameter of the one before, as in a gap without length."""
+    ahead = u[1:] > u[:-1]
+    if ahead.all():
+        return points, u
+    kept = np.concatenate(([True], ahead))
+    return points[kept], u[kept]
 
 
 def _at_least_order(points: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
