@@ -25,6 +25,7 @@ DATA = {
     "frame",
     "patch",
     "past",
+    "evidence",
     "graph",
     "truth",
 }
@@ -50,7 +51,7 @@ MAY_IMPORT = {
     "overlap": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
-    **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "lens", "registration")},
+    **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "evidence", "lens", "registration")},
     "stages": GROUND | DATA,
     "tracking": GROUND | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},

@@ -49,6 +49,8 @@ class Graph:
         How far the mask goes straight on from each arm of a junction, px.
     spurs : numpy.ndarray, shape (n,)
         Runs that are so short that they need no explanation.
+    bordering : numpy.ndarray, shape (2 n,)
+        Free ends that the image's border cuts.
     width : float
         Of the cables, px.
     """
@@ -63,6 +65,7 @@ class Graph:
     caps: FloatArray
     through: FloatArray
     spurs: _Bools
+    bordering: _Bools
     width: float
 
     @property

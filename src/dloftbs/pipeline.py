@@ -18,7 +18,8 @@ from dloftbs.centerline import Centerline
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import AnyArray, Crossing, Detection, Frame, FrameResult, StageTrace, Track, check_mask
+from dloftbs.evidence import Evidence
+from dloftbs.frame import AnyArray, Crossing, Detection, Frame, FrameResult, StageTrace, Track, check_image, check_mask
 from dloftbs.graph import Graph
 from dloftbs.inspection import trace_stages
 from dloftbs.past import Past
@@ -199,7 +200,7 @@ def run_stages(
         lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
         lines = _link_by_bending(
-            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected
+            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected, frame.image
         )
     if not lines:
         return run
@@ -240,6 +241,7 @@ def _link_by_bending(
     most: int,
     clock: _Clock,
     expected: Sequence[tuple[BSplineCurve, float]],
+    image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
     run.graph, found = build_graph(patch, skeleton, most)
@@ -248,7 +250,8 @@ def _link_by_bending(
         run.reason = _too_many(found, most)
         return []
     past = Past(expected, patch, run.graph.width) if expected else None
-    pairing = pair(patch, run.graph, config.max_gap_widths, past)
+    evidence = None if image is None else Evidence(image, patch)
+    pairing = pair(patch, run.graph, config.max_gap_widths, past, evidence)
     settle_lanes(run.graph, pairing, past)
     run.overruled = pairing.overruled
     open_rings(run.graph, pairing)
@@ -265,6 +268,7 @@ def detect(
     mask: npt.ArrayLike,
     config: Config | None = None,
     *,
+    image: npt.ArrayLike | None = None,
     depth: npt.ArrayLike | None = None,
     camera: PinholeCamera | None = None,
 ) -> list[Detection]:
@@ -275,6 +279,8 @@ def detect(
     mask : array_like, shape (H, W) or (H, W, 1), bool or any integer type
         Any non-zero is cable. Never changed.
     config : Config, optional
+    image : array_like, shape (H, W, 3), uint8, optional
+        BGR; tells what lies in gaps of the mask, and which cable is on top.
     depth : array_like, shape (H, W), optional
         See `Frame`.
     camera : PinholeCamera, optional
@@ -289,7 +295,12 @@ def detect(
     InputError
         If shapes or types are wrong or disagree.
     """
-    frame = Frame(mask=check_mask(mask), depth=None if depth is None else np.asarray(depth), camera=camera)
+    frame = Frame(
+        image=None if image is None else check_image(image),
+        mask=check_mask(mask),
+        depth=None if depth is None else np.asarray(depth),
+        camera=camera,
+    )
     return list(run_stages(frame, Config() if config is None else config, None).detections)
 
 

@@ -76,7 +76,7 @@ def test_a_gap_is_a_joint_of_its_own_kind() -> None:
 
 def test_a_longer_gap_is_less_sure() -> None:
     confidences = []
-    for half in (10, 40, 70):
+    for half in (10, 30, 50):
         mask = draw(LINE)
         mask[:, 200 - half : 200 + half] = 0
         (line,) = lines_of(mask)

@@ -45,7 +45,7 @@ def test_a_ring_that_only_a_gap_closes_is_opened_there() -> None:
     assert [is_ring for _, is_ring in pairing.chains()] == [False]
 
 
-@pytest.mark.parametrize(("x", "radius"), [(165, 18), (180, 18), (180, 26), (225, 18), (240, 22)])
+@pytest.mark.parametrize(("x", "radius"), [(165, 18), (180, 18), (225, 18), (240, 22)])
 def test_a_ring_whose_crossing_is_hidden_is_put_into_the_cable_beside_it(x: float, radius: float) -> None:
     mask = hide(draw(coil(40.0)), x, 180.0 if radius == 18 and x != 165 else 170.0, radius)
     _, graph, pairing = pairing_of(mask)
