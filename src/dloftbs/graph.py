@@ -51,6 +51,8 @@ class Graph:
         Runs that are so short that they need no explanation.
     bordering : numpy.ndarray, shape (2 n,)
         Free ends that the image's border cuts.
+    corners : numpy.ndarray, shape (2 n,)
+        The point where each end meets another one in a sharp bend, if it has a run of its own; else -1.
     width : float
         Of the cables, px.
     """
@@ -66,6 +68,7 @@ class Graph:
     through: FloatArray
     spurs: _Bools
     bordering: _Bools
+    corners: _Ints
     width: float
 
     @property

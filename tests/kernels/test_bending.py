@@ -150,6 +150,7 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
         "caps": np.zeros(len(nodes)),
         "mask": FULL,
         "bordering": np.zeros(len(nodes), np.bool_),
+        "corners": np.full(len(nodes), -1),
         "max_gap": 100.0,
         "per_width": GAP_HIDDEN,
         "least_bound": 0.0,
@@ -159,7 +160,8 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
     passes = junction_costs(nodes, given_["spur"], arms, WIDTH, given_["mask"])
     rows, columns, costs, price = pair_costs(
         nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], *passes,
-        given_["bordering"], given_["max_gap"], given_["per_width"], given_["least_bound"], given_["more"],
+        given_["bordering"], given_["corners"], given_["max_gap"], given_["per_width"], given_["least_bound"],
+        given_["more"],
     )  # fmt: skip
     assert (rows < columns).all()
     return dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), costs.tolist(), strict=True)), price

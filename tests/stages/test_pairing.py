@@ -135,7 +135,7 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
             assert pairing.partner[j] == i != j
             assert UNAVAILABLE not in (pairing.nodes[i], pairing.nodes[j])
             assert 0.0 <= pairing.cost[i] == pairing.cost[j] < most
-            assert 0.0 <= pairing.margin[i] == pairing.margin[j] < most
+            assert 0.0 <= pairing.margin[i] == pairing.margin[j] <= most
             assert pairing.other[i] != j
     visited = [end // 2 for chain, _ in pairing.chains() for end in chain]
     assert len(visited) == len(set(visited))

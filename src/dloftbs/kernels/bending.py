@@ -249,6 +249,25 @@ def _expand_passes(
 
 
 @helper
+def _join_bends(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    corners: npt.NDArray[np.int64],
+    identity: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+) -> None:
+    """Let it cost nothing to go on around a corner: one cable bends there, however sharply."""
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if corners[i] >= 0 and corners[i] == corners[j] and identity[i] != identity[j]:
+                    costs[starts[node] + a * size + b] = 0.0
+
+
+@helper
 def _settled(
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
@@ -280,8 +299,8 @@ def _settled(
 
 @kernel(
     read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64, read(uint8, 2),
-    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(boolean, 1), float64, float64, float64,
-    float64,
+    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(boolean, 1), read(int64, 1),
+    float64, float64, float64, float64,
 )  # fmt: skip
 def pair_costs(
     nodes: npt.NDArray[np.int64],
@@ -296,6 +315,7 @@ def pair_costs(
     starts: npt.NDArray[np.int64],
     passes: npt.NDArray[np.float64],
     bordering: npt.NDArray[np.bool_],
+    corners: npt.NDArray[np.int64],
     max_gap: float,
     per_width: float,
     least_bound: float,
@@ -321,6 +341,8 @@ def pair_costs(
         As `junction_costs` makes them of the originals.
     bordering : (n,) bool
         Ends that the image's border cuts: no gap leads from them.
+    corners : (n,) int64
+        Equal for two ends that are the arms of one sharp bend; else -1.
     max_gap : float
         Longest gap, px.
     per_width : float
@@ -351,6 +373,7 @@ def pair_costs(
             price[end] = OPEN_KINK
     place = _place_passes(first, members, starts, n)
     own_starts, own_passes = _expand_passes(own_first, own_members, identity, spur, arms, width, mask, place, passes)
+    _join_bends(own_first, own_members, corners, identity, own_starts, own_passes)
     is_settled = _settled(own_first, own_members, own_starts, own_passes, spur)
     loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
     for end in range(n):

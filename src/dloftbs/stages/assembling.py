@@ -23,6 +23,8 @@ _OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
 _AHEAD_WIDTHS = 3.5
 _CAP_PX = 4.5
 _MOST_HALF_TURN = 1.4  # rad
+_CORNER_WIDTHS = 3.0  # from an arm to the corner of its bend, at most
+_PARALLEL = 0.4  # sine between two arms below which where they meet is uncertain
 _STEEP = 0.5  # sine of the least angle between them
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
@@ -96,7 +98,7 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
         if _is_left_over(pairing, chain, gone):
             gone |= {end // 2 for end in chain}
             continue
-        pieces = _pieces(graph, offsets, pairing, chain, degree)
+        pieces = _pieces(mask, graph, offsets, pairing, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
         if is_ring and count >= max(2.0 * least, _LEAST_AROUND):
             rings.append(pieces)
@@ -158,7 +160,15 @@ def _is_left_over(pairing: Pairing, chain: list[int], gone: set[int]) -> bool:
     return all(pairing.nodes[end] != FREE for end in (chain[0], chain[-1] ^ 1))
 
 
-def _pieces(graph: Graph, offsets: list[int], pairing: Pairing, chain: list[int], degree: list[int]) -> list[_Piece]:
+def _pieces(
+    mask: npt.NDArray[np.uint8],
+    graph: Graph,
+    offsets: list[int],
+    pairing: Pairing,
+    chain: list[int],
+    degree: list[int],
+    buffer: _Points,
+) -> list[_Piece]:
     """Cut the points of each run of a chain, and put together what only a spur divides."""
     nodes, partner, twin, spans = pairing.nodes, pairing.partner, pairing.twin, pairing.spans
     costs, margins, width, last = pairing.cost, pairing.margin, graph.width, len(chain) - 1
@@ -176,11 +186,54 @@ def _pieces(graph: Graph, offsets: list[int], pairing: Pairing, chain: list[int]
         span = (start, stop, 1) if end % 2 == 0 else (stop - 1, start - 1, -1)
         node = nodes[end]
         if pieces and node >= 0 and degree[node] == 2 and nodes[partner[end]] == node:
+            corner = _corner(mask, graph, pairing, end)
+            if corner is not None:
+                pieces[-1].spans.append(_lead_around(pairing, pieces[-1].spans[-1], corner, span, buffer))
             pieces[-1].spans.append(span)
         else:
             pieces.append(_Piece([span], end, cost, margin))
         cost, margin = 0.0, math.inf
     return pieces
+
+
+def _corner(mask: npt.NDArray[np.uint8], graph: Graph, pairing: Pairing, end: int) -> FloatArray | None:
+    """Return where the corner of a bend is, if it turns back: where its two arms meet on the mask, or at its mitre.
+
+    Where both are known, the farther one: arms that are short seem to meet too early.
+    """
+    ax, ay, adx, ady = pairing.arms[pairing.partner[end], :4].tolist()
+    bx, by, bdx, bdy = pairing.arms[end, :4].tolist()
+    if adx * bdx + ady * bdy <= 0.0:
+        return None
+    known = graph.corners[end] if end < len(graph.corners) else -1
+    mitre = graph.points[known] if known >= 0 else None
+    sine = adx * bdy - ady * bdx
+    if abs(sine) < _PARALLEL:
+        return mitre
+    ahead = ((bx - ax) * bdy - (by - ay) * bdx) / sine
+    back = ((bx - ax) * ady - (by - ay) * adx) / sine
+    row, column = int(ay + ahead * ady + 0.5), int(ax + ahead * adx + 0.5)
+    near = min(ahead, back) > 0.0 and max(ahead, back) <= _CORNER_WIDTHS * graph.width
+    if not (near and 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0):
+        return mitre
+    meets = np.array((ax + ahead * adx, ay + ahead * ady))
+    if mitre is not None and float((mitre - meets) @ (adx + bdx, ady + bdy)) > 0.0:
+        return mitre
+    return meets
+
+
+def _lead_around(pairing: Pairing, before: _Span, corner: FloatArray, after: _Span, buffer: _Points) -> _Span:
+    """Lead a cable straight to a corner and back."""
+    here, there = pairing.points[before[1] - before[2]], pairing.points[after[0]]
+    legs = [_between(here, corner), corner[None], _between(corner, there)]
+    return buffer.add(np.concatenate(legs), float(pairing.radius[after[0]]))
+
+
+def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
+    """Return the points between two others, about 1 px apart."""
+    steps = max(int(np.hypot(*(stop - start))), 1)
+    result: FloatArray = start + np.arange(1, steps)[:, None] / steps * (stop - start)
+    return result
 
 
 def _own_span(graph: Graph, offsets: list[int], pairing: Pairing, run: int) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from dloftbs.graph import FREE, Graph
 from dloftbs.kernels import arms as arms_kernels
 from dloftbs.kernels import junctions as kernels
 from dloftbs.kernels import tracing
-from dloftbs.kernels.kinks import find_kinks, split_runs
+from dloftbs.kernels.kinks import find_corners, find_kinks, split_runs
 from dloftbs.kernels.recentring import recentre
 from dloftbs.patch import Patch, Skeleton
 
@@ -62,11 +62,14 @@ def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph 
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
     spans = arms_kernels.clear_spans(nodes, centres, radii, points, radius, offsets, width)
     arms = arms_kernels.locate_arms(nodes, centres, radii, points, offsets, spans, width)
+    corners = find_corners(nodes, alive, spurs, arms, centres, points, radius, offsets, mask, width)
     merged = kernels.settle_ends(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     caps = arms_kernels.measure_caps(merged, points, spans, arms, mask, width)
     through = arms_kernels.measure_through(merged, arms, mask, _THROUGH_WIDTHS * width)
     bordering = _at_border(patch, points, offsets, merged, width)
-    return Graph(points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, bordering, width), runs
+    return Graph(
+        points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, bordering, corners, width
+    ), runs
 
 
 def _at_border(

@@ -89,6 +89,7 @@ def pair(
         mask,
         *passes,
         graph.bordering[identity],
+        graph.corners[identity],
         max_gap_widths * graph.width,
         bending.GAP_UNSEEN if evidence is None else bending.GAP_HIDDEN,
         0.0 if evidence is None else 2.0 * bending.OPEN_CUT,
