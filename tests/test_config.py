@@ -49,6 +49,7 @@ GOOD = [
     (CleaningConfig, "open_px", [1, 3, 99]),
     (CleaningConfig, "close_px", [1, 3, 99]),
     (CleaningConfig, "thin_px", [0, 1, 500]),
+    (CleaningConfig, "fill_holes", [True, False]),
     (SegmentsConfig, "max_segments", [1]),
     (LinkingConfig, "objects", [None, 1, 50]),
     (LinkingConfig, "max_gap_widths", [0, 0.5, INF]),
@@ -71,6 +72,7 @@ BAD = [
     (CleaningConfig, "open_px", [0, -1, 2, 101, 3.0, "3", True, None]),
     (CleaningConfig, "close_px", [0, -1, 2, 101, 3.0, "3", True, None]),
     (CleaningConfig, "thin_px", [-1, 2.0, "20", True, None]),
+    (CleaningConfig, "fill_holes", [0, 1, "yes", None]),
     (SegmentsConfig, "max_segments", [0, 1.0, True]),
     (LinkingConfig, "objects", [0, -1, 1.0, "1", True]),
     (LinkingConfig, "max_gap_widths", [-1e-9, NAN, "8", True, None]),
@@ -151,7 +153,7 @@ def test_the_paper_s_parameters():
     assert paper.linking.distance_weight == 0.05  # m
     assert paper.linking.min_length_px == 10  # p
     assert paper.fitting.knots == 25  # k
-    assert paper.cleaning == CleaningConfig(open_px=3, close_px=1, thin_px=0)
+    assert paper.cleaning == CleaningConfig(open_px=3, close_px=1, thin_px=0, fill_holes=False)
     assert isinstance(paper.lifting, PixelLiftingConfig)
 
 

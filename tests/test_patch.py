@@ -15,7 +15,7 @@ from dloftbs.config import CleaningConfig
 from dloftbs.patch import Patch, Pose, Skeleton
 from dloftbs.stages.cleaning import clean
 
-AS_IT_IS = CleaningConfig(open_px=1, close_px=1)
+AS_IT_IS = CleaningConfig(open_px=1, close_px=1, fill_holes=False)
 POSES = [Pose(*flags) for flags in product((False, True), repeat=3)]
 
 TIES = {

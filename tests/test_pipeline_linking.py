@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from drawings import EIGHT_VERSIONS, draw_cable, turn, turn_points
 from linking_examples import beside, circle, cross, detect, distances, draw
+from scipy.spatial import cKDTree
 
 from dloftbs import Detection, JointKind
 
@@ -167,6 +169,20 @@ class TestEnds:
         (found,) = detect(draw([(-20, 100), (420, 140)]))
         xs = np.sort(found.curve.sample(2)[:, 0])
         np.testing.assert_allclose(xs, (0, 399), atol=2.0)
+
+
+class TestBlobs:
+    """A hand, a gripper or a connector that a mask takes for cable."""
+
+    def test_curves_stay_on_the_mask_in_a_blob_at_the_border(self) -> None:
+        t = np.linspace(0.0, 1.0, 60)
+        bow = np.outer(2 * (t - 0.5) * (t - 1), (476, 260)) + np.outer(4 * t * (1 - t), (227, 348))
+        bow += np.outer(2 * t * (t - 0.5), (546, 460))
+        mask = draw(bow, width=9, size=(480, 640))
+        cv2.fillConvexPoly(mask, np.array([(676, 480), (543, 573), (488, 498), (549, 348)]), 1)
+        on_mask = cKDTree(np.argwhere(mask)[:, ::-1])
+        for detection in detect(mask):
+            assert on_mask.query(detection.curve.sample(400))[0].max() < 0.5 * detection.width
 
 
 class TestConfidence:

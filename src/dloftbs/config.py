@@ -113,17 +113,22 @@ class CleaningConfig(Section, frozen=True, kw_only=True):
     thin_px : int
         What the opening takes comes back where it hangs together over this many pixels or more: a cable of one or two
         pixels, and no salt. 0, the paper's, brings nothing back.
+    fill_holes : bool
+        Whether holes that are narrower than the cables and lie within one of them are filled, such as the highlight on
+        a glossy cable in a large picture. False is the paper's.
     """
 
     open_px: int = 3
     close_px: int = 3
     thin_px: int = 20
+    fill_holes: bool = True
 
     def __post_init__(self) -> None:
         for name in ("open_px", "close_px"):
             side = getattr(self, name)
             _require(_is_int(side) and 1 <= side <= 99 and side % 2 == 1, name, "an odd integer in 1..99", side)
         _check_int("thin_px", self.thin_px, 0)
+        _require(isinstance(self.fill_holes, bool), "fill_holes", "true or false", self.fill_holes)
 
 
 class SegmentsConfig(Section, frozen=True, kw_only=True):
@@ -343,7 +348,7 @@ class Config(Section, frozen=True, kw_only=True):
     def paper(cls) -> Config:
         """Return the published method with its parameters (``m = 0.05``, ``p = 10``, ``k = 25``)."""
         return cls(
-            cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0),
+            cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0, fill_holes=False),
             linking=GreedyLinkingConfig(min_length_px=10, distance_weight=0.05, max_cost=8.0, direction_px=10),
             fitting=FittingConfig(knots=25),
             lifting=PixelLiftingConfig(),

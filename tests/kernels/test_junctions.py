@@ -23,7 +23,7 @@ from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.skeleton import skeletonize
 
-THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0)
+THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0, fill_holes=False)
 EIGHT = np.ones((3, 3))
 
 

@@ -107,9 +107,9 @@ def test_which_lane_is_called_the_first_does_not_matter(kind: str) -> None:
 def test_lanes_lie_half_a_width_inside_of_the_edges() -> None:
     angle = np.linspace(0, 1, 80)
     way = np.column_stack((80 * np.cos(angle), 80 * np.sin(angle)))
-    radius = np.linspace(3.0, 8.0, 80)
+    radius = np.linspace(3.0, 30.0, 80)
     shift, arc, separation = lay_lanes(way, radius, 8.0)
-    np.testing.assert_allclose(separation, np.maximum(2 * radius - 8.0, 0.0))
+    np.testing.assert_allclose(separation, np.clip(2 * radius - 8.0, 0.0, 8.0))
     np.testing.assert_allclose(arc, 80 * angle, atol=0.01)
     np.testing.assert_allclose(np.linalg.norm(shift, axis=1), 0.5 * separation, atol=1e-9)
     # The way turns from x to y, so that this side is the inner one.

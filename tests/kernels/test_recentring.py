@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from drawings import EIGHT_VERSIONS, random_mask, random_masks, turn, turn_points
@@ -123,6 +124,18 @@ def test_a_second_cable_beside_the_first_does_not_draw_it_over() -> None:
     expected, _ = recentre(alone, points, np.array([0, 190]))
     np.testing.assert_allclose(middle, expected, atol=0.2)
     np.testing.assert_allclose(radius, 3.5, atol=0.2)
+
+
+@pytest.mark.parametrize("seed", [0, 108, 202, 227, 280])
+def test_no_point_is_taken_off_the_mask_by_a_blob(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mask = tube(9.0, seed)[0]
+    y, x = np.nonzero(mask)
+    corners = rng.normal((x[0], y[0]), (70.0, 45.0), (6, 2))
+    cv2.fillConvexPoly(mask, cv2.convexHull(corners.astype(np.int32)), 1)
+    frame, points, offsets = runs_of(mask)
+    middle, _ = recentre(frame, points, offsets)
+    assert cKDTree(np.argwhere(frame)[:, ::-1]).query(middle)[0].max() < 1.5 * np.sqrt(2.0)
 
 
 def test_runs_of_one_or_two_points_and_none() -> None:

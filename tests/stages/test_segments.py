@@ -12,7 +12,7 @@ from dloftbs.stages.cleaning import clean
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
 
-THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0)
+THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0, fill_holes=False)
 
 
 def walks_of(mask: np.ndarray, min_length_px: int) -> tuple[Patch, Walks]:

@@ -199,7 +199,8 @@ def lay_lanes(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return where the axes of two cables of known width lie in a run that both share.
 
-    The outer edges of the two are the mask's: each axis lies half a width inside of its own.
+    The outer edges of the two are the mask's: each axis lies half a width inside of its own. Two that touch lie a width
+    apart: where the mask is wider still, as in a blob, their edges are not to be seen.
 
     Parameters
     ----------
@@ -228,7 +229,7 @@ def lay_lanes(
         low, high = max(i - reach, 0), min(i + reach, n - 1)
         dx, dy = way[high, 0] - way[low, 0], way[high, 1] - way[low, 1]
         norm = max(np.sqrt(dx * dx + dy * dy), 1e-9)
-        separation[i] = max(2.0 * radius[i] - width, 0.0)
+        separation[i] = min(max(2.0 * radius[i] - width, 0.0), width)
         shift[i, 0], shift[i, 1] = -0.5 * separation[i] * dy / norm, 0.5 * separation[i] * dx / norm
     return shift, arc, separation
 

@@ -192,6 +192,17 @@ def _wall(
     return total / weights, weights
 
 
+@inlined
+def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+    """Tell whether a point lies on the mask or on one of the eight pixels beside it."""
+    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    for r in range(max(row - 1, 0), min(row + 2, mask.shape[0])):
+        for c in range(max(column - 1, 0), min(column + 2, mask.shape[1])):
+            if _at(mask, r, c) != 0:
+                return True
+    return False
+
+
 @helper
 def _recentre_run(
     mask: npt.NDArray[np.uint8], run: npt.NDArray[np.float64], is_loop: bool
@@ -260,6 +271,8 @@ def _recentre_run(
             points[i, 0] += moved[k - 1, 0] + t * step_x
             points[i, 1] += moved[k - 1, 1] + t * step_y
             radius[i] = smooth[k - 1] + t * step_r
+            if not _is_near(mask, points[i, 0], points[i, 1]):
+                points[i] = run[i]
     return points, radius
 
 
@@ -271,8 +284,8 @@ def recentre(
 
     Where the walls are not those of one cable, since the mask is much wider than the run's median or its middle is
     elsewhere, the shift is that of the neighbours, or fades to nothing; so it is over the last radius at each end,
-    where skeletons are distorted. Not checked: the outermost rows and columns of the mask are 0, and the points lie
-    inside.
+    where skeletons are distorted. A point that the shift would take off the mask, as in a blob, keeps its pixel. Not
+    checked: the outermost rows and columns of the mask are 0, and the points lie inside.
 
     Parameters
     ----------

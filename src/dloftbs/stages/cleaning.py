@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from dloftbs.config import CleaningConfig
 from dloftbs.kernels import cleaning, stripes
+from dloftbs.kernels.holes import fill_holes
 from dloftbs.patch import Patch, canonical_pose
 
 _WORD_BYTES = 8
@@ -19,9 +20,9 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
     """Close and open the mask by squares and cut out what is left.
 
     The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable. Of what the
-    closing adds stays what fills a hole or a notch, so that nothing that lies close together is joined. As in OpenCV,
-    what lies beyond the image counts as foreground to an erosion, so that a cable that leaves the image is not eaten
-    from there.
+    closing adds stays what fills a hole or a notch, so that nothing that lies close together is joined. Larger holes
+    are filled where they lie within one cable. As in OpenCV, what lies beyond the image counts as foreground to an
+    erosion, so that a cable that leaves the image is not eaten from there.
 
     Parameters
     ----------
@@ -46,7 +47,14 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
     pixels, framed, (left, top, h, w), moments = stripes.frame(words)
     if len(pixels) == 0:
         return None
+    box = slice(0, h + 2), slice(0, w + 2)
     pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
+    filled = fill_holes(pose.view(pixels[box])) if config.fill_holes else None
+    if filled is not None:  # the box is the same
+        pose.view(pixels[box])[:] = filled
+        words, *_ = stripes.cut(_as_words(pixels), pixels.shape[1], 0)
+        pixels, framed, _, moments = stripes.frame(words)
+        pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
     return Patch(pixels, framed, (h, w), (x0 + left, y0 + top), pose, (mask.shape[0], mask.shape[1]))
 
 
