@@ -113,6 +113,9 @@ class Pairing:
     raw : numpy.ndarray, shape (m,), or None
         Half the mask's width at each point of the graph as its pixels have it, without any smoothing, where it was
         asked for.
+    nearly : list of (float, float, int, int)
+        Pairs of free ends that were left open although a little less would have joined them: how much, the cost, and
+        the two ends; the least first.
     overruled : float
         By how much this frame alone would prefer another reading than the one that follows what was seen before.
     """
@@ -132,6 +135,7 @@ class Pairing:
     twin: dict[int, int]
     raw: FloatArray | None = None
     overruled: float = 0.0
+    nearly: list[tuple[float, float, int, int]] = field(default_factory=list)
     _chains: list[tuple[list[int], bool]] | None = field(default=None, init=False)
 
     def join(self, i: int, j: int) -> None:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
-from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
+from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsConfig, PixelLiftingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.evidence import Evidence
@@ -25,6 +25,7 @@ from dloftbs.inspection import trace_stages
 from dloftbs.past import Past
 from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.assembling import assemble
+from dloftbs.stages.choosing import choose
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.crossings import find_crossings
 from dloftbs.stages.fitting import distinct_knots, fit, fit_with_knots
@@ -35,7 +36,7 @@ from dloftbs.stages.linking import close, link
 from dloftbs.stages.merging import join_inside
 from dloftbs.stages.pairing import pair
 from dloftbs.stages.pixel_lifting import MIN_POINTS, lift_pixels
-from dloftbs.stages.rings import join_to, open_rings
+from dloftbs.stages.rings import join_unclear, open_rings
 from dloftbs.stages.segmentation import HsvSegmenter
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
@@ -63,6 +64,7 @@ class StageRun:
     overruled: float = 0.0
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
+    dropped: tuple[Centerline, ...] = ()
     reason: str | None = None
 
 
@@ -202,9 +204,11 @@ def run_stages(
         lines = _link_by_bending(
             run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected, frame.image
         )
-    if not lines:
-        return run
+    lines, run.dropped = choose(lines, config.linking)
     clock.lap("linking")
+    if not lines:
+        run.reason = run.reason or _why_too_short(config.linking)
+        return run
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     clock.lap("fitting")
     run.detections = tuple(Detection(line, curve) for line, curve in zip(lines, curves, strict=True))
@@ -257,11 +261,8 @@ def _link_by_bending(
     open_rings(run.graph, pairing)
     join_inside(run.graph, pairing, config.max_gap_widths)
     if config.objects is not None:
-        join_to(run.graph, pairing, config.objects)
-    lines = assemble(patch, run.graph, pairing)
-    if not lines:
-        run.reason = "nothing in the mask is clearly longer than it is wide"
-    return lines
+        join_unclear(run.graph, pairing, config.objects)
+    return assemble(patch, run.graph, pairing, config.min_length_widths)
 
 
 def detect(
@@ -385,6 +386,13 @@ def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
     return f"nothing of the mask is left after the opening by {side} x {side} px"
 
 
+def _why_too_short(config: ObjectsConfig) -> str:
+    return (
+        f"nothing is as long as linking.min_length_px = {config.min_length_px} and "
+        f"linking.min_length_widths = {config.min_length_widths:g}"
+    )
+
+
 def _too_many(found: int, most: int) -> str:
     return f"{found} segments are more than segments.max_segments = {most}: this mask is noise"
 
@@ -400,4 +408,5 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResu
         frame.stamp,
         frame.name,
         run.crossings,
+        run.dropped,
     )

@@ -16,8 +16,7 @@ from dloftbs.kernels.ends import extend_end
 from dloftbs.kernels.lines import lay_out
 from dloftbs.patch import Patch
 
-_LEAST_WIDTHS = 1.5  # what is shorter is no cable
-_LEAST_AROUND = 8  # points of a loop
+_LEAST, _LEAST_AROUND = 2, 8  # points of a line, and of a loop
 _TAIL_WIDTHS = 6.0  # that leading an end on looks at
 _OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
 _AHEAD_WIDTHS = 3.5
@@ -73,7 +72,7 @@ class _Points:
         return np.concatenate(self._points), np.concatenate(self._radius)
 
 
-def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
+def assemble(patch: Patch, graph: Graph, pairing: Pairing, least_widths: float) -> list[Centerline]:
     """Make a centre line of each cable.
 
     Parameters
@@ -81,16 +80,24 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
     patch : Patch
     graph : Graph
     pairing : Pairing
+    least_widths : float
+        A cable whose skeleton is shorter is none.
 
     Returns
     -------
     list of Centerline
         First those with ends, then the loops.
     """
-    least = _LEAST_WIDTHS * graph.width
+    least = max(least_widths * graph.width, _LEAST)
+    around = max(2.0 * least, _LEAST_AROUND)
     buffer = _Points(pairing)
     lines: list[list[_Piece]] = []
     rings: list[list[_Piece]] = []
+    doubts: list[float] = []
+    lacking: dict[int, float] = {}
+    for amount, _, i, j in reversed(pairing.nearly):
+        if pairing.partner[i] < 0 and pairing.partner[j] < 0:
+            lacking[i] = lacking[j] = amount
     gone: set[int] = set()
     offsets, degree = graph.offsets.tolist(), _degrees(pairing)
     mask = patch.posed(patch.pixels)
@@ -100,21 +107,27 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
             continue
         pieces = _pieces(mask, graph, offsets, pairing, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
-        if is_ring and count >= max(2.0 * least, _LEAST_AROUND):
+        if is_ring and count >= around:
             rings.append(pieces)
-        elif not is_ring and count >= max(least, 2):
+        elif not is_ring and count >= least:
             _lead_on(mask, graph, pairing, chain, pieces, buffer)
             lines.append(pieces)
+            doubts.append(min(lacking.get(chain[0], math.inf), lacking.get(chain[-1] ^ 1, math.inf)))
     for start, stop in graph.loops:
-        if stop - start >= max(2.0 * least, _LEAST_AROUND):
+        if stop - start >= around:
             rings.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
     if not lines and not rings:
         return []
-    return _lay_out(patch, pairing, lines, rings, buffer)
+    return _lay_out(patch, pairing, lines, rings, buffer, doubts)
 
 
 def _lay_out(
-    patch: Patch, pairing: Pairing, lines: list[list[_Piece]], rings: list[list[_Piece]], buffer: _Points
+    patch: Patch,
+    pairing: Pairing,
+    lines: list[list[_Piece]],
+    rings: list[list[_Piece]],
+    buffer: _Points,
+    doubts: list[float],
 ) -> list[Centerline]:
     """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
     counts = [[piece.count for piece in pieces] for pieces in lines + rings]
@@ -137,7 +150,7 @@ def _lay_out(
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
-            result.append(_line(*own, counts[k], pairing, lines[k], places))
+            result.append(_line(*own, counts[k], pairing, lines[k], places, doubts[k]))
         else:
             result.append(_loop(*own))
     return result
@@ -357,6 +370,7 @@ def _line(
     pairing: Pairing,
     pieces: list[_Piece],
     places: list[list[float]],
+    lacking: float,
 ) -> Centerline:
     nodes, partner, other = pairing.nodes, pairing.partner, pairing.other
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
@@ -372,7 +386,7 @@ def _line(
                 (u.item(at - 1), u.item(at)),
                 piece.cost,
                 piece.margin,
-                1.0 / (1.0 + math.exp(-min(piece.margin / scale, 50.0))),
+                _probability(piece.margin, scale),
                 (
                     (places[before][0], places[before][1]) if before >= 0 else None,
                     (places[after][0], places[after][1]) if after >= 0 else None,
@@ -382,8 +396,19 @@ def _line(
         segments.append(Segment.cut(points, radius, at, at + count))
         at += count
     return Centerline.trusted(
-        tuple(segments), tuple(joints), closed=False, points=points, radius=radius, u=u, width=width
+        tuple(segments),
+        tuple(joints),
+        closed=False,
+        ends_confidence=_probability(lacking, _GAP_SCALE),
+        points=points,
+        radius=radius,
+        u=u,
+        width=width,
     )
+
+
+def _probability(margin: float, scale: float) -> float:
+    return 1.0 / (1.0 + math.exp(-min(margin / scale, 50.0)))
 
 
 def _arc_over_chord(pairing: Pairing, end: int) -> float:

@@ -18,6 +18,9 @@ from dloftbs.patch import Patch
 _ROUNDS = 4
 PAST_BONUS = 0.6
 """How much less the joint costs at most that continues a curve that was seen before."""
+UNCLEAR = 0.55
+"""Ends that lack less than this to be joined are in doubt: the odds are below nine to one."""
+
 _CHORD_REACH_PX = 4
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
@@ -78,7 +81,7 @@ def pair(
         nodes[2 * graph.runs + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
         spurs = np.concatenate((spurs, np.zeros(len(copies), dtype=np.bool_)))
     points, radius, spans = _own_points(graph, copies, partial, reach)
-    more = 0.0 if past is None else PAST_BONUS
+    more = max(UNCLEAR, 0.0 if past is None else PAST_BONUS)
     rows, columns, costs, price = bending.pair_costs(
         nodes,
         identity,
@@ -101,6 +104,11 @@ def pair(
     bonus = np.zeros(len(rows))
     if past is not None and len(rows):
         bonus = PAST_BONUS * past.continuity(arms, rows, columns)
+    lacking = costs - bonus - price[rows] - price[columns]
+    is_near = (lacking >= 0.0) & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
+    near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
+    worth = lacking < 0.0
+    rows, columns, costs, bonus = rows[worth], columns[worth], costs[worth], bonus[worth]
     partner, cost, margin, other, overruled = matching.pair_ends(rows, columns, costs, bonus, price, identity)
     twin = {}
     for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=graph.runs):
@@ -125,6 +133,7 @@ def pair(
         twin,
         raw,
         overruled,
+        sorted(zip(*near, strict=True)),
     )
 
 
