@@ -74,7 +74,6 @@ class TestCrossings:
         assert found.curve.closed
         assert distances([found], [circle((200, 120), 80)])[0] < 1.0
 
-    @pytest.mark.xfail(strict=True, reason="the ring and the cable that crosses it come out as one")
     def test_a_ring_and_the_cable_that_crosses_it_are_two(self) -> None:
         ring, cable = circle((200, 100), 70), np.array([(20, 120), (380, 140)])
         found = detect(draw(ring, cable))

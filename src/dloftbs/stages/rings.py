@@ -10,7 +10,7 @@ from dloftbs.graph import Graph, Pairing
 from dloftbs.kernels.bending import turn_costs
 
 _MOST_RINGS = 20
-_WORTH = 2.5  # a ring is opened into a chain that crosses it where this costs less
+_WORTH = 0.5  # a ring is opened into a chain that crosses it where this costs less
 _LONGER_WIDTHS = 3.0  # what is shorter is rather a speck than a part of a cable
 _RATHER_THAN_GAP = 0.3  # how much dearer that may be than opening the ring at a gap
 
