@@ -24,7 +24,7 @@ from dloftbs.viz import contact_sheet, draw
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.uint8]
 
-CONFIGS = {"default": dloftbs.Config(), "paper": dloftbs.Config.paper()}
+CONFIGS = {"default": dloftbs.Config(), "paper": dloftbs.Config.paper(objects=1)}
 _LONGER_SIDE_PX = 1280
 _TILE_PX, _MARGIN_PX = 320, 6.0
 

@@ -16,6 +16,7 @@ from dloftbs.kernels import bending, lanes, matching, sharing
 from dloftbs.patch import Patch
 from dloftbs.pipeline import run_stages
 from dloftbs.stages import assembling, junctions, rings
+from dloftbs.stages import pairing as pairing_stage
 from dloftbs.stages.lanes import settle_lanes
 from dloftbs.stages.pairing import pair
 
@@ -35,7 +36,8 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("pass: times the share of the way that leaves the mask", bending._OUTSIDE),
     ("gap: per rad² of bend, times width / length", bending._GAP_BEND),
     ("gap: per rad² of bend", bending._GAP_TURN),
-    ("gap: per width of its length", bending._GAP_LENGTH),
+    ("gap: per width of its length, where nobody knows what lies there", bending.GAP_UNSEEN),
+    ("gap: ... where an image shows that something hides it", bending.GAP_HIDDEN),
     ("gap: from an arm of a junction", bending._GAP_ARM),
     ("open end: arm of a junction", bending.OPEN_ARM),
     ("open end: free and round", bending.OPEN_ROUND),
@@ -43,6 +45,8 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("open end: of a cable inside of a shared run", bending.OPEN_INSIDE),
     ("open end: at a sharp turn where nothing else meets", bending.OPEN_KINK),
     ("share of the arms' curvature that is believed to go on", bending._PROMISE),
+    ("ends that lack less to be joined are in doubt", pairing_stage.UNCLEAR),
+    ("gap: per width of ground in sight", pairing_stage._GROUND),
     ("ends matched exactly, up to", matching.EXACT),
     ("shared run: per width of its length", sharing._PRICE_PER_WIDTH),
     ("shared run: more per width, where the mask is as narrow as one cable", sharing._PRICE_THIN),
@@ -234,7 +238,11 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
         graph.width,
         mask,
         *bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask),
+        graph.bordering[identity],
+        graph.corners[identity],
         config.max_gap_widths * graph.width,
+        bending.GAP_UNSEEN,
+        0.0,
         0.0,
     )
     return costs

@@ -26,6 +26,7 @@ DATA = {
     "frame",
     "patch",
     "past",
+    "evidence",
     "graph",
     "truth",
 }
@@ -61,7 +62,7 @@ MAY_IMPORT = {
     "overlap": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
-    **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "lens", "registration")},
+    **{name: GROUND | (DATA - {name}) for name in ("patch", "past", "evidence", "lens", "registration")},
     "stages": GROUND | DATA,
     "tracking": GROUND | DATA,
     "inspection": BELOW_PIPELINE - {"tracking"},

@@ -252,7 +252,7 @@ def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
         ({"linkng": {}}, ["linkng"]),
         ({"linking": {"max_gap": 1.0}}, ["max_gap", "$.linking"]),
         ({"linking": {"max_cost": 1.0}}, ["max_cost", "$.linking"]),
-        ({"linking": {"method": "greedy", "objects": 1}}, ["objects", "$.linking"]),
+        ({"linking": {"method": "greedy", "max_gap_widths": 1.0}}, ["max_gap_widths", "$.linking"]),
         ({"linking": {"method": "guess"}}, ["guess", "$.linking.method"]),
         ({"lifting": {"method": "guess"}}, ["guess", "$.lifting.method"]),
         ({"linking": {"max_gap_widths": "high"}}, ["float", "str", "$.linking.max_gap_widths"]),

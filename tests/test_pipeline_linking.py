@@ -74,7 +74,6 @@ class TestCrossings:
         assert found.curve.closed
         assert distances([found], [circle((200, 120), 80)])[0] < 1.0
 
-    @pytest.mark.xfail(strict=True, reason="the ring and the cable that crosses it come out as one")
     def test_a_ring_and_the_cable_that_crosses_it_are_two(self) -> None:
         ring, cable = circle((200, 100), 70), np.array([(20, 120), (380, 140)])
         found = detect(draw(ring, cable))
@@ -155,15 +154,17 @@ class TestEnds:
         mask[:, 140:260] = 0  # 30 widths
         assert len(detect(mask)) == 2
 
-    def test_dashes_far_apart_are_one_cable_where_that_is_known(self) -> None:
-        dashes = draw([(10, 100), (60, 104)], [(170, 110), (220, 116)], [(330, 120), (385, 118)])
-        assert len(detect(dashes, max_gap_widths=1.0)) == 3
-        assert len(detect(dashes, max_gap_widths=1.0, objects=2)) == 2
-        (found,) = detect(dashes, max_gap_widths=1.0, objects=1)
+    def test_dashes_that_are_nearly_joined_are_one_cable_where_that_is_known(self) -> None:
+        dashes = draw([(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)])
+        apart = detect(dashes)
+        assert len(apart) == 3
+        assert all(0.5 < found.confidence < 0.9 for found in apart)  # it is in doubt
+        assert len(detect(dashes, objects=2)) == 2
+        (found,) = detect(dashes, objects=1)
         assert [joint.kind for joint in found.joints] == [JointKind.GAP] * 2
         xs = [segment.points[:, 0].mean() for segment in found.centerline.segments]
         assert xs == sorted(xs) or xs == sorted(xs, reverse=True)
-        assert found.confidence == pytest.approx(0.5)  # nobody asked whether it is so
+        assert found.confidence == pytest.approx(0.5)
 
     def test_cables_that_run_out_of_the_image_end_at_its_border(self) -> None:
         (found,) = detect(draw([(-20, 100), (420, 140)]))

@@ -9,8 +9,8 @@ from linking_examples import draw
 import dloftbs
 from dloftbs import Config, Frame, FrameResult, Pipeline
 
-START = [(20, 120), (160, 120)]
-LOWER, UPPER = [(210, 138), (380, 160)], [(210, 84), (380, 42)]  # beyond a gap, the lower one continues START better
+START = [(20, 120), (178, 120)]
+LOWER, UPPER = [(205, 129), (380, 160)], [(205, 105), (380, 62)]  # beyond a gap, the lower one continues START better
 WITHOUT_GAP, WITH_GAP = draw([*START, *UPPER], LOWER), draw(START, LOWER, UPPER)
 
 

@@ -32,13 +32,23 @@ def mean_distance(a: np.ndarray, b: np.ndarray) -> float:
 def test_the_published_method_gives_the_authors_curves(shared_data: Path, name: str) -> None:
     theirs = np.array(json.loads((shared_data / "masks" / "original_curves.json").read_text())[name])
     mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
-    (detection,) = dloftbs.detect(mask, Config.paper())
+    (detection,) = dloftbs.detect(mask, Config.paper(objects=1))
     ours = detection.curve.sample(500)
     assert mean_distance(ours, theirs) <= 1.0
     assert mean_distance(theirs, ours) <= 1.0
 
 
-@pytest.mark.parametrize("name", NAMES)
+LONG_GAPS = {"003.png": 19, "005.png": 12, "009.png": 15}
+"""In widths: nothing tells that the cable goes on beyond; in 005 it leaves the image."""
+
+
+@pytest.mark.parametrize("name", LONG_GAPS)
+def test_the_default_method_leaves_long_gaps_open(shared_data: Path, name: str) -> None:
+    mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
+    assert len(dloftbs.detect(mask)) == 2
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in LONG_GAPS])
 def test_the_default_method_finds_one_cable_in_each_mask(shared_data: Path, name: str) -> None:
     theirs = np.array(json.loads((shared_data / "masks" / "original_curves.json").read_text())[name])
     mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)

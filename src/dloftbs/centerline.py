@@ -172,6 +172,8 @@ class Centerline:
         One less than there are segments: ``joints[i]`` lies between ``segments[i]`` and ``segments[i + 1]``.
     closed : bool
         Whether the object is a loop without ends; then it is one segment, whose last pixel touches its first.
+    ends_confidence : float
+        How sure it is that no gap leads on from its ends, in 0..1; below 0.9 a gap was nearly bridged.
 
     Raises
     ------
@@ -182,6 +184,7 @@ class Centerline:
     segments: tuple[Segment, ...]
     joints: tuple[Joint, ...] = field(default_factory=tuple)  # not a class attribute, which would hide `__getattr__`
     closed: bool = False
+    ends_confidence: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", check_all("segments", self.segments, Segment))
@@ -208,7 +211,7 @@ class Centerline:
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         line = type(self).__new__(type(self))
-        line.__dict__.update(closed=self.closed, width=self.width, _forwards=self)
+        line.__dict__.update(closed=self.closed, ends_confidence=self.ends_confidence, width=self.width, _forwards=self)
         return line
 
     if not TYPE_CHECKING:  # where it would vouch for any name

@@ -159,51 +159,78 @@ class SegmentsConfig(Section, frozen=True, kw_only=True):
         _check_integer(self, "max_segments", 1, _MOST)
 
 
-class LinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="bending"):
-    """Segments to centre lines, by what bends least; lengths are in widths of the cable.
+class ObjectsConfig(Section, frozen=True, kw_only=True):
+    """Which centre lines are objects: the base of the ways to link.
 
     Parameters
     ----------
     objects : int or None
-        How many cables there are, where that is known: what is found is joined until there are no more. None: as many
-        as there seem to be.
-    max_gap_widths : float
-        Longest gap that is bridged.
+        How many objects there are, where that is known: so many are kept, the longest ones, and the rest is reported in
+        `FrameResult.dropped`. The default method also bridges gaps that it is in doubt about where these become longer
+        by it; nothing else is joined. Where fewer were found, they stay. None: as many as there seem to be.
+    min_length_px : int
+        Shorter objects are none. With the published method its ``p``: segments of fewer pixels are dropped.
+    min_length_widths : float
+        Objects that are shorter, in widths of their own, are none.
     """
 
     objects: int | None = None
-    max_gap_widths: float = 25.0
+    min_length_px: int = 10
+    min_length_widths: float = 1.5
 
     def __post_init__(self) -> None:
         if self.objects is not None:
             _check_integer(self, "objects", 1, _MOST)
+        _check_integer(self, "min_length_px", 0, _MOST)
+        _check_number(self, "min_length_widths", 0.0, _MOST)
+
+
+class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="bending"):
+    """Segments to centre lines, by what bends least; lengths are in widths of the cable.
+
+    Parameters
+    ----------
+    objects, min_length_px, min_length_widths
+        As for `ObjectsConfig`.
+    max_gap_widths : float
+        Longest gap that is bridged.
+    """
+
+    max_gap_widths: float = 25.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
         _check_number(self, "max_gap_widths", 0.0, _MOST)
 
 
-class GreedyLinkingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="greedy"):
+class GreedyLinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="greedy"):
     """Segments to centre lines, as published.
 
     Parameters
     ----------
+    objects, min_length_widths
+        As for `ObjectsConfig`.
     min_length_px : int
         The paper's ``p``: segments of fewer pixels are dropped. At least 2, since one pixel has no direction.
     distance_weight : float
         The paper's ``m`` in ``J = m J_d + (1 - m) J_o``, in 0..1.
-    max_cost : float
-        The paper's ``J_th``, for which it gives no value: two ends are joined only while ``J < max_cost``.
+    max_cost : float or None
+        The paper's ``J_th``: two ends are joined only while ``J < max_cost``. It gives no value; the authors' code has
+        2 for several cables, and none for one: None joins all segments.
     direction_px : int
         Number of pixels over which the direction of a segment's end is taken; the paper gives none.
     """
 
-    min_length_px: int = 10
     distance_weight: float = 0.05
-    max_cost: float = 8.0
+    max_cost: float | None = 2.0
     direction_px: int = 10
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         _check_integer(self, "min_length_px", 2, _MOST)
         _check_number(self, "distance_weight", 0.0, 1.0)
-        _check_number(self, "max_cost", 0.0, _MOST)
+        if self.max_cost is not None:
+            _check_number(self, "max_cost", 0.0, _MOST)
         _check_integer(self, "direction_px", 2, _MOST)
 
 
@@ -356,11 +383,30 @@ class Config(Section, frozen=True, kw_only=True):
             _require(isinstance(getattr(self, name), kinds), name, expected, getattr(self, name))
 
     @classmethod
-    def paper(cls) -> Config:
-        """Return the published method with its parameters (``m = 0.05``, ``p = 10``, ``k = 25``)."""
+    def paper(cls, *, objects: int | None = None) -> Config:
+        """Return the published method with its parameters (``m = 0.05``, ``p = 10``, ``k = 25``).
+
+        Parameters
+        ----------
+        objects : int, optional
+            How many cables there are. With 1 it is the authors' form for one cable, which joins all segments; otherwise
+            the one for several, with ``J_th = 2``.
+
+        Raises
+        ------
+        ConfigError
+            If `objects` is no integer of at least 1.
+        """
         return cls(
             cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0, fill_holes=False),
-            linking=GreedyLinkingConfig(min_length_px=10, distance_weight=0.05, max_cost=8.0, direction_px=10),
+            linking=GreedyLinkingConfig(
+                objects=objects,
+                min_length_px=10,
+                min_length_widths=0.0,
+                distance_weight=0.05,
+                max_cost=None if objects == 1 else 2.0,
+                direction_px=10,
+            ),
             fitting=FittingConfig(knots=25),
             lifting=PixelLiftingConfig(),
         )

@@ -186,8 +186,8 @@ class Detection:
 
     @property
     def confidence(self) -> float:
-        """That of the joint that the linking is least sure of, in 0..1; 1 without joints."""
-        return min((joint.confidence for joint in self.joints), default=1.0)
+        """That of the joint or of the open ends that the linking is least sure of, in 0..1."""
+        return min([self.centerline.ends_confidence, *(joint.confidence for joint in self.joints)])
 
     @property
     def inferred(self) -> tuple[tuple[float, float], ...]:
@@ -372,6 +372,8 @@ class FrameResult:
         ``(H, W)`` of the frame.
     crossings : tuple of Crossing
         Where the detections cross each other and themselves, by their passes.
+    dropped : tuple of Centerline
+        What was found beyond the known number of objects (`ObjectsConfig.objects`).
 
     Raises
     ------
@@ -388,6 +390,7 @@ class FrameResult:
     stamp: float | None = None
     name: str = ""
     crossings: tuple[Crossing, ...] = ()
+    dropped: tuple[Centerline, ...] = ()
 
     def __post_init__(self) -> None:
         _set(
@@ -401,6 +404,7 @@ class FrameResult:
             name=check_text("name", self.name),
             crossings=check_all("crossings", self.crossings, Crossing),
             stage_ms=_stage_ms(self.stage_ms),
+            dropped=check_all("dropped", self.dropped, Centerline),
         )
 
     @property
@@ -418,6 +422,10 @@ class FrameResult:
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
+            "dropped": [
+                {"start": line.points[0].tolist(), "end": line.points[-1].tolist(), "width_px": line.width}
+                for line in self.dropped
+            ],
             "tracks": [track.to_dict() for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
         }

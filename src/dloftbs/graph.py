@@ -49,6 +49,10 @@ class Graph:
         How far the mask goes straight on from each arm of a junction, px.
     spurs : numpy.ndarray, shape (n,)
         Runs that are so short that they need no explanation.
+    bordering : numpy.ndarray, shape (2 n,)
+        Free ends that the image's border cuts.
+    corners : numpy.ndarray, shape (2 n,)
+        The point where each end meets another one in a sharp bend, if it has a run of its own; else -1.
     width : float
         Of the cables, px.
     """
@@ -63,6 +67,8 @@ class Graph:
     caps: FloatArray
     through: FloatArray
     spurs: _Bools
+    bordering: _Bools
+    corners: _Ints
     width: float
 
     @property
@@ -107,6 +113,9 @@ class Pairing:
     raw : numpy.ndarray, shape (m,), or None
         Half the mask's width at each point of the graph as its pixels have it, without any smoothing, where it was
         asked for.
+    nearly : list of (float, float, int, int)
+        Pairs of free ends that were left open although a little less would have joined them: how much, the cost, and
+        the two ends; the least first.
     overruled : float
         By how much this frame alone would prefer another reading than the one that follows what was seen before.
     """
@@ -126,6 +135,7 @@ class Pairing:
     twin: dict[int, int]
     raw: FloatArray | None = None
     overruled: float = 0.0
+    nearly: list[tuple[float, float, int, int]] = field(default_factory=list)
     _chains: list[tuple[list[int], bool]] | None = field(default=None, init=False)
 
     def join(self, i: int, j: int) -> None:

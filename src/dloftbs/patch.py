@@ -54,6 +54,8 @@ class Patch:
     origin : (int, int)
         ``(x, y)`` in the image of the box's top left pixel.
     pose : Pose
+    image_size : (int, int)
+        ``(H, W)`` of the image.
     """
 
     pixels: npt.NDArray[np.uint8]
@@ -61,6 +63,7 @@ class Patch:
     size: tuple[int, int]
     origin: tuple[int, int]
     pose: Pose
+    image_size: tuple[int, int]
 
     def posed(self, pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return an array with the shape of `pixels` in the patch's pose, cut to the box and its margin; a view."""

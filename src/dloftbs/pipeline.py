@@ -13,18 +13,20 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, check_depth, check_mask
+from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
-from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, PixelLiftingConfig
+from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsConfig, PixelLiftingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
+from dloftbs.evidence import Evidence
 from dloftbs.frame import Crossing, Detection, Frame, FrameResult, StageTrace, Track
 from dloftbs.graph import Graph
 from dloftbs.inspection import trace_stages
 from dloftbs.past import Past
 from dloftbs.patch import Patch, Skeleton
 from dloftbs.stages.assembling import assemble
+from dloftbs.stages.choosing import choose
 from dloftbs.stages.cleaning import clean
 from dloftbs.stages.crossings import find_crossings
 from dloftbs.stages.fitting import distinct_knots, fit, fit_with_knots
@@ -35,7 +37,7 @@ from dloftbs.stages.linking import close, link
 from dloftbs.stages.merging import join_inside
 from dloftbs.stages.pairing import pair
 from dloftbs.stages.pixel_lifting import MIN_POINTS, lift_pixels
-from dloftbs.stages.rings import join_to, open_rings
+from dloftbs.stages.rings import join_unclear, open_rings
 from dloftbs.stages.segmentation import HsvSegmenter
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
@@ -63,6 +65,7 @@ class StageRun:
     overruled: float = 0.0
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
+    dropped: tuple[Centerline, ...] = ()
     reason: str | None = None
 
 
@@ -200,11 +203,13 @@ def run_stages(
         lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
         lines = _link_by_bending(
-            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected
+            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected, frame.image
         )
-    if not lines:
-        return run
+    lines, run.dropped = choose(lines, config.linking)
     clock.lap("linking")
+    if not lines:
+        run.reason = run.reason or _why_too_short(config.linking)
+        return run
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     clock.lap("fitting")
     run.detections = tuple(Detection(line, curve) for line, curve in zip(lines, curves, strict=True))
@@ -241,6 +246,7 @@ def _link_by_bending(
     most: int,
     clock: _Clock,
     expected: Sequence[tuple[BSplineCurve, float]],
+    image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
     run.graph, found = build_graph(patch, skeleton, most)
@@ -249,23 +255,22 @@ def _link_by_bending(
         run.reason = _too_many(found, most)
         return []
     past = Past(expected, patch, run.graph.width) if expected else None
-    pairing = pair(patch, run.graph, config.max_gap_widths, past)
+    evidence = None if image is None else Evidence(image, patch)
+    pairing = pair(patch, run.graph, config.max_gap_widths, past, evidence)
     settle_lanes(run.graph, pairing, past)
     run.overruled = pairing.overruled
     open_rings(run.graph, pairing)
     join_inside(run.graph, pairing, config.max_gap_widths)
     if config.objects is not None:
-        join_to(run.graph, pairing, config.objects)
-    lines = assemble(patch, run.graph, pairing)
-    if not lines:
-        run.reason = "nothing in the mask is clearly longer than it is wide"
-    return lines
+        join_unclear(run.graph, pairing, config.objects)
+    return assemble(patch, run.graph, pairing, config.min_length_widths)
 
 
 def detect(
     mask: npt.ArrayLike,
     config: Config | None = None,
     *,
+    image: npt.ArrayLike | None = None,
     depth: npt.ArrayLike | None = None,
     camera: PinholeCamera | None = None,
 ) -> list[Detection]:
@@ -276,6 +281,8 @@ def detect(
     mask : array_like, shape (H, W) or (H, W, 1), bool or any integer type
         Any non-zero is cable. Never changed.
     config : Config, optional
+    image : array_like, shape (H, W, 3), uint8, optional
+        BGR; tells what lies in gaps of the mask, and which cable is on top.
     depth : array_like, shape (H, W), optional
         See `Frame`.
     camera : PinholeCamera, optional
@@ -290,7 +297,12 @@ def detect(
     InputError
         If shapes or types are wrong or disagree.
     """
-    frame = Frame(mask=check_mask(mask), depth=None if depth is None else check_depth(depth), camera=camera)
+    frame = Frame(
+        image=None if image is None else check_image(image),
+        mask=check_mask(mask),
+        depth=None if depth is None else check_depth(depth),
+        camera=camera,
+    )
     return list(run_stages(frame, Config() if config is None else config, None).detections)
 
 
@@ -375,6 +387,13 @@ def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
     return f"nothing of the mask is left after the opening by {side} x {side} px"
 
 
+def _why_too_short(config: ObjectsConfig) -> str:
+    return (
+        f"nothing is as long as linking.min_length_px = {config.min_length_px} and "
+        f"linking.min_length_widths = {config.min_length_widths:g}"
+    )
+
+
 def _too_many(found: int, most: int) -> str:
     return f"{found} segments are more than segments.max_segments = {most}: this mask is noise"
 
@@ -390,4 +409,5 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResu
         frame.stamp,
         frame.name,
         run.crossings,
+        run.dropped,
     )

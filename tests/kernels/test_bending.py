@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.kernels.bending import (
+    GAP_HIDDEN,
     OPEN_ARM,
     OPEN_CUT,
     OPEN_KINK,
@@ -67,7 +68,7 @@ def test_a_right_angle_costs_what_the_formula_says() -> None:
     turn = np.pi / 2
     length = 10 * np.sqrt(2)
     (cost,) = turn_costs(arms, np.array([[0, 1]]), WIDTH)
-    assert cost == pytest.approx(turn**2 / 4 * (2.0 * WIDTH / length + 0.4) + 0.06 * length / WIDTH)
+    assert cost == pytest.approx(turn**2 / 4 * (2.0 * WIDTH / length + 0.4) + 0.12 * length / WIDTH)
     *_, costs = junction_costs(np.array([0, -1, 0, -1]), np.zeros(2, np.bool_), arms[[0, 0, 1, 1]], WIDTH, FULL)
     assert costs[1] == costs[2] == pytest.approx(turn**2 / 4 * (1.5 * WIDTH / length + 1.0))
 
@@ -148,14 +149,19 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
         "spur": np.zeros(len(nodes) // 2, np.bool_),
         "caps": np.zeros(len(nodes)),
         "mask": FULL,
+        "bordering": np.zeros(len(nodes), np.bool_),
+        "corners": np.full(len(nodes), -1),
         "max_gap": 100.0,
+        "per_width": GAP_HIDDEN,
+        "least_bound": 0.0,
         "more": 0.0,
         **changes,
     }
     passes = junction_costs(nodes, given_["spur"], arms, WIDTH, given_["mask"])
     rows, columns, costs, price = pair_costs(
         nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], *passes,
-        given_["max_gap"], given_["more"],
+        given_["bordering"], given_["corners"], given_["max_gap"], given_["per_width"], given_["least_bound"],
+        given_["more"],
     )  # fmt: skip
     assert (rows < columns).all()
     return dict(zip(zip(rows.tolist(), columns.tolist(), strict=True), costs.tolist(), strict=True)), price

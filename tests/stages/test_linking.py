@@ -20,7 +20,7 @@ SIZE = (240, 400)
 def link_mask(mask: np.ndarray, **changes: float) -> list[Centerline]:
     patch = clean(mask, Config.paper().cleaning)
     assert patch is not None
-    config = GreedyLinkingConfig(**changes)
+    config = GreedyLinkingConfig(**{"max_cost": 8.0, **changes})
     return link(patch, make_segments(patch, walk(skeletonize(patch), config).open), config)
 
 

@@ -135,7 +135,7 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
             assert pairing.partner[j] == i != j
             assert UNAVAILABLE not in (pairing.nodes[i], pairing.nodes[j])
             assert 0.0 <= pairing.cost[i] == pairing.cost[j] < most
-            assert 0.0 <= pairing.margin[i] == pairing.margin[j] < most
+            assert 0.0 <= pairing.margin[i] == pairing.margin[j] <= most
             assert pairing.other[i] != j
     visited = [end // 2 for chain, _ in pairing.chains() for end in chain]
     assert len(visited) == len(set(visited))
@@ -151,7 +151,7 @@ def test_the_graph_stays_as_it_is() -> None:
 
 def fork(dearer: float) -> list[list[tuple[float, float]]]:
     """Return a cable that ends before a gap and two beyond it, of which the second is the worse continuation."""
-    return [[(20, 120), (160, 120)], [(210, 138), (380, 160)], [(210, 102 - dearer), (380, 60 - dearer)]]
+    return [[(20, 120), (180, 120)], [(205, 129), (380, 160)], [(205, 111 - dearer), (380, 60 - dearer)]]
 
 
 def past_along(points: list[tuple[float, float]], patch: Patch, graph: Graph, trust: float = 1.0) -> Past:
@@ -159,7 +159,7 @@ def past_along(points: list[tuple[float, float]], patch: Patch, graph: Graph, tr
     return Past([(seen.curve, trust)], patch, graph.width)
 
 
-@pytest.mark.parametrize("dearer", [0, 14])
+@pytest.mark.parametrize("dearer", [0, 7])
 def test_where_two_continuations_are_about_alike_the_past_decides(dearer: float) -> None:
     patch, graph = graph_of(draw(*fork(dearer)))
     alone = pair(patch, graph, 25.0)
@@ -178,8 +178,8 @@ def test_where_two_continuations_are_about_alike_the_past_decides(dearer: float)
 
 
 def test_a_past_of_little_trust_does_not() -> None:
-    patch, graph = graph_of(draw(*fork(14)))
-    start, _, upper = fork(14)
+    patch, graph = graph_of(draw(*fork(7)))
+    start, _, upper = fork(7)
     past = past_along([*start, *upper], patch, graph, trust=0.2)
     assert joined(pair(patch, graph, 25.0, past)) == joined(pair(patch, graph, 25.0))
 

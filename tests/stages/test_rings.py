@@ -8,7 +8,7 @@ from linking_examples import circle, coil, draw, hide, pairing_of
 
 from dloftbs.graph import Graph, Pairing
 from dloftbs.stages.lanes import settle_lanes
-from dloftbs.stages.rings import join_to, open_rings
+from dloftbs.stages.rings import join_unclear, open_rings
 
 
 def loop_that_crosses_itself() -> np.ndarray:
@@ -45,7 +45,7 @@ def test_a_ring_that_only_a_gap_closes_is_opened_there() -> None:
     assert [is_ring for _, is_ring in pairing.chains()] == [False]
 
 
-@pytest.mark.parametrize(("x", "radius"), [(165, 18), (180, 18), (180, 26), (225, 18), (240, 22)])
+@pytest.mark.parametrize(("x", "radius"), [(165, 18), (180, 18), (225, 18), (240, 22)])
 def test_a_ring_whose_crossing_is_hidden_is_put_into_the_cable_beside_it(x: float, radius: float) -> None:
     mask = hide(draw(coil(40.0)), x, 180.0 if radius == 18 and x != 165 else 170.0, radius)
     _, graph, pairing = pairing_of(mask)
@@ -64,7 +64,6 @@ def test_a_figure_eight_stays_closed() -> None:
     assert [is_ring for _, is_ring in pairing.chains()] == [True]
 
 
-@pytest.mark.xfail(strict=True, reason="opening the ring at a crossing costs less than leaving it closed")
 def test_a_ring_that_a_straight_cable_crosses_stays_a_ring() -> None:
     _, graph, pairing = pairing_of(draw(circle((200, 100), 70), [(20, 120), (380, 140)]))
     open_rings(graph, pairing)
@@ -78,14 +77,16 @@ def test_without_rings_nothing_changes() -> None:
     assert pairing.partner == before
 
 
-DASHES = [[(10, 100), (60, 104)], [(170, 110), (220, 116)], [(330, 120), (385, 118)]]
+# Gaps of eight widths: round ends nearly bridge them.
+DASHES = [[(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)]]
 
 
 @pytest.mark.parametrize("objects", [1, 2, 3, 7])
-def test_cables_are_joined_until_there_are_so_many(objects: int) -> None:
-    _, graph, pairing = pairing_of(draw(*DASHES), max_gap_widths=1.0)
+def test_what_was_nearly_joined_is_joined_until_there_are_so_many(objects: int) -> None:
+    _, graph, pairing = pairing_of(draw(*DASHES))
     assert len(pairing.chains()) == 3
-    join_to(graph, pairing, objects)
+    assert len(pairing.nearly) == 2
+    join_unclear(graph, pairing, objects)
     assert len(pairing.chains()) == min(objects, 3)
     assert all(pairing.partner[j] == i for i, j in enumerate(pairing.partner) if j >= 0)
     joints = [i for i, j in enumerate(pairing.partner) if j >= 0]
@@ -93,14 +94,16 @@ def test_cables_are_joined_until_there_are_so_many(objects: int) -> None:
     assert all(pairing.cost[i] > 0.0 and pairing.margin[i] == 0.0 and pairing.other[i] == -1 for i in joints)
 
 
-def test_the_nearest_in_line_are_joined_first() -> None:
-    _, graph, pairing = pairing_of(draw(*DASHES, [(170, 200), (220, 30)]), max_gap_widths=1.0)
-    join_to(graph, pairing, 1)
-    ((chain, _),) = pairing.chains()
-    assert len(chain) == graph.runs
+def test_what_is_clearly_apart_is_not_joined() -> None:
+    far = [[(10, 100), (60, 104)], [(170, 110), (220, 116)], [(330, 120), (385, 118)]]
+    _, graph, pairing = pairing_of(draw(*far))
+    assert pairing.nearly == []
+    join_unclear(graph, pairing, 1)
+    assert len(pairing.chains()) == 3
 
 
-def test_rings_are_counted_but_not_joined() -> None:
-    _, graph, pairing = pairing_of(draw(circle((70, 70), 40), *[np.add(d, (0, 60)) for d in DASHES]), 1.0)
-    join_to(graph, pairing, 1)
-    assert len(pairing.chains()) == 1  # the ring touches no junction and is none of the runs
+def test_two_cables_are_not_joined_to_make_room_for_a_speck() -> None:
+    _, graph, pairing = pairing_of(draw(*DASHES[:2], [(300, 200), (312, 203)]))
+    before = list(pairing.partner)
+    join_unclear(graph, pairing, 2)
+    assert pairing.partner == before

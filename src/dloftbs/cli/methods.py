@@ -16,7 +16,7 @@ from dloftbs.errors import InputError
 from dloftbs.evaluation.runner_sequence import Method
 from dloftbs.frame import Frame, FrameResult
 
-_CONFIGS = {"default": Config, "paper": Config.paper}
+_CONFIGS: dict[str, Callable[[], Config]] = {"default": Config, "paper": Config.paper}
 
 
 def method_of(name: str) -> Method:

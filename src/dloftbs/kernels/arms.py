@@ -19,6 +19,7 @@ _ACROSS = np.linspace(-0.75, 0.75, 11)  # of the radius: where a cap is looked a
 # How far the mask goes ahead there, in radii, is about c + slant * k + roundness * sqrt(1 - k^2): least squares.
 _, _TO_SLANT, _TO_ROUND = np.linalg.pinv(np.stack([np.ones_like(_ACROSS), _ACROSS, np.sqrt(1.0 - _ACROSS**2)], axis=1))
 _CAP_WIDTHS = 0.8  # before a free end: from where its cap is looked at
+_TOLD_WIDTHS = 3.0  # what is shorter than that has ends of its own rather than a cable's
 _SLANT = 0.25  # more than the end of a cable has
 _NOTCH = 4  # half pixels
 _DUMB_PX = 4.0  # of so wide a cable, caps tell nothing; of one twice as wide, all
@@ -382,7 +383,7 @@ def measure_caps(
         step = 1 if end % 2 == 0 else -1
         at = (start if step == 1 else stop - 1) + step * back
         along = min(chord, stop - start - back - 1)
-        if nodes[end] != -1 or along < max(radius, _LEAST_POINTS):
+        if nodes[end] != -1 or along < max(radius, _LEAST_POINTS) or stop - start < _TOLD_WIDTHS * width:
             continue
         dx, dy = points[at, 0] - points[at + step * along, 0], points[at, 1] - points[at + step * along, 1]
         length = max(np.sqrt(dx * dx + dy * dy), 1e-9)

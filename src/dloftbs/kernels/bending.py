@@ -15,7 +15,6 @@ from dloftbs.kernels._compile import helper, kernel, read
 _PASS_BEND, _PASS_TURN = 1.5, 1.0  # of a pass: per rad^2 of bend, times width / length, and as it is
 _OUTSIDE = 3.0  # of a pass that leaves the mask altogether
 _GAP_BEND, _GAP_TURN = 2.0, 0.4  # of a gap, as above
-_GAP_LENGTH = 0.06  # of a gap, per width
 _GAP_ARM = 0.4  # of a gap from an arm of a junction: where the mask goes on, a cable rarely stops
 _GAP_ARM_BEND = 1.0  # and per rad^2
 _PROMISE = 0.7  # share of the arms' own curvature that is believed to go on
@@ -24,11 +23,14 @@ _UNKNOWN_BEND = 0.25  # of an arm without any direction, rad^2
 _SETTLED = 0.15  # a pass that costs less is not given up for a gap
 _NEVER = 1e3
 
-OPEN_ARM, OPEN_KINK, OPEN_INSIDE = 1.4, 2.0, 0.4
+OPEN_ARM, OPEN_KINK, OPEN_INSIDE = 1.4, 2.0, 0.9
 """Prices of ends left open: in a junction, where a run turns sharply and nothing else meets it, inside a run."""
 
-OPEN_ROUND, OPEN_CUT = 0.55, 0.9
+OPEN_ROUND, OPEN_CUT = 0.4, 1.3
 """Prices of free ends left open, round and cut off ones: what hides a cable leaves straight or hollow ends."""
+
+GAP_UNSEEN, GAP_HIDDEN = 0.12, 0.06
+"""Prices of a gap, per width of its length: where nobody knows what lies there, and where something hides it."""
 
 
 @helper
@@ -92,9 +94,9 @@ def _pass_cost(arms: npt.NDArray[np.float64], i: int, j: int, width: float, mask
 
 
 @helper
-def _gap_price(bend: float, length: float, width: float) -> float:
+def _gap_price(bend: float, length: float, width: float, per_width: float) -> float:
     """Return what it costs to go on from one end into another where no mask is."""
-    return bend * (_GAP_BEND * width / max(length, width) + _GAP_TURN) + _GAP_LENGTH * length / width
+    return bend * (_GAP_BEND * width / max(length, width) + _GAP_TURN) + per_width * length / width
 
 
 @kernel(read(float64, 2), read(int64, 2), float64)
@@ -115,7 +117,7 @@ def turn_costs(arms: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], widt
     costs = np.empty(len(pairs))
     for k in range(len(pairs)):
         bend, length = _bend(arms, pairs[k, 0], pairs[k, 1], width)
-        costs[k] = _gap_price(bend, length, width)
+        costs[k] = _gap_price(bend, length, width, GAP_UNSEEN)
     return costs
 
 
@@ -247,6 +249,25 @@ def _expand_passes(
 
 
 @helper
+def _join_bends(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    corners: npt.NDArray[np.int64],
+    identity: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+) -> None:
+    """Let it cost nothing to go on around a corner: one cable bends there, however sharply."""
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if corners[i] >= 0 and corners[i] == corners[j] and identity[i] != identity[j]:
+                    costs[starts[node] + a * size + b] = 0.0
+
+
+@helper
 def _settled(
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
@@ -278,7 +299,8 @@ def _settled(
 
 @kernel(
     read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64, read(uint8, 2),
-    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), float64, float64,
+    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(boolean, 1), read(int64, 1),
+    float64, float64, float64, float64,
 )  # fmt: skip
 def pair_costs(
     nodes: npt.NDArray[np.int64],
@@ -292,7 +314,11 @@ def pair_costs(
     members: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
     passes: npt.NDArray[np.float64],
+    bordering: npt.NDArray[np.bool_],
+    corners: npt.NDArray[np.int64],
     max_gap: float,
+    per_width: float,
+    least_bound: float,
     more: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """List the pairs of ends that are cheaper joined than left open, and the prices of leaving them open.
@@ -313,8 +339,16 @@ def pair_costs(
     mask : (H, W) uint8
     first, members, starts, passes
         As `junction_costs` makes them of the originals.
+    bordering : (n,) bool
+        Ends that the image's border cuts: no gap leads from them.
+    corners : (n,) int64
+        Equal for two ends that are the arms of one sharp bend; else -1.
     max_gap : float
         Longest gap, px.
+    per_width : float
+        Price of a gap per width of its length.
+    least_bound : float
+        Gaps that cost less are listed even where leaving both ends open costs less than that.
     more : float
         How much dearer than that pairs may be.
 
@@ -339,10 +373,11 @@ def pair_costs(
             price[end] = OPEN_KINK
     place = _place_passes(first, members, starts, n)
     own_starts, own_passes = _expand_passes(own_first, own_members, identity, spur, arms, width, mask, place, passes)
+    _join_bends(own_first, own_members, corners, identity, own_starts, own_passes)
     is_settled = _settled(own_first, own_members, own_starts, own_passes, spur)
     loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
     for end in range(n):
-        if nodes[end] >= -1 and not spur[end // 2] and not is_settled[end]:
+        if nodes[end] >= -1 and not (spur[end // 2] or is_settled[end] or bordering[end]):
             loose[looking] = end
             looking += 1
     capacity = 4 * n + 16
@@ -355,7 +390,7 @@ def pair_costs(
             continue
         while next_loose < looking and loose[next_loose] <= i:
             next_loose += 1
-        at_gap = next_loose if not spur[i // 2] and not is_settled[i] else looking
+        at_gap = looking if spur[i // 2] or is_settled[i] or bordering[i] else next_loose
         at_pass = last_pass = row = 0  # the arms of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
             at_pass, last_pass = own_first[nodes[i]], own_first[nodes[i] + 1]
@@ -369,6 +404,7 @@ def pair_costs(
             onward = own_members[at_pass] if at_pass < last_pass else n
             j = min(across, onward)
             at_gap += across == j
+            bound = price[i] + price[j]
             if onward == j:
                 cost = own_passes[row + at_pass]
                 at_pass += 1
@@ -382,10 +418,11 @@ def pair_costs(
                 if abs(arms[i, 0] - arms[j, 0]) > max_gap or abs(arms[i, 1] - arms[j, 1]) > max_gap:
                     continue
                 bend, length = _bend(arms, i, j, width)
-                cost = _gap_price(bend, length, width)
+                cost = _gap_price(bend, length, width, per_width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
                     cost += _GAP_ARM + _GAP_ARM_BEND * bend
-            if cost >= price[i] + price[j] + more:
+                bound = max(bound, least_bound)
+            if cost >= bound + more:
                 continue
             if count == capacity:
                 capacity *= 2

@@ -16,13 +16,14 @@ from dloftbs.kernels.ends import extend_end
 from dloftbs.kernels.lines import lay_out
 from dloftbs.patch import Patch
 
-_LEAST_WIDTHS = 1.5  # what is shorter is no cable
-_LEAST_AROUND = 8  # points of a loop
+_LEAST, _LEAST_AROUND = 2, 8  # points of a line, and of a loop
 _TAIL_WIDTHS = 6.0  # that leading an end on looks at
 _OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
 _AHEAD_WIDTHS = 3.5
 _CAP_PX = 4.5
 _MOST_HALF_TURN = 1.4  # rad
+_CORNER_WIDTHS = 3.0  # from an arm to the corner of its bend, at most
+_PARALLEL = 0.4  # sine between two arms below which where they meet is uncertain
 _STEEP = 0.5  # sine of the least angle between them
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
@@ -41,6 +42,7 @@ class _Piece:
     entered: int
     cost: float
     margin: float
+    through_junction: bool = False
 
     @property
     def count(self) -> int:
@@ -71,7 +73,7 @@ class _Points:
         return np.concatenate(self._points), np.concatenate(self._radius)
 
 
-def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
+def assemble(patch: Patch, graph: Graph, pairing: Pairing, least_widths: float) -> list[Centerline]:
     """Make a centre line of each cable.
 
     Parameters
@@ -79,16 +81,24 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
     patch : Patch
     graph : Graph
     pairing : Pairing
+    least_widths : float
+        A cable whose skeleton is shorter is none.
 
     Returns
     -------
     list of Centerline
         First those with ends, then the loops.
     """
-    least = _LEAST_WIDTHS * graph.width
+    least = max(least_widths * graph.width, _LEAST)
+    around = max(2.0 * least, _LEAST_AROUND)
     buffer = _Points(pairing)
     lines: list[list[_Piece]] = []
     rings: list[list[_Piece]] = []
+    doubts: list[float] = []
+    lacking: dict[int, float] = {}
+    for amount, _, i, j in reversed(pairing.nearly):
+        if pairing.partner[i] < 0 and pairing.partner[j] < 0:
+            lacking[i] = lacking[j] = amount
     gone: set[int] = set()
     offsets, degree = graph.offsets.tolist(), _degrees(pairing)
     mask = patch.posed(patch.pixels)
@@ -96,23 +106,29 @@ def assemble(patch: Patch, graph: Graph, pairing: Pairing) -> list[Centerline]:
         if _is_left_over(pairing, chain, gone):
             gone |= {end // 2 for end in chain}
             continue
-        pieces = _pieces(graph, offsets, pairing, chain, degree)
+        pieces = _pieces(mask, graph, offsets, pairing, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
-        if is_ring and count >= max(2.0 * least, _LEAST_AROUND):
+        if is_ring and count >= around:
             rings.append(pieces)
-        elif not is_ring and count >= max(least, 2):
+        elif not is_ring and count >= least:
             _lead_on(mask, graph, pairing, chain, pieces, buffer)
             lines.append(pieces)
+            doubts.append(min(lacking.get(chain[0], math.inf), lacking.get(chain[-1] ^ 1, math.inf)))
     for start, stop in graph.loops:
-        if stop - start >= max(2.0 * least, _LEAST_AROUND):
+        if stop - start >= around:
             rings.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
     if not lines and not rings:
         return []
-    return _lay_out(patch, pairing, lines, rings, buffer)
+    return _lay_out(patch, pairing, lines, rings, buffer, doubts)
 
 
 def _lay_out(
-    patch: Patch, pairing: Pairing, lines: list[list[_Piece]], rings: list[list[_Piece]], buffer: _Points
+    patch: Patch,
+    pairing: Pairing,
+    lines: list[list[_Piece]],
+    rings: list[list[_Piece]],
+    buffer: _Points,
+    doubts: list[float],
 ) -> list[Centerline]:
     """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
     counts = [[piece.count for piece in pieces] for pieces in lines + rings]
@@ -135,7 +151,7 @@ def _lay_out(
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
-            result.append(_line(*own, counts[k], pairing, lines[k], places))
+            result.append(_line(*own, counts[k], pairing, lines[k], places, doubts[k]))
         else:
             result.append(_loop(*own))
     return result
@@ -158,7 +174,15 @@ def _is_left_over(pairing: Pairing, chain: list[int], gone: set[int]) -> bool:
     return all(pairing.nodes[end] != FREE for end in (chain[0], chain[-1] ^ 1))
 
 
-def _pieces(graph: Graph, offsets: list[int], pairing: Pairing, chain: list[int], degree: list[int]) -> list[_Piece]:
+def _pieces(
+    mask: npt.NDArray[np.uint8],
+    graph: Graph,
+    offsets: list[int],
+    pairing: Pairing,
+    chain: list[int],
+    degree: list[int],
+    buffer: _Points,
+) -> list[_Piece]:
     """Cut the points of each run of a chain, and put together what only a spur divides."""
     nodes, partner, twin, spans = pairing.nodes, pairing.partner, pairing.twin, pairing.spans
     costs, margins, width, last = pairing.cost, pairing.margin, graph.width, len(chain) - 1
@@ -176,11 +200,70 @@ def _pieces(graph: Graph, offsets: list[int], pairing: Pairing, chain: list[int]
         span = (start, stop, 1) if end % 2 == 0 else (stop - 1, start - 1, -1)
         node = nodes[end]
         if pieces and node >= 0 and degree[node] == 2 and nodes[partner[end]] == node:
+            corner = _corner(mask, graph, pairing, end)
+            if corner is not None:
+                pieces[-1].spans.append(_lead_around(pairing, pieces[-1].spans[-1], corner, span, buffer))
             pieces[-1].spans.append(span)
         else:
-            pieces.append(_Piece([span], end, cost, margin))
+            through = node >= 0 and k > 0 and nodes[partner[end]] == node
+            if through and pieces:
+                _, before, step = pieces[-1].spans[-1]
+                through = _is_seen(mask, pairing.points[before - step], pairing.points[span[0]], width)
+            pieces.append(_Piece([span], end, cost, margin, through))
         cost, margin = 0.0, math.inf
     return pieces
+
+
+def _is_seen(mask: npt.NDArray[np.uint8], start: FloatArray, stop: FloatArray, width: float) -> bool:
+    """Tell whether a cable can be seen all the way between two points: the mask has no break longer than its width."""
+    way = stop - start
+    length = math.hypot(*way.tolist())
+    if length <= 2.0 * width:  # half a width at each end is on the mask
+        return True
+    columns, rows = np.rint(start[:, None] + way[:, None] * np.linspace(0.0, 1.0, int(length) + 2)).astype(np.intp)
+    on = np.flatnonzero(mask[np.clip(rows, 0, mask.shape[0] - 1), np.clip(columns, 0, mask.shape[1] - 1)])
+    breaks = np.diff(np.concatenate(([-1], on, [len(rows)])))
+    return bool(breaks.max() <= width)
+
+
+def _corner(mask: npt.NDArray[np.uint8], graph: Graph, pairing: Pairing, end: int) -> FloatArray | None:
+    """Return where the corner of a bend is, if it turns back: where its two arms meet on the mask, or at its mitre.
+
+    Where both are known, the farther one: arms that are short seem to meet too early.
+    """
+    ax, ay, adx, ady = pairing.arms[pairing.partner[end], :4].tolist()
+    bx, by, bdx, bdy = pairing.arms[end, :4].tolist()
+    if adx * bdx + ady * bdy <= 0.0:
+        return None
+    known = graph.corners[end] if end < len(graph.corners) else -1
+    mitre = graph.points[known] if known >= 0 else None
+    sine = adx * bdy - ady * bdx
+    if abs(sine) < _PARALLEL:
+        return mitre
+    ahead = ((bx - ax) * bdy - (by - ay) * bdx) / sine
+    back = ((bx - ax) * ady - (by - ay) * adx) / sine
+    row, column = int(ay + ahead * ady + 0.5), int(ax + ahead * adx + 0.5)
+    near = min(ahead, back) > 0.0 and max(ahead, back) <= _CORNER_WIDTHS * graph.width
+    if not (near and 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0):
+        return mitre
+    meets = np.array((ax + ahead * adx, ay + ahead * ady))
+    if mitre is not None and float((mitre - meets) @ (adx + bdx, ady + bdy)) > 0.0:
+        return mitre
+    return meets
+
+
+def _lead_around(pairing: Pairing, before: _Span, corner: FloatArray, after: _Span, buffer: _Points) -> _Span:
+    """Lead a cable straight to a corner and back."""
+    here, there = pairing.points[before[1] - before[2]], pairing.points[after[0]]
+    legs = [_between(here, corner), corner[None], _between(corner, there)]
+    return buffer.add(np.concatenate(legs), float(pairing.radius[after[0]]))
+
+
+def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
+    """Return the points between two others, about 1 px apart."""
+    steps = max(int(np.hypot(*(stop - start))), 1)
+    result: FloatArray = start + np.arange(1, steps)[:, None] / steps * (stop - start)
+    return result
 
 
 def _own_span(graph: Graph, offsets: list[int], pairing: Pairing, run: int) -> tuple[int, int]:
@@ -250,17 +333,27 @@ def _lead_through(
     cap = 0.5 * width if width > _CAP_PX else 0.0  # what is thinner is taken for cut off flat, as where ends are led on
     steps = np.arange(1.0, ahead - cap)
     added = np.column_stack((x + steps * dx, y + steps * dy))
-    start, stop = pairing.spans[run]
     k = 0 if at_start else -1
-    forwards = spans[k][2] == 1
-    low, high = sorted((spans[k][0], spans[k][1]) if forwards else (spans[k][1] + 1, spans[k][0] + 1))
-    low, high = (start, high) if end % 2 == 0 else (low, stop)  # without what lies in the junction
-    spans[k] = (low, high, 1) if forwards else (high - 1, low - 1, -1)
+    spans[k] = _clear_of_junction(graph, pairing, end, spans[k])
     first, last, _ = buffer.add(added, 0.5 * width)
     if at_start:
         spans.insert(0, (last - 1, first - 1, -1))
     else:
         spans.append((first, last, 1))
+
+
+def _clear_of_junction(graph: Graph, pairing: Pairing, end: int, span: _Span) -> _Span:
+    """Return a span of the run of an end without what lies in the junction there; one of another run as it is."""
+    first, last, step = span
+    low, high = (first, last) if step == 1 else (last + 1, first + 1)
+    if low < graph.offsets[end // 2] or high > graph.offsets[end // 2 + 1]:  # the run is too short to have a piece
+        return span
+    start, stop = pairing.spans[end // 2]
+    if end % 2 == 0:
+        low = min(max(low, start), high)
+    else:
+        high = max(min(high, stop), low)
+    return (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
 
 
 def _far_side(pairing: Pairing, end: int, width: float) -> float:
@@ -304,14 +397,15 @@ def _line(
     pairing: Pairing,
     pieces: list[_Piece],
     places: list[list[float]],
+    lacking: float,
 ) -> Centerline:
-    nodes, partner, other = pairing.nodes, pairing.partner, pairing.other
+    partner, other = pairing.partner, pairing.other
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
     at = counts[0]
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
         end = piece.entered
         before, after = other[partner[end]], other[end]
-        is_crossing = nodes[end] >= 0 and nodes[partner[end]] == nodes[end]
+        is_crossing = piece.through_junction
         scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
         joints.append(
             Joint.trusted(
@@ -319,7 +413,7 @@ def _line(
                 (u.item(at - 1), u.item(at)),
                 piece.cost,
                 piece.margin,
-                1.0 / (1.0 + math.exp(-min(piece.margin / scale, 50.0))),
+                _probability(piece.margin, scale),
                 (
                     (places[before][0], places[before][1]) if before >= 0 else None,
                     (places[after][0], places[after][1]) if after >= 0 else None,
@@ -329,8 +423,19 @@ def _line(
         segments.append(Segment.cut(points, radius, at, at + count))
         at += count
     return Centerline.trusted(
-        tuple(segments), tuple(joints), closed=False, points=points, radius=radius, u=u, width=width
+        tuple(segments),
+        tuple(joints),
+        closed=False,
+        ends_confidence=_probability(lacking, _GAP_SCALE),
+        points=points,
+        radius=radius,
+        u=u,
+        width=width,
     )
+
+
+def _probability(margin: float, scale: float) -> float:
+    return 1.0 / (1.0 + math.exp(-min(margin / scale, 50.0)))
 
 
 def _arc_over_chord(pairing: Pairing, end: int) -> float:

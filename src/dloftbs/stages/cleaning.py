@@ -55,7 +55,7 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
         words, *_ = stripes.cut(_as_words(pixels), pixels.shape[1], 0)
         pixels, framed, _, moments = stripes.frame(words)
         pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
-    return Patch(pixels, framed, (h, w), (x0 + left, y0 + top), pose)
+    return Patch(pixels, framed, (h, w), (x0 + left, y0 + top), pose, (mask.shape[0], mask.shape[1]))
 
 
 def _as_words(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
-from dloftbs.graph import Graph
+from dloftbs._arrays import FloatArray
+from dloftbs.graph import FREE, Graph
 from dloftbs.kernels import arms as arms_kernels
 from dloftbs.kernels import junctions as kernels
 from dloftbs.kernels import tracing
-from dloftbs.kernels.kinks import find_kinks, split_runs
+from dloftbs.kernels.kinks import find_corners, find_kinks, split_runs
 from dloftbs.kernels.recentring import recentre
 from dloftbs.patch import Patch, Skeleton
 
@@ -16,6 +18,7 @@ _SPUR_WIDTHS = 0.6  # a spur sticks out by less
 _MERGE_WIDTHS = 1.0  # a run with less between two junctions makes them one
 _SPECK_WIDTHS2 = 0.3  # what stands alone and covers less, in squares of the width, is noise
 _THROUGH_WIDTHS = 4.0  # how far ahead of an arm is looked
+_BORDER_WIDTHS, _BORDER_PX = 0.5, 2.0  # thinning stops half a width before a straight cut
 _KINK_RAD = 1.2  # a cable does not turn by more within three widths
 
 
@@ -59,7 +62,23 @@ def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph 
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
     spans = arms_kernels.clear_spans(nodes, centres, radii, points, radius, offsets, width)
     arms = arms_kernels.locate_arms(nodes, centres, radii, points, offsets, spans, width)
+    corners = find_corners(nodes, alive, spurs, arms, centres, points, radius, offsets, mask, width)
     merged = kernels.settle_ends(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     caps = arms_kernels.measure_caps(merged, points, spans, arms, mask, width)
     through = arms_kernels.measure_through(merged, arms, mask, _THROUGH_WIDTHS * width)
-    return Graph(points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, width), runs
+    bordering = _at_border(patch, points, offsets, merged, width)
+    return Graph(
+        points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, bordering, corners, width
+    ), runs
+
+
+def _at_border(
+    patch: Patch, points: FloatArray, offsets: npt.NDArray[np.int64], nodes: npt.NDArray[np.int64], width: float
+) -> npt.NDArray[np.bool_]:
+    """Return which free ends the image's border cuts, shape (2 n,)."""
+    n = len(nodes) // 2
+    tips = patch.to_image(points[np.stack((offsets[:n], offsets[1 : n + 1] - 1), axis=1).ravel()])
+    height_px, width_px = patch.image_size
+    inside = np.minimum(tips, (width_px - 1.0, height_px - 1.0) - tips).min(axis=1)
+    result: npt.NDArray[np.bool_] = (nodes == FREE) & (inside <= _BORDER_WIDTHS * width + _BORDER_PX)
+    return result

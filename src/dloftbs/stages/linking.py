@@ -36,7 +36,8 @@ def link(patch: Patch, segments: list[Segment], config: GreedyLinkingConfig) -> 
     if not segments:
         return []
     ends, directions = _ends(segments, config.direction_px)
-    pairs, costs, margins = kernels.link_greedily(ends, directions, config.distance_weight, config.max_cost)
+    most = math.inf if config.max_cost is None else config.max_cost
+    pairs, costs, margins = kernels.link_greedily(ends, directions, config.distance_weight, most)
     posed = patch.to_posed(ends)
     covered = are_covered(patch.posed(patch.pixels), posed[pairs[:, 0]], posed[pairs[:, 1]])
     links: _Links = {}

@@ -24,7 +24,7 @@ def join_inside(graph: Graph, pairing: Pairing, max_gap_widths: float) -> None:
         Longest gap that is bridged, in widths.
     """
     inner = [end for run in pairing.twin for end in (2 * run, 2 * run + 1) if _is_open(pairing, end, UNAVAILABLE)]
-    free = [end for end in range(2 * graph.runs) if _is_open(pairing, end, FREE)]
+    free = [end for end in range(2 * graph.runs) if _is_open(pairing, end, FREE) and not graph.bordering[end]]
     if not inner or not free:
         return
     for end in inner:

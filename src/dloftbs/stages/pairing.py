@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.evidence import Evidence
 from dloftbs.graph import UNAVAILABLE, Graph, Pairing
 from dloftbs.kernels import bending, matching, sharing
 from dloftbs.kernels.arms import wide_reach
@@ -15,13 +18,39 @@ from dloftbs.patch import Patch
 _ROUNDS = 4
 PAST_BONUS = 0.6
 """How much less the joint costs at most that continues a curve that was seen before."""
+UNCLEAR = 0.55
+"""Ends that lack less than this to be joined are in doubt: the odds are below nine to one."""
+
 _CHORD_REACH_PX = 4
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
 _Passes = tuple[_Ints, _Ints, _Ints, _Floats]
+_GROUND = 1.5  # per width of ground in sight: a gap of two widths costs more than any two ends left open
 
 
-def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = None) -> Pairing:
+class _Ends(NamedTuple):
+    """The ends of a graph, those of copies of shared runs among them.
+
+    Parameters
+    ----------
+    nodes : numpy.ndarray, shape (n,)
+        The junction at each.
+    identity : numpy.ndarray, shape (n,)
+        The end of the graph that each is.
+    arms : numpy.ndarray, shape (n, 6)
+    price : numpy.ndarray, shape (n,)
+        Of leaving each open.
+    """
+
+    nodes: _Ints
+    identity: _Ints
+    arms: _Floats
+    price: _Floats
+
+
+def pair(
+    patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = None, evidence: Evidence | None = None
+) -> Pairing:
     """Join the ends of a graph so that the cables bend the least, and few ends stay open.
 
     Parameters
@@ -32,6 +61,8 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         Longest gap that is bridged, in widths.
     past : Past, optional
         Pairs of ends that continue each other along a curve that was seen before cost less.
+    evidence : Evidence, optional
+        What is seen between two ends decides what a gap costs.
 
     Returns
     -------
@@ -50,6 +81,7 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         nodes[2 * graph.runs + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
         spurs = np.concatenate((spurs, np.zeros(len(copies), dtype=np.bool_)))
     points, radius, spans = _own_points(graph, copies, partial, reach)
+    more = max(UNCLEAR, 0.0 if past is None else PAST_BONUS)
     rows, columns, costs, price = bending.pair_costs(
         nodes,
         identity,
@@ -59,12 +91,24 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         graph.width,
         mask,
         *passes,
+        graph.bordering[identity],
+        graph.corners[identity],
         max_gap_widths * graph.width,
-        0.0 if past is None else PAST_BONUS,
+        bending.GAP_UNSEEN if evidence is None else bending.GAP_HIDDEN,
+        0.0 if evidence is None else 2.0 * bending.OPEN_CUT,
+        more,
     )
+    if evidence is not None:
+        ends = _Ends(nodes, identity, arms, price)
+        rows, columns, costs = _weigh_gaps(graph, ends, rows, columns, costs, evidence, more)
     bonus = np.zeros(len(rows))
     if past is not None and len(rows):
         bonus = PAST_BONUS * past.continuity(arms, rows, columns)
+    lacking = costs - bonus - price[rows] - price[columns]
+    is_near = (lacking >= 0.0) & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
+    near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
+    worth = lacking < 0.0
+    rows, columns, costs, bonus = rows[worth], columns[worth], costs[worth], bonus[worth]
     partner, cost, margin, other, overruled = matching.pair_ends(rows, columns, costs, bonus, price, identity)
     twin = {}
     for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=graph.runs):
@@ -89,7 +133,50 @@ def pair(patch: Patch, graph: Graph, max_gap_widths: float, past: Past | None = 
         twin,
         raw,
         overruled,
+        sorted(zip(*near, strict=True)),
     )
+
+
+def _weigh_gaps(
+    graph: Graph, ends: _Ends, rows: _Ints, columns: _Ints, costs: _Floats, evidence: Evidence, more: float
+) -> tuple[_Ints, _Ints, _Floats]:
+    """Let pairs cost across gaps what the image says, and leave out what costs more than two open ends.
+
+    A gap is listed at what it costs where something hides it. Ground in sight makes it dear, and what tells nothing
+    costs what a gap does without an image. Where most of a gap shows something that hides it, or the cable itself, its
+    ends are no cable's own, whatever they look like.
+
+    Parameters
+    ----------
+    graph : Graph
+    ends : Ends
+    rows, columns : numpy.ndarray, shape (k,)
+        The pairs, those through junctions among them.
+    costs : numpy.ndarray, shape (k,)
+    evidence : Evidence
+    more : float
+        How much dearer than open ends pairs may be.
+
+    Returns
+    -------
+    rows, columns, costs
+        Of what is left, in the same order.
+    """
+    gaps = np.flatnonzero((ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns]))
+    if len(gaps) == 0:
+        return rows, columns, costs
+    first, second, width = rows[gaps], columns[gaps], graph.width
+    pairs = np.stack((ends.identity[first], ends.identity[second]), axis=1)
+    ground, cable, neither = evidence.across(graph.points, graph.spans, graph.arms, pairs, width).T
+    length = np.maximum(np.hypot(*(ends.arms[first, :2] - ends.arms[second, :2]).T) / width, 1e-9)
+    hidden = np.minimum(cable + neither, length)
+    open_price = ends.price[first] + ends.price[second]
+    looks = np.maximum(2.0 * bending.OPEN_CUT - open_price, 0.0) * np.maximum(hidden - ground, 0.0) / length
+    costs = costs.copy()
+    costs[gaps] += _GROUND * ground + (bending.GAP_UNSEEN - bending.GAP_HIDDEN) * (length - hidden) - looks
+    keep = np.ones(len(rows), dtype=np.bool_)
+    keep[gaps] = costs[gaps] < open_price + more
+    return rows[keep], columns[keep], costs[keep]
 
 
 def _own_points(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
 import numpy as np
 
@@ -11,7 +10,8 @@ from dloftbs.graph import Graph, Pairing
 from dloftbs.kernels.bending import turn_costs
 
 _MOST_RINGS = 20
-_WORTH = 2.5  # a ring is opened into a chain that crosses it where this costs less
+_WORTH = 0.5  # a ring is opened into a chain that crosses it where this costs less
+_LONGER_WIDTHS = 3.0  # what is shorter is rather a speck than a part of a cable
 _RATHER_THAN_GAP = 0.3  # how much dearer that may be than opening the ring at a gap
 
 
@@ -99,8 +99,8 @@ def _beyond(pairing: Pairing, end: int) -> int:
     return -1
 
 
-def join_to(graph: Graph, pairing: Pairing, objects: int) -> None:
-    """Join the cables that lie best for it, across whatever lies between, until there are so many.
+def join_unclear(graph: Graph, pairing: Pairing, objects: int) -> None:
+    """Join ends that were nearly joined, the clearest first, where the longest cables become longer by it.
 
     Parameters
     ----------
@@ -108,17 +108,28 @@ def join_to(graph: Graph, pairing: Pairing, objects: int) -> None:
     pairing : Pairing
         Changed.
     objects : int
-        Where fewer were found, they stay.
+        How many of the cables count. Where no more were found, they stay as they are.
     """
-    while True:
-        chains = [chain for chain, is_ring in pairing.chains() if not is_ring]
-        if len(pairing.chains()) <= objects or len(chains) < 2:
+    for _, cost, i, j in pairing.nearly:
+        chains = [chain for chain, _ in pairing.chains()]
+        if len(chains) + len(graph.loops) <= objects:
             return
-        ends = [(i, end) for i, chain in enumerate(chains) for end in (chain[0], chain[-1] ^ 1)]
-        pairs = np.array([(a, b) for (i, a), (j, b) in combinations(ends, 2) if i != j])
-        costs = turn_costs(pairing.arms, pairs, graph.width)
-        best = int(np.argmin(costs))
-        i, j = pairs[best].tolist()
+        at = {end: k for k, (chain, is_ring) in enumerate(pairing.chains()) if not is_ring for end in _ends_of(chain)}
+        if at.get(i) is None or at.get(j) is None or at[i] == at[j]:
+            continue
+        lengths = [sum(np.subtract(*pairing.spans[end // 2][::-1]) for end in chain) for chain in chains]
+        joined = [length for k, length in enumerate(lengths) if k not in (at[i], at[j])]
+        joined.append(lengths[at[i]] + lengths[at[j]])
+        if _most(joined, objects) < _most(lengths, objects) + _LONGER_WIDTHS * graph.width:
+            continue
         pairing.join(i, j)
         for end in (i, j):
-            pairing.cost[end], pairing.margin[end], pairing.other[end] = float(costs[best]), 0.0, -1
+            pairing.cost[end], pairing.margin[end], pairing.other[end] = cost, 0.0, -1
+
+
+def _ends_of(chain: list[int]) -> tuple[int, int]:
+    return chain[0], chain[-1] ^ 1
+
+
+def _most(lengths: list[int], count: int) -> int:
+    return sum(sorted(lengths, reverse=True)[:count])
