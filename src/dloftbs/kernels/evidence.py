@@ -93,7 +93,13 @@ def sample_references(
     spans: npt.NDArray[np.int64],
     ends: npt.NDArray[np.int64],
     width: float,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+) -> tuple[
+    npt.NDArray[np.float64],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.float64],
+]:
     """Sample what cables, and the ground beside them, look like before their ends.
 
     Parameters
