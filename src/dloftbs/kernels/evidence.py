@@ -16,6 +16,7 @@ _CLEAR_WIDTHS, _CLEAR_PX = 0.25, 1.0  # mixed pixels at the edge of the mask are
 _MOST_SAMPLES = 24  # of a reference, and of a gap
 _BLOCK_WIDTHS = 0.2  # half the side of the square whose mean is a sample
 _LEAST_REFERENCES = 6
+_LENIENT = 2.0  # times the spread of the samples
 _FLOOR = 12.0  # grey levels, within which colours are the same
 _AMBIGUOUS = 0.5  # of the distance to the farther one of ground and cable
 
@@ -61,8 +62,22 @@ def _far(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64]) -> f
 
 
 @helper
+def _is_like(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64], alike: float) -> bool:
+    """Tell whether more than one in `_AGREE` of some colours lie within a distance, as `_far` would."""
+    needed = len(colours) // _AGREE + 1
+    for k in range(len(colours)):
+        if _distance(colour, colours[k]) <= alike:
+            needed -= 1
+            if needed == 0:
+                return True
+    return False
+
+
+@helper
 def _spread(colours: npt.NDArray[np.float64]) -> float:
     """Return how far apart colours of one kind are by that measure, the median."""
+    if len(colours) == 0:
+        return 0.0
     away = np.empty(len(colours))
     for k in range(len(colours)):
         away[k] = _far(colours[k], colours)
@@ -78,7 +93,13 @@ def sample_references(
     spans: npt.NDArray[np.int64],
     ends: npt.NDArray[np.int64],
     width: float,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+) -> tuple[
+    npt.NDArray[np.float64],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.float64],
+]:
     """Sample what cables, and the ground beside them, look like before their ends.
 
     Parameters
@@ -101,11 +122,14 @@ def sample_references(
         How many of them there are.
     cable : (e, l, 3) float64
     cables : (e,) int64
+    spread : (e, 2) float64
+        How far apart the colours of the ground are, and of the cable.
     """
     half = int(_BLOCK_WIDTHS * width)
     clear, step = _CLEAR_WIDTHS * width + _CLEAR_PX, max(_APART_WIDTHS * width, 1.0)
     ground = np.empty((len(ends), 2 * _MOST_SAMPLES, 3))
     cable = np.empty((len(ends), _MOST_SAMPLES, 3))
+    spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
     for e in range(len(ends)):
         start, stop = spans[ends[e] // 2]
@@ -129,7 +153,8 @@ def sample_references(
                 gx, gy = x - aside * dy, y + aside * dx
                 if not _is_on_mask(mask, gx, gy, clear) and _block(image, gx, gy, half, ground[e, grounds[e]]):
                     grounds[e] += 1
-    return ground, grounds, cable, cables
+        spread[e, 0], spread[e, 1] = _spread(ground[e, : grounds[e]]), _spread(cable[e, : cables[e]])
+    return ground, grounds, cable, cables, spread
 
 
 @helper
@@ -166,7 +191,7 @@ def _keep_ground(
             k = count - 1 - n if backwards == 1 else n
             if not is_there[k]:
                 continue
-            kept[k] = kept[k] or _far(beside[k], ground) <= alike
+            kept[k] = kept[k] or _is_like(beside[k], ground, alike)
             kept[k] = kept[k] or (last >= 0 and _distance(beside[k], beside[last]) <= alike)
             if kept[k]:
                 last = k
@@ -175,7 +200,7 @@ def _keep_ground(
 
 @kernel(
     read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2),
-    read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), float64,
+    read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), read(float64, 2), float64,
 )  # fmt: skip
 def look_across(
     image: npt.NDArray[np.uint8],
@@ -186,6 +211,7 @@ def look_across(
     grounds: npt.NDArray[np.int64],
     cable: npt.NDArray[np.float64],
     cables: npt.NDArray[np.int64],
+    spread: npt.NDArray[np.float64],
     width: float,
 ) -> npt.NDArray[np.float64]:
     """Return what is seen on the way from one end to another.
@@ -202,7 +228,7 @@ def look_across(
         Place and outward direction of each end.
     pairs : (k, 2) int64
         Of them.
-    ground, grounds, cable, cables
+    ground, grounds, cable, cables, spread
         As `sample_references` makes them.
     width : float
         px.
@@ -221,9 +247,9 @@ def look_across(
         if grounds[i] + grounds[j] < _LEAST_REFERENCES or cables[i] == 0 or cables[j] == 0:
             continue
         own = np.concatenate((ground[i, : grounds[i]], ground[j, : grounds[j]]))
-        like_ground = max(_FLOOR, 1.5 * _spread(own))
+        like_ground = max(_FLOOR, _LENIENT * max(spread[i, 0], spread[j, 0]))
         theirs = np.concatenate((cable[i, : cables[i]], cable[j, : cables[j]]))
-        like_cable = max(_FLOOR, 1.5 * _spread(theirs))
+        like_cable = max(_FLOOR, _LENIENT * max(spread[i, 1], spread[j, 1]))
         cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
         length = np.sqrt(cx * cx + cy * cy)
         steps = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 1), _MOST_SAMPLES)
@@ -241,12 +267,14 @@ def look_across(
         for k in range(1, steps):
             if _is_on_mask(mask, way[k, 0], way[k, 1], clear) or not _block(image, way[k, 0], way[k, 1], half, colour):
                 continue
-            to_ground, to_cable = _far(colour, own), _far(colour, theirs)
+            to_ground = np.inf
             for side in range(2):
                 if is_there[side, k]:
                     to_ground = min(to_ground, _distance(colour, beside[side, k]))
-            is_ground, is_cable = to_ground <= like_ground, to_cable <= like_cable
+            is_ground = to_ground <= like_ground or _is_like(colour, own, like_ground)
+            is_cable = _is_like(colour, theirs, like_cable)
             if is_ground and is_cable:
+                to_ground, to_cable = min(to_ground, _far(colour, own)), _far(colour, theirs)
                 is_ground = to_ground < _AMBIGUOUS * to_cable
                 is_cable = to_cable < _AMBIGUOUS * to_ground
                 if not is_ground and not is_cable:
