@@ -51,6 +51,14 @@ def flipping(frame):
     return {i: bar if frame.index < 4 else bar.reversed() for i, bar in enumerate(bars(frame.index))}
 
 
+def ghostly(frame):
+    """A third bar, where nothing is, in the last four of eight frames."""
+    first, second = bars(frame.index)
+    if frame.index < 4:
+        return {0: first, 1: second}
+    return {0: first, 1: second, 2: first.sample(200) + np.array([0.0, 20.0])}
+
+
 def one_only(frame):
     return {0: bars(frame.index)[0]}
 

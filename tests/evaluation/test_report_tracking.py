@@ -10,7 +10,7 @@ from evaluation.following_stubs import HALF, WHOLE, Hidden
 from evaluation.runner_stubs import Bars, method, suite
 
 from dloftbs.evaluation.report import write_report
-from dloftbs.evaluation.report_tracking import following_table, refound
+from dloftbs.evaluation.report_tracking import following_table, harm, refound
 from dloftbs.evaluation.runner import evaluate
 from dloftbs.evaluation.runner_parts import TrackRow
 from dloftbs.evaluation.runner_sequence import Method
@@ -25,7 +25,7 @@ def followed(tmp_path, function, sequence):
 
 def table_row(*parts):
     """The first row of the table, by column."""
-    table = following_table(parts)
+    table = following_table(parts, "stub")
     return dict(zip(table.columns, table.rows[0], strict=True))
 
 
@@ -72,7 +72,7 @@ def test_sequences_are_counted_not_switches(tmp_path):
     good = followed(tmp_path / "a", runner_stubs.named, Hidden())
     bad = followed(tmp_path / "b", stubs.swapping, Hidden())
     alike = [good, bad, good, good]
-    table = following_table([part.__class__(good.key, part.rows, following=part.following) for part in alike])
+    table = following_table([part.__class__(good.key, part.rows, following=part.following) for part in alike], "stub")
     row = dict(zip(table.columns, table.rows[0], strict=True))
     assert (row["sequences"], row["neither, %"]) == (4, 75.0)
     assert row["IDF1"] == pytest.approx(1.0 - 0.5 / 4)
@@ -126,6 +126,23 @@ def test_another_name_afterwards_is_a_switch_and_never_found_again(tmp_path):
     assert (row["frames until re-found"], row["never re-found"]) == (None, 1)
 
 
+@pytest.mark.parametrize(
+    ("alone_px", "track_px", "harmed"),
+    [(2.9, 5.1, 1.0), (2.9, None, 1.0), (2.9, 4.9, 0.0), (3.1, 50.0, 0.0), (None, 50.0, 0.0)],
+)
+def test_harm_is_a_track_that_is_off_where_the_frame_alone_is_right(alone_px, track_px, harmed):
+    assert harm([TrackRow(0, 0, 1.0, 1, True, track_px, None, None, alone_px)]) == harmed
+
+
+def test_what_is_published_off_the_mask_is_a_ghost(tmp_path):
+    for name, tracker in (("none", runner_stubs.named), ("drawn", stubs.ghostly)):
+        part = followed(tmp_path / name, tracker, Hidden())
+        row = table_row(part)
+        # One of three bars of the same length, in half of the frames.
+        assert row["ghosts, %"] == pytest.approx(0.0 if name == "none" else 20.0, abs=0.1)
+        assert row["harm, %"] == 0.0
+
+
 def track_rows(*moments):
     """Rows of one object from (shown, track, seen)."""
     return [TrackRow(i, 0, shown, track, seen, *([None] * 4)) for i, (shown, track, seen) in enumerate(moments)]
@@ -152,7 +169,7 @@ def test_methods_without_identities_and_other_sequences_are_not_followed(tmp_pat
     assert followed(tmp_path / "a", runner_stubs.perfect, Hidden()).following is None
     other = followed(tmp_path / "b", runner_stubs.named, Bars())
     assert other.following is None
-    assert following_table([other]).rows == ()
+    assert following_table([other], "stub").rows == ()
 
 
 def test_the_report_has_both_tables_and_the_bars(tmp_path):

@@ -34,7 +34,7 @@ def tables(parts: Sequence[Part]) -> list[Table]:
         if suite == "kinds":
             made.append(kinds_table(of_suite, suite))
         if any(part.following is not None for part in of_suite):
-            made.append(following_table(of_suite))
+            made.append(following_table(of_suite, suite).compact())
         made.append(_FORMS.get(suite, _plain)(of_suite, suite))
     made += [table for table in (tracking_table(parts), exceptions_table(parts)) if table.rows]
     return made + joint_tables(parts)
@@ -196,6 +196,7 @@ def _plain(parts: Sequence[Part], suite: str) -> Table:
 _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgb": _table_1,
     "tracking": _families,
+    "plain-sight": _families,
     "several-cables": _table_2,
     "rgbd": _table_3,
     "rgbd-artificial": _table_4,

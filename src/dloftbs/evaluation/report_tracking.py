@@ -1,4 +1,4 @@
-"""The suite of tracking: identities and directions by family, and what the past is worth behind an occluder."""
+"""The suites of tracking: identities and directions by family, and what the past is worth and what it spoils."""
 
 from __future__ import annotations
 
@@ -12,10 +12,16 @@ from dloftbs.evaluation.tracking import TrackingScores
 WITHOUT_BAR = "hidden"
 """The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
 ALL = f"all but {WITHOUT_BAR}"
+"""All other families."""
 
 _SINGLE_BAR, _BAR = 99.0, 95.0
 _IDF1_BARS = {3: 0.98, 5: 0.95}
 _LESS_BAR = 30.0
+_PLAIN_IDF1_BAR, _GHOSTS_BAR = 0.98, 0.5
+_HARM_BARS = {"bends": 0.5, "tilts": 0.5, "approaches": 0.5, "swings": 0.5, "exchange": 0.5, "three cross": 3.0}
+"""Per cent, of the families in which nothing is hidden."""
+HARM_PX, RIGHT_PX = 5.0, 3.0
+"""Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
 _WHOLE = 0.99
 """From this share of its length on an object counts as not hidden: masks are cut by whole pixels."""
 _ENOUGH = 0.1
@@ -33,6 +39,10 @@ _COLUMNS = (
     "objects followed, %",
     "IDF1",
     "bar",
+    "harm, %",
+    "bar: harm, %",
+    "ghosts, %",
+    "bar: ghosts, %",
     "occluded: L3 px tracked",
     "occluded: L3 px of the hidden part",
     "occluded: L3 px frame by frame",
@@ -48,7 +58,10 @@ _NOTE = (
     "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
     "runs the same way on its object; an object is followed that has a track in 80 % of its frames. All published "
     "tracks count, coasting ones too, and are those of an object within an L3 of 50 px in HD from its whole or its "
-    "visible extent; while nothing of an object shows, neither it nor its last track counts. L3 is from the whole true "
+    "visible extent; while nothing of an object shows, neither it nor its last track counts. Harm: frames of objects "
+    f"in which the track is missing or its L3 above {HARM_PX:g} px, though the frame alone is right to {RIGHT_PX:g} "
+    "px. Ghosts: points of published tracks more than a width from anything in the mask; behind occluders, right ones "
+    "too. L3 is from the whole true "
     "curve, the hidden part included, whichever end comes first: of the curve of the object's track, or of the "
     "nearest track where it has none, against the nearest curve that the same method finds in that frame alone. "
     "Both means are over the same frames of objects, those in which both have a curve; in the share named beside "
@@ -59,8 +72,8 @@ _NOTE = (
 )
 
 
-def following_table(parts: Sequence[Part]) -> Table:
-    """Return how objects were followed, by family, number of cables and method, and over all families."""
+def following_table(parts: Sequence[Part], suite: str) -> Table:
+    """Return how objects were followed in a suite, by family, number of cables and method, and over all families."""
     groups: dict[tuple[str, int | None, str], list[Following]] = {}
     for part in parts:
         if part.following is not None:
@@ -74,8 +87,17 @@ def following_table(parts: Sequence[Part]) -> Table:
     for (_, _, method), followed in with_bar.items():
         totals.setdefault((ALL, None, method), []).extend(followed)
     rows = tuple(_row(*key, followed) for key, followed in [*groups.items(), *totals.items()])
-    title = "tracking: identities, directions, and the tracked curve against frame by frame"
-    return Table("tracking-families", title, _COLUMNS, rows, _NOTE)
+    title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
+    return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
+
+
+def harm(rows: Sequence[TrackRow]) -> float | None:
+    """Return the share of frames in which the past made worse what the frame alone shows."""
+    harmed = [
+        row.alone_px is not None and row.alone_px <= RIGHT_PX and (row.track_px is None or row.track_px > HARM_PX)
+        for row in rows
+    ]
+    return sum(harmed) / len(harmed) if harmed else None
 
 
 def refound(rows: Sequence[TrackRow]) -> list[int | None]:
@@ -120,7 +142,9 @@ def _row(family: str, cables: int | None, method: str, followed: Sequence[Follow
     clear = [row for row in rows if row.shown >= _WHOLE]
     tracked, alone = _both(hidden)
     scores = sum((one.scores for one in followed), TrackingScores())
-    barred = family != WITHOUT_BAR
+    barred, plain = family != WITHOUT_BAR, family in _HARM_BARS
+    idf1_bar = _PLAIN_IDF1_BAR if plain else _IDF1_BARS.get(cables or 0)
+    points = sum(one.points for one in followed)
     again = [after for one in followed for after in _refound(one)]
     return (
         family,
@@ -130,10 +154,14 @@ def _row(family: str, cables: int | None, method: str, followed: Sequence[Follow
         100.0 * (1.0 - sum(switched) / len(followed)),
         100.0 * (1.0 - sum(flipped) / len(followed)),
         100.0 * sum(right) / len(followed),
-        (_SINGLE_BAR if cables == 1 else _BAR) if barred else None,
+        (_SINGLE_BAR if cables == 1 and not plain else _BAR) if barred else None,
         percent(scores.mostly_tracked / (scores.mostly_tracked + scores.partly_tracked + scores.mostly_lost)),
         scores.idf1,
-        _IDF1_BARS.get(cables) if barred and cables is not None else None,
+        idf1_bar if barred else None,
+        percent(harm(rows)),
+        _HARM_BARS.get(family),
+        percent(sum(one.ghosts for one in followed) / points) if points else None,
+        _GHOSTS_BAR if plain else None,
         tracked,
         mean(row.hidden_px for row in hidden if row.alone_px is not None),
         alone,

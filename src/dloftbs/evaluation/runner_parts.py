@@ -157,12 +157,18 @@ class Following:
         Of all published tracks. While nothing of an object shows, neither it nor the track that it had last counts.
     rows : tuple of TrackRow
         By frame, then by object.
+    points : int
+        Points of all published curves, a pixel apart.
+    ghosts : int
+        Those of them that lie more than a cable's width from anything in the mask.
     """
 
     family: str
     cables: int
     scores: TrackingScores
     rows: tuple[TrackRow, ...]
+    points: int = 0
+    ghosts: int = 0
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ def _labels(found: Found, true_labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.
     Where a method gives no widths, all curves are as wide as the true objects are in the mean.
     """
     lines = [samples(curve) for curve in found.curves]
-    usual = _mean_width((true_labels > 0).astype(np.uint8))
+    usual = mean_width(true_labels > 0)
     labels, nearest = np.zeros(true_labels.shape, np.int32), np.full(true_labels.shape, np.inf)
     for number, (line, width) in enumerate(zip(lines, found.widths, strict=True), start=1):
         # A thick line of OpenCV is wider than asked for.
@@ -154,9 +154,9 @@ def _labels(found: Found, true_labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.
     return labels
 
 
-def _mean_width(mask: npt.NDArray[np.uint8]) -> float:
+def mean_width(mask: npt.NDArray[np.bool_]) -> float:
     """Return the width of what is long and thin: of 2 r + 1 rows the mean depth is (r + 1)^2 / (2 r + 1), about."""
-    depth = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask > 0]
+    depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask]
     return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
 
 

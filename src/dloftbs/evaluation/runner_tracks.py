@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -11,9 +12,9 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evaluation.curves import even_distances, even_l3
 from dloftbs.evaluation.matching import CurveDistances, compare_curves
-from dloftbs.evaluation.runner_found import Curve, Found
+from dloftbs.evaluation.runner_found import Curve, Found, samples
 from dloftbs.evaluation.runner_parts import Following, TrackRow
-from dloftbs.evaluation.runner_score import TRACK_GATE
+from dloftbs.evaluation.runner_score import TRACK_GATE, mean_width
 from dloftbs.evaluation.runner_visible import distances_of, visible_objects
 from dloftbs.evaluation.traces import SAMPLES, align, traces_of
 from dloftbs.evaluation.tracking import TrackingScorer
@@ -38,6 +39,7 @@ class FollowingScorer:
         self._numbers: dict[Hashable, int] = {}
         self._rows: list[TrackRow] = []
         self._known = True
+        self._points = self._ghosts = 0
 
     def wants(self, found: Found) -> bool:
         """Return whether the method has given all of its curves identities so far."""
@@ -68,6 +70,10 @@ class FollowingScorer:
         curves = tuple(track.curve for track in found.tracks)
         if not all(track.seen for track in found.tracks):
             distances, _ = distances_of(Found(curves), truth)
+        if truth.mask is not None:
+            points = np.concatenate([np.empty((0, 2)), *map(samples, curves)])
+            self._points += len(points)
+            self._ghosts += count_ghosts(points, truth.mask)
         given = self._match(numbers, distances, truth)
         whole = compare_curves(alone.curves, truth.curves).l3
         for i, true_id in enumerate(truth.ids):
@@ -106,7 +112,17 @@ class FollowingScorer:
         """Return the scores, or None where the method has curves without identities."""
         if not self._known or self._scorer is None:
             return None
-        return Following(self._family, self._cables, self._scorer.scores(), tuple(self._rows))
+        return Following(
+            self._family, self._cables, self._scorer.scores(), tuple(self._rows), self._points, self._ghosts
+        )
+
+
+def count_ghosts(points: FloatArray, mask: npt.NDArray[np.bool_]) -> int:
+    """Return how many points (n, 2) px lie more than a mean width of the cables from anything in their mask (H, W)."""
+    inside = points.clip(0.0, np.array(mask.shape[::-1]) - 1.0)
+    columns, rows = np.rint(inside).astype(np.intp).T
+    away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[rows, columns]
+    return int((away + np.linalg.norm(points - inside, axis=1) > mean_width(mask)).sum())
 
 
 def _nearest(curves: tuple[Curve, ...], true: BSplineCurve) -> FloatArray | None:

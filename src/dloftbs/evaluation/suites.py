@@ -76,6 +76,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence",
         lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
     ),
+    "plain-sight": (
+        "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
+        lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),
+    ),
     "noise": (
         "ladders of growing noise",
         lambda scale, seed, size: synthetic.noise_ladder(scale, seed=seed, size=size),

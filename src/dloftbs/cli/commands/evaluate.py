@@ -52,10 +52,10 @@ def evaluate(
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
-    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, noise, or a folder of
-    labelled data; without any, all the generated ones. MODULE:CALLABLE is a function from a frame to curves: arrays
-    of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to such; or a class, of
-    which an instance is made for each sequence and called so. Python must find the module: see PYTHONPATH.
+    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, plain-sight, noise, or a
+    folder of labelled data; without any, all the generated ones. MODULE:CALLABLE is a function from a frame to
+    curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to such; or a
+    class, of which an instance is made for each sequence and called so. Python must find the module: see PYTHONPATH.
 
     The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), whether
     every joint is right (joints.csv), plots, and pictures of the worst frames. What is finished is kept there,

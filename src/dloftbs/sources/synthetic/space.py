@@ -160,7 +160,11 @@ def axis_curve(points_m: FloatArray) -> BSplineCurve:
 
 def image_curve(points_m: FloatArray, camera: PinholeCamera) -> BSplineCurve:
     """Return the projection of the curve through points (n, 3) m; ``u`` is the normalised arc length in the image."""
-    points = camera.project(points_m)
+    return curve_through_samples(camera.project(points_m))
+
+
+def curve_through_samples(points: FloatArray) -> BSplineCurve:
+    """Return the curve through dense points (n, 2) px; ``u`` is the normalised arc length."""
     arc = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
     pieces = max(4, min(len(points) - 1, math.ceil(arc[-1] / _KNOT_SPACING_PX)))
     picks = np.unique(np.searchsorted(arc, np.linspace(0.0, arc[-1], pieces + 1)))

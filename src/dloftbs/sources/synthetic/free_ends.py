@@ -1,0 +1,153 @@
+"""Masks of cables of changing width whose free ends are flat, round, frayed or tapered."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+
+Mask = npt.NDArray[np.bool_]
+EndStyle = Literal["flat", "round", "frayed", "tapered"]
+END_STYLES: tuple[EndStyle, ...] = get_args(EndStyle)
+"""How a cable can end: cut off, in a hemisphere, in single wires, in a ferrule that gets thinner."""
+
+_SHAPED = 2.0
+"""Widths of cable before the tip that are drawn by the end's style; the round cap of the body stays behind it."""
+_TAPERED_TO = 0.35
+"""Width of a tapered end at its tip, as a share of the cable's."""
+_WIRES = (3, 6)
+_LEAST_WIRE_PX = 1.2
+_WIRE = 0.16
+"""Diameter of a wire, as a share of the cable's."""
+
+
+@dataclass(frozen=True)
+class FreeEnd:
+    """The look of a free end.
+
+    Parameters
+    ----------
+    style : {"flat", "round", "frayed", "tapered"}
+    wires : tuple of (float, float, float)
+        Of a frayed end: where across the cable each begins, in half widths, the angle to the cable's direction in
+        radians, and the length in widths.
+    """
+
+    style: EndStyle
+    wires: tuple[tuple[float, float, float], ...] = ()
+
+    @classmethod
+    def draw(cls, rng: np.random.Generator, style: EndStyle | None = None) -> FreeEnd:
+        """Draw an end; of any style where none is given."""
+        style = END_STYLES[int(rng.integers(len(END_STYLES)))] if style is None else style
+        if style != "frayed":
+            return cls(style)
+        count = int(rng.integers(*_WIRES))
+        starts = np.linspace(-0.8, 0.8, count)
+        angles = 0.4 * starts + rng.uniform(-0.2, 0.2, count)
+        lengths = rng.uniform(0.2, 0.8, count)
+        return cls(style, tuple(zip(starts.tolist(), angles.tolist(), lengths.tolist(), strict=True)))
+
+
+ROUND = FreeEnd("round")
+
+
+def draw_cable_mask(
+    points: FloatArray, widths_px: FloatArray, size: tuple[int, int], ends: tuple[FreeEnd, FreeEnd] = (ROUND, ROUND)
+) -> Mask:
+    """Draw the pixels whose centre lies within half a width of a centre line; nothing is anti-aliased.
+
+    Parameters
+    ----------
+    points : numpy.ndarray, shape (n, 2)
+        ``(x, y)`` px, at most 1 px apart; they may leave the image.
+    widths_px : numpy.ndarray, shape (n,)
+        Width of the cable at each.
+    size : (int, int)
+        ``(H, W)``.
+    ends : (FreeEnd, FreeEnd)
+        At the first and the last point, which are the tips of all but round ends.
+
+    Returns
+    -------
+    numpy.ndarray, shape (H, W), bool
+    """
+    arc = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    first, last = (
+        0.0 if end.style == "round" else _SHAPED * float(width)
+        for end, width in zip(ends, widths_px[[0, -1]], strict=True)
+    )
+    # What is shorter than both of its ends together is drawn round.
+    if first + last >= arc[-1]:
+        ends, first, last = (ROUND, ROUND), 0.0, 0.0
+    mask = np.zeros(size, np.bool_)
+    body = (arc >= first) & (arc <= arc[-1] - last)
+    _stamp_discs(mask, points[body], widths_px[body] / 2.0)
+    for end, order in zip(ends, (slice(None), slice(None, None, -1)), strict=True):
+        if end.style != "round":
+            along = arc if order.step is None else arc[-1] - arc
+            shaped = along[order] <= _SHAPED * widths_px[order][0] + 1.0
+            _draw_end(mask, end, points[order][shaped], along[order][shaped], widths_px[order][shaped] / 2.0)
+    return mask
+
+
+def _stamp_discs(mask: Mask, centres: FloatArray, radii: FloatArray) -> None:
+    """Set the pixels of `mask` (H, W) that lie in discs, centres (n, 2) px and radii (n,) px."""
+    reach = math.ceil(float(radii.max())) + 1
+    ticks = np.arange(-reach, reach + 1)
+    near = np.rint(centres).astype(np.intp)
+    off = near - centres
+    inside = (ticks[:, None] + off[:, 1, None, None]) ** 2 + (ticks + off[:, 0, None, None]) ** 2 <= (
+        radii[:, None, None] ** 2
+    )
+    disc, row, column = np.nonzero(inside)
+    _set(mask, near[disc, 1] + ticks[row], near[disc, 0] + ticks[column])
+
+
+def _draw_end(mask: Mask, end: FreeEnd, points: FloatArray, arc: FloatArray, radii: FloatArray) -> None:
+    """Draw the last piece of a cable, given from its tip on: points (n, 2), arc lengths from the tip and radii (n,)."""
+    tip, width = points[0], 2.0 * float(radii[0])
+    inwards = _unit(points[min(len(points) - 1, max(1, round(0.5 * len(points))))] - tip)
+    reach = float(arc[-1]) + 2.0 * width
+    rows, columns = np.indices((2 * math.ceil(reach) + 1,) * 2) - math.ceil(reach)
+    pixels = np.stack((columns.ravel(), rows.ravel()), axis=1) + np.rint(tip)
+    squared = ((pixels[:, None] - points[None]) ** 2).sum(axis=2)
+    nearest = squared.argmin(axis=1)
+    half = radii[nearest]
+    if end.style == "tapered":
+        half = half * (_TAPERED_TO + (1.0 - _TAPERED_TO) * np.minimum(arc[nearest] / (_SHAPED * width), 1.0))
+    inside = squared.min(axis=1) <= half**2
+    # The cut: what lies beyond the tip is nearest to the tip itself.
+    inside &= (nearest > 0) | ((pixels - tip) @ inwards >= 0.0)
+    for start, angle, length in end.wires:
+        inside |= _in_wire(pixels, tip, -inwards, width, (start, angle, length))
+    _set(mask, pixels[inside, 1].astype(np.intp), pixels[inside, 0].astype(np.intp))
+
+
+def _in_wire(
+    pixels: FloatArray, tip: FloatArray, outwards: FloatArray, width: float, wire: tuple[float, float, float]
+) -> Mask:
+    """Return which pixels (n, 2) a wire covers."""
+    start, angle, length = wire
+    side = np.array([-outwards[1], outwards[0]])
+    direction = math.cos(angle) * outwards + math.sin(angle) * side
+    off = pixels - (tip + 0.5 * start * width * side)
+    along = np.clip(off @ direction, 0.0, length * width)
+    distance = np.linalg.norm(off - along[:, None] * direction, axis=1)
+    result: Mask = distance <= max(_LEAST_WIRE_PX, _WIRE * width) / 2.0
+    return result
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    result: FloatArray = vector / np.linalg.norm(vector)
+    return result
+
+
+def _set(mask: Mask, rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp]) -> None:
+    inside = (rows >= 0) & (columns >= 0) & (rows < mask.shape[0]) & (columns < mask.shape[1])
+    mask[rows[inside], columns[inside]] = True
