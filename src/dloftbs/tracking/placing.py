@@ -16,6 +16,7 @@ _LEAVING, _AS_BEFORE = 0.3, 0.7  # how much less a misfit counts, where the othe
 _CLEARLY = 0.7  # of the misfit at an end: where a part fits elsewhere so much better, both ends are hidden
 _SHIFT = 0.3  # of a shift as a whole: a motion that was not expected must not hide where a part lies
 _SHAPE_S, _BY_MOTION = 0.5, 0.2  # how long a shape tells where a part lies, and what its motion adds to that
+_MOST = 0.5  # of a detection
 _CUT = 0.5  # of the misfit as a whole: where the rest fits so much better as it was, an end was cut off
 _BORDER_PX = 3.0
 
@@ -61,8 +62,12 @@ def in_plain_sight(memory: Memory, expected: FloatArray, shown: Seen, size: tupl
         return None
     seen = shown.between(0.0, 1.0)
     length = float(np.hypot(*np.diff(expected, axis=0).T).sum())
-    if abs(seen.length - length) < memory.slack_px:  # then all of it tells the direction better than a part does
-        return min((seen, seen.reversed()), key=lambda one: kernels.misfit_at(one.points, expected, 1.0, 0.0, _SHIFT))
+    if abs(seen.length - length) < memory.slack_px:
+        if shown.length > _MOST * seen.length:
+            return seen
+        return min(  # all of it tells the direction better than a small part does
+            (seen, seen.reversed()), key=lambda one: kernels.misfit_at(one.points, expected, 1.0, 0.0, _SHIFT)
+        )
     if not seen.clear or memory.hidden or any(leaving(seen, size, memory.width)):
         return None
     share = seen.length / length

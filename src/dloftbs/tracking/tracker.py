@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from dloftbs.tracking.believing import believe
 from dloftbs.tracking.joining import as_found, bridged, gaps, in_sight, in_space, merged, restarted
 from dloftbs.tracking.matching import Known, bring_together, find_joined, match_at_once, pair_last
 from dloftbs.tracking.memory import LEAP, Memory, Prediction, blend, blended, horizon, moved
-from dloftbs.tracking.pieces import WHOLE, Piece, Shown, hidden_between
+from dloftbs.tracking.pieces import WHOLE, Piece, Shown, follows, hidden_between
 from dloftbs.tracking.placing import in_plain_sight, leaving
 from dloftbs.tracking.routing import route
 from dloftbs.tracking.seeing import SAMPLES, Seen, U, look_at, sample
@@ -197,7 +198,8 @@ class Tracker:
         shown, left, parts = self._explain(memories, known.some(rest), doubtful, dt, alone=not any(partner))
         claims = Counter(number for one in shown for number in one.numbers)
         for memory, one, expected in zip(memories, shown, known.points[rest], strict=True):
-            if len(one.numbers) == 1 and claims[one.pieces[0].seen.number] == 1:
+            alone = len(one.numbers) == 1 and claims[one.pieces[0].seen.number] == 1
+            if alone and all(follows(*pair) for pair in pairwise(one.pieces)):
                 whole = in_plain_sight(memory, expected, one.pieces[0].seen, self._size)
                 one.pieces = one.pieces if whole is None else [Piece(whole, WHOLE, WHOLE)]
             if one.pieces:
