@@ -44,7 +44,7 @@ CHANGED = Config(
     linking=LinkingConfig(objects=3, max_gap_widths=0.123456789012345678),
     fitting=FittingConfig(knots=40),
     lifting=LiftingConfig(integer_unit_m=1e-4, min_depth_m=0.3, max_depth_m=1e6),
-    tracking=TrackingConfig(gate=0.3, min_hits=1, max_coast_s=0.0),
+    tracking=TrackingConfig(gate=0.3, min_hits=1, keep_lost_s=0.0),
 )
 
 EACH = [Config(), Config.paper(), CHANGED]
@@ -69,7 +69,7 @@ GOOD = [
     (PixelLiftingConfig, "max_depth_m", [0.001, 1e9]),
     (TrackingConfig, "gate", [1e-9, 5]),
     (TrackingConfig, "min_hits", [1]),
-    (TrackingConfig, "max_coast_s", [0, 0.0]),
+    (TrackingConfig, "keep_lost_s", [0, 0.0]),
 ]
 
 BAD = [
@@ -92,7 +92,7 @@ BAD = [
     (PixelLiftingConfig, "max_depth_m", [0.0, -1.0, NAN, "1"]),
     (TrackingConfig, "gate", [0, -1.0, NAN, "x", True]),
     (TrackingConfig, "min_hits", [0, 2.0, True]),
-    (TrackingConfig, "max_coast_s", [-0.1, float("inf"), float("nan"), "1"]),
+    (TrackingConfig, "keep_lost_s", [-0.1, float("inf"), float("nan"), "1"]),
     (HsvRange, "hue", [(0, 180), (-1, 5), (5,), (1, 2, 3), [0, 10], (0, 10.0), (False, True), 5, None]),
     (SegmentationConfig, "hsv", [[], HsvRange(hue=(0, 1)), ((0, 1),), None]),
 ]

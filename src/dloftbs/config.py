@@ -306,8 +306,8 @@ class PixelLiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="meth
     """
 
 
-class TrackingConfig(Section, frozen=True, kw_only=True):
-    """Detections to tracks.
+class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="motion"):
+    """Detections to tracks, by where they are expected.
 
     Parameters
     ----------
@@ -316,8 +316,8 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
         geometric mean of both lengths being meant. It widens while the track is not seen.
     min_hits : int
         Frames in a row in which an object must be seen before its track is confirmed.
-    max_coast_s : float
-        Seconds that a confirmed track outlives its last detection, coasting.
+    keep_lost_s : float
+        Seconds for which a confirmed track of which nothing is seen can be found again under its id.
     settle_frames : int
         What a frame contradicts is believed for no longer than so many frames: a stretch that is missing at the same
         place of an object for so long is no part of it. And what was seen in so many is known well enough that frames
@@ -333,7 +333,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
 
     gate: float = 0.1
     min_hits: int = 2
-    max_coast_s: float = 2.0
+    keep_lost_s: float = 2.0
     settle_frames: int = 8
     smoothing_s: float = 0.0
     frame_s: float = 1.0 / 30.0
@@ -344,7 +344,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
         _check_number(self, "gate", _LEAST, _MOST)
         _check_integer(self, "min_hits", 1, _MOST)
         _check_integer(self, "settle_frames", 1, _MOST)
-        _check_number(self, "max_coast_s", 0.0, _MOST)
+        _check_number(self, "keep_lost_s", 0.0, _MOST)
         _check_number(self, "smoothing_s", 0.0, _MOST)
         _check_number(self, "frame_s", _SHORTEST_S, _MOST)
         for name in ("on_new_size", "on_old_stamp"):
@@ -352,9 +352,14 @@ class TrackingConfig(Section, frozen=True, kw_only=True):
             _require(isinstance(way, str) and way in ("reset", "error"), name, "'reset' or 'error'", way)
 
 
+class NearestTrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="nearest"):
+    """Detections to tracks, as published: by the nearest curve of the frame before, and nothing else."""
+
+
 _METHODS: dict[str, tuple[type[Section], ...]] = {
     "linking": (LinkingConfig, GreedyLinkingConfig),
     "lifting": (LiftingConfig, PixelLiftingConfig),
+    "tracking": (TrackingConfig, NearestTrackingConfig),
 }
 """Sections with several methods, the default one first."""
 
@@ -374,7 +379,7 @@ class Config(Section, frozen=True, kw_only=True):
     linking: LinkingConfig | GreedyLinkingConfig = LinkingConfig()
     fitting: FittingConfig = FittingConfig()
     lifting: LiftingConfig | PixelLiftingConfig = LiftingConfig()
-    tracking: TrackingConfig = TrackingConfig()
+    tracking: TrackingConfig | NearestTrackingConfig = TrackingConfig()
 
     def __post_init__(self) -> None:
         for name, default in zip(self.__struct_fields__, self.__struct_defaults__, strict=True):
@@ -409,14 +414,15 @@ class Config(Section, frozen=True, kw_only=True):
             ),
             fitting=FittingConfig(knots=25),
             lifting=PixelLiftingConfig(),
+            tracking=NearestTrackingConfig(),
         )
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Config:
         """Build a configuration from nested dictionaries; what is left out keeps its default.
 
-        The sections `linking` and `lifting` may name their ``method``, ``"bending"`` or ``"greedy"`` and ``"axis"`` or
-        ``"pixels"``; it is the first one, where they do not.
+        The sections `linking`, `lifting` and `tracking` may name their ``method``: ``"bending"`` or ``"greedy"``,
+        ``"axis"`` or ``"pixels"``, ``"motion"`` or ``"nearest"``; it is the first one, where they do not.
 
         Raises
         ------

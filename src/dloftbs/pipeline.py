@@ -41,7 +41,7 @@ from dloftbs.stages.rings import join_unclear, open_rings
 from dloftbs.stages.segmentation import HsvSegmenter
 from dloftbs.stages.segments import Walks, make_segments, walk
 from dloftbs.stages.skeleton import skeletonize
-from dloftbs.tracking import Tracker
+from dloftbs.tracking import Tracker, make_tracker
 
 _SURE = 0.25  # by how much a reading must cost less than the one that follows the past, to count as clear
 _MOST_OVERRULED, _ALONE = 2, 10  # frames
@@ -94,7 +94,7 @@ class Pipeline:
         if segmenter is None and self._config.segmentation.hsv:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
-        self._tracker = Tracker(self._config.tracking)
+        self._tracker = make_tracker(self._config.tracking)
         self._overruled = 0  # frames in a row of which the past was followed against the frame's own clear reading
         self._alone = 0  # frames that are yet to be read without the past
 
@@ -127,7 +127,7 @@ class Pipeline:
         if self._alone > 0:
             self._alone -= 1
             return ()
-        if isinstance(self._config.linking, GreedyLinkingConfig):
+        if isinstance(self._config.linking, GreedyLinkingConfig) or not isinstance(self._tracker, Tracker):
             return ()
         return tuple((known.curve, known.confidence) for known in self._tracker.predict(stamp))
 

@@ -21,7 +21,7 @@ from dloftbs.pipeline import Pipeline
 from dloftbs.sources import Source
 from dloftbs.sources.synthetic import DemoSequence
 from dloftbs.stages.crossings import find_crossings
-from dloftbs.tracking import Tracker
+from dloftbs.tracking import NearestTracker, Tracker, make_tracker
 
 _PICTURES = 12
 
@@ -68,7 +68,7 @@ def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoR
 
 def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     pipelines = [Pipeline(config) for config in run.configs]
-    tracker = Tracker(run.configs[0].tracking)
+    tracker = make_tracker(run.configs[0].tracking)
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
@@ -79,7 +79,7 @@ def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     return results
 
 
-def _merge(frame: Frame, results: list[FrameResult], tracker: Tracker, config: Config) -> FrameResult:
+def _merge(frame: Frame, results: list[FrameResult], tracker: Tracker | NearestTracker, config: Config) -> FrameResult:
     """Make one result of those of all pipelines for one frame, with their crossings; their times add up."""
     detections = tuple(detection for result in results for detection in result.detections)
     reason = None if detections else "; ".join(result.reason or "" for result in results)

@@ -59,7 +59,7 @@ _COLUMNS = (
 _NOTE = (
     "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
     "runs the same way on its object; an object is followed that has a track in 80 % of its frames. All published "
-    "tracks count, coasting ones too, and are those of an object within an L3 of 50 px in HD from its whole or its "
+    "tracks count, and are those of an object within an L3 of 50 px in HD from its whole or its "
     "visible extent; while nothing of an object shows, neither it nor its last track counts. Harm: frames of objects "
     f"in which the track is missing or its L3 above {HARM_PX:g} px, though the frame alone is right to {RIGHT_PX:g} "
     "px. Ghosts: points of published tracks more than a width from anything in the mask; behind occluders, right ones "

@@ -11,7 +11,8 @@ from dloftbs.tracking import loops
 from dloftbs.tracking.assembling import Stretch, assemble
 from dloftbs.tracking.believing import trust_in
 from dloftbs.tracking.memory import TRUSTED, Memory
-from dloftbs.tracking.pieces import WHOLE, Piece, follows
+from dloftbs.tracking.pieces import WHOLE, Piece, Sight, follows, hidden_between
+from dloftbs.tracking.placing import leaving
 from dloftbs.tracking.seeing import Seen, sample
 
 
@@ -93,6 +94,22 @@ def merged(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], .
         else:
             result.append((low, high))
     return tuple(result)
+
+
+def in_sight(memory: Memory, pieces: Sequence[Piece], size: tuple[int, int] | None) -> Sight:
+    """Return what is published of a track that is partly hidden: it ends where it leaves the image."""
+    leaves = leaving(pieces[0].seen, size, memory.width)[0], leaving(pieces[-1].seen, size, memory.width)[1]
+    low, high = pieces[0].at[0] if leaves[0] else 0.0, pieces[-1].at[1] if leaves[1] else 1.0
+    if (low, high) == WHOLE:
+        return Sight(memory.curve, memory.curve_3d, memory.inferred, memory.confidence)
+    if len(pieces) == 1 and (low, high) == pieces[0].at and pieces[0].of == WHOLE:
+        seen = pieces[0].seen
+        return Sight(seen.curve, seen.curve_3d, seen.gaps, 1.0)
+    inside = [p._replace(at=((p.at[0] - low) / (high - low), (p.at[1] - low) / (high - low))) for p in pieces]
+    curve = assemble(memory.curve, (low, high), [Stretch(p.seen.curve, p.at, p.of) for p in inside])
+    curve_3d = in_space(memory.curve_3d, (low, high), inside)
+    hidden = merged(sorted([*hidden_between(inside), *(gap for piece in inside for gap in gaps(piece))]))
+    return Sight(curve, curve_3d, hidden, memory.confidence)
 
 
 def in_space(before: BSplineCurve | None, scope: tuple[float, float], pieces: Sequence[Piece]) -> BSplineCurve | None:

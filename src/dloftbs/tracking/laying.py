@@ -8,21 +8,18 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.kernels import routing as kernels
 from dloftbs.tracking.leading import UNSURE, as_long
 from dloftbs.tracking.memory import Memory, lookup
 from dloftbs.tracking.pieces import Piece
-from dloftbs.tracking.placing import at_border, is_scaled
+from dloftbs.tracking.placing import at_border
 from dloftbs.tracking.scene import Run, Scene
 
 _PLACES = 33
 _MOST_BENT = 3.0  # times its span: of what is hidden and longer, the span tells nothing
 
 
-def lay(
-    scene: Scene, runs: Sequence[Run], memory: Memory, expected: FloatArray, size: tuple[int, int] | None
-) -> list[Piece]:
+def lay(scene: Scene, runs: Sequence[Run], memory: Memory, size: tuple[int, int] | None) -> list[Piece]:
     """Lay runs on their track, all together with what is hidden between them."""
     runs = [as_long(scene, runs[0], memory)] if len(runs) == 1 else runs
     between = [_hidden(scene, a, b, memory) for a, b in pairwise(runs)]
@@ -34,9 +31,7 @@ def lay(
     usual = len(runs) == 1 and memory.is_as_usual(total)
     if abs(longer) > tolerance and not usual:
         start = _start(scene, runs, lengths, between, memory)
-        if len(runs) == 1 and is_scaled(memory, expected, scene.stretch(runs[0])):
-            pass
-        elif longer < 0.0:
+        if longer < 0.0:
             low = _shift(scene, start, -longer, runs, memory, size) / memory.length
             high = low + total / memory.length
         elif len(runs) == 1:  # else what is hidden may as well be shorter than it seems

@@ -21,8 +21,8 @@ from dloftbs.frame import TrackState
 from dloftbs.kernels import tracking as kernels
 from dloftbs.tracking.memory import REMEMBERED, TRUSTED, Memory, lookup
 from dloftbs.tracking.pieces import WHOLE, Piece, Shown, hidden_between
-from dloftbs.tracking.placing import anchored, place_on
-from dloftbs.tracking.seeing import Seen, U
+from dloftbs.tracking.placing import anchored, at_border, place_on
+from dloftbs.tracking.seeing import Seen, U, sample
 
 _NEAR, _FARTHEST = 0.02, 0.03  # where there is no doubt: distance by length, in the mean and at any place
 _APART = 3.0  # and how much farther any other is
@@ -33,7 +33,10 @@ _WIDTH_RATIO = 3.0
 _SHORTEST_GATE = 3.0  # widths
 _ROOM = 0.2  # of a part's length: as much of it may lie where another part is thought to be
 
+_ALIKE = 1.5  # ratio of widths and of lengths up to which two may be one object that moved fast
+_KEPT = 0.5  # of a shift as a whole, where it tells which way such a one runs
 _CORNER, _STRAIGHT = 4, 0.7  # samples from an end that tell its direction, and the least cosine of what goes on
+_ALONG = 9  # every so many samples tell whether a detection lies along the border
 _PLACES = 32
 _AT_END = 1.5  # of the misfit elsewhere: up to so much a part may fit worse at an end, and is there
 
@@ -77,6 +80,27 @@ def bring_together(
     matching = whole if len(parts) == len(seen) else Matching(memories, known, parts, config, size)
     matching.explain()
     return matching
+
+
+def pair_last(memories: Sequence[Memory], known: Known, shown: Sequence[Shown], left: list[Seen]) -> list[Seen]:
+    """Take the one detection left for the one track that was seen a frame ago and is not now, however far it moved.
+
+    Only where nothing else may be either, and neither width nor length clearly differs; return what is left then.
+    """
+    rest = [t for t, one in enumerate(shown) if not (one.pieces or one.ended or memories[t].misses)]
+    if len(rest) != 1 or len(left) != 1 or left[0].of != WHOLE:
+        return left
+    (t,), (seen,) = rest, left
+    memory = memories[t]
+    lengths = memory.length, seen.length
+    if memory.curve_3d is not None and seen.curve_3d is not None:  # in metres it is the same however it tilts
+        lengths = sample(memory.curve_3d)[1], sample(seen.curve_3d)[1]
+    ratios = _ratio(memory.width, seen.width), _ratio(*lengths)
+    if memory.curve.closed != seen.curve.closed or not all(1.0 / _ALIKE <= ratio <= _ALIKE for ratio in ratios):
+        return left
+    there, back = (kernels.misfit_at(one.points, known.points[t], 1.0, 0.0, _KEPT) for one in (seen, seen.reversed()))
+    shown[t].pieces = [Piece(seen if there <= back else seen.reversed(), WHOLE, WHOLE)]
+    return []
 
 
 class Known(NamedTuple):
@@ -170,10 +194,15 @@ class Matching:
         return gates
 
     def _same_width(self) -> npt.NDArray[np.bool_]:
-        one, other = np.array([m.width for m in self._memories]), np.array([s.width for s in self._seen])
+        one, other = np.array([m.width for m in self._memories]), np.array([self._full_width(s) for s in self._seen])
         ratio = np.divide.outer(one, other)
         differs: npt.NDArray[np.bool_] = (ratio > _WIDTH_RATIO) | (ratio < 1.0 / _WIDTH_RATIO)
         return ~differs  # an unknown width is any
+
+    def _full_width(self, seen: Seen) -> float:
+        """Return a detection's width, NaN where it lies along the border of the image, which cuts it lengthwise."""
+        along = self._size is not None and all(at_border(p, self._size, seen.width) for p in seen.points[::_ALONG])
+        return math.nan if along else seen.width
 
     def _assign(self) -> dict[int, int]:
         """Map tracks to detections, as many as there may be and with the least sum of costs."""

@@ -12,6 +12,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, Track, TrackState
+from dloftbs.tracking.pieces import Sight
 from dloftbs.tracking.seeing import SAMPLES, Seen, U
 
 TRUSTED = 3
@@ -20,11 +21,13 @@ TRUSTED = 3
 REMEMBERED = 32
 """Frames for which the places of the ends are kept."""
 
+LEAP = 0.1
+"""Of the length: a sample that has gone farther, or a length that changed by more, tells of no motion."""
+
 _MOST_TRUST = 8.0
 _LENGTH_GAIN = 0.05
 _VELOCITY_GAIN = 0.8
 _MOTION_S = 0.1  # for so long a motion goes on by itself
-_LEAP = 0.1  # of the length: a sample that has gone farther was taken for another one
 _HALF_LIFE_S = 0.5  # of the confidence in what is not seen
 
 
@@ -88,8 +91,8 @@ class Memory:
         How long it was in the last frames that showed all of it, px; NaN before there were any.
     usual_px : float or None
         The median of these, NaN where they are too few; None until it is asked for.
-    as_seen : Seen or None
-        What is published in the place of the curve, where the frame is not to be believed.
+    sight : Sight or None
+        What is published in the place of the curve, where only a part of it is seen.
     """
 
     id: int
@@ -118,7 +121,7 @@ class Memory:
     lengths: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
     totals: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
     usual_px: float | None = None
-    as_seen: Seen | None = None
+    sight: Sight | None = None
     detection: Detection | None = None
     inferred: tuple[tuple[float, float], ...] = ()
     confidence: float = 1.0
@@ -168,7 +171,7 @@ class Memory:
             self.unseen_s = np.zeros(SAMPLES)
             self.hidden = ()
         self.contested = self.joined = 0
-        self.as_seen = None
+        self.sight = None
 
     def see_parts(
         self, curve: BSplineCurve, points: FloatArray, length: float, hidden: tuple[tuple[float, float], ...], dt: float
@@ -176,7 +179,7 @@ class Memory:
         """Take a curve of which some stretches are remembered rather than seen."""
         dark = inside(hidden)
         self.velocity = blend(self, points, dt)
-        far = np.abs(points - self.points).max(axis=1) > _LEAP * length
+        far = np.abs(points - self.points).max(axis=1) > LEAP * length
         if self.misses or far.any():
             self.velocity[:] = 0.0
         self.curve, self.points, self.length, self.hidden = curve, points, length, hidden
@@ -186,12 +189,7 @@ class Memory:
         fading = np.where(self.trust < _MOST_TRUST, self.trust - 1.0, self.trust)
         self.trust = np.where(dark, fading, np.minimum(self.trust + 1.0, _MOST_TRUST))
         self.confidence = self._confidence()
-        self.as_seen = None
-
-    def see_only(self, seen: Seen, dt: float) -> None:
-        """Publish a detection, and remember what was expected instead."""
-        self._move(dt)
-        self.as_seen, self.detection, self.inferred, self.confidence = seen, seen.detection, seen.gaps, 1.0
+        self.sight = None
 
     def contest(self, seen: Seen, shown_px: float) -> None:
         """Count a frame in which a detection, a part of the object or more than that, is not what it is taken for.
@@ -244,7 +242,7 @@ class Memory:
         self.unseen_s = self.unseen_s + dt
         self.hidden = self.inferred = ((0.0, 1.0),)
         self.contested = self.joined = 0
-        self.as_seen = self.detection = None
+        self.sight = self.detection = None
         self.confidence = self._confidence()
 
     def _move(self, dt: float) -> None:
@@ -266,16 +264,17 @@ class Memory:
     def published(self) -> Track:
         """Return the track as it stands."""
         width = self.width if self.width == self.width else None
+        sight = self.sight or Sight(self.curve, self.curve_3d, self.inferred, self.confidence)
         return Track(
             self.id,
             self.state,
-            self.curve if self.as_seen is None else self.as_seen.curve,
-            self.curve_3d if self.as_seen is None else self.as_seen.curve_3d,
+            sight.curve,
+            sight.curve_3d,
             self.hits,
             self.misses,
             self.detection,
-            self.inferred,
-            self.confidence,
+            sight.inferred,
+            sight.confidence,
             width,
         )
 

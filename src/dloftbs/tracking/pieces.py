@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from dloftbs.curve import BSplineCurve
 from dloftbs.tracking.seeing import Seen
 
 WHOLE = (0.0, 1.0)
@@ -66,6 +67,29 @@ class Shown:
     apart: bool = False
     shadow: bool = False
     ended: bool = False
+
+    @property
+    def numbers(self) -> set[int]:
+        """Which detections show it."""
+        return {piece.seen.number for piece in self.pieces}
+
+
+class Sight(NamedTuple):
+    """What is published of a track that is not known to be all of it: it ends where what is seen of it ends.
+
+    Parameters
+    ----------
+    curve : BSplineCurve
+    curve_3d : BSplineCurve or None
+    inferred : tuple of (float, float)
+        The intervals of its ``u`` between what is seen.
+    confidence : float
+    """
+
+    curve: BSplineCurve
+    curve_3d: BSplineCurve | None
+    inferred: tuple[tuple[float, float], ...]
+    confidence: float
 
 
 def hidden_between(pieces: Sequence[Piece]) -> tuple[tuple[float, float], ...]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from dloftbs._arrays import FloatArray
 from dloftbs.kernels import tracking as kernels
 from dloftbs.tracking.memory import Memory
@@ -14,7 +16,8 @@ _LEAVING, _AS_BEFORE = 0.3, 0.7  # how much less a misfit counts, where the othe
 _CLEARLY = 0.7  # of the misfit at an end: where a part fits elsewhere so much better, both ends are hidden
 _SHIFT = 0.3  # of a shift as a whole: a motion that was not expected must not hide where a part lies
 _SHAPE_S, _BY_MOTION = 0.5, 0.2  # how long a shape tells where a part lies, and what its motion adds to that
-_SHRUNK = 0.9  # of the length: no object is so much shorter from one frame to the next
+_MOST = 0.5  # of a detection
+_CUT = 0.5  # of the misfit as a whole: where the rest fits so much better as it was, an end was cut off
 _BORDER_PX = 3.0
 
 
@@ -36,12 +39,10 @@ def place_on(
         ``(H, W)`` of the image.
     """
     share = shown.length / memory.length
-    if is_scaled(memory, expected, shown):
-        return WHOLE
     first, last, free = (_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share, start))
-    leaving = [size is not None and at_border(end, size, memory.width) for end in shown.points[[0, -1]]]
+    leaves = leaving(shown, size, memory.width)
     were = [any(low <= 0.0 for low, _ in memory.hidden), any(high >= 1.0 for _, high in memory.hidden)]
-    for signs, weight in ((leaving, _LEAVING), (were, _AS_BEFORE)):
+    for signs, weight in ((leaves, _LEAVING), (were, _AS_BEFORE)):
         if signs[0] != signs[1]:
             first, last = (first, last * weight) if signs[0] else (first * weight, last)
     anchored = (0.0, share) if first <= last else (1.0 - share, 1.0)
@@ -51,21 +52,30 @@ def place_on(
     return anchored
 
 
-def is_scaled(memory: Memory, expected: FloatArray, shown: Seen) -> bool:
-    """Tell whether a detection that is somewhat shorter or longer is the whole object, nearer or farther away, say."""
-    share = shown.length / memory.length
-    if memory.hidden or not _SHRUNK < share < 1.0 / _SHRUNK:
-        return False
-    whole = kernels.misfit_at(shown.points, memory.shape * share, 1.0, 0.0, 0.0)
-    whole += _BY_MOTION * kernels.misfit_at(shown.points, expected, 1.0, 0.0, _SHIFT)
-    if share <= 1.0:
-        return whole < _CLEARLY * min(_misfit_at(memory, expected, shown, low) for low in (0.0, 1.0 - share))
-    part = 1.0 / share
-    return whole < _CLEARLY * min(
-        kernels.misfit_at(memory.shape, shown.points, part, low, 0.0)
-        + _BY_MOTION * kernels.misfit_at(expected, shown.points, part, low, _SHIFT)
-        for low in (0.0, 1.0 - part)
-    )
+def in_plain_sight(memory: Memory, expected: FloatArray, shown: Seen, size: tuple[int, int] | None) -> Seen | None:
+    """Return all of a detection that shows one track alone, in the track's direction; None if that is but a part of it.
+
+    It is the whole object, however long, tilted or bent, unless the image's border cuts it, or an end was cut off or
+    added since the last frame: then what is seen stays where it was expected.
+    """
+    if shown.curve.closed or memory.curve.closed:
+        return None
+    seen = shown.between(0.0, 1.0)
+    length = float(np.hypot(*np.diff(expected, axis=0).T).sum())
+    if abs(seen.length - length) < memory.slack_px:
+        if shown.length > _MOST * seen.length:
+            return seen
+        return min(  # all of it tells the direction better than a small part does
+            (seen, seen.reversed()), key=lambda one: kernels.misfit_at(one.points, expected, 1.0, 0.0, _SHIFT)
+        )
+    if not seen.clear or memory.hidden or any(leaving(seen, size, memory.width)):
+        return None
+    share = seen.length / length
+    short, long = (seen.points, expected) if share <= 1.0 else (expected, seen.points)
+    share = min(share, 1.0 / share)
+    whole = kernels.misfit_at(seen.points, expected, 1.0, 0.0, 1.0)
+    cut = min(kernels.misfit_at(short, long, share, low, 1.0) for low in (0.0, 1.0 - share))
+    return seen if cut > _CUT * whole else None
 
 
 def _misfit_at(memory: Memory, expected: FloatArray, shown: Seen, low: float) -> float:
@@ -85,6 +95,11 @@ def anchored(start: float, share: float, memory: Memory) -> tuple[float, float]:
     if min(before, after) * memory.length < memory.slack_px:
         return (0.0, share) if before <= after else (1.0 - share, 1.0)
     return start, start + share
+
+
+def leaving(shown: Seen, size: tuple[int, int] | None, width: float) -> list[bool]:
+    """Tell which end of a detection is where the border of the image may cut it."""
+    return [size is not None and at_border(end, size, width) for end in shown.points[[0, -1]]]
 
 
 def at_border(point: FloatArray, size: tuple[int, int], width: float) -> bool:

@@ -104,7 +104,7 @@ def route(
     pieces = {}
     for t, runs in taken.items():
         whole = completed(scene, runs, memories[t])
-        pieces[t] = lay(scene, grown(scene, whole, memories[t]), memories[t], known.points[t], size)
+        pieces[t] = lay(scene, grown(scene, whole, memories[t]), memories[t], size)
     left = [part for p, part in enumerate(parts) if scene.share_taken(p) < _FREE]
     return Routed(pieces, left, parts, elsewhere)
 

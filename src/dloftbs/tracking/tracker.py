@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,11 +17,11 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Detection, Track, TrackState
 from dloftbs.tracking.assembling import Stretch, assemble
 from dloftbs.tracking.believing import believe
-from dloftbs.tracking.joining import as_found, bridged, gaps, in_space, merged, restarted
-from dloftbs.tracking.matching import Known, bring_together, find_joined, match_at_once
-from dloftbs.tracking.memory import Memory, Prediction, blend, blended, horizon, moved
-from dloftbs.tracking.pieces import WHOLE, Piece, Shown, hidden_between
-from dloftbs.tracking.placing import at_border
+from dloftbs.tracking.joining import as_found, bridged, gaps, in_sight, in_space, merged, restarted
+from dloftbs.tracking.matching import Known, bring_together, find_joined, match_at_once, pair_last
+from dloftbs.tracking.memory import LEAP, Memory, Prediction, blend, blended, horizon, moved
+from dloftbs.tracking.pieces import WHOLE, Piece, Shown, follows, hidden_between
+from dloftbs.tracking.placing import in_plain_sight, leaving
 from dloftbs.tracking.routing import route
 from dloftbs.tracking.seeing import SAMPLES, Seen, U, look_at, sample
 from dloftbs.tracking.smoothing import Smoother
@@ -46,17 +48,20 @@ class Tracker:
     >>> track.id, track.state.value, track.curve(0.0).tolist()
     (1, 'confirmed', [104.0, 20.0])
 
-    Something covers it all: it is expected where it was heading.
+    Nothing of it is seen: it is not published, and kept for a while to be found again.
 
-    >>> (track,) = tracker.update([], stamp=3 / 30)
-    >>> track.state.value, track.inferred, track.confidence < 1.0
-    ('coasting', ((0.0, 1.0),), True)
+    >>> tracker.update([], stamp=3 / 30)
+    ()
+    >>> (track,) = tracker.lost
+    >>> track.id, track.state.value, track.inferred, track.confidence < 1.0
+    (1, 'coasting', ((0.0, 1.0),), True)
     """
 
     def __init__(self, config: TrackingConfig | None = None) -> None:
         self._config = TrackingConfig() if config is None else config
         self._memories: list[Memory] = []
         self._tracks: tuple[Track, ...] = ()
+        self._lost: tuple[Track, ...] = ()
         self._smoothers: dict[int, tuple[Smoother, Smoother]] = {}
         self._next_id = 1
         self._stamp: float | None = None
@@ -67,9 +72,14 @@ class Tracker:
         """The tracks as they were last published."""
         return self._tracks
 
+    @property
+    def lost(self) -> tuple[Track, ...]:
+        """The tracks that the last frame shows nothing of, each where it is expected; found again, it has its id."""
+        return self._lost
+
     def reset(self) -> None:
         """Forget all tracks, the time and the size; ids go on from where they were, so that none is used twice."""
-        self._memories, self._tracks = [], ()
+        self._memories, self._tracks, self._lost = [], (), ()
         self._smoothers = {}
         self._stamp = self._size = None
 
@@ -117,8 +127,10 @@ class Tracker:
             self._follow(seen, dt)
         else:
             self._start(seen)
-        self._smoothers = {m.id: self._smoothers[m.id] for m in self._memories if m.id in self._smoothers}
-        self._tracks = tuple(self._publish(memory, dt) for memory in self._memories)
+        seen_now = [memory for memory in self._memories if not memory.misses]
+        self._smoothers = {m.id: self._smoothers[m.id] for m in seen_now if m.id in self._smoothers}
+        self._tracks = tuple(self._publish(memory, dt) for memory in seen_now)
+        self._lost = tuple(memory.published() for memory in self._memories if memory.misses)
         return self._tracks
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
@@ -186,9 +198,15 @@ class Tracker:
             return
         memories = [self._memories[t] for t in rest]
         shown, left, parts = self._explain(memories, known.some(rest), doubtful, dt, alone=not any(partner))
-        for memory, one in zip(memories, shown, strict=True):
+        claims = Counter(number for one in shown for number in one.numbers)
+        for memory, one, expected in zip(memories, shown, known.points[rest], strict=True):
+            alone = len(one.numbers) == 1 and claims[one.pieces[0].seen.number] == 1
+            if alone and all(follows(*pair) for pair in pairwise(one.pieces)):
+                whole = in_plain_sight(memory, expected, one.pieces[0].seen, self._size)
+                one.pieces = one.pieces if whole is None else [Piece(whole, WHOLE, WHOLE)]
             if one.pieces:
                 left += self._see(memory, one, dt)
+        left = [part for part in left if claims[part.number] != 1]  # all of it is one track's
         gone = {m.id for m, one in zip(memories, shown, strict=True) if not self._goes_on(m, one, dt)}
         self._memories = [m for m in self._memories if m.id not in gone]
         self._start(as_found(left, parts, doubtful))
@@ -219,6 +237,7 @@ class Tracker:
             left = [matching.seen[d] for d in matching.left]
             for k, one in zip(others, matching.shown, strict=True):
                 shown[k] = one
+        left = pair_last(memories, known, shown, left)
         find_joined(memories, shown)
         return shown, left, parts
 
@@ -253,6 +272,7 @@ class Tracker:
             self._see_whole(memory, pieces[0], dt)
         else:
             self._see_parts(memory, pieces, scope, dt, shared=shown.apart)
+            memory.sight = in_sight(memory, pieces, self._size)
         memory.joined, memory.apart = joined, shown.apart
         memory.hit(self._config.min_hits)
         return [piece.seen for piece in rejected]
@@ -264,24 +284,13 @@ class Tracker:
         overruled = memory.is_overruled_by(piece.seen, self._config.settle_frames)
         if overruled:
             memory.trust = np.full(SAMPLES, float(memory.contested))
-        elif self._leaps(memory, piece):
-            memory.see_only(seen, dt)
-            memory.contest(seen, seen.total)
-            return
         grown = piece.at != WHOLE
         if grown:
             memory.remap(piece.at[0] + U * (piece.at[1] - piece.at[0]))
-        still = grown or overruled or bool(memory.misses) or seen.curve.closed != memory.curve.closed
+        other = abs(seen.length - memory.length) > LEAP * memory.length or seen.curve.closed != memory.curve.closed
+        still = grown or overruled or bool(memory.misses) or other
         velocity = np.zeros((SAMPLES, 2)) if still else blend(memory, seen.points, dt)
         memory.see_whole(seen, seen.points, velocity)
-
-    def _leaps(self, memory: Memory, piece: Piece) -> bool:
-        """Tell whether a detection is so much longer than a track known for a while that it may be two objects."""
-        longer = (piece.at[1] - piece.at[0] - 1.0) * memory.length
-        if memory.hits < self._config.settle_frames or longer < memory.slack_px:
-            return False
-        ends = piece.seen.points[[0, -1]]
-        return self._size is None or not any(at_border(end, self._size, memory.width) for end in ends)
 
     def _see_parts(
         self, memory: Memory, pieces: Sequence[Piece], scope: tuple[float, float], dt: float, *, shared: bool
@@ -295,10 +304,7 @@ class Tracker:
         points, _ = sample(curve)
         memory.see_parts(curve, points, memory.length, hidden, dt)
         longest = max(pieces, key=lambda p: p.seen.length).seen
-        leaves = self._size is not None and any(
-            at_border(end, self._size, memory.width) for end in longest.points[[0, -1]]
-        )
-        if not leaves and not shared:
+        if not any(leaving(longest, self._size, memory.width)) and not shared:
             memory.contest(longest, sum({p.seen.number: p.seen.total for p in pieces}.values()))
         memory.inferred = merged(sorted([*hidden, *(gap for piece in pieces for gap in gaps(piece))]))
 
@@ -310,7 +316,7 @@ class Tracker:
             return False
         memory.shadowed = memory.shadowed + 1 if shown.shadow else 0
         if (
-            memory.since_s + dt > self._config.max_coast_s + _ROUNDING_S
+            memory.since_s + dt > self._config.keep_lost_s + _ROUNDING_S
             or memory.shadowed >= self._config.settle_frames
         ):
             return False
