@@ -147,7 +147,7 @@ def test_a_method_that_cannot_be_made_is_an_error(tmp_path):
         evaluate([suite()], [Method("broken", lambda: 1 / 0)], tmp_path)
 
 
-def test_of_a_pipeline_the_tracks_count_unless_they_coast():
+def test_of_a_pipeline_the_tracks_count_while_they_are_seen():
     pipeline = Pipeline(Config())
     frame = Bars(rows=(30,)).frame(0)
     found = found_in(pipeline.process(frame), frame)
@@ -156,7 +156,7 @@ def test_of_a_pipeline_the_tracks_count_unless_they_coast():
         pipeline.process(frame)
     empty = Frame(mask=np.zeros_like(frame.mask))
     result = pipeline.process(empty)
-    assert len(result.tracks) == 1
+    assert result.tracks == ()
     assert found_in(result, empty).curves == ()
 
 

@@ -32,7 +32,8 @@ def glossy(width: int, size: tuple[int, int], share: float = 0.2) -> tuple[np.nd
 @WIDTHS
 def test_a_highlight_along_a_cable_leaves_it_one(width: int, size: tuple[int, int]) -> None:
     mask, plain, _ = glossy(width, size, 0.3)
-    assert len(dloftbs.detect(mask, Config().replace({"cleaning.fill_holes": False}))) != 1
+    split = dloftbs.detect(mask, Config().replace({"cleaning.fill_holes": False}))
+    assert len(split) != 1 or split[0].curve.closed  # its two halves, or one around the highlight
     (found,) = dloftbs.detect(mask)
     assert found.width == pytest.approx(width, rel=0.1)
     (expected,) = dloftbs.detect(plain)
