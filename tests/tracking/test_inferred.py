@@ -15,7 +15,8 @@ from dloftbs.centerline import Joint, JointKind
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracking.joining import as_found, gaps
+from dloftbs.tracking.joining import as_found, gaps, in_sight
+from dloftbs.tracking.memory import Memory
 from dloftbs.tracking.pieces import WHOLE, Piece
 from dloftbs.tracking.seeing import look_at
 
@@ -79,3 +80,12 @@ def test_a_whole_detection_has_its_own_gaps_either_way():
     assert track.inferred == GAPS
     (seen,) = look_at([LINKED], None)
     assert seen.reversed().gaps == LINKED.reversed().inferred
+
+
+def test_a_part_beyond_one_end_of_a_track_that_leaves_at_the_other_lies_within_it():
+    (seen,) = look_at([LINKED], None)
+    memory = Memory.of(1, seen)
+    at_border = seen._replace(points=seen.points + np.array([0.0, 500.0]))  # its start is
+    sight = in_sight(memory, [Piece(at_border, (0.2, 1.3), WHOLE)], (1000, 1000))
+    assert sight.inferred
+    assert all(0.0 <= edge <= 1.0 for span in sight.inferred for edge in span)

@@ -105,7 +105,8 @@ def in_sight(memory: Memory, pieces: Sequence[Piece], size: tuple[int, int] | No
     if len(pieces) == 1 and (low, high) == pieces[0].at and pieces[0].of == WHOLE:
         seen = pieces[0].seen
         return Sight(seen.curve, seen.curve_3d, seen.gaps, 1.0)
-    inside = [p._replace(at=((p.at[0] - low) / (high - low), (p.at[1] - low) / (high - low))) for p in pieces]
+    scaled = [p._replace(at=((p.at[0] - low) / (high - low), (p.at[1] - low) / (high - low))) for p in pieces]
+    inside = [piece.on_track() for piece in scaled]
     curve = assemble(memory.curve, (low, high), [Stretch(p.seen.curve, p.at, p.of) for p in inside])
     curve_3d = in_space(memory.curve_3d, (low, high), inside)
     hidden = merged(sorted([*hidden_between(inside), *(gap for piece in inside for gap in gaps(piece))]))
