@@ -187,6 +187,7 @@ def check_turns(mask: np.ndarray, first: FrameResult, config: Config) -> None:
     if len(same) > 1:  # the image's border, at which no gap is bridged, need not have the mask's symmetries
         mask = np.pad(mask, min(mask.shape) // 2 + 3)
         first = Pipeline(config).detect(Frame(mask=mask))
+        same = symmetries(mask, config)
     middle = _middle(mask, config)
     base = [d.curve.sample(40) for d in first.detections]
     allowed = [[_about(points, middle, how) for points in base] for how in same]
