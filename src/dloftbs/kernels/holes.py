@@ -43,21 +43,24 @@ class _Narrow:
     width: float  # of the cables without these holes, px: twice the area over the length of the outline
 
 
-def fill_holes(pixels: _Pixels) -> _Pixels | None:
+def fill_holes(pixels: _Pixels, flip_x: bool = False, flip_y: bool = False) -> _Pixels | None:
     """Fill the holes of a mask that are narrower than its cables and lie within one of them.
 
     Parameters
     ----------
     pixels : numpy.ndarray, shape (H, W), uint8
-        0 and 1, with an empty margin, in the canonical pose: which pixels are looked at first depends on it. Never
-        changed.
+        0 and 1, with an empty margin. Never changed.
+    flip_x, flip_y : bool
+        Whether the pixels that are looked at first are counted from the last column and the last row.
 
     Returns
     -------
     numpy.ndarray or None
         None where there is nothing to fill.
     """
-    coarse = np.ascontiguousarray(pixels[::_COARSE_PX, ::_COARSE_PX])
+    height, width = pixels.shape
+    top, left = (height - 1) % _COARSE_PX if flip_y else 0, (width - 1) % _COARSE_PX if flip_x else 0
+    coarse = np.ascontiguousarray(pixels[top::_COARSE_PX, left::_COARSE_PX])
     if not _find_within(coarse, _SAMPLING_ERROR):
         return None
     within = _find_within(pixels)

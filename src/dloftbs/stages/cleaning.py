@@ -49,9 +49,9 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
         return None
     box = slice(0, h + 2), slice(0, w + 2)
     pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
-    filled = fill_holes(pose.view(pixels[box])) if config.fill_holes else None
+    filled = fill_holes(pixels[box], pose.flip_x, pose.flip_y) if config.fill_holes else None
     if filled is not None:  # the box is the same
-        pose.view(pixels[box])[:] = filled
+        pixels[box] = filled
         words, *_ = stripes.cut(_as_words(pixels), pixels.shape[1], 0)
         pixels, framed, _, moments = stripes.frame(words)
         pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
