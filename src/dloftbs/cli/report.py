@@ -10,6 +10,7 @@ from dloftbs.cli.timing import ACCURACY, LatencyHistogram
 from dloftbs.frame import FrameResult, TrackState
 
 _MOST_REASONS = 20
+_MOST_IDS = 10_000  # that are remembered: one that comes back after as many others were new counts again
 _OTHER = "other reasons"
 
 
@@ -29,6 +30,7 @@ class RunReport:
         self.stages: dict[str, LatencyHistogram] = {}
         self.reasons: Counter[str] = Counter()
         self._shown: frozenset[int] = frozenset()
+        self._ids: dict[int, None] = {}  # the oldest first
         self._start = perf_counter()
         self._last = self._start
 
@@ -86,10 +88,12 @@ class RunReport:
         ]
 
     def _count_tracks(self, result: FrameResult) -> None:
-        # An id is never used again: it is new where it was not there a frame ago.
-        shown = frozenset(track.id for track in result.tracks if track.state is not TrackState.TENTATIVE)
-        self.tracks += len(shown - self._shown)
-        self._shown = shown
+        self._shown = frozenset(track.id for track in result.tracks if track.state is not TrackState.TENTATIVE)
+        for number in sorted(self._shown - self._ids.keys()):
+            self.tracks += 1
+            self._ids[number] = None
+            if len(self._ids) > _MOST_IDS:
+                del self._ids[next(iter(self._ids))]
 
     def _count_reason(self, reason: str) -> None:
         # The numbers in them would make nearly every frame a reason of its own.
