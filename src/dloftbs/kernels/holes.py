@@ -61,23 +61,24 @@ def fill_holes(pixels: _Pixels, flip_x: bool = False, flip_y: bool = False) -> _
     height, width = pixels.shape
     top, left = (height - 1) % _COARSE_PX if flip_y else 0, (width - 1) % _COARSE_PX if flip_x else 0
     coarse = np.ascontiguousarray(pixels[top::_COARSE_PX, left::_COARSE_PX])
-    if not _find_within(coarse, _SAMPLING_ERROR):
+    likely = _find_within(coarse, math.inf, _SAMPLING_ERROR)
+    if not likely:  # most holes are ground, and this is soon seen
         return None
-    within = _find_within(pixels)
+    single = _single_width(_filled(coarse, likely))
+    if not _find_within(coarse, single, _SAMPLING_ERROR):
+        return None
+    within = _find_within(pixels, _COARSE_PX * single)
     return _filled(pixels, within) if within else None
 
 
-def _find_within(pixels: _Pixels, error: float = 0.0) -> list[_Outline]:
+def _find_within(pixels: _Pixels, single_width: float, error: float = 0.0) -> list[_Outline]:
     """Return the outlines of the holes that lie within a cable, with what distances may be too long by, px."""
     narrow = _find_narrow(pixels)
     if narrow is None:
         return []
     without = _filled(pixels, narrow.outlines)
-    depths = [_depth(pixels, without, outline, narrow.width) - error for outline in narrow.outlines]
-    if min(depths) > _DEEPEST_WIDTHS * narrow.width:  # most holes are ground, and this is soon seen
-        return []
-    deepest = _DEEPEST_WIDTHS * min(narrow.width, _single_width(without))
-    return [outline for outline, depth in zip(narrow.outlines, depths, strict=True) if depth <= deepest]
+    deepest = _DEEPEST_WIDTHS * min(narrow.width, single_width) + error
+    return [outline for outline in narrow.outlines if _depth(pixels, without, outline, narrow.width) <= deepest]
 
 
 def _single_width(pixels: _Pixels) -> float:
