@@ -47,7 +47,7 @@ def test_the_past_does_not_exchange_what_clearly_touches() -> None:
     assert pairing.overruled == 0.0
 
 
-SHORT = pytest.mark.xfail(strict=True, reason="a crossing in a short bundle is read as a touch")
+SHORT = pytest.mark.xfail(strict=True, raises=AssertionError, reason="a crossing in a short bundle is read as a touch")
 
 
 @pytest.mark.parametrize(
