@@ -36,6 +36,15 @@ def test_an_error_comes_whole_out_of_another_process(kind):
     assert str(error) == "what went wrong"
 
 
+@pytest.mark.parametrize("kind", BUILT_IN)
+def test_a_long_message_loses_its_middle(kind):
+    error = kind(f"cannot read: {'x' * 76_000} at the end")
+    assert str(error).startswith("cannot read: xxx")
+    assert str(error).endswith("xxx at the end")
+    assert " [74024 characters left out] " in str(error)
+    assert str(kind("y" * 2000)) == "y" * 2000
+
+
 def test_every_error_of_the_module_is_listed_here():
     defined = {value for value in vars(errors).values() if isinstance(value, type)}
     assert defined == {errors.DloftbsError, *BUILT_IN}

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+_MOST_CHARACTERS = 2000
+"""Length of the longest message shown: a library's error, quoted in ours, may hold a whole corrupt file."""
+
 
 class DloftbsError(Exception):
     """Base of every error that this package raises on purpose."""
+
+    def __str__(self) -> str:
+        text = super().__str__()
+        if len(text) <= _MOST_CHARACTERS:
+            return text
+        half = _MOST_CHARACTERS // 2
+        return f"{text[:half]} [{len(text) - 2 * half} characters left out] {text[-half:]}"
 
 
 class InputError(DloftbsError, ValueError):

@@ -381,6 +381,13 @@ def _header(shape: str, descr: str = "|u1", fortran: str = "False") -> bytes:
     return _npy(f"{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}")
 
 
+def _named_at_length(length: int) -> bytes:
+    """An archive in which the header before its array says that the name goes on through the pixels."""
+    content = bytearray(_zipped(masks=_saved(np.zeros((2, 200, 200), np.uint8))))
+    content[26:28] = length.to_bytes(2, "little")
+    return bytes(content)
+
+
 _HEADERS = {
     "a shape of -1": _header("(-1, 10, 10)"),
     "a shape of True": _header("(True, 4, 4)"),
@@ -404,6 +411,7 @@ STACKS_FOUND = {
         f"stamps of {name}": File("f.npz", _zipped(masks=_saved(np.zeros((2, 8, 8), np.uint8)), stamps=content))
         for name, content in _HEADERS.items()
     },
+    "a member's name of 60,000 characters": File("f.npz", _named_at_length(60_000)),
 }
 
 
