@@ -10,8 +10,9 @@ SEED ?= 1
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
 
+# In as many processes as there are cores; one that is done early takes tests over from another.
 test: .venv/installed-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 8 --dist worksteal
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .

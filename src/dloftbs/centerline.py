@@ -244,6 +244,11 @@ class Centerline:
         """Width of the object, px: twice the median radius."""
         return 2.0 * float(np.median(self.radius))
 
+    @property
+    def confidence(self) -> float:
+        """That of the joint or of the open ends that the linking is least sure of, in 0..1."""
+        return min([self.ends_confidence, *(joint.confidence for joint in self.joints)])
+
     @cached_property
     def u(self) -> FloatArray:
         """The curve's parameter at each pixel, shape (n,): see `arc_parameter`."""

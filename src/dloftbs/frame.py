@@ -187,7 +187,7 @@ class Detection:
     @property
     def confidence(self) -> float:
         """That of the joint or of the open ends that the linking is least sure of, in 0..1."""
-        return min([self.centerline.ends_confidence, *(joint.confidence for joint in self.joints)])
+        return self.centerline.confidence
 
     @property
     def inferred(self) -> tuple[tuple[float, float], ...]:
@@ -422,13 +422,21 @@ class FrameResult:
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
-            "dropped": [
-                {"start": line.points[0].tolist(), "end": line.points[-1].tolist(), "width_px": line.width}
-                for line in self.dropped
-            ],
+            "dropped": [_dropped(line) for line in self.dropped],
             "tracks": [track.to_dict() for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
         }
+
+
+def _dropped(line: Centerline) -> dict[str, Any]:
+    """Return what is known of an object that was dropped; without a curve, the ``u`` of its joints says nothing."""
+    return {
+        "start": line.points[0].tolist(),
+        "end": line.points[-1].tolist(),
+        "closed": line.closed,
+        "width_px": line.width,
+        "confidence": line.confidence,
+    }
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,19 @@ def test_later_options_override_earlier(tmp_path):
     assert both.segmentation.hsv == (HsvRange(hue=(170, 10)),)
 
 
+def test_the_published_method_for_one_cable_is_that_of_the_library(tmp_path):
+    file = tmp_path / "one.yaml"
+    file.write_text("linking: {objects: 1}\n")
+    for one in (("--set", "linking.objects=1"), ("--config", file)):
+        assert printed("--paper", *one) == Config.paper(objects=1)
+        assert printed("--paper", *one, "--set", "linking.max_cost=3").linking.max_cost == 3.0
+    assert printed("--paper", "--config", file, "--set", "linking.objects=2") == Config.paper(objects=2)
+    assert "$.linking.objects" in run("config", "print", "--paper", "--set", "linking.objects=x", code=1).stderr
+
+
 def test_a_file_keeps_of_the_paper_what_it_leaves_out(tmp_path, monkeypatch):
-    monkeypatch.setattr(Config, "paper", lambda: Config().replace({"linking.max_gap_widths": 1.5, "fitting.knots": 5}))
+    of_paper = Config().replace({"linking.max_gap_widths": 1.5, "fitting.knots": 5})
+    monkeypatch.setattr(Config, "paper", lambda objects: of_paper)
     file = tmp_path / "my.yaml"
     file.write_text("fitting: {knots: 9}\n")
     config = printed("--paper", "--config", file)

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -153,6 +154,19 @@ def test_a_folder_whose_inputs_are_named_as_pictures_are_is_refused(place):
     result = run("track", "frames", "--overlay", "frames", code=2)
     assert "--overlay frames could replace the input frames/" in words(result)
     assert ".overlay.png" in words(result)
+    assert "remove it if an earlier run drew it, or choose another folder" in words(result)
+    assert contents(place) == before
+    for drawn in Path("frames").glob("*.overlay.png"):
+        drawn.unlink()
+    run("track", "frames", "--overlay", "frames")
+    assert contents(place) == before
+
+
+@pytest.mark.parametrize("overlay", ["frames_overlay", "frames/overlay", "overlay.mp4"])
+def test_the_same_run_again_writes_the_same(place, overlay):
+    run("track", "frames", "--overlay", overlay, "--out", "curves.csv")
+    before = contents(place)
+    run("track", "frames", "--overlay", overlay, "--out", "curves.csv")
     assert contents(place) == before
 
 

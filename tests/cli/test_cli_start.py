@@ -98,7 +98,7 @@ def test_compilation_is_announced_once(tmp_path):
 
 
 def test_a_closed_pipe_is_no_traceback(tmp_path):
-    for i in range(40):
+    for i in range(120):  # whose lines, of 1 kB, are more than a pipe holds
         save(tmp_path / f"{i}.png", mask())
     process = start("detect", tmp_path)
     process.stdout.readline()

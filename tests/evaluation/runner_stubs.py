@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import signal
 import time
+from multiprocessing import connection
 from pathlib import Path
 
 import numpy as np
@@ -180,6 +181,27 @@ def without_times(parts):
     return [
         dataclasses.replace(part, rows=tuple(dataclasses.replace(row, ms=0.0) for row in part.rows)) for part in parts
     ]
+
+
+def halting(frame):
+    """Take long between the two parts of an answer that this process writes in two: a busy machine may do so."""
+    if not hasattr(halting, "write"):
+        halting.write = connection.Connection._send
+
+        def write(self, data, *rest):
+            halting.write(self, data, *rest)
+            if len(data) == 4:  # the length alone
+                time.sleep(600.0)
+
+        connection.Connection._send = write
+    return bars(frame.index)
+
+
+def to_be_interrupted(folder: str) -> None:
+    """Score sequences that are long enough for such an answer, in two processes."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sequences = [Bars(f"bars {i}", length=200, rows=(10,), only_masks=True) for i in range(100)]
+    evaluate([suite(*sequences)], [method(halting)], Path(folder), jobs=2)
 
 
 def to_be_killed(folder: str, log: str) -> None:

@@ -84,14 +84,32 @@ def test_one_job_and_two_give_the_same(tmp_path):
     ]
 
 
-def test_a_killed_run_goes_on_where_it_was(tmp_path):
-    parts, log = tmp_path / "parts", tmp_path / "log"
-    code = f"import evaluation.runner_stubs as s; s.to_be_killed({str(parts)!r}, {str(log)!r})"
-    start = f"import sys; sys.path.insert(0, {str(TESTS)!r}); {code}"
-    process = subprocess.Popen([sys.executable, "-c", start])
-    deadline = time.monotonic() + 30.0
+def started(call, parts, **options):
+    """Start a call of a stub in a process of its own, and wait for the first part."""
+    code = f"import sys; sys.path.insert(0, {str(TESTS)!r}); import evaluation.runner_stubs as s; s.{call}"
+    process = subprocess.Popen([sys.executable, "-c", code], **options)
+    deadline = time.monotonic() + 60.0
     while not list(parts.glob("[!.]*.json")) and time.monotonic() < deadline:
         time.sleep(0.02)
+    return process
+
+
+def test_an_interrupted_run_does_not_wait_for_the_rest_of_an_answer(tmp_path):
+    with started(f"to_be_interrupted({str(tmp_path)!r})", tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(0.5)  # the first answer is on its way
+        process.send_signal(signal.SIGINT)
+        try:
+            _, errors = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == -signal.SIGINT
+    assert errors.endswith("KeyboardInterrupt\n")
+    assert 1 <= len(list(tmp_path.glob("[!.]*.json"))) < 100
+
+
+def test_a_killed_run_goes_on_where_it_was(tmp_path):
+    parts, log = tmp_path / "parts", tmp_path / "log"
+    process = started(f"to_be_killed({str(parts)!r}, {str(log)!r})", parts)
     process.send_signal(signal.SIGKILL)
     process.wait()
     finished = list(parts.glob("[!.]*.json"))

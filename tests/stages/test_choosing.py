@@ -25,6 +25,17 @@ def test_of_more_than_there_are_the_longest_are_kept_and_the_rest_is_reported(co
         assert len(result.to_dict()["dropped"]) == len(result.dropped)
 
 
+def test_what_is_dropped_says_of_itself_what_a_detection_says() -> None:
+    frame = Frame(mask=draw([(20, 60), (380, 60)], [(200, 30), (200, 120)]))
+    detection = Pipeline().detect(frame).detections[1].to_dict()
+    dropped = Pipeline(Config().replace({"linking.objects": 1})).detect(frame).to_dict()["dropped"][0]
+    assert detection["joints"]
+    assert (dropped["width_px"], dropped["confidence"]) == (detection["width_px"], detection["confidence"])
+    assert dropped["closed"] is detection["curve"]["closed"] is False
+    ends = sorted([dropped["start"], dropped["end"]], key=lambda point: point[1])
+    np.testing.assert_allclose(ends, [[200, 30], [200, 120]], atol=4.0)
+
+
 @pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
 def test_what_is_too_short_is_no_object(config: Config) -> None:
     frame = Frame(mask=draw(*TWO, SPECK))

@@ -130,10 +130,10 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
     """
     from dloftbs.config import Config
 
-    config = Config.paper() if paper else Config()
-    if file is not None:
-        config = config.replace(_stated_in(file))
-    config = config.replace(changes)
+    stated = {} if file is None else _stated_in(file)
+    # The published method has a form of its own for one cable: without a threshold, unless one is stated, too.
+    one = {**stated, **changes}.get("linking.objects") == 1
+    config = (Config.paper(objects=1 if one else None) if paper else Config()).replace(stated).replace(changes)
     return config.replace({"segmentation.hsv": hsv}) if hsv else config
 
 

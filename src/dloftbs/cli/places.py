@@ -149,7 +149,7 @@ def _checked_ending(option: str, folder: str, inputs: InputFiles) -> str:
         if path.lower().endswith(f"{ending}.png"):
             raise click.UsageError(
                 f"{option} {folder} could replace the input {path}, which is named as its pictures are; "
-                "choose another folder"
+                "remove it if an earlier run drew it, or choose another folder"
             )
     return ending
 

@@ -6,7 +6,7 @@ import multiprocessing
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import groupby
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import cv2
 
-from dloftbs.errors import DloftbsError, InputError
+from dloftbs.errors import DloftbsError, InputError, SinkError
 from dloftbs.evaluation.runner_parts import Key, Part, code_version, load, save
 from dloftbs.evaluation.runner_sequence import Method, score_sequence
 from dloftbs.evaluation.suites import Suite
@@ -68,7 +68,7 @@ def evaluate(
     InputError
         If names are used twice, or a method cannot be made.
     SinkError
-        If a part cannot be written.
+        If a part cannot be written, or is spoilt before it is read again.
     DloftbsError
         If a process dies.
     """
@@ -125,14 +125,28 @@ def _parts(tasks: Sequence[Task], folder: Path, jobs: int) -> Iterator[Part]:
 
 def _in_parallel(pool: ProcessPoolExecutor, groups: Sequence[Sequence[Task]], folder: Path) -> Iterator[Part]:
     try:
-        futures: list[Future[list[Part]]] = [pool.submit(run_tasks, group, folder) for group in groups]
+        futures = {pool.submit(_keep_tasks, group, folder): group for group in groups}
         for future in as_completed(futures):
-            yield from future.result()
+            future.result()
+            yield from (_kept(task.key, folder) for task in futures[future])
     except BrokenProcessPool as error:
         raise DloftbsError(
             "a process died while it scored a sequence: a method that crashes, or too little memory; "
             "what is finished is kept, and with one job the culprit shows"
         ) from error
+
+
+def _keep_tasks(tasks: Sequence[Task], folder: Path) -> None:
+    # The parts are read from their files: of a longer answer, which a process writes in pieces, this one would wait for
+    # the rest for ever if that process died in between.
+    run_tasks(tasks, folder)
+
+
+def _kept(key: Key, folder: Path) -> Part:
+    part = load(folder, key)
+    if part is None:
+        raise SinkError(f"{str(folder / key.file_name)!r} has changed since it was written: start again to compute it")
+    return part
 
 
 def run_tasks(tasks: Sequence[Task], folder: Path) -> list[Part]:

@@ -10,12 +10,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sources.synthetic import edge_case_drawings as drawings
 from dloftbs.sources.synthetic.edge_case_drawings import Drawn, Sheet
 from dloftbs.sources.synthetic.free_ends import END_STYLES, EndStyle, draw_cable_mask
-from dloftbs.sources.synthetic.generated import GeneratedSequence, count_at
+from dloftbs.sources.synthetic.generated import GeneratedSequence, check_choice, count_at
 from dloftbs.sources.synthetic.sketch import smooth_noise
 from dloftbs.sources.synthetic.workbench import draw_wood
 from dloftbs.truth import Truth
@@ -94,8 +93,7 @@ class EdgeCaseSequence(GeneratedSequence):
     tolerance_px = _TOLERANCE_PX
 
     def __init__(self, kind: str, frames: int = _FULL, size: tuple[int, int] = (480, 640), seed: int = 0) -> None:
-        if kind not in _KINDS:
-            raise InputError(f"kind must be one of {', '.join(map(repr, EDGE_CASES))}, got {kind!r}")
+        check_choice("kind", kind, EDGE_CASES)
         super().__init__(kind, frames, size, seed, None)
 
     def frame(self, index: int) -> Frame:

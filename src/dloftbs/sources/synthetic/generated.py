@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -25,8 +25,8 @@ HD_WIDTH_PX = 12.0
 class GeneratedSequence(KnownSequence):
     """A sequence whose frames are functions of a seed and their index.
 
-    A subclass gives `frame` and `_make_truth`, and keeps what is expensive in cached properties: pickles leave them
-    out.
+    A subclass gives `_make_truth`, and `frame` where it has more than a mask; it keeps what is expensive in cached
+    properties: pickles leave them out.
 
     Parameters
     ----------
@@ -64,6 +64,16 @@ class GeneratedSequence(KnownSequence):
         kept = {k: v for k, v in self.__dict__.items() if not isinstance(getattr(type(self), k, None), cached_property)}
         return {**kept, "_latest": None}
 
+    def frame(self, index: int) -> Frame:
+        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame.
+        """
+        return Frame(mask=self.truth(index).mask, **self._labels(index))
+
     def truth(self, index: int) -> Truth:
         """Return what is to be found in a frame.
 
@@ -92,20 +102,39 @@ class GeneratedSequence(KnownSequence):
         return {"index": index, "stamp": stamp, "name": f"{self.name}#{index:04d}"}
 
 
+class NumberedSequence(GeneratedSequence):
+    """One of several generated sequences of a family; its number is a part of its name.
+
+    Parameters
+    ----------
+    name : str
+        Without the number.
+    family : str
+    number : int
+        Not negative.
+    frames, size, seed, fps
+        As for `GeneratedSequence`.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    def __init__(
+        self, name: str, family: str, number: int, frames: int, size: tuple[int, int], seed: int, fps: float
+    ) -> None:
+        if number < 0:
+            raise InputError(f"number must not be negative, got {number}")
+        super().__init__(f"{name}, {number}", frames, size, seed, fps)
+        self.family = family
+        self.number = number
+
+
 class MaskSequence(GeneratedSequence):
     """A generated sequence of perfect masks; a subclass sets `width_px` and gives the cables by `_strands`."""
 
     width_px: float
-
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return Frame(mask=self.truth(index).mask, **self._labels(index))
 
     def _make_truth(self, index: int) -> Truth:
         strands = self._strands(index)
@@ -125,6 +154,18 @@ def visible_tubes(
     for number, strand in enumerate(strands):
         owner[footprint(strand, width_px / 2.0, size).pixel] = number
     return tuple((owner == number).reshape(size) for number in range(len(strands)))
+
+
+def check_choice(name: str, value: str, choices: Collection[str]) -> None:
+    """Let only one of the choices pass.
+
+    Raises
+    ------
+    InputError
+        On any other value.
+    """
+    if value not in choices:
+        raise InputError(f"{name} must be one of {', '.join(map(repr, choices))}, got {value!r}")
 
 
 def proportion(size: tuple[int, int]) -> float:

@@ -9,10 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dloftbs.errors import InputError
 from dloftbs.sources.base import KnownSequence
 from dloftbs.sources.synthetic.degrade import NOISY, OCCLUDED, Degradation, DegradedSequence
-from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, MaskSequence, count_at, proportion
+from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, MaskSequence, check_choice, count_at, proportion
 from dloftbs.sources.synthetic.headings import calm, drifting, high_curvature, one_loop, untying, whipping
 from dloftbs.sources.synthetic.motion import Heading, Motion, fit_motion
 from dloftbs.sources.synthetic.strand import Strand
@@ -106,8 +105,7 @@ class KindSequence(MaskSequence):
         seed: int = 0,
         width_px: float | None = None,
     ) -> None:
-        if kind not in _KINDS:
-            raise InputError(f"kind must be one of {', '.join(map(repr, KINDS))}, got {kind!r}")
+        check_choice("kind", kind, KINDS)
         self._kind = kind
         self._steps = _FRAMES if _KINDS[kind].rapid else frames
         super().__init__(kind, frames, size, seed, max(1, self._steps) * _FPS / _FRAMES)

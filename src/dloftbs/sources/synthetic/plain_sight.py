@@ -8,10 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
 from dloftbs.sources.synthetic import plain_sight_scenes as scenes
 from dloftbs.sources.synthetic.free_ends import FreeEnd, draw_cable_mask
-from dloftbs.sources.synthetic.generated import GeneratedSequence, count_at, proportion
+from dloftbs.sources.synthetic.generated import NumberedSequence, check_choice, count_at, proportion
 from dloftbs.sources.synthetic.plain_sight_scenes import FRAMES, Camera, Part, Stage
 from dloftbs.sources.synthetic.space import curve_through_samples
 from dloftbs.truth import Truth
@@ -36,7 +35,7 @@ PLAIN_SIGHT_KINDS = tuple(_SCENES)
 one of two is taken away and a third one comes; three cross."""
 
 
-class PlainSightSequence(GeneratedSequence):
+class PlainSightSequence(NumberedSequence):
     """Perfect masks of cables that move in front of a pinhole camera, with the projected centre lines.
 
     Nothing hides a cable but, in "three cross", another one. Free ends are flat, round, frayed or tapered. A cable that
@@ -82,29 +81,14 @@ class PlainSightSequence(GeneratedSequence):
         seed: int = 0,
         width_px: float | None = None,
     ) -> None:
-        if kind not in _SCENES:
-            raise InputError(f"kind must be one of {', '.join(map(repr, PLAIN_SIGHT_KINDS))}, got {kind!r}")
-        if number < 0:
-            raise InputError(f"number must not be negative, got {number}")
-        super().__init__(f"{kind}, {number}", frames, size, seed, max(1, frames) * _FPS / FRAMES)
-        self.family = kind
+        check_choice("kind", kind, PLAIN_SIGHT_KINDS)
+        super().__init__(kind, kind, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
         self.cables = 3 if kind in ("exchange", "three cross") else 1
-        self.number = number
         widest = 2.0 * _WIDTHS_PX[1] * proportion(size)
         if width_px is not None and not 1.0 <= width_px <= widest:
             raise InputError(f"width_px must be in 1..{widest:g} here, got {width_px}")
         drawn = float(self._rng(0).uniform(*_WIDTHS_PX)) * proportion(size)
         self.width_px = max(1.0, drawn) if width_px is None else width_px
-
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return Frame(mask=self.truth(index).mask, **self._labels(index))
 
     def _make_truth(self, index: int) -> Truth:
         phase, camera = index / self._frames, Camera(self.size)

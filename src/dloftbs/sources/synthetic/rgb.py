@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dloftbs.config import HsvRange
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.sources.synthetic.generated import GeneratedSequence, count_at, proportion
+from dloftbs.sources.synthetic.generated import GeneratedSequence, check_choice, count_at, proportion
 from dloftbs.sources.synthetic.rgb_scenes import SCENARIOS, HeldScene
 from dloftbs.sources.synthetic.sketch import Image
 from dloftbs.sources.synthetic.strand import Strand
@@ -58,8 +58,7 @@ class RgbSequence(GeneratedSequence):
         seed: int = 0,
         width_px: float | None = None,
     ) -> None:
-        if scenario not in SCENARIOS:
-            raise InputError(f"scenario must be one of {', '.join(map(repr, RGB_SCENARIOS))}, got {scenario!r}")
+        check_choice("scenario", scenario, RGB_SCENARIOS)
         super().__init__(scenario, frames, size, seed, max(1, frames) / _SECONDS)
         number = RGB_SCENARIOS.index(scenario)
         self.scenario = scenario

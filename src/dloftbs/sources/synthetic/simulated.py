@@ -10,10 +10,9 @@ from scipy.interpolate import CubicSpline
 
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sources.synthetic.free_ends import FreeEnd, draw_cable_mask
-from dloftbs.sources.synthetic.generated import GeneratedSequence, count_at
+from dloftbs.sources.synthetic.generated import NumberedSequence, check_choice, count_at
 from dloftbs.sources.synthetic.simulation import EXPERIMENTS, simulate
 from dloftbs.sources.synthetic.space import curve_through_samples
 from dloftbs.truth import Truth
@@ -35,7 +34,7 @@ _FARTHER = 1.04
 _SAMPLES_PER_NODE = 48
 
 
-class SimulatedSequence(GeneratedSequence):
+class SimulatedSequence(NumberedSequence):
     """Perfect masks of one simulated cable, with the projected centre line. It needs MuJoCo.
 
     Parameters
@@ -68,13 +67,8 @@ class SimulatedSequence(GeneratedSequence):
     def __init__(
         self, kind: str, number: int = 0, frames: int = _FRAMES, size: tuple[int, int] = _VGA, seed: int = 0
     ) -> None:
-        if kind not in EXPERIMENTS:
-            raise InputError(f"kind must be one of {', '.join(map(repr, SIMULATED_KINDS))}, got {kind!r}")
-        if number < 0:
-            raise InputError(f"number must not be negative, got {number}")
-        super().__init__(f"simulated {kind}, {number}", frames, size, seed, _FPS)
-        self.family = f"simulated {kind}"
-        self.number = number
+        check_choice("kind", kind, SIMULATED_KINDS)
+        super().__init__(f"simulated {kind}", f"simulated {kind}", number, frames, size, seed, _FPS)
         self._kind = kind
         self._scale = min(size[0] / _VGA[0], size[1] / _VGA[1])
         self.tolerance_px = _TOLERANCE_PX * self._scale

@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
 from dloftbs.sources.synthetic import tracking_scenes as scenes
-from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, GeneratedSequence, count_at, proportion, visible_tubes
+from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, NumberedSequence, count_at, proportion, visible_tubes
 from dloftbs.sources.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
 from dloftbs.truth import Truth
 
@@ -41,7 +40,7 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
 """What happens in the sequences, and with how many cables."""
 
 
-class TrackingSequence(GeneratedSequence):
+class TrackingSequence(NumberedSequence):
     """Perfect masks of cables that move over each other and behind occluders, out of the image and back.
 
     The truth has every cable in every frame, hidden or outside or not; `Truth.shown_spans` says how much of it shows.
@@ -82,27 +81,12 @@ class TrackingSequence(GeneratedSequence):
         if cables not in TRACKING_FAMILIES.get(family, ()):
             known = "; ".join(f"{name!r} with {counts}" for name, counts in TRACKING_FAMILIES.items())
             raise InputError(f"families come with so many cables: {known}; got {family!r} with {cables}")
-        if number < 0:
-            raise InputError(f"number must not be negative, got {number}")
-        plural = "" if cables == 1 else "s"
-        name = f"{family}, {cables} cable{plural}, {number}"
-        super().__init__(name, frames, size, seed, max(1, frames) * _FPS / FRAMES)
-        self.family = family
+        name = f"{family}, {cables} cable{'' if cables == 1 else 's'}"
+        super().__init__(name, family, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
         self.cables = cables
-        self.number = number
         self.width_px = HD_WIDTH_PX * proportion(size) if width_px is None else width_px
         if not 1.0 <= self.width_px <= _WIDEST_PX * proportion(size):
             raise InputError(f"width_px must be in 1..{_WIDEST_PX * proportion(size):g} here, got {self.width_px}")
-
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return Frame(mask=self.truth(index).mask, **self._labels(index))
 
     def covered(self, index: int) -> Mask:
         """Return the pixels, shape (H, W), that are behind an occluder.
