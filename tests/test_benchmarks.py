@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sys
 from itertools import pairwise
@@ -9,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import compare, compare_run, growth, process, profile
+from benchmarks import compare, compare_run, digests_run, growth, process, profile
 from benchmarks.docs import published
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
-from dloftbs import Frame
+from dloftbs import Frame, Pipeline
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "process")
@@ -149,3 +150,22 @@ def test_a_profile_tells_kernels_from_the_rest():
     assert max(box.left + box.width for box in drawn) <= 1.0 + 1e-9
     level = sorted((box for box in drawn if box.depth == 2), key=lambda box: box.left)
     assert all(a.left + a.width <= b.left + 1e-9 for a, b in pairwise(level))
+
+
+@pytest.mark.parametrize("other", [-0.0, 1e-323, 0, (0.0,), np.zeros(()), None, "0.0"])
+def test_a_digest_of_results_tells_values_apart_to_the_last_bit(other):
+    one, second = hashlib.sha256(), hashlib.sha256()
+    digests_run.add(one, 0.0)
+    digests_run.add(second, other)
+    assert one.digest() != second.digest()
+
+
+def test_a_digest_of_results_is_of_values_and_not_of_times():
+    def digest(mask):
+        found = hashlib.sha256()
+        digests_run.add(found, Pipeline().process(Frame(mask=mask)))
+        return found.digest()
+
+    mask = np.zeros((60, 120), np.uint8)
+    mask[28:33, 10:110] = 1
+    assert digest(mask) == digest(mask.copy()) != digest(np.roll(mask, 1, axis=0))
