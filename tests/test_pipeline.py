@@ -137,7 +137,10 @@ class TestStrangeMasks:
     def test_a_loop_of_two_points_is_none(self) -> None:
         """It has no room for a periodic cubic."""
         unopened = dloftbs.Config().replace({"cleaning.open_px": 1})
-        for detection in dloftbs.detect(random_mask(2688), unopened):
+        found = dloftbs.detect(random_mask(2688), unopened)
+        assert len(found) == 2
+        for detection in found:
+            assert not detection.curve.closed
             assert np.isfinite(detection.curve.sample(20)).all()
 
     @given(random_masks)
