@@ -35,9 +35,7 @@ def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
     InputError
         If a set is empty, its shape is wrong, or a value is not finite.
     """
-    points, targets = _pair(("x", x), ("y", y), least=1)
-    distance, _ = cKDTree(targets).query(points)
-    return float(distance.mean())
+    return _mmd(*_pair(("x", x), ("y", y), least=1))
 
 
 def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
@@ -61,8 +59,7 @@ def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
     InputError
         As `mmd`.
     """
-    pixels, points = _pair(("mask_pixels", mask_pixels), ("curve_points", curve_points), least=1)
-    return mmd(pixels, points)
+    return _mmd(*_pair(("mask_pixels", mask_pixels), ("curve_points", curve_points), least=1))
 
 
 def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
@@ -86,8 +83,7 @@ def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
     InputError
         As `mmd`.
     """
-    points, pixels = _pair(("curve_points", curve_points), ("mask_pixels", mask_pixels), least=1)
-    return mmd(points, pixels)
+    return _mmd(*_pair(("curve_points", curve_points), ("mask_pixels", mask_pixels), least=1))
 
 
 def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
@@ -136,8 +132,7 @@ def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
     InputError
         As `f_distance`.
     """
-    found, reference = _pair(("c", c), ("r", r), least=2)
-    return (_f(found, reference) + _f(reference, found)) / 2.0
+    return _l3(*_pair(("c", c), ("r", r), least=2))
 
 
 def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
@@ -160,7 +155,16 @@ def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
         As `f_distance`.
     """
     found, reference = _pair(("c", c), ("r", r), least=2)
-    return min(l3(found, reference), l3(found, reference[::-1]))
+    return min(_l3(found, reference), _l3(found, reference[::-1]))
+
+
+def _mmd(x: FloatArray, y: FloatArray) -> float:
+    distance, _ = cKDTree(y).query(x)
+    return float(distance.mean())
+
+
+def _l3(x: FloatArray, y: FloatArray) -> float:
+    return (_f(x, y) + _f(y, x)) / 2.0
 
 
 def _f(x: FloatArray, y: FloatArray) -> float:

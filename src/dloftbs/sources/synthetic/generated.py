@@ -132,6 +132,29 @@ def proportion(size: tuple[int, int]) -> float:
     return min(size[0] / 720.0, size[1] / 1280.0)
 
 
+def width_at(size: tuple[int, int], width_px: float | None, widest_px: float) -> float:
+    """Return the width of a cable in an image of `size`: the one given, or `HD_WIDTH_PX` in proportion.
+
+    Parameters
+    ----------
+    size : (int, int)
+        ``(H, W)`` px.
+    width_px : float or None
+    widest_px : float
+        Largest width in an image of 1280 x 720, px.
+
+    Raises
+    ------
+    InputError
+        If the width is less than one pixel, or too large for the image.
+    """
+    width = HD_WIDTH_PX * proportion(size) if width_px is None else width_px
+    widest = widest_px * proportion(size)
+    if not 1.0 <= width <= widest:
+        raise InputError(f"width_px must be in 1..{widest:g} here, got {width}")
+    return width
+
+
 def count_at(scale: float, full: int, least: int) -> int:
     """Return how many frames a sequence of `full` frames has at a scale.
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
 from dloftbs.sources.synthetic import tracking_scenes as scenes
-from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, GeneratedSequence, count_at, proportion, visible_tubes
+from dloftbs.sources.synthetic.generated import MaskSequence, count_at, width_at
+from dloftbs.sources.synthetic.strand import Strand
 from dloftbs.sources.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
 from dloftbs.truth import Truth
 
@@ -41,7 +42,7 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
 """What happens in the sequences, and with how many cables."""
 
 
-class TrackingSequence(GeneratedSequence):
+class TrackingSequence(MaskSequence):
     """Perfect masks of cables that move over each other and behind occluders, out of the image and back.
 
     The truth has every cable in every frame, hidden or outside or not; `Truth.shown_spans` says how much of it shows.
@@ -90,19 +91,7 @@ class TrackingSequence(GeneratedSequence):
         self.family = family
         self.cables = cables
         self.number = number
-        self.width_px = HD_WIDTH_PX * proportion(size) if width_px is None else width_px
-        if not 1.0 <= self.width_px <= _WIDEST_PX * proportion(size):
-            raise InputError(f"width_px must be in 1..{_WIDEST_PX * proportion(size):g} here, got {self.width_px}")
-
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return Frame(mask=self.truth(index).mask, **self._labels(index))
+        self.width_px = width_at(size, width_px, _WIDEST_PX)
 
     def covered(self, index: int) -> Mask:
         """Return the pixels, shape (H, W), that are behind an occluder.
@@ -113,17 +102,17 @@ class TrackingSequence(GeneratedSequence):
             If there is no such frame.
         """
         self._check(index)
-        phase = index / self._frames
-        return self._play.covered(phase, self._play.strands(phase), self.size)
+        return self._play.covered(index / self._frames, self._strands(index), self.size)
 
     def _make_truth(self, index: int) -> Truth:
-        phase = index / self._frames
-        strands = self._play.strands(phase)
-        masks = visible_tubes(strands, self.width_px, self.size)
-        if self._play.covers:
-            open_sight = ~self._play.covered(phase, strands, self.size)
-            masks = tuple(mask & open_sight for mask in masks)
-        return Truth(tuple(strand.curve() for strand in strands), masks, tuple(range(len(strands))))
+        truth = super()._make_truth(index)
+        if not self._play.covers:
+            return truth
+        in_sight = ~self.covered(index)
+        return replace(truth, visible_masks=tuple(mask & in_sight for mask in truth.visible_masks))
+
+    def _strands(self, index: int) -> tuple[Strand, ...]:
+        return self._play.strands(index / self._frames)
 
     @cached_property
     def _play(self) -> Play:
