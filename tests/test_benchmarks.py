@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import compare, compare_run, growth, process, profile
+from benchmarks import compare, compare_run, english, growth, process, profile
 from benchmarks.docs import published
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
@@ -149,3 +149,27 @@ def test_a_profile_tells_kernels_from_the_rest():
     assert max(box.left + box.width for box in drawn) <= 1.0 + 1e-9
     level = sorted((box for box in drawn if box.depth == 2), key=lambda box: box.left)
     assert all(a.left + a.width <= b.left + 1e-9 for a, b in pairwise(level))
+
+
+def test_openings_phrases_and_words_are_counted_in_docstrings_alone(tmp_path, capsys, monkeypatch):
+    page = tmp_path / "page.py"
+    lines = [
+        '"""Where things are."""',
+        "# What is a comment?",
+        "LIMIT = 3",
+        '"""Number of things; what is',
+        'more is dearer."""',
+        "def place():",
+        '    """Return so many things."""',
+        '    return "How many?"',
+    ]
+    page.write_text("\n".join(lines))
+    assert english.findings(page) == [
+        (page, 1, "openings", "Where"),
+        (page, 4, "phrases", "what is"),
+        (page, 5, "words", "dearer"),
+        (page, 7, "phrases", "so many"),
+    ]
+    monkeypatch.setattr(sys, "argv", ["english", str(tmp_path)])
+    english.main()
+    assert capsys.readouterr().out.splitlines()[-1] == "   1    2    1  openings, phrases, words in 1 files"
