@@ -1,4 +1,4 @@
-"""What lies between the skeleton and the curve: segments, the joints between them, and the centre line they make."""
+"""Segments, the joints between them, and the centre line they make: the step between the skeleton and the curve."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Point = tuple[float, float]
 
 
 class JointKind(str, Enum):
-    """What lies under a joint."""
+    """Kind of place that a joint bridges."""
 
     CROSSING = "crossing"
     """The mask goes on from one end to the other: the joint runs through a junction of the skeleton."""
@@ -77,7 +77,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Joint:
-    """What joins the end of one segment to the start of the next.
+    """Link from the end of one segment to the start of the next.
 
     Parameters
     ----------

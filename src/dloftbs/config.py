@@ -160,7 +160,7 @@ class SegmentsConfig(Section, frozen=True, kw_only=True):
 
 
 class ObjectsConfig(Section, frozen=True, kw_only=True):
-    """Which centre lines are objects: the base of the ways to link.
+    """Selection of the centre lines that are objects: the base of all linking sections.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ class FittingConfig(Section, frozen=True, kw_only=True):
 
 
 class DepthConfig(Section, frozen=True, kw_only=True):
-    """What depth images hold: the base of the ways to lift.
+    """Meaning of the values of depth images: the base of all lifting sections.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What goes in and what comes out: a frame of a stream, and what was found in it."""
+"""Input and output of the pipeline: a frame of a stream, and the detections, crossings and tracks in it."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ class Detection:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """How the segments were linked, in order."""
+        """Joints that link the segments, in order."""
         return self.centerline.joints
 
     @property
@@ -215,7 +215,7 @@ class Detection:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where one object crosses another, or itself, in the image.
+    """Crossing of one object with another, or with itself, in the image.
 
     Parameters
     ----------
@@ -266,7 +266,7 @@ class Crossing:
 
 
 class TrackState(str, Enum):
-    """Where in its life a track is."""
+    """Stage of a track's life."""
 
     TENTATIVE = "tentative"
     """Seen, but not often enough to be sure."""
@@ -354,7 +354,7 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class FrameResult:
-    """What was found in a frame.
+    """Detections, crossings and tracks of a frame.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from dloftbs.kernels.lenses import FISHEYE, NO_LENS, POLYNOMIAL, distort, undist
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """What the kernels need to know of a lens.
+    """Parameters of a lens as the kernels take them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a frame really shows, where that is known: what results are measured against."""
+"""Known truth of a frame: the reference that results are measured against."""
 
 from __future__ import annotations
 

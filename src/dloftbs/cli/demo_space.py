@@ -39,7 +39,7 @@ _SIGMA_SAMPLES = 100
 
 @dataclass
 class SpaceRun:
-    """What came of the demo's part in space.
+    """Outcome of the demo's part in space.
 
     Parameters
     ----------

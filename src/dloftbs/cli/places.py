@@ -47,7 +47,7 @@ class InputFiles:
 
     @property
     def is_one_image(self) -> bool:
-        """Whether the frames are a single one, in an image file."""
+        """True if the frames are a single image file."""
         return len(self._frames) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._frames)
 
     def name_of(self, identity: Identity) -> str | None:
@@ -69,7 +69,7 @@ class InputFiles:
 
 @dataclass(frozen=True)
 class Outputs:
-    """What a command writes, none of it an input.
+    """Outputs of a command, none of which is an input.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How good the tracks of the demo are: the criteria of the paper against the known truth."""
+"""Scores of the demo's tracks: the criteria of the paper against the known truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long things took, in a size that does not grow with how often they were done."""
+"""Statistics of durations, in memory that does not grow with their number."""
 
 from __future__ import annotations
 

@@ -74,12 +74,12 @@ class Matching:
 
     @property
     def missing(self) -> int:
-        """How many true curves were not found."""
+        """Number of true curves that were not found."""
         return len(self.unmatched_true)
 
     @property
     def redundant(self) -> int:
-        """How many found curves are no true one."""
+        """Number of found curves that match no true one."""
         return len(self.unmatched_found)
 
     @property

@@ -39,7 +39,7 @@ def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 
 
 def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
-    """How far the mask's pixels are from the curve (paper: evaluation, ``L1``): grows with what the curve missed.
+    """Mean distance of the mask's pixels from the curve (paper: evaluation, ``L1``); parts that were missed raise it.
 
     ``L1 = MMD(mask pixels, curve points)``. A perfect centre line scores a quarter of the object's width, not 0.
 
@@ -63,7 +63,7 @@ def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
 
 
 def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
-    """How far the curve is from the mask's pixels (paper: evaluation, ``L2``): grows with what the curve invented.
+    """Mean distance of the curve from the mask's pixels (paper: evaluation, ``L2``); invented parts raise it.
 
     ``L2 = MMD(curve points, mask pixels)``.
 
@@ -112,7 +112,7 @@ def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 
 
 def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
-    """How far a found curve is from the reference, order and direction included (paper: evaluation, ``L3``).
+    """Distance of a found curve from the reference, order and direction included (paper: evaluation, ``L3``).
 
     ``L3 = (F(C, R) + F(R, C)) / 2``; symmetric.
 

@@ -137,7 +137,7 @@ def _noise(
 
 @dataclass(frozen=True)
 class _Figure:
-    """What is drawn over the levels of a ladder."""
+    """Quantity that is drawn over the levels of a ladder."""
 
     label: str
     of: Callable[[Sequence[FrameRow]], float | None]

@@ -30,7 +30,7 @@ _LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless")
 
 @dataclass(frozen=True)
 class Report:
-    """What a run came to.
+    """Results of a run.
 
     Parameters
     ----------

@@ -64,7 +64,7 @@ class Table:
 
     @property
     def _words(self) -> int:
-        """How many columns from the left hold words."""
+        """Number of columns from the left that hold words."""
         words = (all(isinstance(row[i], str) for row in self.rows) for i in range(len(self.columns)))
         return next((i for i, only_words in enumerate(words) if not only_words), len(self.columns))
 

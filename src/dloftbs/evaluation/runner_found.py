@@ -1,4 +1,4 @@
-"""What a method returned for a frame, whatever form it has, brought into one."""
+"""Conversion of what a method returns for a frame, in any of its forms, to one form."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LEAST_SAMPLES, _MOST_SAMPLES = 200, 4000
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a method found in one frame.
+    """Curves and tracks that a method found in one frame.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ Points = list[tuple[float, float]]
 
 @dataclass(frozen=True)
 class FrameRow:
-    """How one method did on one frame; what has no value is None.
+    """Scores of one method on one frame; a score without a value is None.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class JointRow:
 
 @dataclass(frozen=True)
 class TrackRow:
-    """How one object was followed in one frame; all L3 are in px, undirected, and from the whole true curve.
+    """Scores of one object's track in one frame; every L3 is in px, undirected, and from the whole true curve.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class TrackRow:
 
 @dataclass(frozen=True)
 class Following:
-    """How the objects of a sequence were followed, coasting tracks and hidden objects included.
+    """Scores of the tracks of a sequence, coasting tracks and hidden objects included.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Following:
 
 @dataclass(frozen=True)
 class Key:
-    """What the scores of a sequence depend on: only where all of it is the same are they used again.
+    """Inputs that the scores of a sequence depend on; scores are used again only where all of them are equal.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Part:
-    """How one method did on one sequence.
+    """Scores of one method on one sequence.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ _MM_PER_M = 1e3
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """How good the curves of a frame are; what has no value is None. Fields as in `runner_parts.FrameRow`.
+    """Scores of the curves of a frame; a score without a value is None. Fields as in `runner_parts.FrameRow`.
 
     `distances` are of every true curve from every found one, None where the true curves are not known.
     """

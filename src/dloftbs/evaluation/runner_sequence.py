@@ -19,7 +19,7 @@ from dloftbs.frame import Frame
 from dloftbs.truth import Truth
 
 WORST = 10
-"""How many of the worst frames are kept."""
+"""Number of worst frames that are kept."""
 
 _PICTURE_POINTS = 160  # of a curve in a picture
 _SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")

@@ -1,4 +1,4 @@
-"""What of the truth can be found at all: an end behind a hand or out of the image is nobody's fault."""
+"""Visible part of the truth: an end behind a hand or out of the image is nobody's fault."""
 
 from __future__ import annotations
 

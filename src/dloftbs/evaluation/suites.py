@@ -45,7 +45,7 @@ class Suite:
 
     @property
     def frames(self) -> int:
-        """How many there are in all sequences."""
+        """Number of frames in all sequences."""
         return sum(len(sequence) for sequence in self.sequences)
 
 

@@ -1,4 +1,4 @@
-"""Where results go: JSON lines, arrays, tables, geometry, videos and pictures.
+"""Outputs: JSON lines, arrays, tables, geometry, videos and pictures.
 
 Every sink is a context manager, and what it has written stays readable whatever ends the process::
 

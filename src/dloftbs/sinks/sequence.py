@@ -32,7 +32,7 @@ AnyArray = npt.NDArray[Any]
 
 
 class KnownFrames(Protocol):
-    """What can be written: frames by index, and what is to be found in them."""
+    """Sequence that can be written: frames by index, each with its truth."""
 
     name: str
     fps: float | None

@@ -1,4 +1,4 @@
-"""Where frames come from: image files, folders, videos, cameras, streams, arrays.
+"""Sources of frames: image files, folders, videos, cameras, streams, arrays.
 
 >>> with dloftbs.sources.open("frames/", depth="{stem}_depth.png") as source:  # doctest: +SKIP
 ...     for frame in source:

@@ -106,7 +106,7 @@ def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:
 
 
 def is_glob(text: str) -> bool:
-    """Whether the text is a pattern, and not the name of a file that happens to hold brackets."""
+    """Return whether the text is a pattern, and not the name of a file that happens to hold brackets."""
     return glob.has_magic(text) and not os.path.exists(text)
 
 

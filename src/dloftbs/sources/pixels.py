@@ -196,7 +196,7 @@ def _is_countable(dtype: np.dtype[Any]) -> bool:
 
 
 def _jpeg_is_cut(data: bytes) -> bool:
-    """Whether the end marker is missing: OpenCV 4 fills what is missing with grey and says nothing.
+    """Return whether the end marker is missing: OpenCV 4 fills the missing rest with grey and says nothing.
 
     The headers are stepped over, since a thumbnail in them has an end marker of its own.
     """

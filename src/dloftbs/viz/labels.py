@@ -1,4 +1,4 @@
-"""Where labels go: beside the start of their curve, inside the picture, over as little as can be."""
+"""Places of labels: beside the start of their curve, inside the picture, over as little as can be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was found, drawn over the picture that it was found in."""
+"""Drawing of detections and tracks over the picture in which they were found."""
 
 from __future__ import annotations
 

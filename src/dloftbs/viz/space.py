@@ -46,7 +46,7 @@ class _Solid:
 
 @dataclass(frozen=True)
 class _Side:
-    """From where curves are seen: which axes go to the right and down, with their signs."""
+    """Side from which curves are seen: the axes that go to the right and down, with their signs."""
 
     title: str
     right: int

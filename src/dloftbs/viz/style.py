@@ -1,4 +1,4 @@
-"""How pictures look: every colour and every size, in one place."""
+"""Style of the pictures: every colour and every size, in one place."""
 
 from __future__ import annotations
 

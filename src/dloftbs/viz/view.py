@@ -22,7 +22,7 @@ _LEAST_ASPECT = 0.6
 
 @dataclass(frozen=True)
 class View:
-    """What part of a frame is shown, and how large.
+    """Part of a frame that is shown, and its scale.
 
     Whole coordinates are the centres of pixels, in the frame and in the view: ``p``, counted from the part's corner, is
     shown at ``(p + 0.5) * zoom - 0.5``.

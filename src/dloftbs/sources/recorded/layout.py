@@ -1,4 +1,4 @@
-"""What all layouts of labelled data on disk have in common."""
+"""Base of all layouts of labelled data on disk."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from dloftbs.truth import Truth
 
 T = TypeVar("T")
 SHOWN = 5
-"""How many names a message lists."""
+"""Number of names that a message lists."""
 LONGEST_SHOWN = 100
 """Characters of each."""
 

@@ -1,4 +1,4 @@
-"""What an RGB-D camera does to depth: noise that grows with distance, steps, flying pixels at edges, holes."""
+"""Errors of an RGB-D camera's depth: noise that grows with distance, steps, flying pixels at edges, holes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def depth_sigma(depth_m: npt.ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class DepthNoise:
-    """How imperfect depth is.
+    """Amount of each error of depth.
 
     Parameters
     ----------

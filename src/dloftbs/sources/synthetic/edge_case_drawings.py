@@ -57,7 +57,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is drawn on: the size (H, W) px, and the width of the cables."""
+    """Sheet to draw on: its size (H, W) px, and the width of the cables."""
 
     size: tuple[int, int]
     width_px: float

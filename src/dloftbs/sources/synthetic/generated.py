@@ -1,4 +1,4 @@
-"""What the generated sequences have in common: numbered frames, one truth kept at a time, and small pickles."""
+"""Base of the generated sequences: numbered frames, one truth kept at a time, and small pickles."""
 
 from __future__ import annotations
 

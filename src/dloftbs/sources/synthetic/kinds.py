@@ -24,7 +24,7 @@ _MARGIN = 0.04
 
 @dataclass(frozen=True)
 class _Kind:
-    """What moves, for 1280 x 720 px and the 120 frames of a whole sequence.
+    """Cables and their motion, for 1280 x 720 px and the 120 frames of a whole sequence.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ _SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
 
 @dataclass(frozen=True)
 class LadderBase:
-    """What a ladder makes harder.
+    """Sequence that a ladder makes harder.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ _BASES = {
 }
 
 LADDER_BASES = tuple(_BASES)
-"""What `noise_ladder` knows by name: a scenario of each suite."""
+"""Names that `noise_ladder` takes: a scenario of each suite."""
 
 
 class Rung(DegradedSequence):

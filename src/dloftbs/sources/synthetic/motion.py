@@ -1,4 +1,4 @@
-"""How the cables of the demo move: headings as smooth, periodic functions of time, fitted into the image once."""
+"""Motion of the demo's cables: headings as smooth, periodic functions of time, fitted into the image once."""
 
 from __future__ import annotations
 

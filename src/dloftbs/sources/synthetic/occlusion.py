@@ -1,4 +1,4 @@
-"""Which occluders leave enough to be seen: what they hide must follow from what is left, or no method can be right."""
+"""Selection of occluders that leave enough in sight: the hidden part must follow from the rest."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ _SCENES: Mapping[str, Callable[[np.random.Generator, Stage], list[Part]]] = {
 }
 
 PLAIN_SIGHT_KINDS = tuple(_SCENES)
-"""What the cables do: bend and drift; tilt, rigid, by 65 degrees; come nearer by a half; swing by up to 80 px a frame;
+"""Motions: cables bend and drift; tilt, rigid, by 65 degrees; come nearer by a half; swing by up to 80 px a frame;
 one of two is taken away and a third one comes; three cross."""
 
 

@@ -44,7 +44,7 @@ class Reach:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What a sequence shows, for 1280 x 720 px.
+    """Content of a sequence, for 1280 x 720 px.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class HeldScene:
 
     @cached_property
     def motion(self) -> Motion:
-        """How the cable moves."""
+        """Motion of the cable."""
         height, width = self.size
         left, top, right, bottom = self.scenario.box
         box = (left * width, top * height, right * width, bottom * height)

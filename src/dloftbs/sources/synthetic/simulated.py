@@ -19,7 +19,7 @@ from dloftbs.sources.synthetic.space import curve_through_samples
 from dloftbs.truth import Truth
 
 SIMULATED_KINDS = tuple(EXPERIMENTS)
-"""What is done to the cable."""
+"""Experiments with the cable."""
 
 _FRAMES = 40
 _FPS = 30.0

@@ -32,7 +32,7 @@ Led = Callable[[float], Pose]
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is done to a cable, which is straight along x at the start.
+    """Experiment with a cable that is straight along x at the start.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ Point = tuple[float, float]
 LIGHT = np.array([-0.42, -0.58, 0.70])
 """Direction towards the lamp: x to the right, y down, z to the camera."""
 SHADOW_SIDE = np.array([0.59, 0.81])
-"""Where shadows fall."""
+"""Direction in which shadows fall, in the image."""
 
 
 def halfway(light: FloatArray) -> FloatArray:

@@ -87,7 +87,7 @@ def _eased(x: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SpaceMotion:
-    """How a cable moves above a plane; axes X and Y in the plane, the height H upwards from it.
+    """Motion of a cable above a plane; axes X and Y lie in the plane, the height H points upwards from it.
 
     Parameters
     ----------

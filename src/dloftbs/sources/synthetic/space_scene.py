@@ -1,4 +1,4 @@
-"""What an RGB-D camera looks at: a cable above a plane, hands, and where the camera stands so that all is in view."""
+"""Scenes for an RGB-D camera: a cable above a plane, hands, and a camera placed so that all is in view."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _DENSITY = 8.0
 
 @dataclass(frozen=True)
 class View:
-    """How the camera looks at the plane above which a cable moves.
+    """Pose of the camera over the plane above which a cable moves.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class Rendering:
 
     @property
     def mask(self) -> npt.NDArray[np.bool_]:
-        """Where the cable is seen, shape (H, W)."""
+        """Mask of the visible cable, shape (H, W)."""
         # As unsigned numbers, the background's -1 is the largest.
         result: npt.NDArray[np.bool_] = self.sample.view(np.uint32) < self.cable
         return result

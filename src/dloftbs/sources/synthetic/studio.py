@@ -24,7 +24,7 @@ HSV = (
     HsvRange(hue=(99, 113), saturation=(120, 255), value=(45, 255)),
     HsvRange(hue=(163, 175), saturation=(120, 255), value=(45, 255)),
 )
-"""What finds each of the `DYES`, and nothing on the workbench."""
+"""Colour ranges that find each of the `DYES`, and nothing on the workbench."""
 _NOISE_SIGMA = 2.6
 _NOISE_MARGIN = 64
 _BLUR_SIGMA = 0.55

@@ -39,7 +39,7 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
     "loop opens": (1,),
     "hidden": (1, 3),
 }
-"""What happens in the sequences, and with how many cables."""
+"""Families of sequences, and the numbers of cables that each comes with."""
 
 
 class TrackingSequence(MaskSequence):

@@ -1,4 +1,4 @@
-"""What moves over the cables in the sequences that tracking is measured on."""
+"""Occluders that move over the cables in the sequences that tracking is measured on."""
 
 from __future__ import annotations
 
