@@ -85,7 +85,7 @@ class Graph:
 
 @dataclass(eq=False)
 class Pairing:
-    """How the ends of a graph are joined. A run that two cables share is listed once for each of them.
+    """Joints between the ends of a graph. A run that two cables share is listed once for each of them.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ class Pairing:
             self.partner[p] = k
 
     def is_crossing(self, end: int) -> bool:
-        """Whether the joint at an end runs through a junction."""
+        """Return whether the joint at an end runs through a junction."""
         return self.nodes[end] >= 0 and self.nodes[self.partner[end]] == self.nodes[end]
 
     def chain(self, start: int) -> list[int]:

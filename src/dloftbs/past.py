@@ -1,4 +1,4 @@
-"""What was seen before, as far as the linking of the next frame makes use of it."""
+"""Curves seen before, as the linking of the next frame uses them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOST_SAMPLES = 2000  # of a curve
 
 
 class Samples(NamedTuple):
-    """Where curves are expected, in the pose of a patch.
+    """Samples of the expected curves, in the pose of a patch.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a morphological closing adds that is no hole, and what an opening takes that is more than a speck.
+"""Corrections of closing and opening: closing fills holes alone, and opening takes specks alone.
 
 Masks are stripes, as `dloftbs.kernels.stripes` cuts them out: bit j of word ``[k, r]`` is the pixel in column
 ``64 k + j`` of row r. A pixel's number is that of its word, ``k R + r``, times 64, plus j.

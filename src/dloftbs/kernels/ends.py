@@ -1,4 +1,4 @@
-"""Where the axis of a cable ends: a run of its skeleton led on to there.
+"""Extension of a run of the skeleton to the end of the cable's axis.
 
 A cable that is cut off, by a cutter, by an occluder or by the image's border, goes on to the mask's edge. One with a
 round cap is the union of discs about its axis, which ends one radius before the tip of the mask. The shape of the cap

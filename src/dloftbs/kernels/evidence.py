@@ -1,4 +1,4 @@
-"""What an image shows on the way from one end to another: ground, cable, or neither."""
+"""Colours of an image on the way from one end to another: ground, cable, or neither."""
 
 from __future__ import annotations
 

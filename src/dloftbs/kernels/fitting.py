@@ -9,7 +9,7 @@ from numba import float64, int64
 from dloftbs.kernels._compile import helper, kernel, read
 
 FITS = 3
-"""How often the number of knots is tried."""
+"""Number of fits, each with another number of knots."""
 
 _ERROR_ORDER = 4  # a cubic's error falls with the fourth power of the spacing
 _SLACK, _MOST_GROWTH = 1.1, 2.0

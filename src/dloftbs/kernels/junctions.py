@@ -1,4 +1,4 @@
-"""Where the runs of a skeleton meet: clusters of branch points, what hangs on them, and what is a spur."""
+"""Junctions of a skeleton: clusters of branch points, the runs that meet there, and spurs among them."""
 
 from __future__ import annotations
 

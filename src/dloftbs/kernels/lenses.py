@@ -16,7 +16,7 @@ from dloftbs.kernels._compile import helper, kernel, read, write
 
 NO_LENS, POLYNOMIAL, FISHEYE = 0, 1, 2
 MARGIN_PX = 0.25
-"""What a footprint gets on each side: a slanted surface comes apart between two footprints, by less than this."""
+"""Margin of a footprint on each side: between two footprints, a slanted surface comes apart by less than this."""
 
 _MAX_STEPS = 60
 _MAX_HALVINGS = 30

@@ -36,7 +36,7 @@ _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or 
 
 @dataclass(slots=True, eq=False)
 class _Piece:
-    """What a cable has of one run, or of several with but spurs between them, and the joint that leads there."""
+    """Part of a cable: one run, or several with nothing but spurs between them, and the joint that leads there."""
 
     spans: list[_Span]
     entered: int
@@ -46,7 +46,7 @@ class _Piece:
 
     @property
     def count(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         count = 0
         for start, stop, step in self.spans:
             count += (stop - start) * step

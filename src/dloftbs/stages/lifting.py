@@ -67,7 +67,7 @@ class Lifted(NamedTuple):
 
 
 class _Sections(NamedTuple):
-    """Where sections lie across a curve, ascending in its parameter."""
+    """Sections across a curve, ascending in its parameter."""
 
     u: FloatArray
     points: FloatArray

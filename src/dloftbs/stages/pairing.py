@@ -17,7 +17,7 @@ from dloftbs.patch import Patch
 
 _ROUNDS = 4
 PAST_BONUS = 0.6
-"""How much less the joint costs at most that continues a curve that was seen before."""
+"""Maximum discount for a joint that continues a curve that was seen before."""
 UNCLEAR = 0.55
 """Ends that lack less than this to be joined are in doubt: the odds are below nine to one."""
 

@@ -18,7 +18,7 @@ _CHORD_REACH_PX = 4  # of the chord that the width is measured across: beyond th
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """What the walks found, as arrays of points (n, 2), posed ``(x, y)``.
+    """Paths of the walks, as arrays of points (n, 2), posed ``(x, y)``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What of a track is hidden, and what is not there: a past that frames contradict is given up within a few of them."""
+"""Hidden and absent parts of a track: a past that frames contradict is given up within a few of them."""
 
 from __future__ import annotations
 

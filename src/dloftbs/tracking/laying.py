@@ -1,4 +1,4 @@
-"""Where along a track its runs lie: all together, with what is hidden between them as long as can be told."""
+"""Places of all runs along a track, with hidden stretches between them as long as the evidence tells."""
 
 from __future__ import annotations
 

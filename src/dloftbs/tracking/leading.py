@@ -1,4 +1,4 @@
-"""Where the runs of a track begin and end: led on to where what is seen ends, as far as no other track has taken it."""
+"""Extension of the runs of a track to the ends of what is seen, as far as no other track has taken it."""
 
 from __future__ import annotations
 

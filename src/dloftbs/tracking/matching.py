@@ -1,4 +1,4 @@
-"""Which detections show which tracks, and which part of them.
+"""Assignment of detections, and of parts of them, to tracks.
 
 First each detection goes to one track at most, as a whole. What is left over then is looked at in parts: a detection
 may be one more part of a track that is partly hidden, and a track may be a part of a detection that two tracks share.
@@ -104,7 +104,7 @@ def pair_last(memories: Sequence[Memory], known: Known, shown: Sequence[Shown], 
 
 
 class Known(NamedTuple):
-    """Where tracks are expected.
+    """Predicted places of the tracks.
 
     Parameters
     ----------

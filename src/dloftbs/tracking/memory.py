@@ -1,4 +1,4 @@
-"""What is known of one track between frames."""
+"""State of one track between frames."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dloftbs.tracking.pieces import Sight
 from dloftbs.tracking.seeing import SAMPLES, Seen, U
 
 TRUSTED = 3
-"""What was seen in fewer frames is not believed once it is gone."""
+"""Number of frames in which a stretch must have been seen to be believed once it is gone."""
 
 REMEMBERED = 32
 """Frames for which the places of the ends are kept."""
@@ -32,7 +32,7 @@ _HALF_LIFE_S = 0.5  # of the confidence in what is not seen
 
 
 class Prediction(NamedTuple):
-    """Where a track is expected.
+    """Predicted place of a track.
 
     Parameters
     ----------
@@ -137,12 +137,12 @@ class Memory:
 
     @property
     def tolerance_px(self) -> float:
-        """By how much the length may differ from the usual one without anything being hidden or new."""
+        """Largest difference from the usual length at which nothing counts as hidden or new."""
         return 0.004 * self.length + 0.3 * self._width_or_0
 
     @property
     def slack_px(self) -> float:
-        """How exactly the place of a part along the object is known."""
+        """Uncertainty of a part's place along the object."""
         return 0.015 * self.length + 1.5 * self._width_or_0
 
     @property

@@ -1,4 +1,4 @@
-"""Where along a track a detection lies that is shorter."""
+"""Place along a track of a detection that is shorter."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
 
 
 class Routed(NamedTuple):
-    """What routing found.
+    """Result of routing.
 
     Parameters
     ----------

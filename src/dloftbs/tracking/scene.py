@@ -45,12 +45,12 @@ class Run(NamedTuple):
 
     @property
     def samples(self) -> slice:
-        """What it covers, ascending."""
+        """Samples that the run covers, ascending."""
         return slice(min(self.start, self.end), max(self.start, self.end) + 1)
 
 
 class Way(NamedTuple):
-    """How a track goes through a frame: its runs, the mean price of its nodes, and which share of them is seen."""
+    """Way of a track through a frame: its runs, the mean price of its nodes, and the share of them that is seen."""
 
     runs: list[Run]
     price: float

@@ -1,4 +1,4 @@
-"""What one frame shows, ready to be compared: detections, or bare curves from any detector, and their samples."""
+"""Observations of one frame, ready to be compared: detections, or bare curves from any detector, and their samples."""
 
 from __future__ import annotations
 
