@@ -20,9 +20,7 @@ from typing import NamedTuple
 OPENING = re.compile(
     r"(?:(?:By|From|Of|In|At|On|To) )?(?:What|Where|Which|How|Whether|When|Who|Whose|Why)\b", re.IGNORECASE
 )
-PHRASE = re.compile(
-    r"\b(?:what is|so many|so much|led on|leads? on|taken? for|to be found|by how much|of those that)\b", re.IGNORECASE
-)
+PHRASE = re.compile(r"\b(?:what is|so many|so much|led on|leads? on|taken? for|by how much)\b", re.IGNORECASE)
 WORD = re.compile(
     r"\b(?:dearer|posed|twins?|coasting|lanes?|overruled?|heeds?|settles?|settled|stripes?|contested|shadowed)\b",
     re.IGNORECASE,

@@ -18,7 +18,7 @@ HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
 NEAREST_M, FARTHEST_M = 1e-30, 1e30
 """Depth that is read at all, metres: it, its reciprocal and the squares and cubes of both are numbers and not 0, the
-former two in float32 as well. Far beyond any sensor; what is stored as depth there is none."""
+former two in float32 as well. Far beyond any sensor; a greater stored value is no depth."""
 
 _LEAST, _MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
 _SHORTEST_S = 1e-6  # from frame to frame

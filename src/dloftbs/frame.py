@@ -146,7 +146,7 @@ class Detection:
         In the image, px.
     curve_3d : BSplineCurve, optional
         In the camera's frame, metres: the object's axis, or what was published, its surface. Its ``u`` is its own arc
-        length in space, normalised, what is hidden counted in; ``u = 0`` is at the same end as that of `curve`.
+        length in space, normalised, with hidden parts counted in; ``u = 0`` is at the same end as that of `curve`.
     no_3d_reason : str, optional
         Why there is no `curve_3d`.
     inferred_3d : tuple of (float, float)
@@ -361,7 +361,7 @@ class FrameResult:
     detections : tuple of Detection
         In a fixed order: the same mask gives the same order.
     tracks : tuple of Track
-        By id; what is gone is not listed.
+        By id; tracks that are gone are not listed.
     reason : str, optional
         Why nothing was detected; None where something was.
     stage_ms : mapping of str to float

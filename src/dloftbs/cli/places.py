@@ -22,7 +22,7 @@ from dloftbs.sources.files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
 
 READING = ("depth", "masks", "camera", "registration", "config_file")
-"""Parameters of commands that name what is read beside the frames."""
+"""Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
 
 

@@ -110,7 +110,7 @@ def endpoint_error(found: CurveLike, true: CurveLike, *, directed: bool = True) 
     Returns
     -------
     float
-        In the unit of the points; NaN if `true` is closed and has no ends to be found.
+        In the unit of the points; NaN if `true` is closed and so has no ends.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Several curves in one frame: which found curve is which true one, and what is missing or redundant.
+"""Matching of found with true curves in one frame, with the missing and the redundant ones.
 
 What is not there is a value and not an error: a frame without curves has a mean of NaN and counts of what is missing
 or redundant. Whoever averages over frames must sum the counts, too, or failures vanish from the table.

@@ -153,5 +153,5 @@ _SPACE_BARS = {
 
 
 def space_bar(scenario: str) -> SpaceBar | None:
-    """Return what is asked of a scenario, whose name begins with its number; None where nothing is."""
+    """Return the bar of a scenario, whose name begins with its number; None where it has none."""
     return _SPACE_BARS.get(scenario.partition(" ")[0])

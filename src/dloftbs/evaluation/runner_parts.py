@@ -99,7 +99,7 @@ class JointRow:
     confidence : float
         What the method says of it, in 0..1.
     right : bool
-        Whether it joins what is one piece of one true curve.
+        Whether it joins parts of one piece of one true curve.
     """
 
     index: int

@@ -38,7 +38,7 @@ class KnownFrames(Protocol):
         """Return one frame."""
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in it."""
+        """Return the truth of one frame."""
 
 
 @dataclass(frozen=True)

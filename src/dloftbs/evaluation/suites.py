@@ -117,9 +117,9 @@ def open_suite(
     scale : float
         Of the number of frames, against the paper's data sets; a folder is taken as it is.
     seed : int
-        Of what is generated.
+        Seed of the generated sequences.
     size : (int, int)
-        ``(H, W)`` px of what is generated.
+        ``(H, W)`` px of the generated sequences.
     tolerance_px : float, optional
         The largest L3 of a curve that counts as right, in place of what the sequences say.
 

@@ -128,7 +128,7 @@ def _way_inside(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
 
 @helper
 def _shortened(points: npt.NDArray[np.float64], back: float) -> npt.NDArray[np.float64]:
-    """Return a line without its last so many px; its first point stays."""
+    """Return a line without its last stretch of a length in px; its first point stays."""
     count = len(points)
     while count > 1:
         dx, dy = points[count - 2, 0] - points[count - 1, 0], points[count - 2, 1] - points[count - 1, 1]

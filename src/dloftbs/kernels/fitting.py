@@ -292,7 +292,7 @@ def misfit(
 
 @kernel(int64, float64, int64)
 def grow(count: int, excess: float, most: int) -> int:
-    """Return how many knots to try next, where the misfit is so many times what it may be."""
+    """Return the number of knots to try next, from the ratio of the misfit to its limit."""
     return min(int(np.ceil(count * min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH))), most)
 
 

@@ -225,7 +225,7 @@ def splat_depth(
     Parameters
     ----------
     depth : (n,) float32
-        Metres, pixel after pixel; what is not positive and finite is missing.
+        Metres, pixel after pixel; values that are not positive and finite are missing.
     table : (n, 5) float32
         The pixel's ray (x, y, z) for a depth of 1, turned into the other camera's frame, and half the width and height
         of its footprint there, px, at infinite range.

@@ -43,7 +43,7 @@ class KnownFrames(Protocol):
         """Return one frame."""
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in it."""
+        """Return the truth of one frame."""
 
 
 def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, video: bool = False) -> Path:

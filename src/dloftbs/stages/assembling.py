@@ -1,4 +1,4 @@
-"""Stage 5, the result: pairing to centre lines, with their free ends led on to where the mask ends."""
+"""Stage 5, the result: pairing to centre lines, with their free ends extended to the end of the mask."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class _Piece:
 
 
 class _Points:
-    """The points of a pairing, and those that its ends are led on by."""
+    """Points of a pairing, and those that extend its ends."""
 
     def __init__(self, pairing: Pairing) -> None:
         self._points, self._radius = [pairing.points], [pairing.radius]
@@ -450,7 +450,7 @@ def _arc_over_chord(pairing: Pairing, end: int) -> float:
 
 
 def _widen(u: FloatArray, at: int, factor: float) -> None:
-    """Make the step of the parameter from one point to the next so much longer, in place."""
+    """Lengthen the step of the parameter from one point to the next, in place."""
     u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
 
 

@@ -38,7 +38,7 @@ _MOST_TIMES = 2.0  # as far as the farthest depth that was seen, where the line 
 LEAST_SEEN = 0.3
 """Share of a curve that must have depth of its own."""
 MOST_LED_ON = 0.2
-"""Share of a curve's length that may be led on straight beyond the last depth at an end."""
+"""Largest share of a curve's length that is extended straight beyond the last depth at an end."""
 
 _Interval = tuple[float, float]
 
@@ -90,7 +90,7 @@ def lift(
     camera: PinholeCamera,
     config: LiftingConfig,
 ) -> list[Lifted | str]:
-    """Lift objects into space: along each, the nearest surface within the mask, made smooth, then led on to the axis.
+    """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
 
     Depth is looked at in sections across the middle of the object, where no other pass covers it and the mask is not
     interrupted. A robust smooth line through it, in 1 / depth, for which a straight cable is straight, bridges what is

@@ -62,7 +62,7 @@ def pair(
     past : Past, optional
         Pairs of ends that continue each other along a curve that was seen before cost less.
     evidence : Evidence, optional
-        What is seen between two ends decides what a gap costs.
+        Image that decides the cost of a gap by the look of the stretch between its ends.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def _weigh_gaps(
     Returns
     -------
     rows, columns, costs
-        Of what is left, in the same order.
+        Remaining pairs, in the same order.
     """
     gaps = np.flatnonzero((ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns]))
     if len(gaps) == 0:

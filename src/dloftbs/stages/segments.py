@@ -36,7 +36,7 @@ class Walks:
 
 
 def walk(skeleton: Skeleton, config: GreedyLinkingConfig) -> Walks:
-    """Remove the branch points, walk what remains, and drop what is shorter than ``p`` pixels.
+    """Remove the branch points, walk the rest, and drop walks of less than ``p`` pixels.
 
     Without branch points no pixel has more than two neighbours, so every walk is unambiguous. What has no endpoint is a
     closed loop and is walked around once, from its first pixel.

@@ -39,7 +39,7 @@ def believe(
 
 
 def _split(pieces: Sequence[Piece], gone: Sequence[tuple[float, float]]) -> list[list[Piece]]:
-    """Return the pieces in groups, with what is gone between them."""
+    """Return the pieces in groups, with the parts between them that are gone."""
     groups: list[list[Piece]] = [[]]
     for piece in pieces:
         if groups[-1] and any(abs(piece.at[0] - high) < _SAME for _, high in gone):

@@ -53,7 +53,7 @@ class Prediction(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class Memory:
-    """A track, with what is needed to follow it; samples are `SAMPLES` points at even ``u``.
+    """A track, with all that following it needs; samples are `SAMPLES` points at even ``u``.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ class Memory:
 
 
 def horizon(dt: float) -> float:
-    """Return for how many seconds of so many a motion is thought to go on."""
+    """Return the part of a time, in seconds, for which a motion is thought to go on."""
     return min(dt, _MOTION_S)
 
 
@@ -293,7 +293,7 @@ def blend(memory: Memory, points: FloatArray, dt: float) -> FloatArray:
 
 
 def blended(velocity: FloatArray, step: FloatArray, dt: float) -> FloatArray:
-    """Return velocities (..., 2) after a step, px, of so many seconds."""
+    """Return velocities (..., 2) after a step, px, of a time in seconds."""
     result: FloatArray = (1.0 - _VELOCITY_GAIN) * velocity + (_VELOCITY_GAIN / dt) * step
     return result
 

@@ -82,7 +82,7 @@ class Sight(NamedTuple):
     curve : BSplineCurve
     curve_3d : BSplineCurve or None
     inferred : tuple of (float, float)
-        The intervals of its ``u`` between what is seen.
+        Intervals of its ``u`` between the parts in sight.
     confidence : float
     """
 

@@ -96,7 +96,7 @@ class Scene:
         self._longest = kernels.box_curves(self.points, self.bounds, self._boxes)
 
     def way_of(self, memory: Memory, expected: FloatArray, dt: float) -> Way:
-        """Route a track through what is not taken yet."""
+        """Route a track through the samples that are not taken yet."""
         count = self.nodes_of(memory) + 1
         width = 0.0 if math.isnan(memory.width) else memory.width
         speed = np.hypot(*memory.velocity.T)

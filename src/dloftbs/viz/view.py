@@ -59,7 +59,7 @@ class View:
         return self._resized(picture)
 
     def mask(self, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return the part of a mask (H, W) of the frame; what is set stays visible however small it gets."""
+        """Return the part of a mask (H, W) of the frame; a set pixel stays visible however small it gets."""
         return self._resized(np.where(mask, np.uint8(255), np.uint8(0))) > 0
 
     def points(self, points: FloatArray) -> FloatArray:

@@ -74,7 +74,7 @@ class RecordedSequence(KnownSequence):
         return self._read(self._frame, index)
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------

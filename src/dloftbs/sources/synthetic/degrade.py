@@ -252,7 +252,7 @@ class DegradedSequence(KnownSequence):
         return replace(frame, image=None, mask=degraded, name=f"{self.name}#{index:04d}")
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------

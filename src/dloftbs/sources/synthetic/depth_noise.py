@@ -34,7 +34,7 @@ class DepthNoise:
         Share of the cable's visible pixels without depth, and about the same of all others, in blobs about as wide
         as a cable.
     flying : float
-        Share of the pixels at edges of more than 3 mm whose depth is a mixture of what is in front and what is behind.
+        Share of the pixels at edges of more than 3 mm whose depth is a mixture of the surfaces in front and behind.
     grain_px : float
         How far the noise of neighbours goes together: the sigma of the Gaussian that white noise is blurred with, px;
         its deviation stays the same. 0, white noise, is what a time-of-flight camera has; a stereo camera, which

@@ -1,4 +1,4 @@
-"""Drawings of what is hard about one or two cables: sharp bends, ends that face each other, junctions, borders."""
+"""Drawings of hard cases with one or two cables: sharp bends, ends that face each other, junctions, borders."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ class EdgeCaseSequence(GeneratedSequence):
     frames : int
         Number of images; sharp bends are turned all the way round in them.
     size : (int, int)
-        ``(H, W)`` px; what is drawn grows no larger than in an image of 640 x 480.
+        ``(H, W)`` px; drawings grow no larger than in an image of 640 x 480.
     seed : int
         Another seed gives other images.
 

@@ -25,7 +25,7 @@ HD_WIDTH_PX = 12.0
 class GeneratedSequence(KnownSequence):
     """A sequence whose frames are functions of a seed and their index.
 
-    A subclass gives `frame` and `_make_truth`, and keeps what is expensive in cached properties: pickles leave them
+    A subclass gives `frame` and `_make_truth`, and keeps expensive values in cached properties: pickles leave them
     out.
 
     Parameters
@@ -65,7 +65,7 @@ class GeneratedSequence(KnownSequence):
         return {**kept, "_latest": None}
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class MaskSequence(GeneratedSequence):
 def visible_tubes(
     strands: Sequence[Strand], width_px: float, size: tuple[int, int]
 ) -> tuple[npt.NDArray[np.bool_], ...]:
-    """Return what is seen of each tube, shapes (H, W); a later one lies over an earlier one."""
+    """Return the visible part of each tube, shapes (H, W); a later one lies over an earlier one."""
     owner = np.full(size[0] * size[1], -1, np.int16)
     for number, strand in enumerate(strands):
         owner[footprint(strand, width_px / 2.0, size).pixel] = number

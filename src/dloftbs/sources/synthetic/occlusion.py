@@ -30,7 +30,7 @@ def leaves_enough(curves: Sequence[BSplineCurve], centres: FloatArray, radii: Fl
     radii : numpy.ndarray, shape (n,)
         Of the discs, px.
     least_px : float
-        What is shorter, px, counts as hidden: a speck between two discs says nothing.
+        Shorter pieces, px, count as hidden: a speck between two discs says nothing.
     """
     return all(_follows(curve, centres, radii, least_px) for curve in curves)
 

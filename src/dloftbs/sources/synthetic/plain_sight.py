@@ -1,4 +1,4 @@
-"""Sequences in perspective with nothing hidden: what is seen in a frame is all that a track may say."""
+"""Sequences in perspective with nothing hidden: a track may say nothing beyond the frame."""
 
 from __future__ import annotations
 

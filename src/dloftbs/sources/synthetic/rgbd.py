@@ -91,7 +91,7 @@ class RgbdSequence(GeneratedSequence):
         )
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         The curve in the image is the projection of the curve in space, each with a ``u`` of its own: the normalised arc
         length in the image, in px, and in space, in metres.

@@ -45,7 +45,7 @@ class SimulatedSequence(GeneratedSequence):
     number : int
         Which of the kind.
     frames : int
-        What happens takes so many, 30 of them a second.
+        Number of frames that the experiment takes, at 30 a second.
     size : (int, int)
         ``(H, W)`` px.
     seed : int

@@ -97,7 +97,7 @@ class SpaceMotion:
     height : tuple of Term
         Metres above the plane. Where it would be steeper than the cable can follow, the cable stays below it.
     place : (Signal, Signal, Signal)
-        Where the point `anchor` is: X, Y, and what is added to the height, metres.
+        Place of the point `anchor`: X, Y, and an offset of the height, metres.
     anchor : float
         Normalised arc length of the point that `place` leads.
     travel : Signal, optional

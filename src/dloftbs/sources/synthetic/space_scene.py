@@ -112,7 +112,7 @@ class SpaceScene:
 
 
 def _centred(view: View, points: FloatArray, camera: PinholeCamera, room: FloatArray) -> View:
-    """Shift the plane until the middle of what is seen is the middle of the image."""
+    """Shift the plane until the middle of the visible scene is the middle of the image."""
     middle = np.array([camera.cx, camera.cy])
     for _ in range(4):
         seen = camera.project(view.to_camera(points))

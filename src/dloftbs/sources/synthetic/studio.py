@@ -60,7 +60,7 @@ class Studio:
         return self._expose(canvas, index)
 
     def visible(self, strands: Sequence[Strand], actors: Sequence[Placed]) -> tuple[npt.NDArray[np.bool_], ...]:
-        """Return what is seen of each cable, shapes (H, W)."""
+        """Return the visible part of each cable, shapes (H, W)."""
         owner = visible_cables(stack_layers(strands, self.width_px, self.size), self.width_px, self.size)
         owner[hidden_by(actors, self.size)] = -1
         return tuple(owner == number for number in range(len(strands)))
