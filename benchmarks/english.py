@@ -1,8 +1,9 @@
 """Count the docstrings that do not read as plain technical English: `python -m benchmarks.english [--list] [PATH ...]`.
 
-Good sentences put the subject first and the verb early. Three signs of others are counted, file by file:
+Good sentences put the subject first and the verb early. Four signs of others are counted, file by file:
 
 - openings: a docstring starts with a relative clause (What, Where, Which, How, Whether ...);
+- entries: so does the description of a parameter or a field, but for "Whether" of what is true or false;
 - phrases: turns of speech that hide the subject or the number ("what is", "so many", "led on" ...);
 - words: private words where the field has one of its own ("dearer", "posed", "twin" ...).
 """
@@ -17,14 +18,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-OPENING = re.compile(
-    r"(?:(?:By|From|Of|In|At|On|To) )?(?:What|Where|Which|How|Whether|When|Who|Whose|Why)\b", re.IGNORECASE
-)
-PHRASE = re.compile(r"\b(?:what is|so many|so much|led on|leads? on|taken? for|by how much)\b", re.IGNORECASE)
-WORD = re.compile(
-    r"\b(?:dearer|posed|twins?|coasting|lanes?|overruled?|heeds?|settles?|settled|stripes?|contested|shadowed)\b",
-    re.IGNORECASE,
-)
+_RELATIVE = r"(?:(?:By|From|Of|In|At|On|To) )?(?:What|Where|Which|How|When|Who|Whose|Why{also})\b"
+PATTERNS = {
+    "openings": re.compile(r"\A\s*(" + _RELATIVE.format(also="|Whether") + ")"),
+    # "name : type", and the description on the next line, indented by four more.
+    "entries": re.compile(r"^( *)\S.* : .*\n\1    (?P<found>" + _RELATIVE.format(also="") + ")", re.MULTILINE),
+    "phrases": re.compile(r"\b(?:what is|so many|so much|led on|leads? on|taken? for|by how much)\b", re.IGNORECASE),
+    "words": re.compile(
+        r"\b(?:dearer|posed|twins?|coasting|lanes?|overruled?|heeds?|settles?|settled|stripes?|contested|shadowed)\b",
+        re.IGNORECASE,
+    ),
+}
 
 
 class Finding(NamedTuple):
@@ -50,11 +54,10 @@ def findings(path: Path) -> list[Finding]:
     """Return the findings in one file, from top to bottom."""
     found = []
     for line, text in docstrings(path.read_text(encoding="utf-8")):
-        if opening := OPENING.match(text.strip()):
-            found.append(Finding(path, line, "openings", opening[0]))
-        for kind, pattern in (("phrases", PHRASE), ("words", WORD)):
+        for kind, pattern in PATTERNS.items():
             for match in pattern.finditer(text):
-                found.append(Finding(path, line + text.count("\n", 0, match.start()), kind, match[0]))
+                group = match.lastgroup or match.lastindex or 0
+                found.append(Finding(path, line + text.count("\n", 0, match.start(group)), kind, match[group]))
     return sorted(found)
 
 
@@ -73,10 +76,8 @@ def main() -> None:
             for finding in found:
                 print(f"{file}:{finding.line}: {finding.kind}: {finding.text}")
         elif found:
-            print(f"{count['openings']:4} {count['phrases']:4} {count['words']:4}  {file}")
-    print(
-        f"{total['openings']:4} {total['phrases']:4} {total['words']:4}  openings, phrases, words in {len(files)} files"
-    )
+            print("".join(f"{count[kind]:9}" for kind in PATTERNS), file)
+    print("".join(f"{total[kind]:9}" for kind in PATTERNS), f"{', '.join(PATTERNS)} in {len(files)} files")
 
 
 if __name__ == "__main__":

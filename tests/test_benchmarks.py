@@ -151,14 +151,18 @@ def test_a_profile_tells_kernels_from_the_rest():
     assert all(a.left + a.width <= b.left + 1e-9 for a, b in pairwise(level))
 
 
-def test_openings_phrases_and_words_are_counted_in_docstrings_alone(tmp_path, capsys, monkeypatch):
+def test_openings_entries_phrases_and_words_are_counted_in_docstrings_alone(tmp_path, capsys, monkeypatch):
     page = tmp_path / "page.py"
     lines = [
         '"""Where things are."""',
         "# What is a comment?",
         "LIMIT = 3",
         '"""Number of things; what is',
-        'more is dearer."""',
+        "more is dearer.",
+        "",
+        "    name : str",
+        "        How it is called.",
+        '"""',
         "def place():",
         '    """Return so many things."""',
         '    return "How many?"',
@@ -168,8 +172,11 @@ def test_openings_phrases_and_words_are_counted_in_docstrings_alone(tmp_path, ca
         (page, 1, "openings", "Where"),
         (page, 4, "phrases", "what is"),
         (page, 5, "words", "dearer"),
-        (page, 7, "phrases", "so many"),
+        (page, 8, "entries", "How"),
+        (page, 11, "phrases", "so many"),
     ]
     monkeypatch.setattr(sys, "argv", ["english", str(tmp_path)])
     english.main()
-    assert capsys.readouterr().out.splitlines()[-1] == "   1    2    1  openings, phrases, words in 1 files"
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        "        1        1        2        1 openings, entries, phrases, words in 1 files"
+    )

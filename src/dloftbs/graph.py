@@ -36,7 +36,7 @@ class Graph:
     radius : numpy.ndarray, shape (m,)
         Half the mask's width at each point, px.
     offsets : numpy.ndarray, shape (runs + 1,)
-        Where each run starts, and the end. First those with ends, then the loops.
+        First point of each run, and the end. First those with ends, then the loops.
     nodes : numpy.ndarray, shape (2 n,)
         The junction at each end of the n runs with ends, `FREE`, or `UNAVAILABLE`.
     spans : numpy.ndarray, shape (n, 2)
@@ -44,9 +44,9 @@ class Graph:
     arms : numpy.ndarray, shape (2 n, 6)
         See `dloftbs.kernels.arms.locate_arms`.
     caps : numpy.ndarray, shape (2 n,)
-        How round each free end is.
+        Roundness of each free end.
     through : numpy.ndarray, shape (2 n,)
-        How far the mask goes straight on from each arm of a junction, px.
+        Distance that the mask goes straight on from each arm of a junction, px.
     spurs : numpy.ndarray, shape (n,)
         Runs that are so short that they need no explanation.
     bordering : numpy.ndarray, shape (2 n,)

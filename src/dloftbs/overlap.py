@@ -104,7 +104,7 @@ class Behind(Generic[T]):
     Parameters
     ----------
     function : callable
-        What it raises is raised by `put` or at the end of the block, and no further item is taken.
+        Its exception is raised by `put` or at the end of the block, and no further item is taken.
     """
 
     def __init__(self, function: Callable[[T], None]) -> None:

@@ -27,7 +27,7 @@ class Samples(NamedTuple):
     points : numpy.ndarray, shape (m, 2)
         Evenly spaced samples of all curves, one after the other.
     first : numpy.ndarray, shape (c + 1,)
-        Where the samples of each curve start.
+        First sample of each curve.
     steps, longest : numpy.ndarray, shape (c,)
         From sample to sample, on average and at most, px.
     closed : numpy.ndarray, shape (c,)

@@ -32,7 +32,7 @@ class InputFiles:
     Parameters
     ----------
     where : sequence of str
-        Where the frames come from.
+        Source of the frames.
     parameters : mapping of str to object
         Of the command, by name.
     """
@@ -78,7 +78,7 @@ class Outputs:
     pictures : dict of str to (str, str)
         By option: a folder, a picture or a video, and what names of pictures in a folder end in before their suffix.
     config_file : Path or None
-        Where the configuration goes.
+        File that the configuration is written to.
     """
 
     data: tuple[str, ...]
@@ -96,7 +96,7 @@ def plan_outputs(
     data : sequence of str
         As --out has them.
     pictures : mapping of str to str or None
-        Where drawn frames go, by option.
+        Outputs of drawn frames, by option.
     inputs : InputFiles
     config : Config
         That will lie beside the first output.

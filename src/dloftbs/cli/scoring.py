@@ -45,7 +45,7 @@ class FrameScore:
     ----------
     index : int
     curves : int
-        How many were found.
+        Number of found cables.
     l1_px, l2_px : float
         Criteria 1 and 2 between the visible pixels of all cables and all curves; NaN where there is no curve.
     cables : tuple of CableScore
@@ -101,7 +101,7 @@ class Scores:
     Parameters
     ----------
     cables : int
-        How many there truly are.
+        True number of cables.
     """
 
     cables: int

@@ -89,7 +89,7 @@ class _Whole(io.RawIOBase):
         return bool(self._below.isatty())
 
     def fileno(self) -> int:
-        """Return the descriptor of what is below."""
+        """Return the descriptor of the stream below."""
         return int(self._below.fileno())
 
     def write(self, data: Any) -> int:

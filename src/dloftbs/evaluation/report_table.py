@@ -25,7 +25,7 @@ class Table:
     rows : tuple of tuple
         As many cells as there are columns; None is a figure that does not exist.
     note : str
-        What a reader must know to read the figures.
+        Notes that a reader needs to read the figures.
     """
 
     name: str

@@ -52,7 +52,7 @@ def evaluate(
     methods : sequence of Method
         With different names.
     folder : Path
-        Where the finished parts go.
+        Folder of the finished parts.
     jobs : int
         Processes; with 1, all happens in this one.
     finished : callable

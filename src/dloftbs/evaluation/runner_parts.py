@@ -56,7 +56,7 @@ class FrameRow:
     ms : float
         Milliseconds of the method's call alone.
     failure : str or None
-        What the method raised, or what was wrong with what it returned; then all objects are missing.
+        Error of the method, or fault of its result; then all objects are missing.
     """
 
     suite: str
@@ -97,7 +97,7 @@ class JointRow:
         Of the frame in its sequence.
     kind : JointKind
     confidence : float
-        What the method says of it, in 0..1.
+        Confidence that the method gives it, in 0..1.
     right : bool
         Whether it joins parts of one piece of one true curve.
     """
@@ -150,9 +150,9 @@ class Following:
     Parameters
     ----------
     family : str
-        What happens in the sequence.
+        Kind of motion in the sequence.
     cables : int
-        How many objects there are.
+        Number of objects.
     scores : TrackingScores
         Of all published tracks. While nothing of an object shows, neither it nor the track that it had last counts.
     rows : tuple of TrackRow
@@ -216,7 +216,7 @@ class Part:
     tracking : TrackingScores or None
         Scores of identities, where the method gives any and the truth is a sequence.
     worst : mapping of int to curves
-        What was found in the worst frames, by index.
+        Results of the worst frames, by index.
     joints : tuple of JointRow
         Of all frames, where the method has any and the true curves are known.
     ladder : str or None
@@ -224,7 +224,7 @@ class Part:
     level : float or None
         Its height on the ladder.
     following : Following or None
-        How objects were followed, where the sequence was made for it and the method gives identities.
+        Scores of the tracks, where the sequence is made for them and the method gives identities.
     """
 
     key: Key

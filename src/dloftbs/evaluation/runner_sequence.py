@@ -52,7 +52,7 @@ class Method:
         Without arguments; returns a function from a `Frame` to what `found_in` takes. Called for each sequence,
         so that what the function remembers ends with it. Must be picklable.
     settings : str
-        What its results depend on, besides the name: its configuration, or a digest of its code.
+        Settings that its results depend on, besides the name: its configuration, or a digest of its code.
     """
 
     name: str

@@ -31,11 +31,11 @@ class Suite:
     ----------
     name : str
     title : str
-        What it holds, in a line.
+        Contents in a line.
     sequences : tuple of KnownSequence
         Each can be pickled.
     settings : str
-        What the frames depend on, besides the name: the same settings give the same frames.
+        Settings that the frames depend on, besides the name: the same settings give the same frames.
     """
 
     name: str

@@ -52,7 +52,7 @@ class Sink(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Finish and release what is open; closing again does nothing.
+        """Finish and release open files; closing again does nothing.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class PathSink(Sink):
         self._write(frame, result)
 
     def close(self) -> None:
-        """Finish and release what is open; closing again does nothing.
+        """Finish and release open files; closing again does nothing.
 
         Raises
         ------

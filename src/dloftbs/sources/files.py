@@ -33,7 +33,7 @@ class FileSource(Source):
         In the order of the stream.
     name : str
     kind : {"auto", "image", "mask"}
-        What the files hold; "auto" decides for each by its content.
+        Kind of the files; "auto" decides for each by its content.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional

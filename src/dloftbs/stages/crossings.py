@@ -59,7 +59,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     frame : Frame
         That they were found in.
     config : DepthConfig
-        What depth is valid.
+        Range of valid depth.
 
     Returns
     -------

@@ -56,7 +56,7 @@ class Lifted(NamedTuple):
         The intervals of `u` that no depth tells of.
     radius_m : float
     depth_freedom : float
-        How many parameters the depth along the object makes use of: 2 is straight.
+        Effective number of parameters of the depth along the object: 2 is straight.
     """
 
     points_m: FloatArray

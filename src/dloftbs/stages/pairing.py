@@ -158,7 +158,7 @@ def _weigh_gaps(
     costs : numpy.ndarray, shape (k,)
     evidence : Evidence
     more : float
-        How much dearer than open ends pairs may be.
+        Largest extra cost of pairs over that of open ends.
 
     Returns
     -------
@@ -219,11 +219,11 @@ def _find_shared(
     copies, partial : (c,) int64
         The runs, and for each the end from which it is shared in part, or -1.
     saved : (c,) float64
-        What it saves that they are shared.
+        Gain from sharing them.
     reach : (2 n,) int64
         As `wide_reach` makes it.
     raw : (m,) float64 or None
-        What that took for half the mask's width; None where no run can be shared.
+        Half the mask's width as it was measured for that; None where no run can be shared.
     """
     copies = partial = reach = np.empty(0, dtype=np.int64)
     saved_by = np.empty(0)

@@ -86,13 +86,13 @@ class Memory:
     apart : bool
         Whether it is a part of a detection, and known to be another object than the rest of it.
     ends, lengths : numpy.ndarray, shapes (REMEMBERED, 2, 2) and (REMEMBERED,)
-        Where the two ends were in the last frames, and how long it was, px; NaN before there were any.
+        Places of the two ends, and the length, in the last frames, px; NaN before there were any.
     totals : numpy.ndarray, shape (REMEMBERED,)
-        How long it was in the last frames that showed all of it, px; NaN before there were any.
+        Its length in the last frames that showed all of it, px; NaN before there were any.
     usual_px : float or None
         The median of these, NaN where they are too few; None until it is asked for.
     sight : Sight or None
-        What is published in the place of the curve, where only a part of it is seen.
+        Curve published in place of the track's own, where only a part of it is seen.
     """
 
     id: int

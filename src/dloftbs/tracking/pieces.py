@@ -20,9 +20,9 @@ class Piece(NamedTuple):
     seen : Seen
         Run in the track's direction.
     at : (float, float)
-        Where on the track, in its ``u``; beyond 0 or 1 where it is longer than was known.
+        Place on the track, in its ``u``; beyond 0 or 1 where it is longer than was known.
     of : (float, float)
-        Which stretch of the detection, in its ``u``; of a loop, once round from where the track starts.
+        Stretch of the detection, in its ``u``; of a loop, once round from where the track starts.
     """
 
     seen: Seen

@@ -64,7 +64,7 @@ def route(
     ----------
     memories : sequence of Memory
     known : Known
-        Where they are expected.
+        Their predicted places.
     rows : sequence of int
         Those to be routed.
     seen : sequence of Seen

@@ -24,7 +24,7 @@ def place(
     Parameters
     ----------
     anchor : numpy.ndarray, shape (2,)
-        What it belongs to.
+        Point that it belongs to.
     distance : float
         From there to the nearest edge or corner of the box, px.
     size : (int, int)

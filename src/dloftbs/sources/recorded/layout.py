@@ -32,7 +32,7 @@ class Layout:
     ----------
     name : str
     tree : str
-        What a right folder looks like, for messages.
+        Picture of a right folder, for messages.
     fits : callable
         Whether a folder looks like it, at a glance: names and first lines.
     open : callable

@@ -36,7 +36,7 @@ class DepthNoise:
     flying : float
         Share of the pixels at edges of more than 3 mm whose depth is a mixture of the surfaces in front and behind.
     grain_px : float
-        How far the noise of neighbours goes together: the sigma of the Gaussian that white noise is blurred with, px;
+        Correlation of the noise of neighbours: the sigma of the Gaussian that white noise is blurred with, px;
         its deviation stays the same. 0, white noise, is what a time-of-flight camera has; a stereo camera, which
         matches windows, has some px.
     quantum_m : float

@@ -32,7 +32,7 @@ class Drawn:
         Along its centre line, px; of a ring the last is the first again.
     ends : (FreeEnd, FreeEnd)
     corner : int, optional
-        Which of the points is a corner between straight arms.
+        Index of the point that is a corner between straight arms.
     ring : bool
         Whether it is a loop without ends.
     """

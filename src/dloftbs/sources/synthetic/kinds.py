@@ -33,9 +33,9 @@ class _Kind:
     length_px : float
     cables : int
     travel : (float, float)
-        How far a cable is carried to and fro, as shares of width and height.
+        Distance that a cable is carried to and fro, as shares of width and height.
     round_trips : int
-        How often.
+        Number of times that it is.
     rapid : bool
         Whether a shorter sequence shows a part of the motion at its speed, rather than all of it in larger steps.
     """

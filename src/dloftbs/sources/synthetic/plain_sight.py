@@ -47,7 +47,7 @@ class PlainSightSequence(GeneratedSequence):
     kind : str
         One of `PLAIN_SIGHT_KINDS`.
     number : int
-        Which of the kind: another one shows other motions.
+        Number within the kind: another one shows other motions.
     frames : int
         The motion is that of 80 frames: with fewer the steps are larger.
     size : (int, int)
@@ -63,7 +63,7 @@ class PlainSightSequence(GeneratedSequence):
     family : str
         The kind.
     cables : int
-        How many there are in the sequence.
+        Number of cables in the sequence.
 
     Raises
     ------

@@ -27,9 +27,9 @@ class Reach:
     Parameters
     ----------
     along : float
-        Where on the cable, as a share of its length.
+        Place on the cable, as a share of its length.
     roam : float
-        How far it moves to both sides of there.
+        Distance that it moves to both sides of there.
     direction : float
         From the cable to where it comes from, radians; negative is up in the image.
     hand : bool
@@ -54,7 +54,7 @@ class Scenario:
     box : (float, float, float, float)
         Left, top, right and bottom of where the cable moves, as shares of the image.
     travel : (float, float)
-        How far it is carried to and fro, as shares of the image.
+        Distance that it is carried to and fro, as shares of the image.
     reaches : tuple of Reach
         The lowest first.
     straight : bool

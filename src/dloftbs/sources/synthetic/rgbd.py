@@ -28,7 +28,7 @@ class RgbdSequence(GeneratedSequence):
     Parameters
     ----------
     scene : SpaceScene
-        What happens; `rgbd_artificial` and `rgbd_manipulation` make such.
+        Scene to render; `rgbd_artificial` and `rgbd_manipulation` make such.
     frames : int, optional
         As many as the scene says, if not given.
     size : (int, int)

@@ -43,7 +43,7 @@ class SimulatedSequence(GeneratedSequence):
     kind : str
         One of `SIMULATED_KINDS`.
     number : int
-        Which of the kind.
+        Number within the kind.
     frames : int
         Number of frames that the experiment takes, at 30 a second.
     size : (int, int)

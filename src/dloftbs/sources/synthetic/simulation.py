@@ -39,7 +39,7 @@ class Experiment:
     young_pa : float
         Modulus of its material: how stiff it is.
     first, last : Led or None
-        Where the grips on its two ends lead them; None where an end is free.
+        Targets to which the grips lead its two ends; None where an end is free.
     gravity : bool
     floor : bool
     settle_s : float

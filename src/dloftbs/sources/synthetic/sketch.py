@@ -47,11 +47,11 @@ class Sprite:
     alpha : numpy.ndarray, shape (h, w), uint8
         Coverage.
     shadow : numpy.ndarray, shape (h, w), uint8
-        How much light the drawing takes from what lies under it.
+        Share of light that the drawing takes from the ground under it.
     origin : (float, float)
         The point of the drawing, px, that lands on the position given when pasting.
     drop_px : float
-        How far the shadow falls.
+        Length of the shadow.
     """
 
     colour: Image
@@ -109,7 +109,7 @@ class Sketch:
     Parameters
     ----------
     left, top, right, bottom : float
-        What the board spans around the origin, design px.
+        Extent of the board around the origin, design px.
     scale : float
         Pixels per design px.
     """

@@ -101,8 +101,8 @@ class SpaceMotion:
     anchor : float
         Normalised arc length of the point that `place` leads.
     travel : Signal, optional
-        How far, in lengths, the cable has moved along itself: every point follows the one before it, on a path that
-        continues `heading` and `height` beyond 0 to 1. `place` then leads the start of the path, not `anchor`.
+        Distance, in lengths, that the cable has moved along itself: every point follows the one before it, on a path
+        that continues `heading` and `height` beyond 0 to 1. `place` then leads the start of the path, not `anchor`.
     """
 
     length_m: float

@@ -37,9 +37,9 @@ class View:
     tilt : float
         Radians; 0 looks straight at the plane, above 0 its lower part in the image is nearer.
     ground_m : float
-        How far the background lies below the plane.
+        Depth of the background below the plane.
     shift : (float, float)
-        Where the origin lies, metres along X and Y off the optical axis.
+        Place of the origin, metres along X and Y off the optical axis.
     """
 
     distance_m: float
@@ -75,7 +75,7 @@ class SpaceScene:
     ----------
     name : str
     frames : int
-        How many show it in full, 30 of them a second.
+        Number of frames that show it in full, at 30 a second.
     radius_m : float
         Of the cable.
     motion : SpaceMotion
@@ -138,11 +138,11 @@ class Rendering:
     depth : numpy.ndarray, shape (H, W), float32
         Metres along z.
     sample : numpy.ndarray, shape (H, W), int32
-        Which of the spheres is seen; -1 is background.
+        Index of the sphere that is seen; -1 is background.
     centers, radius : numpy.ndarray, shape (n, 3) and (n,)
         The spheres, metres; the cable's come first.
     cable : int
-        How many of them are the cable's.
+        Number of spheres that are the cable's.
     """
 
     depth: npt.NDArray[np.float32]

@@ -54,9 +54,9 @@ class TrackingSequence(MaskSequence):
     cables : int
         One of the numbers that the family comes with.
     number : int
-        Which of the family: another one shows other motions.
+        Number within the family: another one shows other motions.
     frames : int
-        What happens takes 2 s: with fewer than 60 frames the steps are larger.
+        Number of frames in the 2 s that the motion takes: with fewer than 60 the steps are larger.
     size : (int, int)
         ``(H, W)`` px.
     seed : int

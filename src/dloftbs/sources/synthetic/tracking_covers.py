@@ -36,7 +36,7 @@ class Reach:
         Of the disc, or half the width of the bar.
     bar : bool
     away_px : float
-        How far off it waits.
+        Distance at which it waits.
     """
 
     cable: int
@@ -68,7 +68,7 @@ class Lid:
     ----------
     cable : int
     radius_px : float
-        Where it is largest.
+        At its largest.
     rise, fall : (float, float)
         Phases between which it grows and shrinks.
     """
