@@ -60,9 +60,21 @@ def turn(mask: np.ndarray, flip_x: int, flip_y: int, transpose: int) -> np.ndarr
     return turned.swapaxes(0, 1) if transpose else turned
 
 
+def versions(mask: np.ndarray) -> list[np.ndarray]:
+    """Return a mask in all `EIGHT_VERSIONS`, the first as it is."""
+    return [np.ascontiguousarray(turn(mask, *how)) for how in EIGHT_VERSIONS]
+
+
 def turn_points(points: np.ndarray, size: tuple[int, int], flip_x: int, flip_y: int, transpose: int) -> np.ndarray:
     """Turn points ``(x, y)`` (n, 2) along with a mask of `size` (H, W)."""
     x, y = points.T
     x = size[1] - 1 - x if flip_x else x
     y = size[0] - 1 - y if flip_y else y
     return np.stack((y, x) if transpose else (x, y), axis=1)
+
+
+def turn_points_back(points: np.ndarray, size: tuple[int, int], flip_x: int, flip_y: int, transpose: int) -> np.ndarray:
+    """Undo `turn_points`; `size` (H, W) is that of the mask before it was turned."""
+    turned = size[::-1] if transpose else size
+    # Transposing first and flipping then undoes flipping first and transposing then.
+    return turn_points(turn_points(points, turned, 0, 0, transpose), size, flip_x, flip_y, 0)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import compare, compare_run, digests_run, growth, process, profile
+from benchmarks import compare, compare_run, digests_run, english, growth, process, profile
 from benchmarks.docs import published
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
@@ -169,3 +169,34 @@ def test_a_digest_of_results_is_of_values_and_not_of_times():
     mask = np.zeros((60, 120), np.uint8)
     mask[28:33, 10:110] = 1
     assert digest(mask) == digest(mask.copy()) != digest(np.roll(mask, 1, axis=0))
+
+
+def test_openings_entries_phrases_and_words_are_counted_in_docstrings_alone(tmp_path, capsys, monkeypatch):
+    page = tmp_path / "page.py"
+    lines = [
+        '"""Where things are."""',
+        "# What is a comment?",
+        "LIMIT = 3",
+        '"""Number of things; what is',
+        "more is dearer.",
+        "",
+        "    name : str",
+        "        How it is called.",
+        '"""',
+        "def place():",
+        '    """Return so many things."""',
+        '    return "How many?"',
+    ]
+    page.write_text("\n".join(lines))
+    assert english.findings(page) == [
+        (page, 1, "openings", "Where"),
+        (page, 4, "phrases", "what is"),
+        (page, 5, "words", "dearer"),
+        (page, 8, "entries", "How"),
+        (page, 11, "phrases", "so many"),
+    ]
+    monkeypatch.setattr(sys, "argv", ["english", str(tmp_path)])
+    english.main()
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        "        1        1        2        1 openings, entries, phrases, words in 1 files"
+    )

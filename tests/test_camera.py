@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import FrozenInstanceError
 
 import cv2
 import numpy as np
@@ -137,7 +138,7 @@ def test_numpy_numbers_become_plain_ones():
 
 
 def test_a_camera_cannot_be_changed():
-    with pytest.raises(AttributeError):
+    with pytest.raises(FrozenInstanceError):
         CAMERA.fx = 1.0
     matrix = CAMERA.matrix
     matrix[0, 0] = 0.0

@@ -380,7 +380,7 @@ class TestSerialisation:
     @pytest.mark.parametrize("value", [None, "x", {}, 10**400, [[]], float("nan")])
     @pytest.mark.parametrize("key", ["degree", "closed", "knots", "control_points"])
     def test_garbage_is_refused(self, key, value):
-        with pytest.raises(InputError):
+        with pytest.raises(InputError, match=key):
             BSplineCurve.from_dict({**wave().to_dict(), key: value})
 
     @pytest.mark.parametrize(

@@ -334,3 +334,4 @@ def test_no_item_is_kept_alive():
             behind.put(item)
             alive = sum(reference() is not None for reference in kept)
             assert alive <= 2 * WAITING + 5
+    assert len(kept) == 30

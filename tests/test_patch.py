@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from drawings import mask_from_text, random_mask
+from drawings import mask_from_text, random_mask, versions
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -33,11 +33,6 @@ TIES = {
 }
 
 seeds = st.integers(0, 100_000)
-
-
-def versions(mask: np.ndarray) -> list[np.ndarray]:
-    """Return a mask in all eight poses, transposing first, so that the order differs from `Pose.view`."""
-    return [turned[::a, ::b] for turned in (mask, mask.T) for a in (1, -1) for b in (1, -1)]
 
 
 def patch_of(mask: np.ndarray) -> Patch:

@@ -53,11 +53,13 @@ def test_many_varied_frames_leave_nothing_behind():
 
 def test_sizes_cameras_and_depth_may_change_in_mid_stream():
     rng = np.random.default_rng(7)
-    pipeline = Pipeline()
+    pipeline, shown = Pipeline(), 0
     for number in range(60):
         frame = varied_frame(rng, number)
         result = pipeline.process(frame)
         assert result.size == frame.size
+        shown += len(result.tracks)
         assert all(np.isfinite(track.curve.control_points).all() for track in result.tracks)
         in_space = frame.depth is not None and frame.camera is not None
         assert in_space or all(found.curve_3d is None for found in result.detections)
+    assert shown > 60

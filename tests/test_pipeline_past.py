@@ -47,6 +47,7 @@ def test_detecting_and_resetting_leave_no_past(config: Config) -> None:
     pipeline = Pipeline(config)
     process(pipeline, [WITHOUT_GAP] * 5)
     fresh = Pipeline(config).detect(Frame(mask=WITH_GAP))
+    assert fresh.detections
     for result in (pipeline.detect(Frame(mask=WITH_GAP)), dloftbs.detect(WITH_GAP, config)):
         detections = result.detections if isinstance(result, FrameResult) else result
         for one, other in zip(detections, fresh.detections, strict=True):
@@ -58,6 +59,7 @@ def test_detecting_and_resetting_leave_no_past(config: Config) -> None:
 
 def test_the_published_method_does_without_a_past() -> None:
     alone = Pipeline(Config.paper()).detect(Frame(mask=WITH_GAP))
+    assert alone.detections
     last = process(Pipeline(Config.paper()), [WITHOUT_GAP] * 5 + [WITH_GAP])[-1]
     for one, other in zip(last.detections, alone.detections, strict=True):
         np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points)

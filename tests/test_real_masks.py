@@ -68,9 +68,16 @@ def test_a_stub_beyond_a_crossing_is_the_cables_end(shared_data: Path, name: str
     assert np.linalg.norm(ends - STUB_TIP, axis=1).min() <= 1.5 * detection.width
 
 
+def every_sixth(folder: Path) -> list[Path]:
+    """Return every sixth labelled mask of a folder."""
+    paths = sorted(folder.glob("*.labels.png"))[::6]
+    assert len(paths) > 3
+    return paths
+
+
 @pytest.mark.parametrize(("folder", "count"), [("S1", 1), ("S2", 2), ("S3", 3)])
 def test_the_default_method_finds_every_real_cable(shared_data: Path, folder: str, count: int) -> None:
-    for path in sorted((shared_data / "mbest" / folder).glob("*.labels.png"))[::6]:
+    for path in every_sixth(shared_data / "mbest" / folder):
         labels = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         found = dloftbs.detect(labels > 0)
         assert len(found) == count, path.name
@@ -93,7 +100,7 @@ def test_two_cables_of_which_one_ends_by_the_other(shared_data: Path) -> None:
 @pytest.mark.parametrize("folder", ["S1", "S2", "S3"])
 @pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
 def test_real_cables_are_covered_by_their_curves(shared_data: Path, folder: str, config: Config) -> None:
-    for path in sorted((shared_data / "mbest" / folder).glob("*.labels.png"))[::6]:
+    for path in every_sixth(shared_data / "mbest" / folder):
         mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) > 0
         curves = [d.curve.sample(800) for d in dloftbs.detect(mask, config)]
         pixels = np.argwhere(mask)[::7, ::-1]

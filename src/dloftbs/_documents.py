@@ -29,7 +29,7 @@ MAX_DIRECTIVES = 8
 _TAG = "tag:yaml.org,2002:"
 _NUMBER_LETTERS = frozenset("0123456789+-_.:eE")
 _WRONG = (ValueError, LookupError, ArithmeticError, AttributeError)
-"""What PyYAML raises on a scalar that is not what its tag says."""
+"""Exceptions that PyYAML raises on a scalar that does not fit its tag."""
 
 
 def read_text(path: Path) -> str:

@@ -21,8 +21,10 @@ BROKEN = (
     *(OSError, EOFError, ValueError, TypeError, LookupError, OverflowError, AttributeError, SyntaxError),
     *(RuntimeError, MemoryError, zipfile.BadZipFile, zlib.error, struct.error),
 )
-"""What zipfile and numpy raise on what is corrupt, encrypted, or no array: NotImplementedError and RecursionError are
-RuntimeErrors, and a header is read as Python is."""
+"""Exceptions of zipfile and numpy for corrupt or encrypted files and for no arrays.
+
+NotImplementedError and RecursionError are RuntimeErrors, and a header is read as Python is.
+"""
 
 _PLAIN_TYPE = re.compile("[<>|=]?[?biufcSU][0-9]{0,9}")
 MAX_HEADER_BYTES = 10_000
@@ -33,7 +35,7 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 class NpyHeader(NamedTuple):
-    """What stands before the values of an array, the bytes that it takes, and those that there are in all."""
+    """Header before the values of an array, with its own size and that of the whole file in bytes."""
 
     shape: tuple[int, ...]
     fortran: bool

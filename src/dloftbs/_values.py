@@ -13,7 +13,7 @@ from dloftbs.errors import DloftbsError, InputError
 Span = tuple[float, float]
 
 LONGEST_S = 1e11
-"""Seconds: three thousand years. What is larger counts milliseconds or less since 1970, and is no time in seconds."""
+"""Seconds: three thousand years. Larger values count milliseconds or less since 1970, and are no time in seconds."""
 
 MOST_PX = 1_000_000
 """Pixels of an image's side, far above those of any sensor."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LensModel = Literal["polynomial", "fisheye"]
 LENS_MODELS: tuple[str, ...] = get_args(LensModel)
 COEFFICIENT_COUNTS = {"polynomial": (0, 4, 5, 8, 12, 14), "fisheye": (4,)}
-"""How many coefficients the models have, by name."""
+"""Numbers of coefficients that each model may have, by its name."""
 
 _SHORTEST_FOCAL_PX, _FARTHEST_PX = 1e-3, 1e7  # from images in units of their own to the longest lenses
 _LARGEST_COEFFICIENT = 1e6  # calibrations of long lenses have some thousands

@@ -1,4 +1,4 @@
-"""What lies between the skeleton and the curve: segments, the joints between them, and the centre line they make."""
+"""Segments, the joints between them, and the centre line they make: the step between the skeleton and the curve."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Point = tuple[float, float]
 
 
 class JointKind(str, Enum):
-    """What lies under a joint."""
+    """Kind of place that a joint bridges."""
 
     CROSSING = "crossing"
     """The mask goes on from one end to the other: the joint runs through a junction of the skeleton."""
@@ -77,7 +77,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Joint:
-    """What joins the end of one segment to the start of the next.
+    """Link from the end of one segment to the start of the next.
 
     Parameters
     ----------
@@ -86,14 +86,14 @@ class Joint:
     u : (float, float)
         The span of the curve's parameter that it covers.
     cost : float
-        What the link cost; for the published method ``J``.
+        Cost of the link; for the published method ``J``.
     margin : float
-        How much more the next best choice would have cost, leaving both ends open included; at least 0, infinite where
+        Extra cost of the next best choice, leaving both ends open included; at least 0, infinite where
         there is no other choice.
     confidence : float
-        How sure the linking is of it, in 0..1; from the margin. What the number means, the linking says that made it.
+        Confidence of the linking in it, in 0..1, from the margin; its meaning is that of the linking that made it.
     alternatives : (point or None, point or None)
-        Where its start and its end would go in the next best choice: the ``(x, y)`` px of another end, or None where it
+        Targets of its start and its end in the next best choice: the ``(x, y)`` px of another end, or None where it
         would stay open.
 
     Raises
@@ -173,7 +173,7 @@ class Centerline:
     closed : bool
         Whether the object is a loop without ends; then it is one segment, whose last pixel touches its first.
     ends_confidence : float
-        How sure it is that no gap leads on from its ends, in 0..1; below 0.9 a gap was nearly bridged.
+        Confidence that no gap leads on from its ends, in 0..1; below 0.9 a gap was nearly bridged.
 
     Raises
     ------

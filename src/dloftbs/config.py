@@ -18,7 +18,7 @@ HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
 NEAREST_M, FARTHEST_M = 1e-30, 1e30
 """Depth that is read at all, metres: it, its reciprocal and the squares and cubes of both are numbers and not 0, the
-former two in float32 as well. Far beyond any sensor; what is stored as depth there is none."""
+former two in float32 as well. Far beyond any sensor; a greater stored value is no depth."""
 
 _LEAST, _MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
 _SHORTEST_S = 1e-6  # from frame to frame
@@ -160,12 +160,12 @@ class SegmentsConfig(Section, frozen=True, kw_only=True):
 
 
 class ObjectsConfig(Section, frozen=True, kw_only=True):
-    """Which centre lines are objects: the base of the ways to link.
+    """Selection of the centre lines that are objects: the base of all linking sections.
 
     Parameters
     ----------
     objects : int or None
-        How many objects there are, where that is known: so many are kept, the longest ones, and the rest is reported in
+        Number of objects, where it is known: only the longest ones are kept, and the rest is reported in
         `FrameResult.dropped`. The default method also bridges gaps that it is in doubt about where these become longer
         by it; nothing else is joined. Where fewer were found, they stay. None: as many as there seem to be.
     min_length_px : int
@@ -257,7 +257,7 @@ class FittingConfig(Section, frozen=True, kw_only=True):
 
 
 class DepthConfig(Section, frozen=True, kw_only=True):
-    """What depth images hold: the base of the ways to lift.
+    """Meaning of the values of depth images: the base of all lifting sections.
 
     Parameters
     ----------
@@ -265,7 +265,7 @@ class DepthConfig(Section, frozen=True, kw_only=True):
         Metres per count of an integer depth image (0.001: millimetres), within `NEAREST_M` and `FARTHEST_M`.
         Floating-point depth is in metres.
     min_depth_m, max_depth_m : float
-        Depth outside of this range, 0, NaN and infinity count as missing; so does what is nearer than `NEAREST_M` or
+        Depth outside of this range, 0, NaN and infinity count as missing; so does depth nearer than `NEAREST_M` or
         farther than `FARTHEST_M`.
     """
 
@@ -319,15 +319,15 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     keep_lost_s : float
         Seconds for which a confirmed track of which nothing is seen can be found again under its id.
     settle_frames : int
-        What a frame contradicts is believed for no longer than so many frames: a stretch that is missing at the same
-        place of an object for so long is no part of it. And what was seen in so many is known well enough that frames
-        are read by it.
+        Number of frames after which contradicted evidence is dropped: a stretch that is missing at the same place of an
+        object in all of them is no part of it. A stretch that was seen in as many is known well enough to read frames
+        by it.
     smoothing_s : float
-        By how much the published curves lag behind, for being smoother; 0: neither.
+        Lag of the published curves, which makes them smoother; 0: neither.
     frame_s : float
         Seconds from frame to frame where frames have no stamps.
     on_new_size, on_old_stamp : str
-        What happens at a frame of another size, or of a stamp before the last one: ``"reset"`` forgets the tracks,
+        Reaction to a frame of another size, or of a stamp before the last one: ``"reset"`` forgets the tracks,
         ``"error"`` raises an `InputError`.
     """
 
@@ -394,7 +394,7 @@ class Config(Section, frozen=True, kw_only=True):
         Parameters
         ----------
         objects : int, optional
-            How many cables there are. With 1 it is the authors' form for one cable, which joins all segments; otherwise
+            Number of cables. With 1 it is the authors' form for one cable, which joins all segments; otherwise
             the one for several, with ``J_th = 2``.
 
         Raises
@@ -419,7 +419,7 @@ class Config(Section, frozen=True, kw_only=True):
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Config:
-        """Build a configuration from nested dictionaries; what is left out keeps its default.
+        """Build a configuration from nested dictionaries; omitted values keep their defaults.
 
         The sections `linking`, `lifting` and `tracking` may name their ``method``: ``"bending"`` or ``"greedy"``,
         ``"axis"`` or ``"pixels"``, ``"motion"`` or ``"nearest"``; it is the first one, where they do not.

@@ -111,7 +111,7 @@ class BSplineCurve:
 
     @property
     def closed(self) -> bool:
-        """Whether the curve is a loop without ends."""
+        """True if the curve is a loop without ends."""
         return self._closed
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_MOST_CHARACTERS = 2000
+_MOST_CHARACTERS = 4000
 """Length of the longest message shown: a library's error, quoted in ours, may hold a whole corrupt file."""
 
 

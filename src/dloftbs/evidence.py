@@ -1,4 +1,4 @@
-"""What a frame shows of the stretches between the ends of cables: ground, cable, or something that hides it."""
+"""Evidence of an image between the ends of cables: ground, cable, or something that hides it."""
 
 from __future__ import annotations
 

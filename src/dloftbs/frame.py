@@ -1,4 +1,4 @@
-"""What goes in and what comes out: a frame of a stream, and what was found in it."""
+"""Input and output of the pipeline: a frame of a stream, and the detections, crossings and tracks in it."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Frame:
     stamp : float, optional
         Time in seconds, up to 1e11.
     name : str
-        Where the frame comes from, for messages and file names.
+        Origin of the frame, for messages and file names.
 
     Raises
     ------
@@ -146,9 +146,9 @@ class Detection:
         In the image, px.
     curve_3d : BSplineCurve, optional
         In the camera's frame, metres: the object's axis, or what was published, its surface. Its ``u`` is its own arc
-        length in space, normalised, what is hidden counted in; ``u = 0`` is at the same end as that of `curve`.
+        length in space, normalised, with hidden parts counted in; ``u = 0`` is at the same end as that of `curve`.
     no_3d_reason : str, optional
-        Why there is no `curve_3d`.
+        Reason why there is no `curve_3d`.
     inferred_3d : tuple of (float, float)
         The intervals of the ``u`` of `curve_3d`, ascending, that no depth tells of: under another cable or an occluder,
         in holes of the depth image, where depth was not to be believed, and beyond the last depth at an end.
@@ -181,7 +181,7 @@ class Detection:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """How the segments were linked, in order."""
+        """Joints that link the segments, in order."""
         return self.centerline.joints
 
     @property
@@ -215,7 +215,7 @@ class Detection:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where one object crosses another, or itself, in the image.
+    """Crossing of one object with another, or with itself, in the image.
 
     Parameters
     ----------
@@ -225,9 +225,9 @@ class Crossing:
         The two that cross, each as the index of its detection in `FrameResult.detections` and the ``u`` in 0..1 of that
         detection's curve; the lower index first, and where both are of the same detection, the lower ``u``.
     top : int, optional
-        Which of the two passes, 0 or 1, lies on top; None where that is not known.
+        Pass that lies on top, 0 or 1; None where that is not known.
     confidence : float
-        How sure that is, in 0..1; 0 where it is not known. What the number means, the stage says that made it.
+        Confidence in `top`, in 0..1; 0 where it is not known. Its meaning is that of the stage that made it.
 
     Raises
     ------
@@ -266,7 +266,7 @@ class Crossing:
 
 
 class TrackState(str, Enum):
-    """Where in its life a track is."""
+    """Stage of a track's life."""
 
     TENTATIVE = "tentative"
     """Seen, but not often enough to be sure."""
@@ -299,7 +299,7 @@ class Track:
     inferred : tuple of (float, float)
         The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
     confidence : float
-        How sure the curve is, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
+        Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
     width : float, optional
         Of the object, px, when it was last seen; None where no detection told it.
 
@@ -354,16 +354,16 @@ class Track:
 
 @dataclass(frozen=True, eq=False)
 class FrameResult:
-    """What was found in a frame.
+    """Detections, crossings and tracks of a frame.
 
     Parameters
     ----------
     detections : tuple of Detection
         In a fixed order: the same mask gives the same order.
     tracks : tuple of Track
-        By id; what is gone is not listed.
+        By id; tracks that are gone are not listed.
     reason : str, optional
-        Why nothing was detected; None where something was.
+        Reason why nothing was detected; None where something was.
     stage_ms : mapping of str to float
         Milliseconds that each stage took, in the order in which they ran.
     index, stamp, name
@@ -371,9 +371,9 @@ class FrameResult:
     size : (int, int)
         ``(H, W)`` of the frame.
     crossings : tuple of Crossing
-        Where the detections cross each other and themselves, by their passes.
+        Crossings of the detections with each other and themselves, by their passes.
     dropped : tuple of Centerline
-        What was found beyond the known number of objects (`ObjectsConfig.objects`).
+        Detections beyond the known number of objects (`ObjectsConfig.objects`).
 
     Raises
     ------
@@ -453,7 +453,7 @@ class StageTrace:
     skeleton, endpoints, branch_points : numpy.ndarray, shape (n, 2)
         All skeleton pixels; those with one neighbour; those with more than two.
     segments, short_segments : tuple of Segment
-        What the walks found: the ones kept, and the ones too short.
+        Paths of the walks: the ones kept, and the ones too short.
     result : FrameResult
     """
 

@@ -36,7 +36,7 @@ class Graph:
     radius : numpy.ndarray, shape (m,)
         Half the mask's width at each point, px.
     offsets : numpy.ndarray, shape (runs + 1,)
-        Where each run starts, and the end. First those with ends, then the loops.
+        First point of each run, and the end. First those with ends, then the loops.
     nodes : numpy.ndarray, shape (2 n,)
         The junction at each end of the n runs with ends, `FREE`, or `UNAVAILABLE`.
     spans : numpy.ndarray, shape (n, 2)
@@ -44,9 +44,9 @@ class Graph:
     arms : numpy.ndarray, shape (2 n, 6)
         See `dloftbs.kernels.arms.locate_arms`.
     caps : numpy.ndarray, shape (2 n,)
-        How round each free end is.
+        Roundness of each free end.
     through : numpy.ndarray, shape (2 n,)
-        How far the mask goes straight on from each arm of a junction, px.
+        Distance that the mask goes straight on from each arm of a junction, px.
     spurs : numpy.ndarray, shape (n,)
         Runs that are so short that they need no explanation.
     bordering : numpy.ndarray, shape (2 n,)
@@ -85,7 +85,7 @@ class Graph:
 
 @dataclass(eq=False)
 class Pairing:
-    """How the ends of a graph are joined. A run that two cables share is listed once for each of them.
+    """Joints between the ends of a graph. A run that two cables share is listed once for each of them.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ class Pairing:
             self.partner[p] = k
 
     def is_crossing(self, end: int) -> bool:
-        """Whether the joint at an end runs through a junction."""
+        """Return whether the joint at an end runs through a junction."""
         return self.nodes[end] >= 0 and self.nodes[self.partner[end]] == self.nodes[end]
 
     def chain(self, start: int) -> list[int]:

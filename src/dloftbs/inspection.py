@@ -1,4 +1,4 @@
-"""What the stages made of a frame, turned back into the image for pictures."""
+"""Results of the stages on a frame, turned back into the image for pictures."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from dloftbs.kernels.lenses import FISHEYE, NO_LENS, POLYNOMIAL, distort, undist
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """What the kernels need to know of a lens.
+    """Parameters of a lens as the kernels take them.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Lens:
     tilt, untilt : numpy.ndarray, shape (3, 3)
         Homography of a tilted sensor, and its inverse.
     field : float
-        Where the field ends in which distortion can be inverted: a squared radius, an angle for the fisheye.
+        Limit of the field in which distortion can be inverted: a squared radius, an angle for the fisheye.
     """
 
     model: int

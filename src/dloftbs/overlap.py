@@ -104,7 +104,7 @@ class Behind(Generic[T]):
     Parameters
     ----------
     function : callable
-        What it raises is raised by `put` or at the end of the block, and no further item is taken.
+        Its exception is raised by `put` or at the end of the block, and no further item is taken.
     """
 
     def __init__(self, function: Callable[[T], None]) -> None:
@@ -152,7 +152,7 @@ class Behind(Generic[T]):
 
 
 def in_order(function: Callable[[T], R], items: Iterable[T], jobs: int) -> Generator[R, None, None]:
-    """Call a function for all items, so many at the same time, and yield what it returns in the order of the items.
+    """Call a function for all items, several at the same time, and yield its results in the order of the items.
 
     What it raises, or the items do, is raised in its turn. At most twice as many items as jobs are taken ahead.
     """
@@ -222,13 +222,13 @@ class _Channel(Generic[T]):
             yield item
 
     def end(self) -> None:
-        """Put no more; what is in it can still be taken."""
+        """Put no more; the items in it can still be taken."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Take no more, and let go of what is in it."""
+        """Take no more, and let go of the items in it."""
         with self._changed:
             self._closed = True
             self._items.clear()

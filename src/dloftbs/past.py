@@ -1,4 +1,4 @@
-"""What was seen before, as far as the linking of the next frame makes use of it."""
+"""Curves seen before, as the linking of the next frame uses them."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _MOST_SAMPLES = 2000  # of a curve
 
 
 class Samples(NamedTuple):
-    """Where curves are expected, in the pose of a patch.
+    """Samples of the expected curves, in the pose of a patch.
 
     Parameters
     ----------
     points : numpy.ndarray, shape (m, 2)
         Evenly spaced samples of all curves, one after the other.
     first : numpy.ndarray, shape (c + 1,)
-        Where the samples of each curve start.
+        First sample of each curve.
     steps, longest : numpy.ndarray, shape (c,)
         From sample to sample, on average and at most, px.
     closed : numpy.ndarray, shape (c,)

@@ -111,12 +111,12 @@ class Skeleton:
 
     @property
     def is_endpoint(self) -> npt.NDArray[np.bool_]:
-        """Which pixels have one neighbour."""
+        """Mask of the pixels that have one neighbour."""
         return self.degrees == 1
 
     @property
     def is_branch_point(self) -> npt.NDArray[np.bool_]:
-        """Which pixels have more than two neighbours."""
+        """Mask of the pixels that have more than two neighbours."""
         return self.degrees > 2
 
 

@@ -54,7 +54,7 @@ _KNOTS_PER_FREEDOM = 2.0
 
 @dataclass
 class StageRun:
-    """What the stages made of one frame, as far as they came, and how long each took."""
+    """Results of the stages on one frame, as far as they came, and the time that each took."""
 
     mask: AnyArray
     stage_ms: dict[str, float] = field(default_factory=dict)

@@ -18,12 +18,12 @@ from dloftbs.errors import InputError
 AnyArray = npt.NDArray[Any]
 
 ROTATION_TOLERANCE = 1e-3
-"""How far a rotation that was written with few digits may be from a rotation."""
+"""Tolerance for a rotation matrix that was written with few digits."""
 
 
 @dataclass(frozen=True)
 class DepthRegistration:
-    """Where a depth camera sits beside a colour camera, to bring its depth into the pixels of the colour image.
+    """Pose of a depth camera beside a colour camera, to bring its depth into the pixels of the colour image.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a frame really shows, where that is known: what results are measured against."""
+"""Known truth of a frame: the reference that results are measured against."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Truth:
     visible_masks : tuple of numpy.ndarray, shape (H, W), bool
         The pixels of each object that no other object and no occluder hides. Empty where they are not known.
     ids : tuple of int
-        Which object is which, the same in every frame of a sequence.
+        Identity of each object, the same in every frame of a sequence.
     curves_3d : tuple of BSplineCurve
         The true axes in the camera's frame, metres. Empty where they are not known.
 

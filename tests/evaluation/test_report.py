@@ -132,6 +132,7 @@ def test_the_published_figures_are_those_of_the_paper():
 
 def test_the_files_say_the_same(run):
     folder, report, parts = run
+    assert report.tables
     for table in report.tables:
         with (folder / "tables" / f"{table.name}.csv").open() as file:
             header, *rows = csv.reader(file)

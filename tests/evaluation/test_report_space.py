@@ -90,7 +90,9 @@ def test_the_published_figures_stand_beside(tmp_path):
 
 
 def test_every_scenario_has_its_limits():
-    for sequence in open_suite("rgbd-noisy", scale=0.01, size=SIZE).sequences:
+    sequences = open_suite("rgbd-noisy", scale=0.01, size=SIZE).sequences
+    assert len(sequences) == 20
+    for sequence in sequences:
         bar = published.space_bar(sequence.name)
         assert bar == ((3.0, 6.0) if sequence.name[0] in "12" else (2.0, 4.0))
     assert published.space_bar("cable 3") is None

@@ -30,7 +30,9 @@ def table_row(*parts):
 
 
 def rows_of(part, number=0):
-    return [row for row in part.following.rows if row.object == number]
+    rows = [row for row in part.following.rows if row.object == number]
+    assert rows
+    return rows
 
 
 @pytest.mark.parametrize("hidden", [None, HALF, WHOLE])

@@ -16,6 +16,7 @@ from dloftbs.truth import Truth
 
 def rows_of(tmp_path, function, *sequences):
     (part,) = evaluate([suite(*sequences)], [method(function)], tmp_path)
+    assert part.rows
     return part.rows
 
 

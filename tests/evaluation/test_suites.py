@@ -30,7 +30,9 @@ def test_the_settings_tell_suites_apart():
 
 
 def test_rungs_of_a_ladder_say_where_they_stand():
-    for sequence in open_suite("noise", **TINY).sequences:
+    sequences = open_suite("noise", **TINY).sequences
+    assert len(sequences) > 10
+    for sequence in sequences:
         assert isinstance(sequence.ladder, str)
         assert isinstance(sequence.level, float)
 

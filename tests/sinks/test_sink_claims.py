@@ -68,7 +68,7 @@ def test_two_sinks_in_one_process(tmp_path, name):
 @pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "b.ply"])
 def test_a_sink_that_cannot_be_opened_holds_nothing(tmp_path, name):
     (tmp_path / name).mkdir()
-    with pytest.raises(SinkError):
+    with pytest.raises(SinkError, match="Is a directory"):
         open_sink(f"{tmp_path}/{name}")
     (tmp_path / name).rmdir()
     open_sink(f"{tmp_path}/{name}").close()

@@ -64,9 +64,19 @@ def test_repeated_points_count_once():
     assert curve_through([[0, 0], [0, 0], [4, 1], [4, 1], [9, 0]]) == curve_through([[0, 0], [4, 1], [9, 0]])
 
 
-@pytest.mark.parametrize("points", [[], [[1, 1]], [[1, 1], [1, 1]], [[1, 1], [np.nan, 2]], [[1], [2]], [[1, 2], [3]]])
-def test_points_that_make_no_curve_are_refused(points):
-    with pytest.raises(InputError):
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([], r"must have shape .*, got \(0,\)"),
+        ([[1, 1]], "needs 2 points or more that differ, got 1"),
+        ([[1, 1], [1, 1]], "needs 2 points or more that differ, got 1"),
+        ([[1, 1], [np.nan, 2]], "must be finite"),
+        ([[1], [2]], r"must have shape .*, got \(2, 1\)"),
+        ([[1, 2], [3]], "must be an array of numbers"),
+    ],
+)
+def test_points_that_make_no_curve_are_refused(points, message):
+    with pytest.raises(InputError, match=message):
         curve_through(points)
 
 

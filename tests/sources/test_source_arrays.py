@@ -127,6 +127,7 @@ def test_npz_is_streamed(tmp_path, read):
                 assert frame.image[5, 0, 0] == frame.index
                 if read == "abandoned":
                     break
+            assert frame.index == (0 if read == "abandoned" else 63)
         assert tracemalloc.get_traced_memory()[1] < size / 8
     finally:
         tracemalloc.stop()

@@ -323,7 +323,7 @@ def test_stars_visit_each_folder_once_whatever_links_lead_there(tree, tmp_path):
 
 def test_a_name_that_is_too_long_is_no_file(tmp_path):
     for name in ("x" * 300, "x" * 300 + "*", "**/" + "x" * 5000):
-        with pytest.raises(SourceError):
+        with pytest.raises(SourceError, match=r"there is no file or folder|nothing matches the pattern"):
             sources.open(tmp_path / name)
 
 

@@ -77,7 +77,9 @@ def test_every_pixel_belongs_to_the_topmost_cable_over_it():
 
 
 def test_network_masks_are_worse_than_the_truth_but_not_by_much():
-    for group in several_cables(0.01, 1, SIZE):
+    groups = several_cables(0.01, 1, SIZE)
+    assert len(groups) > 2
+    for group in groups:
         mask, truth, clean = group.frame(0).mask, group.truth(0).mask, group.sequence.truth(0).mask
         assert group.frame(0).image is None
         assert not (truth & ~clean).any()
@@ -195,7 +197,9 @@ def approach(points, apart_px, spacing):
 
 
 def test_kinds_can_be_pickled_and_are_the_same_again():
-    for one in kinds(0.05, 5, SMALL):
+    suite = kinds(0.05, 5, SMALL)
+    assert len(suite) > 10
+    for one in suite:
         other = pickle.loads(pickle.dumps(one))
         np.testing.assert_array_equal(one.frame(4).mask, other.frame(4).mask)
     with pytest.raises(InputError, match="kind must be one of 'high curvature'"):

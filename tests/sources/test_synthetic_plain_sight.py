@@ -42,6 +42,7 @@ def test_cables_keep_id_and_direction_stay_inside_and_the_mask_shows_them(kind):
             off = cKDTree(points).query(np.column_stack((columns, rows)))[0]
             assert off.max() < 3.0 * sequence.width_px  # twice as near, and frayed
             assert np.median(off) < 0.6 * sequence.width_px
+            assert len(truth.shown_spans) == len(truth.curves)
             for spans in truth.shown_spans:
                 assert sum(high - low for low, high in spans) > 0.99
 

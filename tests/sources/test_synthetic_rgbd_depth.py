@@ -189,7 +189,9 @@ def test_a_hand_hides_the_cable_and_has_a_depth_and_a_colour_of_its_own():
 
 
 def test_hands_hide_some_of_the_cable_in_every_scene_but_never_most_of_it():
-    for sequence in rgbd_manipulation(0.02, 0, SIZE):
+    sequences = rgbd_manipulation(0.02, 0, SIZE)
+    assert len(sequences) > 2
+    for sequence in sequences:
         without = RgbdSequence(_unhanded(sequence.scene), len(sequence), SIZE)
         shares = [
             1.0 - sequence.frame(index).mask.sum() / without.frame(index).mask.sum() for index in range(len(sequence))

@@ -59,6 +59,7 @@ def test_a_crossing_is_a_joint_on_both_cables() -> None:
 
 def test_the_next_best_choice_is_told_as_places() -> None:
     lines = lines_of(draw(*cross(60)))
+    assert len(lines) == 2
     for line in lines:
         (joint,) = line.joints
         assert joint.alternatives != (None, None)
@@ -193,5 +194,7 @@ def test_every_span_of_points_lies_within_its_run(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(assembling, "lay_out", spy)
     dloftbs.detect(np.pad(mask_from_text(LETTERS), 3))
-    for first, last, step in np.concatenate(spans).tolist():
+    given = np.concatenate(spans)
+    assert len(given) > 10
+    for first, last, step in given.tolist():
         assert (last - first) * step >= 0

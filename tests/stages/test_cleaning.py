@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from drawings import EIGHT_VERSIONS, mask_from_text, random_mask, random_masks, turn
+from drawings import mask_from_text, random_mask, random_masks, versions
 from hypothesis import given
 from hypothesis import strategies as st
 from skeletons import as_words, fast_skeleton, pasted, slow_degrees
@@ -119,12 +119,9 @@ def test_pepper_leaves_no_hole_and_splits_no_end_of_a_skeleton() -> None:
 
 @given(random_masks)
 def test_all_eight_versions_of_a_mask_come_into_one_pose(mask: np.ndarray) -> None:
-    patches = [
-        clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig(open_px=1, close_px=1, fill_holes=False))
-        for how in EIGHT_VERSIONS
-    ]
-    first = patches[0]
-    for patch in patches[1:]:
+    config = CleaningConfig(open_px=1, close_px=1, fill_holes=False)
+    first, *others = (clean(version, config) for version in versions(mask))
+    for patch in others:
         if first is None or patch is None:
             assert first is patch is None
         else:
@@ -143,8 +140,8 @@ def test_all_eight_versions_of_a_mask_come_into_one_pose(mask: np.ndarray) -> No
 def test_symmetric_masks_come_into_one_pose(text: str) -> None:
     mask = mask_from_text(text)
     views = set()
-    for how in EIGHT_VERSIONS:
-        patch = clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+    for version in versions(mask):
+        patch = clean(version, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
         assert patch is not None
         views.add((patch.posed(patch.pixels).shape, patch.posed(patch.pixels).tobytes()))
     assert len(views) == 1

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 from linking_examples import beside, cross, dense, draw, pairing_of
@@ -67,24 +69,25 @@ def test_each_copy_lies_in_its_own_lane_and_is_as_wide_as_one_cable(crosses: boo
     patch, graph, pairing = pairing_of(draw(*cables))
     settle_lanes(graph, pairing)
     trees = [cKDTree(dense(cable)) for cable in cables]
-    for run, copy in pairing.twin.items():
-        if run > copy:
+    assert pairing.twin
+    for run, other in pairing.twin.items():
+        if run > other:
             continue
-        for one in (run, copy):
+        for one in (run, other):
             start, stop = pairing.spans[one]
             np.testing.assert_allclose(pairing.radius[start:stop], 0.5 * graph.width)
             away = np.min([tree.query(patch.to_image(pairing.points[start:stop]))[0] for tree in trees], axis=0)
             assert np.median(away) < 1.0
-        a, b = (pairing.points[slice(*pairing.spans[one])] for one in (run, copy))
+        a, b = (pairing.points[slice(*pairing.spans[one])] for one in (run, other))
         apart = np.linalg.norm(a - b, axis=1)
         assert np.median(apart) == pytest.approx(7.0, abs=1.2)
 
 
 def test_where_nothing_is_shared_nothing_changes() -> None:
     _, graph, pairing = pairing_of(draw(*cross(60)))
-    before = dict(vars(pairing))
+    before = copy.deepcopy(vars(pairing))
     settle_lanes(graph, pairing)
-    assert vars(pairing) == before
+    np.testing.assert_equal(vars(pairing), before)
 
 
 def test_the_other_cables_and_the_graph_keep_their_points() -> None:
@@ -94,6 +97,8 @@ def test_the_other_cables_and_the_graph_keep_their_points() -> None:
         shared[slice(*pairing.spans[run])] = True
     points, graph_points = pairing.points.copy(), graph.points.copy()
     settle_lanes(graph, pairing)
+    assert (pairing.points[shared] != points[shared]).any()
+    assert (~shared).any()
     np.testing.assert_array_equal(pairing.points[~shared], points[~shared])
     np.testing.assert_array_equal(graph.points, graph_points)
     assert all(pairing.partner[j] == i for i, j in enumerate(pairing.partner) if j >= 0)

@@ -197,7 +197,9 @@ class TestHidden:
         patch = clean(mask, CleaningConfig())
         assert patch is not None
         unknown = find_crossings(found, Frame(mask=mask), LiftingConfig())
-        for one in lift(found, unknown, patch, depth, CAMERA, LiftingConfig()):
+        lifted = lift(found, unknown, patch, depth, CAMERA, LiftingConfig())
+        assert len(lifted) == 2
+        for one in lifted:
             assert isinstance(one, Lifted)
             assert len(one.inferred) == 1
 

@@ -361,6 +361,7 @@ def test_order_and_direction_of_the_detections_do_not_matter(seed):
 
     u = np.linspace(0.0, 1.0, 41)
     for one, other in zip(run(False), run(True), strict=True):
+        assert one
         assert [track.id for track in one] == [track.id for track in other]
         for a, b in zip(one, other, strict=True):
             np.testing.assert_allclose(a.curve(u), b.curve(u), atol=1e-6)

@@ -101,6 +101,7 @@ def test_complement_is_what_is_left():
 def test_dashes_fill_a_span_evenly(length):
     parts = dashes((5.0, 5.0 + length), 8.0, 6.0)
     spaces = np.diff([5.0, *(end for part in parts for end in part), 5.0 + length])[::2]
+    assert parts
     assert np.allclose(spaces, spaces[0])
     assert all(high > low for low, high in parts)
 

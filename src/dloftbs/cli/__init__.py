@@ -4,7 +4,7 @@ Exit codes: 0; 1 for bad input or a lost output, with a message on standard erro
 141, quietly, where the reader of standard output has gone. Results go to standard output or to files, messages to
 standard error.
 
-Only click and the package's errors are imported here: what is heavy loads in the command that needs it, so that
+Only click and the package's errors are imported here: heavy modules load in the command that needs them, so that
 ``--help`` answers at once.
 """
 

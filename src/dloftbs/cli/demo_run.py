@@ -28,7 +28,7 @@ _PICTURES = 12
 
 @dataclass
 class DemoRun:
-    """What came of the demo.
+    """Outcome of the demo.
 
     Parameters
     ----------

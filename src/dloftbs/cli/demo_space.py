@@ -39,7 +39,7 @@ _SIGMA_SAMPLES = 100
 
 @dataclass
 class SpaceRun:
-    """What came of the demo's part in space.
+    """Outcome of the demo's part in space.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class SpaceRun:
     l3_mm, length_errors : list of float
         Of each frame: criterion 3 in space, and the share by which the length is off; NaN without a curve there.
     reasons : list of str
-        Why there was none.
+        Reason why there was none.
     """
 
     sequence: RgbdSequence

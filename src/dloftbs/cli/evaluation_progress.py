@@ -35,7 +35,7 @@ class FrameCount:
 
 @contextmanager
 def open_parts_progress(total: int) -> Iterator[Callable[[Part], None]]:
-    """Open the progress of a run of so many frames; what it yields takes each part as it gets ready."""
+    """Open the progress of a run of `total` frames; the function that it yields takes each part as it gets ready."""
     count = FrameCount(total)
     if sys.stderr.isatty():
         with _bar(count, total) as show:

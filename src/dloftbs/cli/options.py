@@ -170,7 +170,7 @@ def _parse_changes(context: click.Context, parameter: click.Parameter, texts: tu
 
 @dataclass(frozen=True)
 class InputOptions:
-    """How frames are read: the arguments of `dloftbs.sources.open`."""
+    """Options of reading frames: the arguments of `dloftbs.sources.open`."""
 
     kind: Kind
     depth: str | None

@@ -1,4 +1,4 @@
-"""Where results go, as the options say, and the configuration beside them."""
+"""Outputs that the options name, with the configuration written beside them."""
 
 from __future__ import annotations
 

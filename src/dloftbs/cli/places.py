@@ -22,7 +22,7 @@ from dloftbs.sources.files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
 
 READING = ("depth", "masks", "camera", "registration", "config_file")
-"""Parameters of commands that name what is read beside the frames."""
+"""Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
 
 
@@ -32,7 +32,7 @@ class InputFiles:
     Parameters
     ----------
     where : sequence of str
-        Where the frames come from.
+        Source of the frames.
     parameters : mapping of str to object
         Of the command, by name.
     """
@@ -47,7 +47,7 @@ class InputFiles:
 
     @property
     def is_one_image(self) -> bool:
-        """Whether the frames are a single one, in an image file."""
+        """True if the frames are a single image file."""
         return len(self._frames) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._frames)
 
     def name_of(self, identity: Identity) -> str | None:
@@ -69,7 +69,7 @@ class InputFiles:
 
 @dataclass(frozen=True)
 class Outputs:
-    """What a command writes, none of it an input.
+    """Outputs of a command, none of which is an input.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Outputs:
     pictures : dict of str to (str, str)
         By option: a folder, a picture or a video, and what names of pictures in a folder end in before their suffix.
     config_file : Path or None
-        Where the configuration goes.
+        File that the configuration is written to.
     """
 
     data: tuple[str, ...]
@@ -96,7 +96,7 @@ def plan_outputs(
     data : sequence of str
         As --out has them.
     pictures : mapping of str to str or None
-        Where drawn frames go, by option.
+        Outputs of drawn frames, by option.
     inputs : InputFiles
     config : Config
         That will lie beside the first output.

@@ -1,4 +1,4 @@
-"""What a run over a stream came to."""
+"""Summary of a run over a stream."""
 
 from __future__ import annotations
 

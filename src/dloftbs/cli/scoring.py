@@ -1,4 +1,4 @@
-"""How good the tracks of the demo are: the criteria of the paper against the known truth."""
+"""Scores of the demo's tracks: the criteria of the paper against the known truth."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class FrameScore:
     ----------
     index : int
     curves : int
-        How many were found.
+        Number of found cables.
     l1_px, l2_px : float
         Criteria 1 and 2 between the visible pixels of all cables and all curves; NaN where there is no curve.
     cables : tuple of CableScore
@@ -65,7 +65,7 @@ class FrameScore:
 
 
 def score_frame(result: FrameResult, truth: Truth) -> FrameScore:
-    """Compare what was detected in a frame with what is there; tracks that coast do not count.
+    """Compare the detections of a frame with its truth; tracks that coast do not count.
 
     Each true cable gets at most one curve, by the assignment with the least sum of L3, however far off it is.
     """
@@ -101,7 +101,7 @@ class Scores:
     Parameters
     ----------
     cables : int
-        How many there truly are.
+        True number of cables.
     """
 
     cables: int

@@ -1,4 +1,4 @@
-"""How commands end and how they talk: exit codes, and messages on standard error."""
+"""Exit codes of the commands, and their messages on standard error."""
 
 from __future__ import annotations
 

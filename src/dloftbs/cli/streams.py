@@ -21,7 +21,7 @@ def standard_streams(lost: Callable[[OSError], None]) -> Iterator[None]:
     Parameters
     ----------
     lost : callable
-        Takes the first error of standard output, and raises. What is written there later is dropped, so that closing
+        Takes the first error of standard output, and raises. Later output is dropped, so that closing
         everything stays quiet.
     """
     before = sys.stdout, sys.stderr
@@ -89,7 +89,7 @@ class _Whole(io.RawIOBase):
         return bool(self._below.isatty())
 
     def fileno(self) -> int:
-        """Return the descriptor of what is below."""
+        """Return the descriptor of the stream below."""
         return int(self._below.fileno())
 
     def write(self, data: Any) -> int:

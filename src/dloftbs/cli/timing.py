@@ -1,4 +1,4 @@
-"""How long things took, in a size that does not grow with how often they were done."""
+"""Statistics of durations, in memory that does not grow with their number."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LatencyHistogram:
         self.max_ms = 0.0
 
     def add(self, ms: float) -> None:
-        """Count a duration; what is out of range counts as the nearest that is not."""
+        """Count a duration, clipped to the range of the bins."""
         index = int(math.log(max(ms, _LEAST_MS) / _LEAST_MS) / _LOG_RATIO)
         self._counts[min(index, _BINS - 1)] += 1
         self.count += 1

@@ -1,4 +1,4 @@
-"""How good a tracker is: the criteria of the paper and their kin, for any tracker's curves.
+"""Evaluation of any tracker's curves: the criteria of the paper and others like them.
 
 For one curve there are `l1`, `l2`, `l3` and their parts on plain points (`metrics`), and `curve_l3`, `point_error`,
 `endpoint_error` and `length_error` on curves (`curves`); for the several curves of a frame `match_curves` and, on label

@@ -1,4 +1,4 @@
-"""How far one found curve is from the true one: at equal arc lengths, at the ends, in length.
+"""Errors of a found curve against the true one: at equal arc lengths, at the ends, in length.
 
 Every function takes a `BSplineCurve` or points in order, ``(x, y)`` px or ``(x, y, z)`` m; results have the same unit.
 Points are taken at equal distances along both curves; ``samples`` must be dense enough for the tightest bend: between
@@ -41,7 +41,7 @@ class PointError:
 
 
 def curve_l3(found: CurveLike, true: CurveLike, *, directed: bool = True, samples: int = SAMPLES) -> float:
-    """How far a curve is from the true one (paper: evaluation, ``L3``), least over the starting point of a closed one.
+    """Distance of a curve from the true one (paper: evaluation, ``L3``), least over the starting point of a closed one.
 
     `l3` of `samples` points at equal distances along each. There the arc lengths of both are the same, and the segment
     that brackets a point is the one that begins there (for the last, the one that ends there), whatever the rounding.
@@ -110,7 +110,7 @@ def endpoint_error(found: CurveLike, true: CurveLike, *, directed: bool = True) 
     Returns
     -------
     float
-        In the unit of the points; NaN if `true` is closed and has no ends to be found.
+        In the unit of the points; NaN if `true` is closed and so has no ends.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def endpoint_error(found: CurveLike, true: CurveLike, *, directed: bool = True) 
 
 
 def length_error(found: CurveLike, true: CurveLike) -> float:
-    """How much too long or too short a curve is, of the true length: ``|length - true length| / true length``.
+    """Relative error of a curve's length: ``|length - true length| / true length``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How well objects are told apart, pixel by pixel: images of instance labels, where 0 is background."""
+"""Scores of instance labels, pixel by pixel: images in which each object has a number and 0 is background."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several curves in one frame: which found curve is which true one, and what is missing or redundant.
+"""Matching of found with true curves in one frame, with the missing and the redundant ones.
 
 What is not there is a value and not an error: a frame without curves has a mean of NaN and counts of what is missing
 or redundant. Whoever averages over frames must sum the counts, too, or failures vanish from the table.
@@ -74,12 +74,12 @@ class Matching:
 
     @property
     def missing(self) -> int:
-        """How many true curves were not found."""
+        """Number of true curves that were not found."""
         return len(self.unmatched_true)
 
     @property
     def redundant(self) -> int:
-        """How many found curves are no true one."""
+        """Number of found curves that match no true one."""
         return len(self.unmatched_found)
 
     @property

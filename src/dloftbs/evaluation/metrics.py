@@ -35,13 +35,11 @@ def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
     InputError
         If a set is empty, its shape is wrong, or a value is not finite.
     """
-    points, targets = _pair(("x", x), ("y", y), least=1)
-    distance, _ = cKDTree(targets).query(points)
-    return float(distance.mean())
+    return _mmd(*_pair(("x", x), ("y", y), least=1))
 
 
 def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
-    """How far the mask's pixels are from the curve (paper: evaluation, ``L1``): grows with what the curve missed.
+    """Mean distance of the mask's pixels from the curve (paper: evaluation, ``L1``); parts that were missed raise it.
 
     ``L1 = MMD(mask pixels, curve points)``. A perfect centre line scores a quarter of the object's width, not 0.
 
@@ -61,12 +59,11 @@ def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
     InputError
         As `mmd`.
     """
-    pixels, points = _pair(("mask_pixels", mask_pixels), ("curve_points", curve_points), least=1)
-    return mmd(pixels, points)
+    return _mmd(*_pair(("mask_pixels", mask_pixels), ("curve_points", curve_points), least=1))
 
 
 def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
-    """How far the curve is from the mask's pixels (paper: evaluation, ``L2``): grows with what the curve invented.
+    """Mean distance of the curve from the mask's pixels (paper: evaluation, ``L2``); invented parts raise it.
 
     ``L2 = MMD(curve points, mask pixels)``.
 
@@ -86,8 +83,7 @@ def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
     InputError
         As `mmd`.
     """
-    points, pixels = _pair(("curve_points", curve_points), ("mask_pixels", mask_pixels), least=1)
-    return mmd(points, pixels)
+    return _mmd(*_pair(("curve_points", curve_points), ("mask_pixels", mask_pixels), least=1))
 
 
 def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
@@ -116,7 +112,7 @@ def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 
 
 def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
-    """How far a found curve is from the reference, order and direction included (paper: evaluation, ``L3``).
+    """Distance of a found curve from the reference, order and direction included (paper: evaluation, ``L3``).
 
     ``L3 = (F(C, R) + F(R, C)) / 2``; symmetric.
 
@@ -136,8 +132,7 @@ def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
     InputError
         As `f_distance`.
     """
-    found, reference = _pair(("c", c), ("r", r), least=2)
-    return (_f(found, reference) + _f(reference, found)) / 2.0
+    return _l3(*_pair(("c", c), ("r", r), least=2))
 
 
 def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
@@ -160,7 +155,16 @@ def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
         As `f_distance`.
     """
     found, reference = _pair(("c", c), ("r", r), least=2)
-    return min(l3(found, reference), l3(found, reference[::-1]))
+    return min(_l3(found, reference), _l3(found, reference[::-1]))
+
+
+def _mmd(x: FloatArray, y: FloatArray) -> float:
+    distance, _ = cKDTree(y).query(x)
+    return float(distance.mean())
+
+
+def _l3(x: FloatArray, y: FloatArray) -> float:
+    return (_f(x, y) + _f(y, x)) / 2.0
 
 
 def _f(x: FloatArray, y: FloatArray) -> float:

@@ -137,7 +137,7 @@ def _noise(
 
 @dataclass(frozen=True)
 class _Figure:
-    """What is drawn over the levels of a ladder."""
+    """Quantity that is drawn over the levels of a ladder."""
 
     label: str
     of: Callable[[Sequence[FrameRow]], float | None]
@@ -202,7 +202,7 @@ def _joints(parts: Sequence[Part], colours: dict[str, str], path: Path) -> Path:
 
 @contextmanager
 def _figure(path: Path, panels: int, columns: int = 1, row_height: float = 1.6) -> Iterator[list[Any]]:
-    """Open a figure with so many rows of panels, each so many inches high, and write it at the end."""
+    """Open a figure with rows of panels, each of this height in inches, and write it at the end."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

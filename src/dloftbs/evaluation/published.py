@@ -133,7 +133,7 @@ KINDS: dict[tuple[str, str], Kind] = {
 
 
 class SpaceBar(NamedTuple):
-    """What is asked of curves in space on a scenario with noisy depth, mm: the mean L3, and that of most frames."""
+    """Bars for curves in space on a scenario with noisy depth, mm: the mean L3, and the L3 of most frames."""
 
     mean_mm: float
     frame_mm: float
@@ -142,7 +142,7 @@ class SpaceBar(NamedTuple):
 SPACE_SHARE = 0.95
 """Of the frames that must be within `SpaceBar.frame_mm`."""
 SPACE_LENGTH = 0.01
-"""By how much of the true length the mean length may be off."""
+"""Largest error of the mean length, as a share of the true length."""
 _SPACE_BARS = {
     "0": SpaceBar(2.0, 4.0),
     "1": SpaceBar(3.0, 6.0),
@@ -153,5 +153,5 @@ _SPACE_BARS = {
 
 
 def space_bar(scenario: str) -> SpaceBar | None:
-    """Return what is asked of a scenario, whose name begins with its number; None where nothing is."""
+    """Return the bar of a scenario, whose name begins with its number; None where it has none."""
     return _SPACE_BARS.get(scenario.partition(" ")[0])

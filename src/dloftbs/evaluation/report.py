@@ -30,7 +30,7 @@ _LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless")
 
 @dataclass(frozen=True)
 class Report:
-    """What a run came to.
+    """Results of a run.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Report:
     pictures : tuple of Path
         Plots and sheets of the worst frames.
     no_plots : str or None
-        Why there are no plots.
+        Reason why there are no plots.
     """
 
     heading: str

@@ -1,4 +1,4 @@
-"""Tables of what is counted over whole runs: identities, and exceptions."""
+"""Tables of counts over whole runs: identities, and exceptions."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def assemble(results: Path, page: Path) -> None:
     results : Path
         The folder of the run.
     page : Path
-        What stands on it before `BEGIN` stays.
+        Page to write; its text before `BEGIN` stays.
 
     Raises
     ------

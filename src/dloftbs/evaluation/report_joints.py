@@ -1,4 +1,4 @@
-"""Whether the confidence of joints means what it says: of those that claim 0.9, nine in ten should be right."""
+"""Calibration of the joints' confidence: nine in ten joints that claim 0.9 should be right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a method loses, in words: what a reader of good means should not overlook."""
+"""Losses of a method in words, so that good means do not hide them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves in space from imperfect depth: a row for each scenario and method beside what is asked for, and others'."""
+"""Curves in space from imperfect depth: a row for each scenario and method, with its bars and others' figures."""
 
 from __future__ import annotations
 

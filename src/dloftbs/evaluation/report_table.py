@@ -25,7 +25,7 @@ class Table:
     rows : tuple of tuple
         As many cells as there are columns; None is a figure that does not exist.
     note : str
-        What a reader must know to read the figures.
+        Notes that a reader needs to read the figures.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Table:
 
     @property
     def _words(self) -> int:
-        """How many columns from the left hold words."""
+        """Number of columns from the left that hold words."""
         words = (all(isinstance(row[i], str) for row in self.rows) for i in range(len(self.columns)))
         return next((i for i, only_words in enumerate(words) if not only_words), len(self.columns))
 

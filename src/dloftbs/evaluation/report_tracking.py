@@ -27,7 +27,7 @@ HARM_PX, RIGHT_PX = 5.0, 3.0
 _WHOLE = 0.99
 """From this share of its length on an object counts as not hidden: masks are cut by whole pixels."""
 _ENOUGH = 0.1
-"""The share of its length that an object must show to be found again."""
+"""Share of its length that an object must show to count as in sight again."""
 
 _COLUMNS = (
     "family",

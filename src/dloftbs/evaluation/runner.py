@@ -1,4 +1,4 @@
-"""Scores methods on suites: in parallel over sequences, and never twice what is finished already."""
+"""Runs of methods on suites: in parallel over sequences, each scored only once."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def evaluate(
 ) -> list[Part]:
     """Score every method on every sequence.
 
-    All but the times is the same, bit for bit, whatever the number of jobs. What is finished lies in `folder` whatever
+    All but the times is the same, bit for bit, whatever the number of jobs. Finished parts lie in `folder` whatever
     ends the run, and is not computed again by a run with the same settings and the same code.
 
     Parameters
@@ -52,7 +52,7 @@ def evaluate(
     methods : sequence of Method
         With different names.
     folder : Path
-        Where the finished parts go.
+        Folder of the finished parts.
     jobs : int
         Processes; with 1, all happens in this one.
     finished : callable

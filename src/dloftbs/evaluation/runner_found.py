@@ -1,4 +1,4 @@
-"""What a method returned for a frame, whatever form it has, brought into one."""
+"""Conversion of what a method returns for a frame, in any of its forms, to one form."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LEAST_SAMPLES, _MOST_SAMPLES = 200, 4000
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a method found in one frame.
+    """Curves and tracks that a method found in one frame.
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ class Found:
     curves_3d : tuple of BSplineCurve or numpy.ndarray, shape (n, 3), or None
         The same in the camera's frame, metres; None where the method says nothing of it.
     ids : tuple of hashable, optional
-        What the method calls them from frame to frame; None where it says nothing of it.
+        Identities that the method gives them from frame to frame; None where it gives none.
     detections : tuple of Detection
         Those that the curves come from; empty where a method has curves alone.
     tracks : tuple of FoundTrack
         Of a method with identities: all that it published, also those that it did not see in this frame.
     detected : Found, optional
-        What was detected in the frame, where the curves are otherwise: tracks that are put together from parts, say.
+        Detections of the frame, where the curves are others: tracks that are put together from parts, say.
     """
 
     curves: tuple[Curve, ...] = ()

@@ -1,4 +1,4 @@
-"""Whether the joints of what was found are right: whether they join two places that follow each other on a true curve.
+"""Correctness of found joints: a right one joins two places that follow each other on a true curve.
 
 A probe is a place on the centre line a little before and a little after the joint, since at its very ends the middle of
 the mask may be that of a junction. A joint is right if some true curve passes both probes in the direction in which

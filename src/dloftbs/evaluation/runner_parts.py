@@ -26,7 +26,7 @@ Points = list[tuple[float, float]]
 
 @dataclass(frozen=True)
 class FrameRow:
-    """How one method did on one frame; what has no value is None.
+    """Scores of one method on one frame; a score without a value is None.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class FrameRow:
     ms : float
         Milliseconds of the method's call alone.
     failure : str or None
-        What the method raised, or what was wrong with what it returned; then all objects are missing.
+        Error of the method, or fault of its result; then all objects are missing.
     """
 
     suite: str
@@ -97,9 +97,9 @@ class JointRow:
         Of the frame in its sequence.
     kind : JointKind
     confidence : float
-        What the method says of it, in 0..1.
+        Confidence that the method gives it, in 0..1.
     right : bool
-        Whether it joins what is one piece of one true curve.
+        Whether it joins parts of one piece of one true curve.
     """
 
     index: int
@@ -110,7 +110,7 @@ class JointRow:
 
 @dataclass(frozen=True)
 class TrackRow:
-    """How one object was followed in one frame; all L3 are in px, undirected, and from the whole true curve.
+    """Scores of one object's track in one frame; every L3 is in px, undirected, and from the whole true curve.
 
     Parameters
     ----------
@@ -145,14 +145,14 @@ class TrackRow:
 
 @dataclass(frozen=True)
 class Following:
-    """How the objects of a sequence were followed, coasting tracks and hidden objects included.
+    """Scores of the tracks of a sequence, coasting tracks and hidden objects included.
 
     Parameters
     ----------
     family : str
-        What happens in the sequence.
+        Kind of motion in the sequence.
     cables : int
-        How many objects there are.
+        Number of objects.
     scores : TrackingScores
         Of all published tracks. While nothing of an object shows, neither it nor the track that it had last counts.
     rows : tuple of TrackRow
@@ -173,7 +173,7 @@ class Following:
 
 @dataclass(frozen=True)
 class Key:
-    """What the scores of a sequence depend on: only where all of it is the same are they used again.
+    """Inputs that the scores of a sequence depend on; scores are used again only where all of them are equal.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Part:
-    """How one method did on one sequence.
+    """Scores of one method on one sequence.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ class Part:
     tracking : TrackingScores or None
         Scores of identities, where the method gives any and the truth is a sequence.
     worst : mapping of int to curves
-        What was found in the worst frames, by index.
+        Results of the worst frames, by index.
     joints : tuple of JointRow
         Of all frames, where the method has any and the true curves are known.
     ladder : str or None
@@ -224,7 +224,7 @@ class Part:
     level : float or None
         Its height on the ladder.
     following : Following or None
-        How objects were followed, where the sequence was made for it and the method gives identities.
+        Scores of the tracks, where the sequence is made for them and the method gives identities.
     """
 
     key: Key

@@ -33,7 +33,7 @@ _MM_PER_M = 1e3
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """How good the curves of a frame are; what has no value is None. Fields as in `runner_parts.FrameRow`.
+    """Scores of the curves of a frame; a score without a value is None. Fields as in `runner_parts.FrameRow`.
 
     `distances` are of every true curve from every found one, None where the true curves are not known.
     """
@@ -161,7 +161,7 @@ def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
 
 
 def mean_width(mask: npt.NDArray[np.bool_]) -> float:
-    """Return the width of what is long and thin: of 2 r + 1 rows the mean depth is (r + 1)^2 / (2 r + 1), about."""
+    """Return the width of a long and thin mask: of 2 r + 1 rows the mean depth is about (r + 1)^2 / (2 r + 1)."""
     depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask]
     return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
 

@@ -19,7 +19,7 @@ from dloftbs.frame import Frame
 from dloftbs.truth import Truth
 
 WORST = 10
-"""How many of the worst frames are kept."""
+"""Number of worst frames that are kept."""
 
 _PICTURE_POINTS = 160  # of a curve in a picture
 _SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
@@ -38,7 +38,7 @@ class KnownFrames(Protocol):
         """Return one frame."""
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in it."""
+        """Return the truth of one frame."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Method:
         Without arguments; returns a function from a `Frame` to what `found_in` takes. Called for each sequence,
         so that what the function remembers ends with it. Must be picklable.
     settings : str
-        What its results depend on, besides the name: its configuration, or a digest of its code.
+        Settings that its results depend on, besides the name: its configuration, or a digest of its code.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""How objects are followed through a sequence: all published tracks, coasting ones too, against the whole truth."""
+"""Scores of tracks through a sequence: all published tracks, coasting ones too, against the whole truth."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class FollowingScorer:
     Parameters
     ----------
     family : str
-        What happens in the sequence.
+        Kind of motion in the sequence.
     cables : int
-        How many objects there are.
+        Number of objects.
     """
 
     def __init__(self, family: str, cables: int) -> None:
@@ -57,7 +57,7 @@ class FollowingScorer:
         found : Found
             With all tracks.
         alone : Found
-            What the method finds in the frame when it knows no other.
+            Result of the method on the frame when it knows no other.
         truth : Truth
             With curves and masks.
         distances : CurveDistances

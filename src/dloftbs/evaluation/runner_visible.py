@@ -1,4 +1,4 @@
-"""What of the truth can be found at all: an end behind a hand or out of the image is nobody's fault."""
+"""Visible part of the truth: an end behind a hand or out of the image is nobody's fault."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAMPLES = 1000
 def distances_of(found: Found, truth: Truth) -> tuple[CurveDistances, FloatArray]:
     """Return the L3 of every found curve from every true one: from its whole or its visible extent, the nearer one.
 
-    The visible extent reaches from the first to the last point that is seen; what is hidden in between is part of it.
+    The visible extent reaches from the first to the last point that is seen; hidden parts in between belong to it.
     An end that lies on another object is not seen, even if it is on top, since in a mask it does not show.
 
     Returns

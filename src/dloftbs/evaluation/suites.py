@@ -31,11 +31,11 @@ class Suite:
     ----------
     name : str
     title : str
-        What it holds, in a line.
+        Contents in a line.
     sequences : tuple of KnownSequence
         Each can be pickled.
     settings : str
-        What the frames depend on, besides the name: the same settings give the same frames.
+        Settings that the frames depend on, besides the name: the same settings give the same frames.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Suite:
 
     @property
     def frames(self) -> int:
-        """How many there are in all sequences."""
+        """Number of frames in all sequences."""
         return sum(len(sequence) for sequence in self.sequences)
 
 
@@ -117,9 +117,9 @@ def open_suite(
     scale : float
         Of the number of frames, against the paper's data sets; a folder is taken as it is.
     seed : int
-        Of what is generated.
+        Seed of the generated sequences.
     size : (int, int)
-        ``(H, W)`` px of what is generated.
+        ``(H, W)`` px of the generated sequences.
     tolerance_px : float, optional
         The largest L3 of a curve that counts as right, in place of what the sequences say.
 

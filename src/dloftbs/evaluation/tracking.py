@@ -1,4 +1,4 @@
-"""How well identities and directions are held over a sequence: CLEAR MOT, IDF1, direction flips.
+"""Scores of identities and directions over a sequence: CLEAR MOT, IDF1, direction flips.
 
 `TrackingScorer` takes a frame at a time and knows neither the tracker nor what its distances mean. What is not there is
 a value: a frame without output counts each of its objects as missed, and a rate of nothing is NaN, never left out.
@@ -31,7 +31,7 @@ _MOSTLY, _HARDLY = 0.8, 0.2  # of an object's frames
 
 @dataclass(frozen=True)
 class TrackingScores:
-    """What happened in a sequence, as counts; the sum of two is what happened in both, identities being their own.
+    """Counts of the events in a sequence; the sum of two counts both, each with identities of its own.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How the kernels are compiled: when their module is imported, for stated types, into numba's cache on disk.
+"""Compilation of the kernels: on import of their module, for stated types, into numba's cache on disk.
 
 Stated types keep a kernel from being compiled again in mid-stream, for an array with another layout or one that is
 read-only. Kernels that call each other stand in one file: numba would not notice a change in another one.

@@ -24,7 +24,7 @@ _SLANT = 0.25  # more than the end of a cable has
 _NOTCH = 4  # half pixels
 _DUMB_PX = 4.0  # of so wide a cable, caps tell nothing; of one twice as wide, all
 UNTOLD = 0.65
-"""How round an end counts of which nothing is known."""
+"""Roundness of an end of which nothing is known."""
 
 _NOISE_PX = 0.3  # of a point of the centre line, to both sides
 _USUAL_BEND = 0.25  # curvature times width

@@ -1,4 +1,4 @@
-"""What it costs to join two ends: how much a cable would have to bend, through a junction or across a gap.
+"""Costs of joining two ends: the bending that a cable needs through a junction or across a gap.
 
 An arm is what `arms.locate_arms` makes of the end of a run. Costs have no unit; 1 is about what a turn of 90 degrees in
 a junction costs.

@@ -1,4 +1,4 @@
-"""What a morphological closing adds that is no hole, and what an opening takes that is more than a speck.
+"""Corrections of closing and opening: closing fills holes alone, and opening takes specks alone.
 
 Masks are stripes, as `dloftbs.kernels.stripes` cuts them out: bit j of word ``[k, r]`` is the pixel in column
 ``64 k + j`` of row r. A pixel's number is that of its word, ``k R + r``, times 64, plus j.
@@ -275,7 +275,7 @@ def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64, int64)
 def open_up(stripes: _Words, inside: _Words, reach: int, least: int, most: int) -> _Words:
-    """Open a mask by a square, and put back the 8-connected pieces of at least so many pixels that it has lost.
+    """Open a mask by a square, and put back the large 8-connected pieces that it has lost.
 
     So are smaller ones that join what is left: at 2.5 px a cable is wide enough for the square in some places only.
     Pieces do not touch each other, so their order does not matter. The cost grows with the pixels lost, beside some

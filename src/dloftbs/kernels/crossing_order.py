@@ -1,4 +1,4 @@
-"""Which of two objects lies on top at a crossing: the one whose surface there is what its two sides lead one to expect.
+"""Order of two objects at a crossing: on top lies the one whose surface there continues that of its two sides.
 
 Every crossing has the same places, in this order: a square grid over the crossing, `ACROSS` lines across the first
 object times `ACROSS` across the second, then for each pass, for each of its two sides, `ALONG` rows of `ACROSS` places.

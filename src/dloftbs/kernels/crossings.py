@@ -1,4 +1,4 @@
-"""Where curves intersect each other and themselves: flattened to chords, which are tested where their boxes meet."""
+"""Intersections of curves with each other and themselves: chords are tested where their boxes meet."""
 
 from __future__ import annotations
 

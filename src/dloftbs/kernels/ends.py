@@ -1,4 +1,4 @@
-"""Where the axis of a cable ends: a run of its skeleton led on to there.
+"""Extension of a run of the skeleton to the end of the cable's axis.
 
 A cable that is cut off, by a cutter, by an occluder or by the image's border, goes on to the mask's edge. One with a
 round cap is the union of discs about its axis, which ends one radius before the tip of the mask. The shape of the cap
@@ -128,7 +128,7 @@ def _way_inside(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
 
 @helper
 def _shortened(points: npt.NDArray[np.float64], back: float) -> npt.NDArray[np.float64]:
-    """Return a line without its last so many px; its first point stays."""
+    """Return a line without its last stretch of a length in px; its first point stays."""
     count = len(points)
     while count > 1:
         dx, dy = points[count - 2, 0] - points[count - 1, 0], points[count - 2, 1] - points[count - 1, 1]

@@ -1,4 +1,4 @@
-"""What an image shows on the way from one end to another: ground, cable, or neither."""
+"""Colours of an image on the way from one end to another: ground, cable, or neither."""
 
 from __future__ import annotations
 
@@ -214,10 +214,10 @@ def look_across(
     spread: npt.NDArray[np.float64],
     width: float,
 ) -> npt.NDArray[np.float64]:
-    """Return what is seen on the way from one end to another.
+    """Return how long the way from one end to another looks like ground, like cable, and like neither.
 
     A sample looks like the ground, or the cables, where it is as near to one of their samples as these are to each
-    other. Where both are near it tells nothing, where neither is, something hides what is there.
+    other. Where both are near it tells nothing; where neither is, something hides the place.
 
     Parameters
     ----------

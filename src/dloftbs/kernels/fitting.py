@@ -9,7 +9,7 @@ from numba import float64, int64
 from dloftbs.kernels._compile import helper, kernel, read
 
 FITS = 3
-"""How often the number of knots is tried."""
+"""Number of fits, each with another number of knots."""
 
 _ERROR_ORDER = 4  # a cubic's error falls with the fourth power of the spacing
 _SLACK, _MOST_GROWTH = 1.1, 2.0
@@ -292,7 +292,7 @@ def misfit(
 
 @kernel(int64, float64, int64)
 def grow(count: int, excess: float, most: int) -> int:
-    """Return how many knots to try next, where the misfit is so many times what it may be."""
+    """Return the number of knots to try next, from the ratio of the misfit to its limit."""
     return min(int(np.ceil(count * min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH))), most)
 
 

@@ -29,7 +29,7 @@ _MOST_OUTLINES = 500
 """More outlines than this are noise, of which nothing is filled: it bounds the cost."""
 
 _SAMPLING_ERROR = 0.5
-"""By how much the distance between two edges is too long at most where pixels are left out, in their step."""
+"""Largest error of the distance between two edges where pixels are left out, in their step."""
 
 _Pixels = npt.NDArray[np.uint8]
 _Outline = npt.NDArray[np.int32]

@@ -1,4 +1,4 @@
-"""Where the runs of a skeleton meet: clusters of branch points, what hangs on them, and what is a spur."""
+"""Junctions of a skeleton: clusters of branch points, the runs that meet there, and spurs among them."""
 
 from __future__ import annotations
 
@@ -229,7 +229,7 @@ def drop_specks(
     radius: npt.NDArray[np.float64],
     least: float,
 ) -> None:
-    """Drop the runs that touch no junction and cover less than so much of the mask.
+    """Drop the runs that touch no junction and cover less than an area of the mask.
 
     Parameters
     ----------
@@ -306,7 +306,7 @@ def settle_ends(
     spans : (n, 2) int64
         The points of each run that lie clear of its junctions.
     alive, spurs : (n,) bool
-        What is neither is left out.
+        Runs that are neither are left out.
     count : int
         Number of junctions.
     least : float

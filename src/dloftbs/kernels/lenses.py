@@ -16,7 +16,7 @@ from dloftbs.kernels._compile import helper, kernel, read, write
 
 NO_LENS, POLYNOMIAL, FISHEYE = 0, 1, 2
 MARGIN_PX = 0.25
-"""What a footprint gets on each side: a slanted surface comes apart between two footprints, by less than this."""
+"""Margin of a footprint on each side: between two footprints, a slanted surface comes apart by less than this."""
 
 _MAX_STEPS = 60
 _MAX_HALVINGS = 30
@@ -225,7 +225,7 @@ def splat_depth(
     Parameters
     ----------
     depth : (n,) float32
-        Metres, pixel after pixel; what is not positive and finite is missing.
+        Metres, pixel after pixel; values that are not positive and finite are missing.
     table : (n, 5) float32
         The pixel's ray (x, y, z) for a depth of 1, turned into the other camera's frame, and half the width and height
         of its footprint there, px, at infinite range.

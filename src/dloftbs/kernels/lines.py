@@ -79,7 +79,7 @@ def lay_out(
     first : (c + 1,) int64
         Where each line starts among the points of all lines, and the end; each has one point or more.
     n_open : int
-        The first so many lines have ends, the rest are loops.
+        Number of lines with ends; the rest are loops.
     arms : (e, 2 or more) float64
         Other places: ``(x, y)`` and more, which does not count.
     matrix, offset : (2, 2), (2,) float64

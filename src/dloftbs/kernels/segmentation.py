@@ -9,7 +9,7 @@ from numba import uint8
 from dloftbs.kernels._compile import inlined, kernel, read, write
 
 NONE, ALL, MIXED = 0, 1, 2
-"""What a coarse cell says of its 256 colours."""
+"""Share of a coarse cell's 256 colours that are in range."""
 
 _BLOCK = 1024  # pixels that are looked up together
 _WORD = 8

@@ -1,4 +1,4 @@
-"""A smooth line through what is noisy, interrupted and partly wrong: a penalised B-spline, weighted over and over.
+"""A smooth line through noisy, interrupted and partly wrong values: a penalised B-spline, weighted over and over.
 
 Penalised splines as of Eilers and Marx (1996): equally spaced knots, more than needed, and a price on the second
 differences of the coefficients. Where nothing is known the line goes on as smoothly as it can, straight at the ends.

@@ -257,7 +257,7 @@ def find_surface(
     unit_m : float
         What a count of the depth is worth.
     low_m, high_m : float
-        Depth outside of this range, 0 and what is not finite is missing.
+        Depth that is 0, not finite, or outside of this range is missing.
     focal_px : float
         The radius over it, times the depth, is the radius in metres.
     share, border, least : float

@@ -1,4 +1,4 @@
-"""Where results go: JSON lines, arrays, tables, geometry, videos and pictures.
+"""Outputs: JSON lines, arrays, tables, geometry, videos and pictures.
 
 Every sink is a context manager, and what it has written stays readable whatever ends the process::
 
@@ -62,7 +62,7 @@ _KINDS: dict[str, type[PathSink]] = {
 def open(path: str | Path, **options: Any) -> Sink:
     """Open the sink that a name asks for.
 
-    A sink replaces what is there, and cannot know what the frames were read from: give results names that no input has.
+    A sink replaces an existing file, and cannot know the frames' inputs: give results names that no input has.
 
     Parameters
     ----------

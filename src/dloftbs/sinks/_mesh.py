@@ -69,7 +69,7 @@ class Item:
     colour : (int, int, int)
         Red, green, blue, 0..255.
     inferred : numpy.ndarray, shape (n,), bool
-        Which points were inferred rather than measured.
+        True for points that were inferred rather than measured.
     """
 
     name: int

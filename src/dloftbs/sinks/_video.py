@@ -79,7 +79,7 @@ class H264Mp4:
 
 
 class _Output:
-    """What PyAV writes to; what comes after the end is dropped, as the trailer of a container that had an error."""
+    """File that PyAV writes to; bytes after its end are dropped, as the trailer of a container that had an error."""
 
     def __init__(self, file: AppendFile) -> None:
         self._file = file

@@ -1,4 +1,4 @@
-"""What every sink promises, and writing to several at once."""
+"""Interface of every sink, and a sink that writes to several at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dloftbs.frame import Frame, FrameResult
 logger = logging.getLogger("dloftbs.sinks")
 
 Identity = tuple[int, int] | str
-"""What a file or a folder is, whatever its name."""
+"""Identity of a file or folder, whatever its name."""
 
 SinkType = TypeVar("SinkType", bound="Sink")
 
@@ -52,7 +52,7 @@ class Sink(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Finish and release what is open; closing again does nothing.
+        """Finish and release open files; closing again does nothing.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class PathSink(Sink):
 
     @property
     def path(self) -> Path:
-        """Where the results go."""
+        """Path that the results are written to."""
         return self._path
 
     def write(self, frame: Frame, result: FrameResult) -> None:
@@ -104,7 +104,7 @@ class PathSink(Sink):
         self._write(frame, result)
 
     def close(self) -> None:
-        """Finish and release what is open; closing again does nothing.
+        """Finish and release open files; closing again does nothing.
 
         Raises
         ------

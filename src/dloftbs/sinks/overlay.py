@@ -41,7 +41,7 @@ def _default_draw(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
 
 
 class OverlayVideoSink(PathSink):
-    """Writes a video of the frames with the results drawn on them: ids, directions, and what is inferred.
+    """Writes a video of the frames with the results drawn on them: ids, directions, and inferred parts.
 
     The pictures are H.264, which every player and browser plays, in fragments of one picture each: whenever the process
     dies, the video plays with every frame for which `write` returned, but the last. The video has the size of its first

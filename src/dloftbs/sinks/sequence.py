@@ -32,7 +32,7 @@ AnyArray = npt.NDArray[Any]
 
 
 class KnownFrames(Protocol):
-    """What can be written: frames by index, and what is to be found in them."""
+    """Sequence that can be written: frames by index, each with its truth."""
 
     name: str
     fps: float | None
@@ -43,7 +43,7 @@ class KnownFrames(Protocol):
         """Return one frame."""
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in it."""
+        """Return the truth of one frame."""
 
 
 def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, video: bool = False) -> Path:

@@ -1,4 +1,4 @@
-"""Where frames come from: image files, folders, videos, cameras, streams, arrays.
+"""Sources of frames: image files, folders, videos, cameras, streams, arrays.
 
 >>> with dloftbs.sources.open("frames/", depth="{stem}_depth.png") as source:  # doctest: +SKIP
 ...     for frame in source:
@@ -72,7 +72,7 @@ def open(
         and may hold `depth` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with
         `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask"}
-        What the frames are. "auto": image files with one channel, or with equal channels, are masks, in which any
+        Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos and cameras are images; arrays are what their shape or key says. In masks
         from JPEG and video, cable begins at half brightness, since their codecs ring around edges.
     depth : str or path, optional

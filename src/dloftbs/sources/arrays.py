@@ -17,7 +17,7 @@ from dloftbs.sources.npz import NpzMember, read_whole
 from dloftbs.sources.pixels import AnyArray, Kind, image_or_mask, load_npy
 
 Stack = AnyArray | NpzMember
-"""What is indexed frame by frame along its first axis."""
+"""Array that is indexed frame by frame along its first axis."""
 
 STACK_EXTENSIONS = (".npy", ".npz")
 NPZ_KEYS = {
@@ -127,7 +127,7 @@ class ArraySource(Source):
 
     @property
     def has_depth(self) -> bool:
-        """Whether there is depth."""
+        """True if there is depth."""
         return "depth" in self._stacks
 
     def _depth(self, index: int, pixels: AnyArray | None) -> AnyArray | None:

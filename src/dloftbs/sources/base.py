@@ -1,4 +1,4 @@
-"""What every source of frames has in common."""
+"""Interface of every source of frames."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class KnownSequence(Source):
     """A sequence whose frames can be had in any order, and whose truth is known.
 
     Every frame is a function of the arguments and its index alone, bit for bit. A sequence can be pickled, and making
-    one costs little: what is expensive happens in `frame` and `truth`.
+    one costs little: the expensive work happens in `frame` and `truth`.
 
     A subclass sets the attributes of `Source`, `length` among them, and gives `frame` and `truth`.
 
@@ -117,7 +117,7 @@ class KnownSequence(Source):
 
     @abstractmethod
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------

@@ -33,7 +33,7 @@ class FileSource(Source):
         In the order of the stream.
     name : str
     kind : {"auto", "image", "mask"}
-        What the files hold; "auto" decides for each by its content.
+        Kind of the files; "auto" decides for each by its content.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
@@ -106,7 +106,7 @@ def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:
 
 
 def is_glob(text: str) -> bool:
-    """Whether the text is a pattern, and not the name of a file that happens to hold brackets."""
+    """Return whether the text is a pattern, and not the name of a file that happens to hold brackets."""
     return glob.has_magic(text) and not os.path.exists(text)
 
 

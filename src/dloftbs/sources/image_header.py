@@ -18,7 +18,7 @@ _ALONE = {0x01, *range(0xD0, 0xD9)}
 """JPEG's markers without a segment."""
 _TIFF_TYPES = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 16: "Q", 17: "q"}
 _TIFF_SIDES = {256: 0, 322: 0, 257: 1, 323: 1}
-"""Which side, width or height, TIFF's tags tell: of the image, and of its tiles, each of which is decoded whole."""
+"""Side, width or height, that each tag of TIFF gives: of the image, and of its tiles, all decoded whole."""
 
 
 def read_size(data: bytes) -> tuple[int, int] | None:

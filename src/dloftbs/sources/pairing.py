@@ -18,7 +18,7 @@ from dloftbs.sources.npz import NpzMember, read_whole
 from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
 
 What = Literal["depth", "mask"]
-"""What goes with a frame, by the name of its field."""
+"""Values that go with a frame, by the names of its fields."""
 STEM = "{stem}"
 
 _READERS: dict[What, Callable[[Path], AnyArray]] = {"depth": read_depth, "mask": read_mask}
@@ -26,7 +26,7 @@ _STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks"}
 
 
 class Partner(Protocol):
-    """What goes with a stream, frame by frame."""
+    """Depth or masks that go with a stream, frame by frame."""
 
     count: int
 
@@ -152,7 +152,7 @@ def _give(frame: Frame, what: What, array: AnyArray | None) -> Frame:
 
 
 def is_rule(where: str | None) -> bool:
-    """Whether this is a naming rule, and not a path."""
+    """Return whether this is a naming rule, and not a path."""
     return where is not None and STEM in where
 
 

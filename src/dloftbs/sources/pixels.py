@@ -21,7 +21,7 @@ JPEG_EXTENSIONS = (".jpg", ".jpeg")
 MAX_PIXELS = 1 << 27
 """Of a frame: a third more than medium-format cameras have, and 0.4 GB in colour."""
 _MOST_BYTES = 1 << 30
-"""Of an image file: so much take `MAX_PIXELS` in colour of 16 bits, uncompressed, and more."""
+"""Size of the largest image file; `MAX_PIXELS` in colour of 16 bits take less, uncompressed."""
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
@@ -135,7 +135,7 @@ def read_pixels(path: Path) -> AnyArray:
 
 
 def check_pixels(rows: int, columns: int) -> None:
-    """Refuse what is too large, before there is room made for it.
+    """Refuse an image that is too large, before memory is allocated for it.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def _is_countable(dtype: np.dtype[Any]) -> bool:
 
 
 def _jpeg_is_cut(data: bytes) -> bool:
-    """Whether the end marker is missing: OpenCV 4 fills what is missing with grey and says nothing.
+    """Return whether the end marker is missing: OpenCV 4 fills the missing rest with grey and says nothing.
 
     The headers are stepped over, since a thumbnail in them has an end marker of its own.
     """

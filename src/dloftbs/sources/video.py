@@ -44,7 +44,7 @@ def open_capture(path: Path) -> cv2.VideoCapture:
 
 
 class _CaptureSource(Source):
-    """What a file and a live stream share: reading on over failures, and releasing the capture in the end.
+    """Base of files and live streams: reading on over failures, and releasing the capture in the end.
 
     A video is an image stream unless `kind` is "mask": a grey or a black frame does not make it a mask.
     """
@@ -66,7 +66,7 @@ class _CaptureSource(Source):
 
     @abstractmethod
     def _gives_up(self, index: int, failures: int) -> bool:
-        """Whether reading ends after so many failures in a row, the latest for the frame of this index."""
+        """Return whether reading ends after this number of failures in a row, the latest at this index."""
 
     def _decoded(self, capture: cv2.VideoCapture) -> Iterator[tuple[int, AnyArray]]:
         index = failures = 0

@@ -1,4 +1,4 @@
-"""Stage 5, the result: pairing to centre lines, with their free ends led on to where the mask ends."""
+"""Stage 5, the result: pairing to centre lines, with their free ends extended to the end of the mask."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or 
 
 @dataclass(slots=True, eq=False)
 class _Piece:
-    """What a cable has of one run, or of several with but spurs between them, and the joint that leads there."""
+    """Part of a cable: one run, or several with nothing but spurs between them, and the joint that leads there."""
 
     spans: list[_Span]
     entered: int
@@ -46,7 +46,7 @@ class _Piece:
 
     @property
     def count(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         count = 0
         for start, stop, step in self.spans:
             count += (stop - start) * step
@@ -54,7 +54,7 @@ class _Piece:
 
 
 class _Points:
-    """The points of a pairing, and those that its ends are led on by."""
+    """Points of a pairing, and those that extend its ends."""
 
     def __init__(self, pairing: Pairing) -> None:
         self._points, self._radius = [pairing.points], [pairing.radius]
@@ -450,7 +450,7 @@ def _arc_over_chord(pairing: Pairing, end: int) -> float:
 
 
 def _widen(u: FloatArray, at: int, factor: float) -> None:
-    """Make the step of the parameter from one point to the next so much longer, in place."""
+    """Lengthen the step of the parameter from one point to the next, in place."""
     u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
 
 

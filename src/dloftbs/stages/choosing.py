@@ -9,7 +9,7 @@ from dloftbs.config import ObjectsConfig
 
 
 def choose(lines: Sequence[Centerline], config: ObjectsConfig) -> tuple[list[Centerline], tuple[Centerline, ...]]:
-    """Leave out what is too short, and keep the longest where the number of objects is known.
+    """Leave out objects that are too short, and keep the longest where the number of objects is known.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def choose(lines: Sequence[Centerline], config: ObjectsConfig) -> tuple[list[Cen
     kept : list of Centerline
         In the order given.
     dropped : tuple of Centerline
-        What is long enough, but one too many.
+        Objects that are long enough, but exceed the number.
     """
     lengths = [sum(map(len, line.segments)) for line in lines]  # points are about 1 px apart
     enough = [

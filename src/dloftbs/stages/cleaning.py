@@ -17,7 +17,7 @@ _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixe
 
 
 def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
-    """Close and open the mask by squares and cut out what is left.
+    """Close and open the mask by squares, and cut out the rest.
 
     The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable. Of what the
     closing adds stays what fills a hole or a notch, so that nothing that lies close together is joined. Larger holes

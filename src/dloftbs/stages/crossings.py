@@ -1,7 +1,7 @@
 """Stage 8: where objects cross each other and themselves, and which lies on top (not in the paper).
 
 The curves are intersected, not the centre lines: those run through the very same pixels where cables lie side by side,
-and so the positions lie on what is published.
+and so the positions lie on the published curves.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     frame : Frame
         That they were found in.
     config : DepthConfig
-        What depth is valid.
+        Range of valid depth.
 
     Returns
     -------

@@ -110,7 +110,7 @@ def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, pa
 
 
 def _lead(pairing: Pairing, past: Past, before: list[int], after: list[int]) -> float:
-    """Return by how much the past prefers that two cables leave a run the other way round."""
+    """Return the gain, by the past, of two cables leaving a run the other way round."""
     rows, columns = np.array([*before, *before]), np.array([*after, *after[::-1]])
     same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns).tolist()
     return float(other + other_2 - same - same_2)

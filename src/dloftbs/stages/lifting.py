@@ -38,7 +38,7 @@ _MOST_TIMES = 2.0  # as far as the farthest depth that was seen, where the line 
 LEAST_SEEN = 0.3
 """Share of a curve that must have depth of its own."""
 MOST_LED_ON = 0.2
-"""Share of a curve's length that may be led on straight beyond the last depth at an end."""
+"""Largest share of a curve's length that is extended straight beyond the last depth at an end."""
 
 _Interval = tuple[float, float]
 
@@ -56,7 +56,7 @@ class Lifted(NamedTuple):
         The intervals of `u` that no depth tells of.
     radius_m : float
     depth_freedom : float
-        How many parameters the depth along the object makes use of: 2 is straight.
+        Effective number of parameters of the depth along the object: 2 is straight.
     """
 
     points_m: FloatArray
@@ -67,7 +67,7 @@ class Lifted(NamedTuple):
 
 
 class _Sections(NamedTuple):
-    """Where sections lie across a curve, ascending in its parameter."""
+    """Sections across a curve, ascending in its parameter."""
 
     u: FloatArray
     points: FloatArray
@@ -90,7 +90,7 @@ def lift(
     camera: PinholeCamera,
     config: LiftingConfig,
 ) -> list[Lifted | str]:
-    """Lift objects into space: along each, the nearest surface within the mask, made smooth, then led on to the axis.
+    """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
 
     Depth is looked at in sections across the middle of the object, where no other pass covers it and the mask is not
     interrupted. A robust smooth line through it, in 1 / depth, for which a straight cable is straight, bridges what is

@@ -17,7 +17,7 @@ from dloftbs.patch import Patch
 
 _ROUNDS = 4
 PAST_BONUS = 0.6
-"""How much less the joint costs at most that continues a curve that was seen before."""
+"""Maximum discount for a joint that continues a curve that was seen before."""
 UNCLEAR = 0.55
 """Ends that lack less than this to be joined are in doubt: the odds are below nine to one."""
 
@@ -62,7 +62,7 @@ def pair(
     past : Past, optional
         Pairs of ends that continue each other along a curve that was seen before cost less.
     evidence : Evidence, optional
-        What is seen between two ends decides what a gap costs.
+        Image that decides the cost of a gap by the look of the stretch between its ends.
 
     Returns
     -------
@@ -158,12 +158,12 @@ def _weigh_gaps(
     costs : numpy.ndarray, shape (k,)
     evidence : Evidence
     more : float
-        How much dearer than open ends pairs may be.
+        Largest extra cost of pairs over that of open ends.
 
     Returns
     -------
     rows, columns, costs
-        Of what is left, in the same order.
+        Remaining pairs, in the same order.
     """
     gaps = np.flatnonzero((ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns]))
     if len(gaps) == 0:
@@ -219,11 +219,11 @@ def _find_shared(
     copies, partial : (c,) int64
         The runs, and for each the end from which it is shared in part, or -1.
     saved : (c,) float64
-        What it saves that they are shared.
+        Gain from sharing them.
     reach : (2 n,) int64
         As `wide_reach` makes it.
     raw : (m,) float64 or None
-        What that took for half the mask's width; None where no run can be shared.
+        Half the mask's width as it was measured for that; None where no run can be shared.
     """
     copies = partial = reach = np.empty(0, dtype=np.int64)
     saved_by = np.empty(0)

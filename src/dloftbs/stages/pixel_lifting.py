@@ -35,7 +35,7 @@ def lift_pixels(
     points_m : numpy.ndarray, shape (m, 3)
         Those with depth, in the camera's frame, metres.
     seen : numpy.ndarray, shape (n,), bool
-        Which points have depth, as `to_metres` says; and a ray, which pixels
+        Points that have depth, as `to_metres` says; and a ray, which pixels
         beyond the field of the camera's lens model have not.
     """
     column, row = np.rint(points).astype(np.intp).T

@@ -108,7 +108,7 @@ def join_unclear(graph: Graph, pairing: Pairing, objects: int) -> None:
     pairing : Pairing
         Changed.
     objects : int
-        How many of the cables count. Where no more were found, they stay as they are.
+        Number of cables that count. Where no more were found, they stay as they are.
     """
     for _, cost, i, j in pairing.nearly:
         chains = [chain for chain, _ in pairing.chains()]

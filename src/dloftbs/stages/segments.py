@@ -18,7 +18,7 @@ _CHORD_REACH_PX = 4  # of the chord that the width is measured across: beyond th
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """What the walks found, as arrays of points (n, 2), posed ``(x, y)``.
+    """Paths of the walks, as arrays of points (n, 2), posed ``(x, y)``.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Walks:
 
 
 def walk(skeleton: Skeleton, config: GreedyLinkingConfig) -> Walks:
-    """Remove the branch points, walk what remains, and drop what is shorter than ``p`` pixels.
+    """Remove the branch points, walk the rest, and drop walks of less than ``p`` pixels.
 
     Without branch points no pixel has more than two neighbours, so every walk is unambiguous. What has no endpoint is a
     closed loop and is walked around once, from its first pixel.

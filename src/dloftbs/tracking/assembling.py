@@ -52,7 +52,7 @@ def assemble(before: BSplineCurve, scope: tuple[float, float], stretches: Sequen
     Parameters
     ----------
     before : BSplineCurve
-        Open; what is remembered.
+        Open; the remembered shape.
     scope : (float, float)
         The stretch of its ``u`` that is the whole.
     stretches : sequence of Stretch

@@ -1,4 +1,4 @@
-"""What of a track is hidden, and what is not there: a past that frames contradict is given up within a few of them."""
+"""Hidden and absent parts of a track: a past that frames contradict is given up within a few of them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def believe(
 
 
 def _split(pieces: Sequence[Piece], gone: Sequence[tuple[float, float]]) -> list[list[Piece]]:
-    """Return the pieces in groups, with what is gone between them."""
+    """Return the pieces in groups, with the parts between them that are gone."""
     groups: list[list[Piece]] = [[]]
     for piece in pieces:
         if groups[-1] and any(abs(piece.at[0] - high) < _SAME for _, high in gone):

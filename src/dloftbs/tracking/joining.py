@@ -97,7 +97,7 @@ def merged(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], .
 
 
 def in_sight(memory: Memory, pieces: Sequence[Piece], size: tuple[int, int] | None) -> Sight:
-    """Return what is published of a track that is partly hidden: it ends where it leaves the image."""
+    """Return the published curve of a partly hidden track: it ends where it leaves the image."""
     leaves = leaving(pieces[0].seen, size, memory.width)[0], leaving(pieces[-1].seen, size, memory.width)[1]
     low, high = pieces[0].at[0] if leaves[0] else 0.0, pieces[-1].at[1] if leaves[1] else 1.0
     if (low, high) == WHOLE:

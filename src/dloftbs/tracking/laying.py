@@ -1,4 +1,4 @@
-"""Where along a track its runs lie: all together, with what is hidden between them as long as can be told."""
+"""Places of all runs along a track, with hidden stretches between them as long as the evidence tells."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOST_BENT = 3.0  # times its span: of what is hidden and longer, the span tells
 
 
 def lay(scene: Scene, runs: Sequence[Run], memory: Memory, size: tuple[int, int] | None) -> list[Piece]:
-    """Lay runs on their track, all together with what is hidden between them."""
+    """Lay all runs on their track together, with the hidden stretches between them."""
     runs = [as_long(scene, runs[0], memory)] if len(runs) == 1 else runs
     between = [_hidden(scene, a, b, memory) for a, b in pairwise(runs)]
     lengths = [scene.length(run) for run in runs]
@@ -49,7 +49,7 @@ def lay(scene: Scene, runs: Sequence[Run], memory: Memory, size: tuple[int, int]
 
 
 def _hidden(scene: Scene, run: Run, after: Run, memory: Memory) -> float:
-    """Return how long what is hidden between two runs is, px: as the detector has it, or as bent as it last was."""
+    """Return the length hidden between two runs, px: as the detector has it, or as bent as it last was."""
     span = math.dist(scene.points[run.end], scene.points[after.start])
     if after.first == run.last + 1:
         return span
@@ -81,7 +81,7 @@ def _start(
 def _shift(
     scene: Scene, start: float, missing: float, runs: Sequence[Run], memory: Memory, size: tuple[int, int] | None
 ) -> float:
-    """Return how much of what is missing lies before the runs, px: all of it or nothing, unless it clearly differs.
+    """Return the missing length before the runs, px: all of it or nothing, unless it clearly differs.
 
     `start` is where the runs lie by the motion so far.
     """

@@ -1,4 +1,4 @@
-"""Where the runs of a track begin and end: led on to where what is seen ends, as far as no other track has taken it."""
+"""Extension of the runs of a track to the ends of what is seen, as far as no other track has taken it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dloftbs.tracking.memory import Memory
 from dloftbs.tracking.scene import Run, Scene
 
 UNSURE = 0.15
-"""Of the length of what is hidden between two runs."""
+"""Share of the length hidden between two runs."""
 
 _EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the end of what is seen
 
@@ -48,7 +48,7 @@ def _nodes_at(scene: Scene, memory: Memory, low: float, high: float) -> tuple[in
 
 
 def grown(scene: Scene, runs: Sequence[Run], memory: Memory) -> list[Run]:
-    """Return runs led on to where their parts end: a little everywhere, and all the way at the ends of the track.
+    """Return runs extended to the ends of their parts: a little everywhere, and all the way at the ends of the track.
 
     Nothing that another track has taken; and where one run goes over into another, to where they are closest.
     """
@@ -68,7 +68,7 @@ def grown(scene: Scene, runs: Sequence[Run], memory: Memory) -> list[Run]:
 
 
 def _led_on(scene: Scene, run: Run, way: int, edge: int, most: int) -> int:
-    """Return where a run ends that is led on: at its part's end, if that is near and nothing is taken before it."""
+    """Return the end of an extended run: at its part's end, if that is near and nothing is taken before it."""
     first, last = scene.bounds[run.part]
     end = int(last if way > 0 else first)
     near = abs(end - edge) <= most
@@ -113,7 +113,7 @@ def as_long(scene: Scene, run: Run, memory: Memory) -> Run:
 
 
 def _moved(scene: Scene, part: int, edge: int, way: int, count: int) -> int:
-    """Return the edge of a run moved by some samples, backwards where they are negative, up to what is taken."""
+    """Return the edge of a run moved by some samples, backwards where they are negative, up to the next taken one."""
     if count <= 0:
         return edge + way * count
     stop = scene.bounds[part][1 if way > 0 else 0]

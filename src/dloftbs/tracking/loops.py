@@ -1,4 +1,4 @@
-"""Where a loop starts: the same curve with ``u = 0`` at another place of it."""
+"""Start of a loop: the same curve with ``u = 0`` at another place."""
 
 from __future__ import annotations
 

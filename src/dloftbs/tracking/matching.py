@@ -1,4 +1,4 @@
-"""Which detections show which tracks, and which part of them.
+"""Assignment of detections, and of parts of them, to tracks.
 
 First each detection goes to one track at most, as a whole. What is left over then is looked at in parts: a detection
 may be one more part of a track that is partly hidden, and a track may be a part of a detection that two tracks share.
@@ -104,7 +104,7 @@ def pair_last(memories: Sequence[Memory], known: Known, shown: Sequence[Shown], 
 
 
 class Known(NamedTuple):
-    """Where tracks are expected.
+    """Predicted places of the tracks.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class Known(NamedTuple):
 
     @classmethod
     def of(cls, memories: Sequence[Memory], ahead: float) -> Known:
-        """Predict where tracks are after their motion went on for so many seconds."""
+        """Predict the places of tracks whose motion goes on for some seconds."""
         points = np.array([m.points for m in memories])
         points += ahead * np.array([m.velocity for m in memories])
         lengths, slack = np.array([m.length for m in memories]), np.array([m.tolerance_px for m in memories])
@@ -329,7 +329,7 @@ class Matching:
         return (misfit, piece) if self._can_reach(t, piece) else None
 
     def _can_reach(self, t: int, piece: Piece) -> bool:
-        """Tell whether what is hidden between a part and its neighbours can join them, by its length and its span."""
+        """Tell whether a hidden stretch can join a part and its neighbours, by its length and its span."""
         memory = self._memories[t]
         slack = memory.slack_px
         for other in self.shown[t].pieces:
@@ -380,7 +380,7 @@ def _were_apart(one: Memory, other: Memory) -> bool:
 
 
 def find_joined(memories: Sequence[Memory], shown: Sequence[Shown]) -> None:
-    """Find the tracks that together are one detection: two objects that touch, or one that was taken for two."""
+    """Find the tracks that together are one detection: two objects that touch, or one that was split in two."""
     sharing: dict[int, list[int]] = {}
     for t, one in enumerate(shown):
         for number in {piece.seen.number for piece in one.pieces}:

@@ -1,4 +1,4 @@
-"""What is known of one track between frames."""
+"""State of one track between frames."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dloftbs.tracking.pieces import Sight
 from dloftbs.tracking.seeing import SAMPLES, Seen, U
 
 TRUSTED = 3
-"""What was seen in fewer frames is not believed once it is gone."""
+"""Number of frames in which a stretch must have been seen to be believed once it is gone."""
 
 REMEMBERED = 32
 """Frames for which the places of the ends are kept."""
@@ -32,7 +32,7 @@ _HALF_LIFE_S = 0.5  # of the confidence in what is not seen
 
 
 class Prediction(NamedTuple):
-    """Where a track is expected.
+    """Predicted place of a track.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Prediction(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class Memory:
-    """A track, with what is needed to follow it; samples are `SAMPLES` points at even ``u``.
+    """A track, with all that following it needs; samples are `SAMPLES` points at even ``u``.
 
     Parameters
     ----------
@@ -86,13 +86,13 @@ class Memory:
     apart : bool
         Whether it is a part of a detection, and known to be another object than the rest of it.
     ends, lengths : numpy.ndarray, shapes (REMEMBERED, 2, 2) and (REMEMBERED,)
-        Where the two ends were in the last frames, and how long it was, px; NaN before there were any.
+        Places of the two ends, and the length, in the last frames, px; NaN before there were any.
     totals : numpy.ndarray, shape (REMEMBERED,)
-        How long it was in the last frames that showed all of it, px; NaN before there were any.
+        Its length in the last frames that showed all of it, px; NaN before there were any.
     usual_px : float or None
         The median of these, NaN where they are too few; None until it is asked for.
     sight : Sight or None
-        What is published in the place of the curve, where only a part of it is seen.
+        Curve published in place of the track's own, where only a part of it is seen.
     """
 
     id: int
@@ -137,12 +137,12 @@ class Memory:
 
     @property
     def tolerance_px(self) -> float:
-        """By how much the length may differ from the usual one without anything being hidden or new."""
+        """Largest difference from the usual length at which nothing counts as hidden or new."""
         return 0.004 * self.length + 0.3 * self._width_or_0
 
     @property
     def slack_px(self) -> float:
-        """How exactly the place of a part along the object is known."""
+        """Uncertainty of a part's place along the object."""
         return 0.015 * self.length + 1.5 * self._width_or_0
 
     @property
@@ -283,7 +283,7 @@ class Memory:
 
 
 def horizon(dt: float) -> float:
-    """Return for how many seconds of so many a motion is thought to go on."""
+    """Return the part of a time, in seconds, for which a motion is thought to go on."""
     return min(dt, _MOTION_S)
 
 
@@ -293,7 +293,7 @@ def blend(memory: Memory, points: FloatArray, dt: float) -> FloatArray:
 
 
 def blended(velocity: FloatArray, step: FloatArray, dt: float) -> FloatArray:
-    """Return velocities (..., 2) after a step, px, of so many seconds."""
+    """Return velocities (..., 2) after a step, px, of a time in seconds."""
     result: FloatArray = (1.0 - _VELOCITY_GAIN) * velocity + (_VELOCITY_GAIN / dt) * step
     return result
 

@@ -1,4 +1,4 @@
-"""What a frame shows of tracks: stretches of detections on stretches of tracks."""
+"""Matches of a frame's detections with tracks, stretch by stretch."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Piece(NamedTuple):
     seen : Seen
         Run in the track's direction.
     at : (float, float)
-        Where on the track, in its ``u``; beyond 0 or 1 where it is longer than was known.
+        Place on the track, in its ``u``; beyond 0 or 1 where it is longer than was known.
     of : (float, float)
-        Which stretch of the detection, in its ``u``; of a loop, once round from where the track starts.
+        Stretch of the detection, in its ``u``; of a loop, once round from where the track starts.
     """
 
     seen: Seen
@@ -31,7 +31,7 @@ class Piece(NamedTuple):
 
     @property
     def shows_all(self) -> bool:
-        """Whether it is a whole detection, and nothing of the track is missing."""
+        """True if the piece is a whole detection, and nothing of the track is missing."""
         return self.seen.curve.closed or (self.of == WHOLE and self.at[0] <= 0.0 and self.at[1] >= 1.0)
 
     def on_track(self) -> Piece:
@@ -46,7 +46,7 @@ class Piece(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class Shown:
-    """What a frame shows of one track.
+    """Parts of a frame's detections that show one track.
 
     Parameters
     ----------
@@ -70,19 +70,19 @@ class Shown:
 
     @property
     def numbers(self) -> set[int]:
-        """Which detections show it."""
+        """Numbers of the detections that show the track."""
         return {piece.seen.number for piece in self.pieces}
 
 
 class Sight(NamedTuple):
-    """What is published of a track that is not known to be all of it: it ends where what is seen of it ends.
+    """Published part of a track that may not be all of it: it ends with the part in sight.
 
     Parameters
     ----------
     curve : BSplineCurve
     curve_3d : BSplineCurve or None
     inferred : tuple of (float, float)
-        The intervals of its ``u`` between what is seen.
+        Intervals of its ``u`` between the parts in sight.
     confidence : float
     """
 

@@ -1,4 +1,4 @@
-"""Where along a track a detection lies that is shorter."""
+"""Place along a track of a detection that is shorter."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def place_on(
     ----------
     memory : Memory
     expected : numpy.ndarray, shape (SAMPLES, 2)
-        Where the track is thought to be.
+        Predicted place of the track.
     shown : Seen
         Run in the track's direction.
     start : float
-        Where it fits best.
+        Place where it fits best.
     size : (int, int) or None
         ``(H, W)`` of the image.
     """

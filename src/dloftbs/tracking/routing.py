@@ -29,7 +29,7 @@ _LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
 
 
 class Routed(NamedTuple):
-    """What routing found.
+    """Result of routing.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def route(
     ----------
     memories : sequence of Memory
     known : Known
-        Where they are expected.
+        Their predicted places.
     rows : sequence of int
         Those to be routed.
     seen : sequence of Seen

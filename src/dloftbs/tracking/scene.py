@@ -45,12 +45,12 @@ class Run(NamedTuple):
 
     @property
     def samples(self) -> slice:
-        """What it covers, ascending."""
+        """Samples that the run covers, ascending."""
         return slice(min(self.start, self.end), max(self.start, self.end) + 1)
 
 
 class Way(NamedTuple):
-    """How a track goes through a frame: its runs, the mean price of its nodes, and which share of them is seen."""
+    """Way of a track through a frame: its runs, the mean price of its nodes, and the share of them that is seen."""
 
     runs: list[Run]
     price: float
@@ -96,7 +96,7 @@ class Scene:
         self._longest = kernels.box_curves(self.points, self.bounds, self._boxes)
 
     def way_of(self, memory: Memory, expected: FloatArray, dt: float) -> Way:
-        """Route a track through what is not taken yet."""
+        """Route a track through the samples that are not taken yet."""
         count = self.nodes_of(memory) + 1
         width = 0.0 if math.isnan(memory.width) else memory.width
         speed = np.hypot(*memory.velocity.T)

@@ -1,4 +1,4 @@
-"""What one frame shows, ready to be compared: detections, or bare curves from any detector, and their samples."""
+"""Observations of one frame, ready to be compared: detections, or bare curves from any detector, and their samples."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Seen(NamedTuple):
         Of the part, px; the width is NaN where it is not known.
     detection : Detection or None
     of : (float, float)
-        Which stretch of the curve's ``u`` the part is.
+        Stretch of the curve's ``u`` that the part is.
     number : int
         Of the object in the frame.
     total : float

@@ -18,7 +18,7 @@ class Smoother:
     Parameters
     ----------
     lag_s : float
-        By how much it lags, positive.
+        Lag, positive.
     """
 
     def __init__(self, lag_s: float) -> None:

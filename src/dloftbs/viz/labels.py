@@ -1,4 +1,4 @@
-"""Where labels go: beside the start of their curve, inside the picture, over as little as can be."""
+"""Places of labels: beside the start of their curve, inside the picture, over as little as can be."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def place(
     Parameters
     ----------
     anchor : numpy.ndarray, shape (2,)
-        What it belongs to.
+        Point that it belongs to.
     distance : float
         From there to the nearest edge or corner of the box, px.
     size : (int, int)

@@ -1,4 +1,4 @@
-"""What was found, drawn over the picture that it was found in."""
+"""Drawing of detections and tracks over the picture in which they were found."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def grey(mask: npt.NDArray[np.bool_], style: Style) -> Picture:
 
 
 def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
-    """Return what is to be drawn of a result: its tracks, or else its detections."""
+    """Return the objects of a result that are drawn: its tracks, or else its detections."""
     if result.tracks:
         items = [_of_track(track, result, style) for track in result.tracks]
     else:

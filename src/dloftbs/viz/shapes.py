@@ -1,4 +1,4 @@
-"""What pictures are made of: lines and polygons at sub-pixel places, each with a dark halo."""
+"""Lines and polygons at sub-pixel places, each with a dark halo."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class _Solid:
 
 @dataclass(frozen=True)
 class _Side:
-    """From where curves are seen: which axes go to the right and down, with their signs."""
+    """Side from which curves are seen: the axes that go to the right and down, with their signs."""
 
     title: str
     right: int
@@ -227,7 +227,7 @@ def _grid(picture: Picture, side: _Side, matrix: FloatArray, offset: FloatArray,
 
 
 def _ticks(slope: float, offset: float, length: int, step: float) -> list[tuple[int, float]]:
-    """Return where on an axis of so many pixels the multiples of `step` lie, and what they are, by pixel."""
+    """Return the multiples of `step` on an axis of a given number of pixels, by pixel."""
     ends = sorted(((0 - offset) / slope, (length - offset) / slope))
     values = [step * k for k in range(math.ceil(ends[0] / step), math.floor(ends[1] / step) + 1)]
     return sorted((round(slope * value + offset), value + 0.0) for value in values)

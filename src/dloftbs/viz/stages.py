@@ -160,7 +160,7 @@ def _count(n: int, noun: str) -> str:
 
 
 def _dim(trace: StageTrace, view: View, style: Style, faint: float) -> Picture:
-    """Return the cleaned mask as a grey background, faint so that what is on it stands out."""
+    """Return the cleaned mask as a grey background, faint so that drawings on it stand out."""
     picture: Picture = np.full((*view.size[::-1], 3), style.ink, np.uint8)
     picture[view.mask(trace.cleaned)] = dimmed(style.mask, style.ink, faint)
     return picture

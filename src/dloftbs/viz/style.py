@@ -1,4 +1,4 @@
-"""How pictures look: every colour and every size, in one place."""
+"""Style of the pictures: every colour and every size, in one place."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Style:
     palette : tuple of colours
         By track id, or by the order of the detections; it repeats.
     ink : colour
-        Dark: halos, plates, and what is not mask where there is no image.
+        Dark: halos, plates, and the background of a mask without an image.
     paper : colour
         Light: text on dark plates.
     background : colour

@@ -22,7 +22,7 @@ _LEAST_ASPECT = 0.6
 
 @dataclass(frozen=True)
 class View:
-    """What part of a frame is shown, and how large.
+    """Part of a frame that is shown, and its scale.
 
     Whole coordinates are the centres of pixels, in the frame and in the view: ``p``, counted from the part's corner, is
     shown at ``(p + 0.5) * zoom - 0.5``.
@@ -59,7 +59,7 @@ class View:
         return self._resized(picture)
 
     def mask(self, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return the part of a mask (H, W) of the frame; what is set stays visible however small it gets."""
+        """Return the part of a mask (H, W) of the frame; a set pixel stays visible however small it gets."""
         return self._resized(np.where(mask, np.uint8(255), np.uint8(0))) > 0
 
     def points(self, points: FloatArray) -> FloatArray:

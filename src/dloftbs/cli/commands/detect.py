@@ -147,7 +147,7 @@ class _Batch:
 
     @property
     def failures(self) -> int:
-        """What could not be read so far."""
+        """Inputs that could not be read so far."""
         return sum(self._failures)
 
     def frames(self) -> Generator[Frame, None, None]:

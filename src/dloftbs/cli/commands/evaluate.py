@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _METHODS = ("default", "paper")
 PARTS = "parts"
-"""Folder of what is finished; it is made before all else."""
+"""Folder of the finished parts; it is made before all else."""
 
 
 @click.command(short_help="Score methods on sequences whose truth is known.")

@@ -27,7 +27,7 @@ ariadne: photographs of cables, as the data set of Ariadne has them
 
 MASK = "_mask_all.png"
 TOLERANCE_PX = 10.0
-"""To which the annotated points are right."""
+"""Error of the annotated points."""
 _MASK_NAME = re.compile(r".*_mask_(all|\d+)")
 _LEAST_NUMBERS = 5  # a count and two points
 

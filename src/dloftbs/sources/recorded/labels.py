@@ -25,7 +25,7 @@ LABELS = ".labels.png"
 
 
 class LabelledImages(RecordedSequence):
-    """Images, each with the number of the object in every pixel. The frames' masks are what is numbered at all.
+    """Images, each with the number of the object in every pixel. The frames' masks hold all numbered pixels.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class LabelledImages(RecordedSequence):
 
 
 def paired(folder: Path, images: dict[str, Path], truths: dict[str, Path], wanted: str) -> list[tuple[Path, Path]]:
-    """Return each image with what is known of it, by stem, in the order of the images.
+    """Return each image with its file of truth, by stem, in the order of the images.
 
     Raises
     ------

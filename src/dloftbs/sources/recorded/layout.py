@@ -1,4 +1,4 @@
-"""What all layouts of labelled data on disk have in common."""
+"""Base of all layouts of labelled data on disk."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from dloftbs.truth import Truth
 
 T = TypeVar("T")
 SHOWN = 5
-"""How many names a message lists."""
+"""Number of names that a message lists."""
 LONGEST_SHOWN = 100
 """Characters of each."""
 
@@ -32,7 +32,7 @@ class Layout:
     ----------
     name : str
     tree : str
-        What a right folder looks like, for messages.
+        Picture of a right folder, for messages.
     fits : callable
         Whether a folder looks like it, at a glance: names and first lines.
     open : callable
@@ -74,7 +74,7 @@ class RecordedSequence(KnownSequence):
         return self._read(self._frame, index)
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What lies beside the truth: images, masks, depth, the camera."""
+"""Files beside the truth: images, masks, depth, the camera."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 CAMERA = "camera.json"
 CAMERA_FILES = (CAMERA, "camera.yaml", "camera.yml")
 PARTNERS = (".labels", ".mask", ".depth")
-"""What goes with an image has its name and one of these before the suffix."""
+"""Endings, before the suffix, of the files that go with an image of the same name."""
 
 
 def images_in(folder: Path) -> list[Path]:

@@ -52,7 +52,7 @@ MILLIMETRE = 0.001
 
 @dataclass(frozen=True)
 class _Known:
-    """What a table says of one frame."""
+    """Curves that a table has for one frame."""
 
     line: int
     frame: int

@@ -1,4 +1,4 @@
-"""What moves over the cables: the grippers that hold the ends, the arms behind them, and a gloved hand."""
+"""Actors that move over the cables: the grippers that hold the ends, the arms behind them, and a gloved hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes wrong in masks, drawn from random numbers: wrong pixels, ragged edges, discs and strokes."""
+"""Faults of masks, drawn from random numbers: wrong pixels, ragged edges, discs and strokes."""
 
 from __future__ import annotations
 

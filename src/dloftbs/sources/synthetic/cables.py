@@ -6,11 +6,12 @@ import numpy as np
 
 from dloftbs.errors import InputError
 from dloftbs.sources.synthetic.degrade import NETWORK, DegradedSequence
-from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, MaskSequence, count_at, proportion
+from dloftbs.sources.synthetic.generated import MaskSequence, count_at, proportion, width_at
 from dloftbs.sources.synthetic.strand import Strand
 from dloftbs.sources.synthetic.tangle import draw_tangle
 
 _GROUPS = {2: 9, 3: 9, 4: 9, 5: 9, 6: 9, 7: 9, 8: 8}
+_WIDEST_PX = 48.0  # in HD; four times `HD_WIDTH_PX`
 
 
 class TangleSequence(MaskSequence):
@@ -46,9 +47,7 @@ class TangleSequence(MaskSequence):
         if not 2 <= cables <= 20:
             raise InputError(f"cables must be in 2..20, got {cables}")
         super().__init__(f"{cables} cables", frames, size, seed, None)
-        self.width_px = HD_WIDTH_PX * proportion(size) if width_px is None else width_px
-        if not 1.0 <= self.width_px <= 48.0 * proportion(size):
-            raise InputError(f"width_px must be in 1..{48.0 * proportion(size):g} here, got {self.width_px}")
+        self.width_px = width_at(size, width_px, _WIDEST_PX)
         self.cables = cables
 
     def _strands(self, index: int) -> tuple[Strand, ...]:

@@ -45,7 +45,7 @@ def _check_number(name: str, value: float, most: float = math.inf) -> None:
 
 @dataclass(frozen=True)
 class Degradation:
-    """What is done to a mask; as it stands, nothing. Ranges are ``(low, high)``, drawn from evenly.
+    """Degradation of a mask; the defaults leave it as it is. Ranges are ``(low, high)``, drawn from evenly.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ class DegradedSequence(KnownSequence):
         return replace(frame, image=None, mask=degraded, name=f"{self.name}#{index:04d}")
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------

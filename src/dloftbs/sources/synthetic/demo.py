@@ -91,7 +91,7 @@ class DemoSequence(KnownSequence):
         return Frame(image=image, **self._labels(index))
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""What an RGB-D camera does to depth: noise that grows with distance, steps, flying pixels at edges, holes."""
+"""Errors of an RGB-D camera's depth: noise that grows with distance, steps, flying pixels at edges, holes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def depth_sigma(depth_m: npt.ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class DepthNoise:
-    """How imperfect depth is.
+    """Amount of each error of depth.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ class DepthNoise:
         Share of the cable's visible pixels without depth, and about the same of all others, in blobs about as wide
         as a cable.
     flying : float
-        Share of the pixels at edges of more than 3 mm whose depth is a mixture of what is in front and what is behind.
+        Share of the pixels at edges of more than 3 mm whose depth is a mixture of the surfaces in front and behind.
     grain_px : float
-        How far the noise of neighbours goes together: the sigma of the Gaussian that white noise is blurred with, px;
+        Correlation of the noise of neighbours: the sigma of the Gaussian that white noise is blurred with, px;
         its deviation stays the same. 0, white noise, is what a time-of-flight camera has; a stereo camera, which
         matches windows, has some px.
     quantum_m : float

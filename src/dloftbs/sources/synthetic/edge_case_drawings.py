@@ -1,4 +1,4 @@
-"""Drawings of what is hard about one or two cables: sharp bends, ends that face each other, junctions, borders."""
+"""Drawings of hard cases with one or two cables: sharp bends, ends that face each other, junctions, borders."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Drawn:
         Along its centre line, px; of a ring the last is the first again.
     ends : (FreeEnd, FreeEnd)
     corner : int, optional
-        Which of the points is a corner between straight arms.
+        Index of the point that is a corner between straight arms.
     ring : bool
         Whether it is a loop without ends.
     """
@@ -57,7 +57,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is drawn on: the size (H, W) px, and the width of the cables."""
+    """Sheet to draw on: its size (H, W) px, and the width of the cables."""
 
     size: tuple[int, int]
     width_px: float

@@ -34,7 +34,7 @@ _BLUR_PX = 0.6
 
 @dataclass(frozen=True)
 class _Kind:
-    """How images of a kind are drawn; the last argument of `draw` goes from 0 to 1 through the images of a sequence.
+    """Drawing of one kind; the last argument of `draw` goes from 0 to 1 through the images of a sequence.
 
     Without `width_px` each image has cables of a width of its own; with `picture` each has a colour picture too.
     """
@@ -64,7 +64,7 @@ _KINDS: Mapping[str, _Kind] = {
 }
 
 EDGE_CASES = tuple(_KINDS)
-"""What is drawn: sharp bends, ends that face each other, a cable that ends under another at 90 degrees or less, cables
+"""Drawings: sharp bends, ends that face each other, a cable that ends under another at 90 degrees or less, cables
 side by side, two that the border cuts, and a ring with a cable across it."""
 
 
@@ -80,7 +80,7 @@ class EdgeCaseSequence(GeneratedSequence):
     frames : int
         Number of images; sharp bends are turned all the way round in them.
     size : (int, int)
-        ``(H, W)`` px; what is drawn grows no larger than in an image of 640 x 480.
+        ``(H, W)`` px; drawings grow no larger than in an image of 640 x 480.
     seed : int
         Another seed gives other images.
 

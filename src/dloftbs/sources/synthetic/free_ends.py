@@ -14,7 +14,7 @@ from dloftbs._arrays import FloatArray
 Mask = npt.NDArray[np.bool_]
 EndStyle = Literal["flat", "round", "frayed", "tapered"]
 END_STYLES: tuple[EndStyle, ...] = get_args(EndStyle)
-"""How a cable can end: cut off, in a hemisphere, in single wires, in a ferrule that gets thinner."""
+"""Shapes of a cable's end: cut off, a hemisphere, single wires, a ferrule that gets thinner."""
 
 _SHAPED = 2.0
 """Widths of cable before the tip that are drawn by the end's style; the round cap of the body stays behind it."""

@@ -1,4 +1,4 @@
-"""What the generated sequences have in common: numbered frames, one truth kept at a time, and small pickles."""
+"""Base of the generated sequences: numbered frames, one truth kept at a time, and small pickles."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HD_WIDTH_PX = 12.0
 class GeneratedSequence(KnownSequence):
     """A sequence whose frames are functions of a seed and their index.
 
-    A subclass gives `_make_truth`, and `frame` where it has more than a mask; it keeps what is expensive in cached
+    A subclass gives `_make_truth`, and `frame` where it has more than a mask. It keeps expensive values in cached
     properties: pickles leave them out.
 
     Parameters
@@ -75,7 +75,7 @@ class GeneratedSequence(KnownSequence):
         return Frame(mask=self.truth(index).mask, **self._labels(index))
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         Raises
         ------
@@ -149,7 +149,7 @@ class MaskSequence(GeneratedSequence):
 def visible_tubes(
     strands: Sequence[Strand], width_px: float, size: tuple[int, int]
 ) -> tuple[npt.NDArray[np.bool_], ...]:
-    """Return what is seen of each tube, shapes (H, W); a later one lies over an earlier one."""
+    """Return the visible part of each tube, shapes (H, W); a later one lies over an earlier one."""
     owner = np.full(size[0] * size[1], -1, np.int16)
     for number, strand in enumerate(strands):
         owner[footprint(strand, width_px / 2.0, size).pixel] = number
@@ -171,6 +171,29 @@ def check_choice(name: str, value: str, choices: Collection[str]) -> None:
 def proportion(size: tuple[int, int]) -> float:
     """Return the pixels per pixel of a 1280 x 720 image."""
     return min(size[0] / 720.0, size[1] / 1280.0)
+
+
+def width_at(size: tuple[int, int], width_px: float | None, widest_px: float) -> float:
+    """Return the width of a cable in an image of `size`: the one given, or `HD_WIDTH_PX` in proportion.
+
+    Parameters
+    ----------
+    size : (int, int)
+        ``(H, W)`` px.
+    width_px : float or None
+    widest_px : float
+        Largest width in an image of 1280 x 720, px.
+
+    Raises
+    ------
+    InputError
+        If the width is less than one pixel, or too large for the image.
+    """
+    width = HD_WIDTH_PX * proportion(size) if width_px is None else width_px
+    widest = widest_px * proportion(size)
+    if not 1.0 <= width <= widest:
+        raise InputError(f"width_px must be in 1..{widest:g} here, got {width}")
+    return width
 
 
 def count_at(scale: float, full: int, least: int) -> int:

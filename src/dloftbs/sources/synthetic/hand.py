@@ -31,7 +31,7 @@ class Hand:
     presence : Signal
         1 where it grips; towards 0 it withdraws along its arm.
     hover : float
-        How far the finger tips are above the cable, metres.
+        Height of the finger tips above the cable, metres.
     """
 
     grip: float

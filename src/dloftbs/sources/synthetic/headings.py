@@ -1,4 +1,4 @@
-"""How cables bend in the sequences with known curves: more kinds of `Heading`."""
+"""Bending of the cables in the sequences with known curves: more kinds of `Heading`."""
 
 from __future__ import annotations
 

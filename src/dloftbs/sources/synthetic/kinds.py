@@ -23,7 +23,7 @@ _MARGIN = 0.04
 
 @dataclass(frozen=True)
 class _Kind:
-    """What moves, for 1280 x 720 px and the 120 frames of a whole sequence.
+    """Cables and their motion, for 1280 x 720 px and the 120 frames of a whole sequence.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class _Kind:
     length_px : float
     cables : int
     travel : (float, float)
-        How far a cable is carried to and fro, as shares of width and height.
+        Distance that a cable is carried to and fro, as shares of width and height.
     round_trips : int
-        How often.
+        Number of times that it is.
     rapid : bool
         Whether a shorter sequence shows a part of the motion at its speed, rather than all of it in larger steps.
     """

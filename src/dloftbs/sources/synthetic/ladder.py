@@ -30,7 +30,7 @@ _SIZES = ((240, 320), (480, 640), (720, 1280), (1080, 1920), (2160, 3840))
 
 @dataclass(frozen=True)
 class LadderBase:
-    """What a ladder makes harder.
+    """Sequence that a ladder makes harder.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ _BASES = {
 }
 
 LADDER_BASES = tuple(_BASES)
-"""What `noise_ladder` knows by name: a scenario of each suite."""
+"""Names that `noise_ladder` takes: a scenario of each suite."""
 
 
 class Rung(DegradedSequence):
@@ -79,12 +79,12 @@ class Rung(DegradedSequence):
     seed : int
         Not negative.
     base : str
-        What the ladder makes harder.
+        Name of the sequence that the ladder makes harder.
     ladder : str
-        What grows: ``"salt and pepper"``, ``"edge jitter"``, ``"missing stretches"``, ``"width"``, ``"size"``, or
-        one that begins with ``"depth"``.
+        Quantity that grows: ``"salt and pepper"``, ``"edge jitter"``, ``"missing stretches"``, ``"width"``, ``"size"``,
+        or one that begins with ``"depth"``.
     level : float
-        How much of it there is, in `unit`.
+        Amount of it, in `unit`.
     unit : str
         ``"%"``, ``"px"`` or ``"sigma"``, multiples of `depth_sigma`; of sizes, px is the width of the image.
     """
@@ -130,7 +130,7 @@ def noise_ladder(
     size : (int, int)
         ``(H, W)`` px.
     bases : sequence of str, or dict of str to LadderBase
-        What to make harder: some of `LADDER_BASES`, or factories by name.
+        Sequences to make harder: some of `LADDER_BASES`, or factories by name.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""How the cables of the demo move: headings as smooth, periodic functions of time, fitted into the image once."""
+"""Motion of the demo's cables: headings as smooth, periodic functions of time, fitted into the image once."""
 
 from __future__ import annotations
 
@@ -105,9 +105,9 @@ class Motion:
     heading : Heading
     length_px : float
     offset : numpy.ndarray, shape (2,)
-        Where the anchor, the mean of the first 60 % of the cable, lies.
+        Place of the anchor, the mean of the first 60 % of the cable.
     travel : numpy.ndarray, shape (2,)
-        How far it has moved, px, where `progress` is 1.
+        Its displacement, px, where `progress` is 1.
     progress : callable
         Phase to a number in 0..1.
     """

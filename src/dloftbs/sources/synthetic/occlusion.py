@@ -1,4 +1,4 @@
-"""Which occluders leave enough to be seen: what they hide must follow from what is left, or no method can be right."""
+"""Selection of occluders that leave enough in sight: the hidden part must follow from the rest."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def leaves_enough(curves: Sequence[BSplineCurve], centres: FloatArray, radii: Fl
     radii : numpy.ndarray, shape (n,)
         Of the discs, px.
     least_px : float
-        What is shorter, px, counts as hidden: a speck between two discs says nothing.
+        Shorter pieces, px, count as hidden: a speck between two discs says nothing.
     """
     return all(_follows(curve, centres, radii, least_px) for curve in curves)
 

@@ -1,4 +1,4 @@
-"""Sequences in perspective with nothing hidden: what is seen in a frame is all that a track may say."""
+"""Sequences in perspective with nothing hidden: a track may say nothing beyond the frame."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SCENES: Mapping[str, Callable[[np.random.Generator, Stage], list[Part]]] = {
 }
 
 PLAIN_SIGHT_KINDS = tuple(_SCENES)
-"""What the cables do: bend and drift; tilt, rigid, by 65 degrees; come nearer by a half; swing by up to 80 px a frame;
+"""Motions: cables bend and drift; tilt, rigid, by 65 degrees; come nearer by a half; swing by up to 80 px a frame;
 one of two is taken away and a third one comes; three cross."""
 
 
@@ -46,7 +46,7 @@ class PlainSightSequence(NumberedSequence):
     kind : str
         One of `PLAIN_SIGHT_KINDS`.
     number : int
-        Which of the kind: another one shows other motions.
+        Number within the kind: another one shows other motions.
     frames : int
         The motion is that of 80 frames: with fewer the steps are larger.
     size : (int, int)
@@ -62,7 +62,7 @@ class PlainSightSequence(NumberedSequence):
     family : str
         The kind.
     cables : int
-        How many there are in the sequence.
+        Number of cables in the sequence.
 
     Raises
     ------

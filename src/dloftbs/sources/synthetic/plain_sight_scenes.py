@@ -85,7 +85,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Stage:
-    """What the cables of a sequence have in common: the camera and their width in the plane, px."""
+    """Common values of a sequence's cables: the camera, and their width in the plane, px."""
 
     camera: Camera
     width_px: float

@@ -1,4 +1,4 @@
-"""What lies on the workbench: tools, paper and small parts, none of them of a cable's colour."""
+"""Props on the workbench: tools, paper and small parts, none of them of a cable's colour."""
 
 from __future__ import annotations
 

@@ -27,9 +27,9 @@ class Reach:
     Parameters
     ----------
     along : float
-        Where on the cable, as a share of its length.
+        Place on the cable, as a share of its length.
     roam : float
-        How far it moves to both sides of there.
+        Distance that it moves to both sides of there.
     direction : float
         From the cable to where it comes from, radians; negative is up in the image.
     hand : bool
@@ -44,7 +44,7 @@ class Reach:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What a sequence shows, for 1280 x 720 px.
+    """Content of a sequence, for 1280 x 720 px.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Scenario:
     box : (float, float, float, float)
         Left, top, right and bottom of where the cable moves, as shares of the image.
     travel : (float, float)
-        How far it is carried to and fro, as shares of the image.
+        Distance that it is carried to and fro, as shares of the image.
     reaches : tuple of Reach
         The lowest first.
     straight : bool
@@ -122,7 +122,7 @@ class HeldScene:
 
     @cached_property
     def motion(self) -> Motion:
-        """How the cable moves."""
+        """Motion of the cable."""
         height, width = self.size
         left, top, right, bottom = self.scenario.box
         box = (left * width, top * height, right * width, bottom * height)

@@ -28,7 +28,7 @@ class RgbdSequence(GeneratedSequence):
     Parameters
     ----------
     scene : SpaceScene
-        What happens; `rgbd_artificial` and `rgbd_manipulation` make such.
+        Scene to render; `rgbd_artificial` and `rgbd_manipulation` make such.
     frames : int, optional
         As many as the scene says, if not given.
     size : (int, int)
@@ -91,7 +91,7 @@ class RgbdSequence(GeneratedSequence):
         )
 
     def truth(self, index: int) -> Truth:
-        """Return what is to be found in a frame.
+        """Return the truth of a frame.
 
         The curve in the image is the projection of the curve in space, each with a ``u`` of its own: the normalised arc
         length in the image, in px, and in space, in metres.

@@ -50,7 +50,7 @@ def rgbd_artificial(
     size : (int, int)
         ``(H, W)`` px. The view stays the same, so that the cable's width goes with the size.
     depth_noise, hole_share, flying, grain_px, quantum_m : float
-        How imperfect depth is, see `DepthNoise`.
+        Errors of depth, see `DepthNoise`.
     with_image : bool
         Whether frames have a shaded colour image too.
 
@@ -121,7 +121,7 @@ def rgbd_manipulation(
     scale, seed, size, with_image
         As for `rgbd_artificial`.
     depth_noise, hole_share, flying : float
-        How imperfect depth is, see `DepthNoise`.
+        Errors of depth, see `DepthNoise`.
 
     Raises
     ------

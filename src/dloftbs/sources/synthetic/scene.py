@@ -55,7 +55,7 @@ class Scene:
 
     @cached_property
     def motions(self) -> tuple[Motion, ...]:
-        """How each cable moves."""
+        """Motion of each cable."""
         height, width = self.size
         k = self.scale
         first = fit_motion(

@@ -38,7 +38,7 @@ def sway(rng: np.random.Generator, modes: int, rest: float, swing: float, period
 
 
 def swell(amplitude: Signal, count: float, lag: float = 0.0) -> tuple[Wave, Wave]:
-    """Return heights from 0 to twice the amplitude, in so many half waves along the cable."""
+    """Return heights from 0 to twice the amplitude, in a number of half waves along the cable."""
     return Wave(0.0, amplitude), Wave(count, amplitude, lag)
 
 

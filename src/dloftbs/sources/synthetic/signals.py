@@ -50,11 +50,11 @@ class Signal:
         return value
 
     def swaying(self, amplitude: float, periods: float, start: float = 0.0) -> Signal:
-        """Return the signal with a sine of so many periods in the sequence added."""
+        """Return the signal plus a sine with this number of periods in the sequence."""
         return replace(self, slow=(*self.slow, (amplitude, periods, start)))
 
     def swinging(self, amplitude: float, hertz: float, start: float = 0.0) -> Signal:
-        """Return the signal with a sine of so many periods per second added."""
+        """Return the signal plus a sine with this number of periods per second."""
         return replace(self, fast=(*self.fast, (amplitude, hertz, start)))
 
     def _keyed(self, phase: float) -> float:

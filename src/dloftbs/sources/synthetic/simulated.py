@@ -18,7 +18,7 @@ from dloftbs.sources.synthetic.space import curve_through_samples
 from dloftbs.truth import Truth
 
 SIMULATED_KINDS = tuple(EXPERIMENTS)
-"""What is done to the cable."""
+"""Experiments with the cable."""
 
 _FRAMES = 40
 _FPS = 30.0
@@ -42,9 +42,9 @@ class SimulatedSequence(NumberedSequence):
     kind : str
         One of `SIMULATED_KINDS`.
     number : int
-        Which of the kind.
+        Number within the kind.
     frames : int
-        What happens takes so many, 30 of them a second.
+        Number of frames that the experiment takes, at 30 a second.
     size : (int, int)
         ``(H, W)`` px.
     seed : int

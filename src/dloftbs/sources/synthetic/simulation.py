@@ -32,14 +32,14 @@ Led = Callable[[float], Pose]
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is done to a cable, which is straight along x at the start.
+    """Experiment with a cable that is straight along x at the start.
 
     Parameters
     ----------
     young_pa : float
         Modulus of its material: how stiff it is.
     first, last : Led or None
-        Where the grips on its two ends lead them; None where an end is free.
+        Targets to which the grips lead its two ends; None where an end is free.
     gravity : bool
     floor : bool
     settle_s : float

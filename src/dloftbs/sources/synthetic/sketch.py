@@ -17,7 +17,7 @@ Point = tuple[float, float]
 LIGHT = np.array([-0.42, -0.58, 0.70])
 """Direction towards the lamp: x to the right, y down, z to the camera."""
 SHADOW_SIDE = np.array([0.59, 0.81])
-"""Where shadows fall."""
+"""Direction in which shadows fall, in the image."""
 
 
 def halfway(light: FloatArray) -> FloatArray:
@@ -47,11 +47,11 @@ class Sprite:
     alpha : numpy.ndarray, shape (h, w), uint8
         Coverage.
     shadow : numpy.ndarray, shape (h, w), uint8
-        How much light the drawing takes from what lies under it.
+        Share of light that the drawing takes from the ground under it.
     origin : (float, float)
         The point of the drawing, px, that lands on the position given when pasting.
     drop_px : float
-        How far the shadow falls.
+        Length of the shadow.
     """
 
     colour: Image
@@ -109,7 +109,7 @@ class Sketch:
     Parameters
     ----------
     left, top, right, bottom : float
-        What the board spans around the origin, design px.
+        Extent of the board around the origin, design px.
     scale : float
         Pixels per design px.
     """

@@ -87,7 +87,7 @@ def _eased(x: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class SpaceMotion:
-    """How a cable moves above a plane; axes X and Y in the plane, the height H upwards from it.
+    """Motion of a cable above a plane; axes X and Y lie in the plane, the height H points upwards from it.
 
     Parameters
     ----------
@@ -97,12 +97,12 @@ class SpaceMotion:
     height : tuple of Term
         Metres above the plane. Where it would be steeper than the cable can follow, the cable stays below it.
     place : (Signal, Signal, Signal)
-        Where the point `anchor` is: X, Y, and what is added to the height, metres.
+        Place of the point `anchor`: X, Y, and an offset of the height, metres.
     anchor : float
         Normalised arc length of the point that `place` leads.
     travel : Signal, optional
-        How far, in lengths, the cable has moved along itself: every point follows the one before it, on a path that
-        continues `heading` and `height` beyond 0 to 1. `place` then leads the start of the path, not `anchor`.
+        Distance, in lengths, that the cable has moved along itself: every point follows the one before it, on a path
+        that continues `heading` and `height` beyond 0 to 1. `place` then leads the start of the path, not `anchor`.
     """
 
     length_m: float

@@ -1,4 +1,4 @@
-"""What an RGB-D camera looks at: a cable above a plane, hands, and where the camera stands so that all is in view."""
+"""Scenes for an RGB-D camera: a cable above a plane, hands, and a camera placed so that all is in view."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _DENSITY = 8.0
 
 @dataclass(frozen=True)
 class View:
-    """How the camera looks at the plane above which a cable moves.
+    """Pose of the camera over the plane above which a cable moves.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class View:
     tilt : float
         Radians; 0 looks straight at the plane, above 0 its lower part in the image is nearer.
     ground_m : float
-        How far the background lies below the plane.
+        Depth of the background below the plane.
     shift : (float, float)
-        Where the origin lies, metres along X and Y off the optical axis.
+        Place of the origin, metres along X and Y off the optical axis.
     """
 
     distance_m: float
@@ -75,7 +75,7 @@ class SpaceScene:
     ----------
     name : str
     frames : int
-        How many show it in full, 30 of them a second.
+        Number of frames that show it in full, at 30 a second.
     radius_m : float
         Of the cable.
     motion : SpaceMotion
@@ -112,7 +112,7 @@ class SpaceScene:
 
 
 def _centred(view: View, points: FloatArray, camera: PinholeCamera, room: FloatArray) -> View:
-    """Shift the plane until the middle of what is seen is the middle of the image."""
+    """Shift the plane until the middle of the visible scene is the middle of the image."""
     middle = np.array([camera.cx, camera.cy])
     for _ in range(4):
         seen = camera.project(view.to_camera(points))
@@ -138,11 +138,11 @@ class Rendering:
     depth : numpy.ndarray, shape (H, W), float32
         Metres along z.
     sample : numpy.ndarray, shape (H, W), int32
-        Which of the spheres is seen; -1 is background.
+        Index of the sphere that is seen; -1 is background.
     centers, radius : numpy.ndarray, shape (n, 3) and (n,)
         The spheres, metres; the cable's come first.
     cable : int
-        How many of them are the cable's.
+        Number of spheres that are the cable's.
     """
 
     depth: npt.NDArray[np.float32]
@@ -153,7 +153,7 @@ class Rendering:
 
     @property
     def mask(self) -> npt.NDArray[np.bool_]:
-        """Where the cable is seen, shape (H, W)."""
+        """Mask of the visible cable, shape (H, W)."""
         # As unsigned numbers, the background's -1 is the largest.
         result: npt.NDArray[np.bool_] = self.sample.view(np.uint32) < self.cable
         return result

@@ -24,7 +24,7 @@ HSV = (
     HsvRange(hue=(99, 113), saturation=(120, 255), value=(45, 255)),
     HsvRange(hue=(163, 175), saturation=(120, 255), value=(45, 255)),
 )
-"""What finds each of the `DYES`, and nothing on the workbench."""
+"""Colour ranges that find each of the `DYES`, and nothing on the workbench."""
 _NOISE_SIGMA = 2.6
 _NOISE_MARGIN = 64
 _BLUR_SIGMA = 0.55
@@ -60,7 +60,7 @@ class Studio:
         return self._expose(canvas, index)
 
     def visible(self, strands: Sequence[Strand], actors: Sequence[Placed]) -> tuple[npt.NDArray[np.bool_], ...]:
-        """Return what is seen of each cable, shapes (H, W)."""
+        """Return the visible part of each cable, shapes (H, W)."""
         owner = visible_cables(stack_layers(strands, self.width_px, self.size), self.width_px, self.size)
         owner[hidden_by(actors, self.size)] = -1
         return tuple(owner == number for number in range(len(strands)))

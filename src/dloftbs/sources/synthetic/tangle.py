@@ -25,7 +25,7 @@ _THINNING = 8
 
 @dataclass(frozen=True)
 class _Table:
-    """What the cables of an image lie on: its size, the pixels per pixel of a 1280 x 720 image, the cables' width."""
+    """Table under the cables: the image's size, the pixels per pixel of a 1280 x 720 image, the cables' width."""
 
     size: tuple[int, int]
     scale: float

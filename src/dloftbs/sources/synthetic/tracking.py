@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from dloftbs.errors import InputError
 from dloftbs.sources.synthetic import tracking_scenes as scenes
-from dloftbs.sources.synthetic.generated import HD_WIDTH_PX, NumberedSequence, count_at, proportion, visible_tubes
+from dloftbs.sources.synthetic.generated import MaskSequence, NumberedSequence, count_at, width_at
+from dloftbs.sources.synthetic.strand import Strand
 from dloftbs.sources.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
 from dloftbs.truth import Truth
 
@@ -37,10 +39,10 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
     "loop opens": (1,),
     "hidden": (1, 3),
 }
-"""What happens in the sequences, and with how many cables."""
+"""Families of sequences, and the numbers of cables that each comes with."""
 
 
-class TrackingSequence(NumberedSequence):
+class TrackingSequence(NumberedSequence, MaskSequence):
     """Perfect masks of cables that move over each other and behind occluders, out of the image and back.
 
     The truth has every cable in every frame, hidden or outside or not; `Truth.shown_spans` says how much of it shows.
@@ -52,9 +54,9 @@ class TrackingSequence(NumberedSequence):
     cables : int
         One of the numbers that the family comes with.
     number : int
-        Which of the family: another one shows other motions.
+        Number within the family: another one shows other motions.
     frames : int
-        What happens takes 2 s: with fewer than 60 frames the steps are larger.
+        Number of frames in the 2 s that the motion takes: with fewer than 60 the steps are larger.
     size : (int, int)
         ``(H, W)`` px.
     seed : int
@@ -84,9 +86,7 @@ class TrackingSequence(NumberedSequence):
         name = f"{family}, {cables} cable{'' if cables == 1 else 's'}"
         super().__init__(name, family, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
         self.cables = cables
-        self.width_px = HD_WIDTH_PX * proportion(size) if width_px is None else width_px
-        if not 1.0 <= self.width_px <= _WIDEST_PX * proportion(size):
-            raise InputError(f"width_px must be in 1..{_WIDEST_PX * proportion(size):g} here, got {self.width_px}")
+        self.width_px = width_at(size, width_px, _WIDEST_PX)
 
     def covered(self, index: int) -> Mask:
         """Return the pixels, shape (H, W), that are behind an occluder.
@@ -97,17 +97,17 @@ class TrackingSequence(NumberedSequence):
             If there is no such frame.
         """
         self._check(index)
-        phase = index / self._frames
-        return self._play.covered(phase, self._play.strands(phase), self.size)
+        return self._play.covered(index / self._frames, self._strands(index), self.size)
 
     def _make_truth(self, index: int) -> Truth:
-        phase = index / self._frames
-        strands = self._play.strands(phase)
-        masks = visible_tubes(strands, self.width_px, self.size)
-        if self._play.covers:
-            open_sight = ~self._play.covered(phase, strands, self.size)
-            masks = tuple(mask & open_sight for mask in masks)
-        return Truth(tuple(strand.curve() for strand in strands), masks, tuple(range(len(strands))))
+        truth = super()._make_truth(index)
+        if not self._play.covers:
+            return truth
+        in_sight = ~self.covered(index)
+        return replace(truth, visible_masks=tuple(mask & in_sight for mask in truth.visible_masks))
+
+    def _strands(self, index: int) -> tuple[Strand, ...]:
+        return self._play.strands(index / self._frames)
 
     @cached_property
     def _play(self) -> Play:

@@ -1,4 +1,4 @@
-"""What moves over the cables in the sequences that tracking is measured on."""
+"""Occluders that move over the cables in the sequences that tracking is measured on."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Reach:
         Of the disc, or half the width of the bar.
     bar : bool
     away_px : float
-        How far off it waits.
+        Distance at which it waits.
     """
 
     cable: int
@@ -68,7 +68,7 @@ class Lid:
     ----------
     cable : int
     radius_px : float
-        Where it is largest.
+        At its largest.
     rise, fall : (float, float)
         Phases between which it grows and shrinks.
     """

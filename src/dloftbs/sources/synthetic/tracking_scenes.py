@@ -1,4 +1,4 @@
-"""What happens in the sequences that tracking is measured on: cables as functions of a phase, and what covers them."""
+"""Scenes of the sequences that tracking is measured on: cables as functions of a phase, and their occluders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dloftbs.sources.synthetic.tracking_covers import Cover, Lid, Reach, middle
 FRAMES = 60
 """Frames of a whole sequence; speeds are those at this number."""
 MOST_PX = 15.0
-"""How far a point of a cable moves from one frame to the next at most, about, px in HD."""
+"""Largest motion of a point of a cable from one frame to the next, about, px in HD."""
 MOST_HIDDEN = 0.3
 """The largest share of a cable's length that the occluders of "occluded" hide together."""
 
@@ -39,7 +39,7 @@ _SHIFT = 4  # of OpenCV's fixed-point coordinates
 
 @dataclass(frozen=True)
 class Stage:
-    """What the cables lie on.
+    """Size of the image that the cables lie in, and their width.
 
     Parameters
     ----------
