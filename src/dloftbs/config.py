@@ -119,11 +119,11 @@ class CleaningConfig(Section, frozen=True, kw_only=True):
     open_px : int
         Side of the square of the morphological opening; the paper's is 3, and 1 is none (for the thinnest cables).
     close_px : int
-        Side of the square of a closing before it. What that adds stays only where it fills a pin-hole wholly, or a
+        Side of the square of a closing before it. Added pixels stay only where they fill a pin-hole wholly, or a
         notch of some pixels: slits between cables stay open. 1, the paper's, is none.
     thin_px : int
-        What the opening takes comes back where it hangs together over this many pixels or more: a cable of one or two
-        pixels, and no salt. 0, the paper's, brings nothing back.
+        Least number of connected pixels that come back after the opening took them: a cable of one or two pixels, and
+        no salt. 0, the paper's, brings nothing back.
     fill_holes : bool
         Whether holes that are narrower than the cables and lie within one of them are filled, such as the highlight on
         a glossy cable in a large picture. False is the paper's.
@@ -243,8 +243,8 @@ class FittingConfig(Section, frozen=True, kw_only=True):
         The paper's ``k``: distinct knots, both ends included, equidistant in element number. A centre line with too few
         points for them gets fewer. None: as many as the curve needs.
     tolerance_px : float
-        Where the need decides: knots are added while the points lie farther than this beside the curve over a stretch
-        one and a half times as long as the object is wide.
+        Largest distance of the points from the curve over a stretch one and a half times as long as the object is wide;
+        knots are added until it is met. Only without a given number of knots.
     """
 
     knots: int | None = None

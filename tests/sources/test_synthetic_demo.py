@@ -207,7 +207,7 @@ def test_small_and_upright_images_work(size):
         ({"frames": 0}, "frames >= 1"),
         ({"cables": 3}, "cables 1 or 2"),
         ({"size": (20, 400)}, "at least 64 x 64"),
-        ({"fps": 0.0}, "fps > 0"),
+        ({"fps": 0.0}, "fps must be positive"),
         ({"width_px": 90.0}, "more tightly than two widths"),
     ],
 )

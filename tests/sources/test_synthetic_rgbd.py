@@ -110,6 +110,7 @@ def self_crossings(curve):
 )
 def test_passes_are_two_radii_apart_and_the_upper_hides_the_lower(number, crossed):
     sequence, indices = suites()[number]
+    seen = 0
     for which in range(len(indices)):
         frame, truth = frame_and_truth(number, which)
         flat, axis = truth.curves[0], truth.curves_3d[0]
@@ -121,7 +122,9 @@ def test_passes_are_two_radii_apart_and_the_upper_hides_the_lower(number, crosse
         assert (np.abs(depth[:, 0] - depth[:, 1]) > 2.0 * sequence.scene.radius_m).all()
         for (x, y), z in zip(flat(pairs).mean(axis=1).round().astype(int), depth.min(axis=1), strict=True):
             if frame.mask[y, x]:
+                seen += 1
                 assert frame.depth[y, x] < z
+    assert seen > 0
 
 
 def test_the_surface_over_the_axis_is_nearer_by_the_radius():

@@ -165,11 +165,11 @@ def junction_costs(
     Returns
     -------
     first : (junctions + 1,) int64
-        Where the arms of each junction start in `members`.
+        Start of each junction's arms in `members`.
     members : (m,) int64
         Ends, junction after junction.
     starts : (junctions + 1,) int64
-        Where the costs of each junction start: a square matrix of its arms, row by row.
+        Start of each junction's costs: a square matrix of its arms, row by row.
     costs : (k,) float64
     """
     first, members = _list_arms(nodes)
@@ -226,7 +226,7 @@ def _expand_passes(
     Returns
     -------
     starts : (junctions + 1,) int64
-        Where the costs of each junction start: a square matrix, of which the upper triangle counts.
+        Start of each junction's costs: a square matrix, of which the upper triangle counts.
     costs : (k,) float64
     """
     starts = np.zeros(len(first), dtype=np.int64)
@@ -350,7 +350,7 @@ def pair_costs(
     least_bound : float
         Gaps that cost less are listed even where leaving both ends open costs less than that.
     more : float
-        How much dearer than that pairs may be.
+        Largest extra cost of pairs over that.
 
     Returns
     -------

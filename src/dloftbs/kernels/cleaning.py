@@ -246,7 +246,7 @@ def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
     reach : int
         The square's side is ``2 reach + 1``, px.
     most : int
-        Where the closing adds more pixels, the mask is noise: nothing is added.
+        Largest number of added pixels; with more, the mask is noise and nothing is added.
 
     Returns
     -------
@@ -292,7 +292,7 @@ def open_up(stripes: _Words, inside: _Words, reach: int, least: int, most: int) 
     least : int
         0 puts nothing back.
     most : int
-        Where the opening takes more pixels, the mask is noise: nothing is put back.
+        Largest number of pixels taken; with more, the mask is noise and nothing is put back.
 
     Returns
     -------

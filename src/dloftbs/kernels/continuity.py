@@ -86,7 +86,7 @@ def sample_curves(
     points : (m, 2) float64
         In the pose.
     first : (c + 1,) int64
-        Where the samples of each curve start, and the end.
+        Start of each curve's samples, and the end.
     steps, longest : (c,) float64
         From sample to sample, on average and at most, px.
     """
@@ -143,7 +143,7 @@ def _lay_grid(
         Corner of the first cell, and the side of all.
     columns, rows : int
     first : (columns * rows + 1,) int64
-        Where the ends of each cell start in the list, row by row.
+        Start of each cell's ends in the list, row by row.
     ends : (m,) int64
         Ascending in each cell.
     """
@@ -204,7 +204,7 @@ def follow(
     points : (m, 2) float64
         Samples of all curves, one curve after the other, evenly spaced.
     first : (c + 1,) int64
-        Where the samples of each curve start.
+        Start of each curve's samples.
     steps, longest : (c,) float64
         From sample to sample, on average and at most, px.
     closed : (c,) bool

@@ -247,15 +247,15 @@ def select_crossings(
     u, arc : (m,) float64
         The parameter, and the distance from the start of each curve, px.
     first : (c + 1,) int64
-        Where each curve starts in these, and the end.
+        Start of each curve in these, and the end.
     closed : (c,) bool
-        Which curves are loops; their last vertex is their first.
+        True for curves that are loops; their last vertex is their first.
     widths : (c,) float64
         Of the objects, px.
     chords : (n, 2) int64
         The two chords that intersect, by the index of their first vertex, those of the same two curves together.
     shares : (n, 2) float64
-        How far along each of them, 0 to 1.
+        Place along each of them, 0 to 1.
     turn : float
         In widths: parts of a curve that are nearer along it are neighbours, which do not cross.
     near : float

@@ -56,7 +56,7 @@ def flatten(
     u : (m,) float64
         The curve's parameter.
     first : (c + 1,) int64
-        Where each curve starts in these, and the end.
+        Start of each curve in these, and the end.
     """
     n_curves = len(counts)
     first = np.zeros(n_curves + 1, dtype=np.int64)
@@ -242,7 +242,7 @@ def intersect(points: _Floats, first: _Ints) -> tuple[_Ints, _Floats]:
     chords : (m, 2) int64
         The two chords, by the index of their first point, the lower one first; those of the same two curves together.
     shares : (m, 2) float64
-        How far along each of them, 0 to 1.
+        Place along each of them, 0 to 1.
     """
     chords = np.empty((16, 2), dtype=np.int64)
     shares = np.empty((16, 2))

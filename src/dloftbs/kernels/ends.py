@@ -166,9 +166,9 @@ def extend_end(
     Returns
     -------
     drop : int
-        How many of the last points to leave out.
+        Number of last points to leave out.
     added : (m, 2) float64
-        What to put in their place, about 1 px apart. Both are nothing where the points are too few to tell a direction,
+        Points in their place, about 1 px apart. Both are nothing where the points are too few to tell a direction,
         or the mask does not end within reach.
     """
     nothing = np.empty((0, 2))

@@ -119,11 +119,11 @@ def sample_references(
     -------
     ground : (e, k, 3) float64
     grounds : (e,) int64
-        How many of them there are.
+        Number of samples of each.
     cable : (e, l, 3) float64
     cables : (e,) int64
     spread : (e, 2) float64
-        How far apart the colours of the ground are, and of the cable.
+        Distance between the colours of the ground, and between those of the cable.
     """
     half = int(_BLOCK_WIDTHS * width)
     clear, step = _CLEAR_WIDTHS * width + _CLEAR_PX, max(_APART_WIDTHS * width, 1.0)

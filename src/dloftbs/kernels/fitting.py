@@ -317,7 +317,7 @@ def grow_open_knots(
     pick : int
         Every so-many-th point is looked at, and the last one.
     tolerance : float
-        How far beside the curve a stretch may lie, on average, px.
+        Largest mean distance of a stretch from the curve, px.
     window : int
         Points in a stretch, of those that are looked at.
 

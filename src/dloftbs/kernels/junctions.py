@@ -71,7 +71,7 @@ def find_junctions(
     n_open : int
         Number of runs with ends; they come first.
     mask : (H, W) uint8
-        What the skeleton is of.
+        Mask that the skeleton is of.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def find_junctions(
     centres : (k, 2) float64
         ``(x, y)``, the mean of each junction's branch points.
     radii : (k,) float64
-        How far the mask reaches around each centre, px.
+        Reach of the mask around each centre, px.
     """
     n = len(pixels_rc)
     size = 0
@@ -187,7 +187,7 @@ def prune_spurs(
         Of the runs with ends, and more.
     mask : (H, W) uint8
     least : float
-        What sticks out by less is a spur, px.
+        Least length by which a run sticks out, px; shorter ones are spurs.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def merge_junctions(
     ----------
     nodes : (2 n,) int64
     clear : (n,) int64
-        How many points of each run lie clear of its junctions.
+        Number of points of each run that lie clear of its junctions.
     alive : (n,) bool
     count : int
         Number of junctions.

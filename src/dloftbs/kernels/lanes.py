@@ -131,7 +131,7 @@ def follow_lanes(
     arc, separation : (n,) float64
         Distance along the run, and between the lanes, px.
     before_one, before_two, after_one, after_two : (m, 2) float64
-        How the lanes go on before the first and after the last point, in order away from the run; may be empty.
+        Continuation of the lanes before the first and after the last point, in order away from the run; may be empty.
     width : float
         Of one cable, px.
 
@@ -140,7 +140,7 @@ def follow_lanes(
     changed : (n + 1,) bool
         Whether what comes from lane one lies in lane two, at each point and after the last.
     margin : float
-        How clear the least clear decision was: half the logarithm of the ratio of the mean squared residuals; infinity
+        Clearness of the least clear decision: half the logarithm of the ratio of the mean squared residuals; infinity
         where there was none to take.
     weakest : int
         The point at which that one was taken; -1 where there was none.

@@ -107,7 +107,7 @@ def distort(points: _Floats, model: int, k: _Floats, tilt: _Floats, field: float
     tilt : (3, 3) float64
         Homography of a tilted sensor, of the polynomial model.
     field : float
-        Where the lens's field ends: the squared radius of the polynomial, the angle of the fisheye, radians.
+        Limit of the lens's field: the squared radius of the polynomial, the angle of the fisheye, radians.
     out : (n, 2) float64
         Written: normalised, with distortion; NaN outside of the field.
     """
@@ -230,7 +230,7 @@ def splat_depth(
         The pixel's ray (x, y, z) for a depth of 1, turned into the other camera's frame, and half the width and height
         of its footprint there, px, at infinite range.
     shift : (3,) float64
-        Where the depth camera is in the other camera's frame, metres.
+        Position of the depth camera in the other camera's frame, metres.
     intrinsics : (4,) float64
         The other camera's fx, fy, cx, cy, px.
     model, k, tilt, field

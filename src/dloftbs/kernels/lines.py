@@ -77,7 +77,7 @@ def lay_out(
     spans : (k, 3) int64
         First point, the one after the last, and the step: 1 or -1; line after line.
     first : (c + 1,) int64
-        Where each line starts among the points of all lines, and the end; each has one point or more.
+        Start of each line among the points of all lines, and the end; each has one point or more.
     n_open : int
         Number of lines with ends; the rest are loops.
     arms : (e, 2 or more) float64

@@ -227,7 +227,7 @@ def pair_ends(
         The pairs that are possible, each once.
     costs : (k,) float64
     bonus : (k,) float64
-        How much less each counts than it costs.
+        Discount on the cost of each.
     price : (n,) float64
         Of leaving each end open.
     identity : (n,) int64
@@ -242,7 +242,7 @@ def pair_ends(
     other : (n,) int64
         The end that this one would be paired with then, or -1.
     overruled : float
-        How much cheaper the pairing is that would be chosen without any bonus.
+        Cost saved by the pairing that would be chosen without any bonus.
     """
     n, overruled = len(price), 0.0
     partner = np.full(n, -1, dtype=np.int64)
@@ -320,7 +320,7 @@ def least_costs(
     Parameters
     ----------
     sets : (s + 1,) int64
-        Where each set starts in `slots`.
+        Start of each set in `slots`.
     slots : (m,) int64
         Ends at one junction each set; an end may stand twice, but is not paired with itself.
     nodes : (n,) int64

@@ -294,7 +294,7 @@ def recentre(
     points : (n, 2) float64
         Skeleton pixels, ``(x, y)``, run after run. A run whose last point touches its first is a loop.
     offsets : (runs + 1,) int64
-        Where each run starts in `points`, and the end.
+        Start of each run in `points`, and the end.
 
     Returns
     -------

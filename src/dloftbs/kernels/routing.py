@@ -164,9 +164,9 @@ def route(
     Parameters
     ----------
     nodes : (k, 2) float64
-        Where the remembered curve is expected, evenly spaced; two or more.
+        Predicted points of the remembered curve, evenly spaced; two or more.
     reach : (k,) float64
-        How far from each it may be.
+        Largest distance from each.
     unseen : (k,) float64
         Price of each being hidden; a sample at the limit of its reach costs 1.
     samples : (n, 2) float64
@@ -174,7 +174,7 @@ def route(
     tangents : (n, 2) float64
         Unit tangents at the samples, infinite where they are not known yet; written where they are asked for.
     part : (n,) int64
-        Which curve each is of: 0, 1, ...
+        Curve that each is of: 0, 1, ...
     bounds : (p, 2) int64
         First and last sample of each curve.
     boxes : (p, 4) float64
@@ -186,7 +186,7 @@ def route(
     spacing : float
         From node to node.
     slack : float
-        What is nearer than this to the end of a curve is at it.
+        Distance from the end of a curve within which a sample is at it.
     at : (k,) int64
         Written: one more than the index of the sample that the node is, negative where the curve runs the other way,
         0 where it is hidden.
@@ -337,7 +337,7 @@ def find_runs(at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: in
     at : (k,) int64
         As `route` writes it.
     part : (n,) int64
-        Which curve each sample is of.
+        Curve that each sample is of.
     fewest : int
         Nodes of a run.
     runs : (k, 6) int64

@@ -152,7 +152,7 @@ def settle(
         The first section that is not seen, and the one after the last; in order, on a loop from the first that is seen,
         and beyond the seam counted on.
     count, first, last : int
-        How many are seen, the first of them and the last.
+        Number of seen ones, the first of them and the last.
     lowest, lowest_seen : float
         Of the line, of all sections and of those that are seen; the latter infinite where none is.
     """

@@ -136,7 +136,7 @@ def list_paths(
     inside : (k,) bool
         Whether a cable ends inside the last one.
     price : (k,) float64
-        What sharing them costs, besides what it changes in the junctions.
+        Cost of sharing them, besides its effect on the junctions.
     """
     count = len(first) - 1
     slots = np.empty(_MOST_SLOTS, dtype=np.int64)
@@ -241,7 +241,7 @@ def changed_junctions(
     Returns
     -------
     sets : (s + 1,) int64
-        Where each set of arms starts in `slots`; what many paths have in common is listed once, mostly.
+        Start of each set of arms in `slots`; what many paths have in common is listed once, mostly.
     slots : (m,) int64
         Ends, which may stand twice.
     changes : (k, 3) int64

@@ -158,9 +158,9 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     -------
     line : (n,) float64
     explained : (n,) bool
-        Which values count.
+        True for values that count.
     freedom : float
-        How many parameters the line makes use of: 2 is straight.
+        Effective number of parameters of the line: 2 is straight.
     """
     n, m = len(y), spans + _ORDER - 1
     cells, basis = np.empty(n, dtype=np.int64), np.empty((n, _ORDER))

@@ -243,7 +243,7 @@ def find_surface(
     Parameters
     ----------
     points, tangents : (n, 2) float64
-        Where the sections are, and the way on.
+        Places of the sections, and the way on.
     radius : (n,) float64
         Half the width there, px.
     used : (n,) bool
@@ -255,7 +255,7 @@ def find_surface(
     left, top : int
         The image's column and row of their first pixel.
     unit_m : float
-        What a count of the depth is worth.
+        Metres of one count of the depth.
     low_m, high_m : float
         Depth that is 0, not finite, or outside of this range is missing.
     focal_px : float
@@ -273,7 +273,7 @@ def find_surface(
     counts : (n,) float64
         Of how many pixels it is the mean.
     led : float
-        How far pixels were led to the middle line, as a share of the radius, on average. That is as seen at a right
+        Mean distance that pixels were moved to the middle line, as a share of the radius. That is as seen at a right
         angle; where the object is seen obliquely, the surface falls back by more.
     known : int
         The number of sections whose depth is known.

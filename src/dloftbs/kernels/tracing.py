@@ -64,7 +64,7 @@ def trace(
     points : (m, 2) float64
         ``(x, y)``, that is column and row, run after run; all pixels but the branch points.
     offsets : (runs + 1,) int64
-        Where each run starts in `points`, and the end.
+        Start of each run in `points`, and the end.
     n_open : int
         The first `n_open` runs have ends, the rest are loops.
     """
@@ -142,7 +142,7 @@ def measure_radius(
     points : (n, 2) float64
         ``(x, y)``, run after run.
     offsets : (runs + 1,) int64
-        Where each run starts in `points`, and the end.
+        Start of each run in `points`, and the end.
     reach : int
         The direction at a point is that from the point `reach` before to the one `reach` after, within the run.
 

@@ -159,13 +159,13 @@ def match_as_they_stand(
     found_lengths : (f,) float64
     found_closed : (f,) bool
     slack : (t,) float64
-        By how much the lengths may differ.
+        Largest difference of the lengths.
     near : float
-        What counts as near in the mean, as a share of the length.
+        Largest mean distance that counts as near, as a share of the length.
     farthest : float
         And at any place.
     apart : float
-        How many times nearer than any other its partner must be; and no other may be near.
+        Ratio by which its partner must be nearer than any other; and no other may be near.
 
     Notes
     -----
@@ -257,14 +257,14 @@ def _misfit(
     share : float
         Of the length of the whole that the part has.
     start : float
-        Where it starts, as a share of the whole.
+        Its start, as a share of the whole.
     backwards : bool
         Whether the part runs the other way.
     cyclic : bool
         Whether the whole is a loop.
     cap : float
     kept : float
-        How much of the shift as a whole counts.
+        Share of the whole shift that counts.
     count : int
         Number of places where the distance is taken.
     """
@@ -352,9 +352,9 @@ def misfit_at(
     share : float
         The length of the part by that of the whole.
     start : float
-        Where the part starts, as a share of the whole.
+        Start of the part, as a share of the whole.
     kept : float
-        How much of the shift as a whole counts, in 0..1.
+        Share of the whole shift that counts, in 0..1.
     """
     count = max(_LEAST, int(share * (len(whole) - 1)) // 2 + 1)
     return _misfit(part, whole, share, start, False, False, math.inf, kept, count)
@@ -437,7 +437,7 @@ def place_all(
     misfit : (t, f) float64
         The mean distance; infinite where it is not asked for.
     start : (t, f) float64
-        Where the shorter one starts, as a share of the longer one; of two loops, of the track.
+        Start of the shorter one, as a share of the longer one; of two loops, of the track.
     backwards : (t, f) bool
         Whether the curve found runs the other way.
     """

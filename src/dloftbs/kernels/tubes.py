@@ -152,7 +152,7 @@ def hide(
     used : (n,) bool
         Is set to False there.
     points : (n, 2) float64
-        Where the sections are.
+        Places of the sections.
     closed : bool
         Whether the last is next to the first.
     at : int
@@ -160,7 +160,7 @@ def hide(
     others, others_closed, others_at
         The same of the other pass, which may be another part of the same curve.
     reach_px : float
-        How near to the other's axis counts as on it.
+        Distance from the other's axis that counts as on it.
     """
     n = len(points)
     for step in (-1, 1):

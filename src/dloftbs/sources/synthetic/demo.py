@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import Any
 
 from dloftbs.config import HsvRange
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.sources.base import KnownSequence
+from dloftbs.sources.synthetic.generated import GeneratedSequence
 from dloftbs.sources.synthetic.scene import Scene
 from dloftbs.sources.synthetic.studio import DYES, HSV, Studio
 from dloftbs.truth import Truth
 
 
-class DemoSequence(KnownSequence):
+class DemoSequence(GeneratedSequence):
     """A rendered sequence: cables on a workbench, one led by two grippers into a loop that crosses itself.
 
     Every frame is a function of the arguments and its index alone, bit for bit. The last frame runs into the first.
@@ -51,31 +52,19 @@ class DemoSequence(KnownSequence):
         occluder: bool = True,
         fps: float = 30.0,
     ) -> None:
-        if frames < 1 or seed < 0 or cables not in (1, 2):
-            raise InputError(f"expected frames >= 1, seed >= 0 and cables 1 or 2, got {frames}, {seed} and {cables}")
-        if min(size) < 64 or not 1.0 <= width_px < math.inf or not 0.0 < fps < math.inf:
-            raise InputError(
-                f"expected a size of at least 64 x 64, width_px >= 1 and fps > 0, got {size}, {width_px} and {fps}"
-            )
-        self.name = f"demo (seed {seed})"
-        self.length = self._frames = frames
-        self.fps = self._rate = fps
-        self.size = size
+        super().__init__(f"demo (seed {seed})", frames, size, seed, fps)
+        if cables not in (1, 2) or not 1.0 <= width_px < math.inf:
+            raise InputError(f"expected cables 1 or 2 and width_px >= 1, got {cables} and {width_px}")
+        self.cables = cables
         self.width_px = width_px
-        self._scene = Scene(seed, size, cables, width_px, occluder)
-        self._studio = Studio(seed, size, width_px)
-        # This fits the motions: what cannot be is refused here, not at the first frame.
-        self._ids = tuple(range(len(self._scene.motions)))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        scene = self._scene
-        arguments = (self._frames, self.size, scene.seed, scene.cables, self.width_px, scene.occluder, self._rate)
-        return type(self), arguments
+        self._occluder = occluder
+        # What cannot be is refused here, not at the first frame.
+        _ = self._scene.motions
 
     @property
     def hsv(self) -> tuple[HsvRange, ...]:
         """The colour of each cable: what `SegmentationConfig.hsv` takes."""
-        return HSV[: len(self._ids)]
+        return HSV[: self.cables]
 
     def frame(self, index: int) -> Frame:
         """Render one frame, shape (H, W, 3) BGR.
@@ -85,28 +74,25 @@ class DemoSequence(KnownSequence):
         InputError
             If there is no such frame.
         """
-        phase = self._phase(index)
+        self._check(index)
+        phase = index / self._frames
         strands = self._scene.strands(phase)
         image = self._studio.shoot(strands, DYES[: len(strands)], self._scene.actors(strands, phase), index)
         return Frame(image=image, **self._labels(index))
 
-    def truth(self, index: int) -> Truth:
-        """Return the truth of a frame.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        phase = self._phase(index)
+    def _make_truth(self, index: int) -> Truth:
+        phase = index / self._frames
         strands = self._scene.strands(phase)
         masks = self._studio.visible(strands, self._scene.actors(strands, phase))
-        return Truth(tuple(strand.curve() for strand in strands), masks, self._ids)
-
-    def _phase(self, index: int) -> float:
-        if not 0 <= index < self._frames:
-            raise InputError(f"index must be in 0..{self._frames - 1}, got {index}")
-        return index / self._frames
+        return Truth(tuple(strand.curve() for strand in strands), masks, tuple(range(self.cables)))
 
     def _labels(self, index: int) -> dict[str, Any]:
-        return {"index": index, "stamp": index / self._rate, "name": f"demo#{index:04d}"}
+        return {**super()._labels(index), "name": f"demo#{index:04d}"}
+
+    @cached_property
+    def _scene(self) -> Scene:
+        return Scene(self.seed, self.size, self.cables, self.width_px, self._occluder)
+
+    @cached_property
+    def _studio(self) -> Studio:
+        return Studio(self.seed, self.size, self.width_px)

@@ -80,7 +80,7 @@ class SpaceScene:
         Of the cable.
     motion : SpaceMotion
     view : View
-        Where it is too close for the cable to stay in the image, the camera goes back, to 1.5 m at most.
+        The camera goes back, to 1.5 m at most, where it is too close for the cable to stay in the image.
     hands : tuple of Hand
     """
 
