@@ -265,7 +265,7 @@ class Memory:
         """Return the track as it stands."""
         width = self.width if self.width == self.width else None
         sight = self.sight or Sight(self.curve, self.curve_3d, self.inferred, self.confidence)
-        return Track(
+        return Track.trusted(
             self.id,
             self.state,
             sight.curve,
@@ -273,7 +273,7 @@ class Memory:
             self.hits,
             self.misses,
             self.detection,
-            sight.inferred,
+            tuple((float(low), float(high)) for low, high in sight.inferred),
             sight.confidence,
             width,
         )
