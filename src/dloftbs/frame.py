@@ -174,6 +174,22 @@ class Detection:
             _set(self, no_3d_reason=check_text("no_3d_reason", self.no_3d_reason))
         _set(self, inferred_3d=check_spans("inferred_3d", self.inferred_3d))
 
+    @classmethod
+    def trusted(
+        cls,
+        centerline: Centerline,
+        curve: BSplineCurve,
+        curve_3d: BSplineCurve | None = None,
+        no_3d_reason: str | None = None,
+        inferred_3d: tuple[tuple[float, float], ...] = (),
+    ) -> Detection:
+        """Make what the constructor makes, faster."""
+        detection = cls.__new__(cls)
+        detection.__dict__.update(
+            centerline=centerline, curve=curve, curve_3d=curve_3d, no_3d_reason=no_3d_reason, inferred_3d=inferred_3d
+        )
+        return detection
+
     @property
     def width(self) -> float:
         """Width of the object, px: twice the median radius along the centre line."""
@@ -198,7 +214,9 @@ class Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
         inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
-        return Detection(self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d)
+        return Detection.trusted(
+            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -254,6 +272,15 @@ class Crossing:
             top=None if self.top is None else check_integer("top", self.top, 0, 1),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
         )
+
+    @classmethod
+    def trusted(
+        cls, position: Point, passes: tuple[tuple[int, float], tuple[int, float]], top: int | None, confidence: float
+    ) -> Crossing:
+        """Make what the constructor makes, faster."""
+        crossing = cls.__new__(cls)
+        crossing.__dict__.update(position=position, passes=passes, top=top, confidence=confidence)
+        return crossing
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -337,6 +364,36 @@ class Track:
             width=None if self.width is None else check_number("width", self.width, 0.0, LARGEST),
         )
 
+    @classmethod
+    def trusted(
+        cls,
+        number: int,
+        state: TrackState,
+        curve: BSplineCurve,
+        curve_3d: BSplineCurve | None,
+        hits: int,
+        misses: int,
+        detection: Detection | None,
+        inferred: tuple[tuple[float, float], ...],
+        confidence: float,
+        width: float | None,
+    ) -> Track:
+        """Make what the constructor makes, faster."""
+        track = cls.__new__(cls)
+        track.__dict__.update(
+            id=number,
+            state=state,
+            curve=curve,
+            curve_3d=curve_3d,
+            hits=hits,
+            misses=misses,
+            detection=detection,
+            inferred=inferred,
+            confidence=confidence,
+            width=width,
+        )
+        return track
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
         return {
@@ -406,6 +463,36 @@ class FrameResult:
             stage_ms=_stage_ms(self.stage_ms),
             dropped=check_all("dropped", self.dropped, Centerline),
         )
+
+    @classmethod
+    def trusted(
+        cls,
+        detections: tuple[Detection, ...],
+        tracks: tuple[Track, ...],
+        reason: str | None,
+        size: tuple[int, int],
+        stage_ms: dict[str, float],
+        index: int,
+        stamp: float | None,
+        name: str,
+        crossings: tuple[Crossing, ...],
+        dropped: tuple[Centerline, ...],
+    ) -> FrameResult:
+        """Make what the constructor makes, faster."""
+        result = cls.__new__(cls)
+        result.__dict__.update(
+            detections=detections,
+            tracks=tracks,
+            reason=reason,
+            size=size,
+            stage_ms=stage_ms,
+            index=index,
+            stamp=stamp,
+            name=name,
+            crossings=crossings,
+            dropped=dropped,
+        )
+        return result
 
     @property
     def total_ms(self) -> float:

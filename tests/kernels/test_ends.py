@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from drawings import EIGHT_VERSIONS, random_masks, turn, turn_points
 from hypothesis import given
+from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 from skeletons import fast_skeleton, listed, padded
 
 from dloftbs.curve import BSplineCurve
-from dloftbs.kernels.ends import extend_end
+from dloftbs.kernels.ends import extend_end, is_seen
 from dloftbs.kernels.recentring import recentre
 from dloftbs.kernels.tracing import trace
 from dloftbs.sources.synthetic import draw_tube_mask
@@ -146,3 +147,30 @@ def test_all_eight_versions_of_a_mask_give_the_same_ends(mask: np.ndarray) -> No
             again, moved = extend_end(np.ascontiguousarray(turn(frame, *how)), run, float(radius[start]))
             assert again == drop
             np.testing.assert_allclose(moved, turn_points(added, frame.shape, *how), atol=1e-5)
+
+
+def slow_is_seen(mask: np.ndarray, start: np.ndarray, stop: np.ndarray, width: float) -> bool:
+    """List the pixels between two points, and look for the longest way from one on the mask to the next."""
+    length = float(np.hypot(*(stop - start)))
+    if length <= 2.0 * width:
+        return True
+    ahead = np.linspace(0.0, 1.0, int(length) + 2)[:, None]
+    columns, rows = np.rint(start + ahead * (stop - start)).astype(int).T
+    on = np.flatnonzero(mask[np.clip(rows, 0, mask.shape[0] - 1), np.clip(columns, 0, mask.shape[1] - 1)])
+    return bool(np.diff(np.concatenate(([-1], on, [len(rows)]))).max() <= width)
+
+
+@given(random_masks, st.integers(0, 2**32 - 1))
+def test_a_cable_is_seen_between_points_where_no_break_is_longer_than_its_width(mask: np.ndarray, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-3.0, (mask.shape[1] + 2.0, mask.shape[0] + 2.0), (8, 2))
+    for i in range(1, len(points)):
+        width = float(rng.uniform(0.5, 6.0))
+        assert is_seen(mask, points, 0, i, width) == slow_is_seen(mask, points[0], points[i], width)
+
+
+@pytest.mark.parametrize("gap", [3, 4, 5, 6])
+def test_a_break_as_long_as_a_width_is_bridged(gap: int) -> None:
+    mask = np.ones((5, 60), np.uint8)
+    mask[:, 20 : 20 + gap] = 0
+    assert is_seen(mask, np.array([[2.0, 2.0], [57.0, 2.0]]), 0, 1, 5.0) == (gap < 5)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline, make_lsq_spline
 
-from dloftbs.kernels.fitting import fit_closed, fit_open, misfit, open_knots
+from dloftbs.kernels.fitting import fit_closed, fit_open, is_ascending, misfit, open_knots
 from dloftbs.stages.fitting import closed_knots
 
 
@@ -88,3 +88,9 @@ def test_the_misfit_agrees_with_scipy(seed: int, n: int, k: int, window: int) ->
     residual = (points - BSpline(knots, control, 3)(u))[:whole].reshape(-1, window, 2).mean(axis=1)
     expected = np.linalg.norm(residual, axis=1).max(initial=0.0)
     np.testing.assert_allclose(misfit(u, points, knots, control, window), expected, rtol=1e-6, atol=1e-9)
+
+
+@given(st.lists(st.integers(0, 9), max_size=8))
+def test_parameters_ascend_where_each_is_larger_than_the_one_before(u: list[int]) -> None:
+    given_ = np.array(u, dtype=np.float64)
+    assert is_ascending(given_) == bool((np.diff(given_) > 0.0).all())

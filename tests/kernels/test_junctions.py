@@ -15,6 +15,7 @@ from dloftbs.kernels import tracing
 from dloftbs.kernels.junctions import (
     FREE,
     UNAVAILABLE,
+    find_bordering,
     find_junctions,
     merge_junctions,
     prune_spurs,
@@ -191,3 +192,15 @@ print(len(prune_spurs(nodes, points[:1], np.ones(1), points, offsets, mask, floa
 @pytest.mark.parametrize("least", ["nan", "inf"])
 def test_pruning_ends_whatever_the_limit(least: str) -> None:
     assert run_bounded(PRUNE, least) == "1\n"
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_free_ends_near_a_border_are_told_wherever_they_lie(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points, offsets = rng.uniform(0.0, 40.0, (12, 2)), np.array([0, 3, 7, 12])
+    matrix, offset = np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([45.0, 3.0])
+    nodes = rng.integers(FREE, 2, 6)
+    tips = (points @ matrix.T + offset)[[0, 2, 3, 6, 7, 11]]
+    inside = np.minimum(tips, (49.0, 44.0) - tips).min(axis=1)
+    found = find_bordering(nodes, points, offsets, matrix, offset, 45, 50, 6.0)
+    np.testing.assert_array_equal(found, (nodes == FREE) & (inside <= 6.0))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, uint8
+from numba import float64, int64, uint8
 
 from dloftbs.kernels._compile import helper, kernel, read
 
@@ -218,3 +218,35 @@ def extend_end(
             added[count - 1, 1] -= min(beyond, 0.0) * dy
             return n - stop, _shortened(added[:count], max(beyond, 0.0))
     return 0, nothing
+
+
+@kernel(read(uint8, 2), read(float64, 2), int64, int64, float64)
+def is_seen(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], i: int, j: int, width: float) -> bool:
+    """Tell whether a cable can be seen all the way between two points: the mask has no break longer than its width.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    points : (n, 2) float64
+    i, j : int
+        The points.
+    width : float
+        Of the cable, px.
+
+    Returns
+    -------
+    bool
+    """
+    way_x, way_y = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+    length = np.hypot(way_x, way_y)
+    if length <= 2.0 * width:  # half a width at each end is on the mask
+        return True
+    steps, last = int(length) + 1, -1
+    for k in range(steps + 1):
+        t = k * (1.0 / steps) if k < steps else 1.0
+        column, row = int(np.rint(points[i, 0] + way_x * t)), int(np.rint(points[i, 1] + way_y * t))
+        if mask[min(max(row, 0), mask.shape[0] - 1), min(max(column, 0), mask.shape[1] - 1)] != 0:
+            if k - last > width:
+                return False
+            last = k
+    return steps + 1 - last <= width

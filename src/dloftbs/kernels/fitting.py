@@ -54,6 +54,15 @@ def _basis(span: _Span, u: float) -> _Four:
     return first, second, carry + (f - u) * share, (u - c) * share
 
 
+@kernel(read(float64, 1))
+def is_ascending(u: npt.NDArray[np.float64]) -> bool:
+    """Tell whether each parameter is larger than the one before."""
+    for i in range(1, len(u)):
+        if not u[i] > u[i - 1]:
+            return False
+    return True
+
+
 @kernel(read(float64, 1), int64)
 def open_knots(u: npt.NDArray[np.float64], k: int) -> npt.NDArray[np.float64]:
     """Return an open curve's knot vector: ``k`` distinct knots, equidistant in element number (paper: spline fitting).

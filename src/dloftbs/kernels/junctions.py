@@ -221,6 +221,45 @@ def prune_spurs(
     return alive
 
 
+@kernel(read(int64, 1), read(float64, 2), read(int64, 1), read(float64, 2), read(float64, 1), int64, int64, float64)
+def find_bordering(
+    nodes: npt.NDArray[np.int64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    matrix: npt.NDArray[np.float64],
+    offset: npt.NDArray[np.float64],
+    image_height: int,
+    image_width: int,
+    reach: float,
+) -> npt.NDArray[np.bool_]:
+    """Tell which free ends the image's border cuts.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+        And more.
+    matrix, offset : (2, 2) and (2,) float64
+        Turn a point into the image's.
+    image_height, image_width : int
+    reach : float
+        Skeletons end so near to a border that cuts them, px.
+
+    Returns
+    -------
+    (2 n,) bool
+    """
+    bordering = np.zeros(len(nodes), dtype=np.bool_)
+    for end in range(len(nodes)):
+        if nodes[end] == FREE:
+            i = offsets[end // 2] if end % 2 == 0 else offsets[end // 2 + 1] - 1
+            x = points[i, 0] * matrix[0, 0] + points[i, 1] * matrix[0, 1] + offset[0]
+            y = points[i, 0] * matrix[1, 0] + points[i, 1] * matrix[1, 1] + offset[1]
+            bordering[end] = min(x, y, image_width - 1.0 - x, image_height - 1.0 - y) <= reach
+    return bordering
+
+
 @kernel(write(boolean, 1), read(int64, 1), read(int64, 1), read(float64, 1), float64)
 def drop_specks(
     alive: npt.NDArray[np.bool_],

@@ -196,6 +196,8 @@ def _wall(
 def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     """Tell whether a point lies on the mask or on one of the eight pixels beside it."""
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and _at(mask, row, column) != 0:
+        return True
     for r in range(max(row - 1, 0), min(row + 2, mask.shape[0])):
         for c in range(max(column - 1, 0), min(column + 2, mask.shape[1])):
             if _at(mask, r, c) != 0:

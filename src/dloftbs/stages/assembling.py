@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.graph import FREE, Graph, Pairing
-from dloftbs.kernels.ends import extend_end
+from dloftbs.kernels.ends import extend_end, is_seen
 from dloftbs.kernels.lines import lay_out
 from dloftbs.patch import Patch
 
@@ -208,22 +208,10 @@ def _pieces(
             through = node >= 0 and k > 0 and nodes[partner[end]] == node
             if through and pieces:
                 _, before, step = pieces[-1].spans[-1]
-                through = _is_seen(mask, pairing.points[before - step], pairing.points[span[0]], width)
+                through = is_seen(mask, pairing.points, before - step, span[0], width)
             pieces.append(_Piece([span], end, cost, margin, through))
         cost, margin = 0.0, math.inf
     return pieces
-
-
-def _is_seen(mask: npt.NDArray[np.uint8], start: FloatArray, stop: FloatArray, width: float) -> bool:
-    """Tell whether a cable can be seen all the way between two points: the mask has no break longer than its width."""
-    way = stop - start
-    length = math.hypot(*way.tolist())
-    if length <= 2.0 * width:  # half a width at each end is on the mask
-        return True
-    columns, rows = np.rint(start[:, None] + way[:, None] * np.linspace(0.0, 1.0, int(length) + 2)).astype(np.intp)
-    on = np.flatnonzero(mask[np.clip(rows, 0, mask.shape[0] - 1), np.clip(columns, 0, mask.shape[1] - 1)])
-    breaks = np.diff(np.concatenate(([-1], on, [len(rows)])))
-    return bool(breaks.max() <= width)
 
 
 def _corner(mask: npt.NDArray[np.uint8], graph: Graph, pairing: Pairing, end: int) -> FloatArray | None:

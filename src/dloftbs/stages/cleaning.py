@@ -47,13 +47,10 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> Patch | None:
     pixels, framed, (left, top, h, w), moments = stripes.frame(words)
     if len(pixels) == 0:
         return None
-    box = slice(0, h + 2), slice(0, w + 2)
     pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
-    filled = fill_holes(pixels[box], pose.flip_x, pose.flip_y) if config.fill_holes else None
-    if filled is not None:  # the box is the same
-        pixels[box] = filled
-        words, *_ = stripes.cut(_as_words(pixels), pixels.shape[1], 0)
-        pixels, framed, _, moments = stripes.frame(words)
+    filled = fill_holes(framed, h, w, pose.flip_x, pose.flip_y) if config.fill_holes else framed[:0]
+    if len(filled):  # the box is the same
+        pixels, framed, _, moments = stripes.frame(filled)
         pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
     return Patch(pixels, framed, (h, w), (x0 + left, y0 + top), pose, (mask.shape[0], mask.shape[1]))
 

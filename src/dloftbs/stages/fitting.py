@@ -42,7 +42,7 @@ def fit(points: FloatArray, u: FloatArray, closed: bool, config: FittingConfig, 
     knots = config.knots
     if knots is None:
         knots = needed_knots(points, u, closed, config.tolerance_px, width_px)
-    return fit_with_knots(points, u, closed, knots)
+    return _fit_curve(points, u, closed, knots)
 
 
 def fit_with_knots(points: FloatArray, u: FloatArray, closed: bool, k: int) -> BSplineCurve:
@@ -61,11 +61,7 @@ def fit_with_knots(points: FloatArray, u: FloatArray, closed: bool, k: int) -> B
     -------
     BSplineCurve
     """
-    points, u = _without_repeats(points, u)
-    if not closed:
-        points, u = _at_least_order(points, u)
-    knots, control = _fit(points, u, closed, k)
-    return BSplineCurve.trusted(knots, control, _DEGREE, closed)
+    return _fit_curve(*_without_repeats(points, u), closed, k)
 
 
 def needed_knots(points: FloatArray, u: FloatArray, closed: bool, tolerance_px: float, width_px: float) -> int:
@@ -106,6 +102,14 @@ def closed_knots(u: FloatArray, k: int) -> FloatArray:
     return np.concatenate((breaks[-1 - _DEGREE : -1] - 1.0, breaks, breaks[1 : _DEGREE + 1] + 1.0))
 
 
+def _fit_curve(points: FloatArray, u: FloatArray, closed: bool, k: int) -> BSplineCurve:
+    """Fit a curve to points whose parameters ascend."""
+    if not closed:
+        points, u = _at_least_order(points, u)
+    knots, control = _fit(points, u, closed, k)
+    return BSplineCurve.trusted(knots, control, _DEGREE, closed)
+
+
 def _fit(points: FloatArray, u: FloatArray, closed: bool, k: int) -> tuple[FloatArray, FloatArray]:
     """Return knots and control points; open curves need four points or more."""
     if closed:
@@ -117,10 +121,9 @@ def _fit(points: FloatArray, u: FloatArray, closed: bool, k: int) -> tuple[Float
 
 def _without_repeats(points: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Leave out points at the parameter of the one before, as in a gap without length."""
-    ahead = u[1:] > u[:-1]
-    if ahead.all():
+    if kernels.is_ascending(u):
         return points, u
-    kept = np.concatenate(([True], ahead))
+    kept = np.concatenate(([True], u[1:] > u[:-1]))
     return points[kept], u[kept]
 
 

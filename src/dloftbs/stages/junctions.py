@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.graph import FREE, Graph
+from dloftbs.graph import Graph
 from dloftbs.kernels import arms as arms_kernels
 from dloftbs.kernels import junctions as kernels
 from dloftbs.kernels import tracing
@@ -66,19 +64,8 @@ def build_graph(patch: Patch, skeleton: Skeleton, max_runs: int) -> tuple[Graph 
     merged = kernels.settle_ends(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     caps = arms_kernels.measure_caps(merged, points, spans, arms, mask, width)
     through = arms_kernels.measure_through(merged, arms, mask, _THROUGH_WIDTHS * width)
-    bordering = _at_border(patch, points, offsets, merged, width)
+    reach = _BORDER_WIDTHS * width + _BORDER_PX
+    bordering = kernels.find_bordering(merged, points, offsets, *patch.image_transform, *patch.image_size, reach)
     return Graph(
         points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, bordering, corners, width
     ), runs
-
-
-def _at_border(
-    patch: Patch, points: FloatArray, offsets: npt.NDArray[np.int64], nodes: npt.NDArray[np.int64], width: float
-) -> npt.NDArray[np.bool_]:
-    """Return which free ends the image's border cuts, shape (2 n,)."""
-    n = len(nodes) // 2
-    tips = patch.to_image(points[np.stack((offsets[:n], offsets[1 : n + 1] - 1), axis=1).ravel()])
-    height_px, width_px = patch.image_size
-    inside = np.minimum(tips, (width_px - 1.0, height_px - 1.0) - tips).min(axis=1)
-    result: npt.NDArray[np.bool_] = (nodes == FREE) & (inside <= _BORDER_WIDTHS * width + _BORDER_PX)
-    return result

@@ -104,14 +104,15 @@ def pair(
     bonus = np.zeros(len(rows))
     if past is not None and len(rows):
         bonus = PAST_BONUS * past.continuity(arms, rows, columns)
-    lacking = costs - bonus - price[rows] - price[columns]
     nearly: list[tuple[float, float, int, int]] = []
-    worth = lacking < 0.0
-    if not worth.all():
-        is_near = ~worth & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
-        near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
-        nearly = sorted(zip(*near, strict=True))
-        rows, columns, costs, bonus = rows[worth], columns[worth], costs[worth], bonus[worth]
+    if len(rows):
+        lacking = costs - bonus - price[rows] - price[columns]
+        worth = lacking < 0.0
+        if not worth.all():
+            is_near = ~worth & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
+            near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
+            nearly = sorted(zip(*near, strict=True))
+            rows, columns, costs, bonus = rows[worth], columns[worth], costs[worth], bonus[worth]
     partner, cost, margin, other, overruled = matching.pair_ends(rows, columns, costs, bonus, price, identity)
     twin = {}
     for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=graph.runs):

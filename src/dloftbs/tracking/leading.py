@@ -28,12 +28,12 @@ def completed(scene: Scene, runs: list[Run], memory: Memory) -> list[Run]:
     if not as_long or not all(scene.follows(*pair) for pair in pairwise(runs)):
         return runs
     covered = sum(abs(run.end - run.start) + 1 for run in runs)
-    if sum(int(scene.taken[first : last + 1].sum()) for first, last in scene.bounds[mine]) > covered:
+    if sum(scene.count_taken(p) for p in mine) > covered:
         return runs  # another track has a part of it
     result = []
     for p in mine:
         known = [run for run in runs if run.part == p]
-        start, end = scene.bounds[p][::way].tolist()
+        start, end = scene.bounds[p][::way]
         low, high = sorted(abs(float(u) - (way < 0)) for u in scene.parts[p].of)
         first, last = (known[0].first, known[-1].last) if known else _nodes_at(scene, memory, low, high)
         origin = known[0].origin if known else float(kernels.STEPS * first - way * start)
@@ -70,9 +70,9 @@ def grown(scene: Scene, runs: Sequence[Run], memory: Memory) -> list[Run]:
 def _led_on(scene: Scene, run: Run, way: int, edge: int, most: int) -> int:
     """Return the end of an extended run: at its part's end, if that is near and nothing is taken before it."""
     first, last = scene.bounds[run.part]
-    end = int(last if way > 0 else first)
-    near = abs(end - edge) <= most
-    return end if near and not scene.taken[np.arange(edge + way, end + way, way)].any() else edge
+    end = last if way > 0 else first
+    beyond = slice(edge + 1, end + 1) if way > 0 else slice(end, edge)
+    return end if abs(end - edge) <= most and not np.count_nonzero(scene.taken[beyond]) else edge
 
 
 def _met(scene: Scene, run: Run, after: Run) -> tuple[Run, int]:
@@ -98,7 +98,7 @@ def as_long(scene: Scene, run: Run, memory: Memory) -> Run:
 
     It grows no further than to what another track has taken.
     """
-    first, last = scene.bounds[run.part][:: run.way].tolist()
+    first, last = scene.bounds[run.part][:: run.way]
     free = [run.first == 0 and run.start != first, run.last == scene.nodes_of(memory) and run.end != last]
     if not any(free):
         return run

@@ -12,6 +12,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, Track, TrackState
+from dloftbs.kernels.moving import move_control_points
 from dloftbs.tracking.pieces import Sight
 from dloftbs.tracking.seeing import SAMPLES, Seen, U
 
@@ -265,7 +266,7 @@ class Memory:
         """Return the track as it stands."""
         width = self.width if self.width == self.width else None
         sight = self.sight or Sight(self.curve, self.curve_3d, self.inferred, self.confidence)
-        return Track(
+        return Track.trusted(
             self.id,
             self.state,
             sight.curve,
@@ -273,7 +274,7 @@ class Memory:
             self.hits,
             self.misses,
             self.detection,
-            sight.inferred,
+            tuple((float(low), float(high)) for low, high in sight.inferred),
             sight.confidence,
             width,
         )
@@ -313,9 +314,5 @@ def lookup(samples: FloatArray, u: FloatArray) -> FloatArray:
 
 def moved(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:
     """Return a curve moved by the velocities (SAMPLES, 2) of its samples: each control point where it weighs most."""
-    n, degree = len(curve.control_points), curve.degree
-    places = np.cumsum(curve.knots)
-    greville = (places[degree : degree + n] - places[:n]) / degree
-    at = greville % 1.0 if curve.closed else greville
-    control = curve.control_points + seconds * lookup(velocity, at)
-    return BSplineCurve.trusted(curve.knots, control, degree, curve.closed)
+    control = move_control_points(curve.knots, curve.control_points, velocity, seconds, curve.degree, curve.closed)
+    return BSplineCurve.trusted(curve.knots, control, curve.degree, curve.closed)

@@ -71,7 +71,7 @@ class Scene:
     parts : sequence of Seen
     points : numpy.ndarray, shape (n, 2)
         The samples, px.
-    bounds : numpy.ndarray, shape (p, 2)
+    bounds : list of [int, int]
         First and last sample of each part.
     taken : numpy.ndarray, shape (n,), bool
     parts_of : dict of int to list of int
@@ -83,7 +83,8 @@ class Scene:
         self._spacing = spacing
         counts = [max(round(kernels.STEPS * part.length / spacing), 1) + 1 for part in parts]
         last = np.cumsum(counts)
-        self.bounds = np.stack((last - counts, last - 1), axis=1)
+        self._bounds = np.stack((last - counts, last - 1), axis=1)
+        self.bounds: list[list[int]] = self._bounds.tolist()
         self._of = np.repeat(np.arange(len(parts)), counts)
         self.points = np.vstack([sample(p.curve, *p.of, n)[0] for p, n in zip(parts, counts, strict=True)])
         self._extra = np.zeros(len(self.points))
@@ -93,7 +94,7 @@ class Scene:
             self.parts_of.setdefault(part.number, []).append(p)
         self._tangents = np.full_like(self.points, math.inf)
         self._boxes = np.empty((len(parts), 4))
-        self._longest = kernels.box_curves(self.points, self.bounds, self._boxes)
+        self._longest = kernels.box_curves(self.points, self._bounds, self._boxes)
 
     def way_of(self, memory: Memory, expected: FloatArray, dt: float) -> Way:
         """Route a track through the samples that are not taken yet."""
@@ -113,7 +114,7 @@ class Scene:
             self.points,
             self._tangents,
             self._of,
-            self.bounds,
+            self._bounds,
             self._boxes,
             self._longest,
             self._extra,
@@ -138,7 +139,7 @@ class Scene:
 
     def overlap(self, runs: Sequence[Run]) -> float:
         """Return how much of some runs is taken, in nodes."""
-        return sum(int(self.taken[run.samples].sum()) for run in runs) / kernels.STEPS
+        return sum(int(np.count_nonzero(self.taken[run.samples])) for run in runs) / kernels.STEPS
 
     def take(self, runs: Sequence[Run]) -> None:
         """Take what runs cover."""
@@ -154,7 +155,12 @@ class Scene:
     def share_taken(self, part: int) -> float:
         """Return which share of a part is taken."""
         first, last = self.bounds[part]
-        return float(self.taken[first : last + 1].mean())
+        return self.count_taken(part) / (last - first + 1)
+
+    def count_taken(self, part: int) -> int:
+        """Return how many samples of a part are taken."""
+        first, last = self.bounds[part]
+        return int(np.count_nonzero(self.taken[first : last + 1]))
 
     def nodes_of(self, memory: Memory) -> int:
         """Return the number of a track's last node."""
@@ -163,7 +169,7 @@ class Scene:
     def step(self, part: int) -> float:
         """Return the distance from sample to sample, px."""
         first, last = self.bounds[part]
-        return float(self.parts[part].length / (last - first))
+        return self.parts[part].length / (last - first)
 
     def length(self, run: Run) -> float:
         """Return the length of a run, px."""
@@ -171,7 +177,7 @@ class Scene:
 
     def span(self, run: Run) -> tuple[float, float]:
         """Return which stretch of its detection a run is, in ``u`` of the detection run in the track's direction."""
-        (low, high), (first, last) = self.parts[run.part].of, self.bounds[run.part].tolist()
+        (low, high), (first, last) = self.parts[run.part].of, self.bounds[run.part]
         start, end = (low + (i - first) / (last - first) * (high - low) for i in (run.start, run.end))
         return (start, end) if run.way > 0 else (1.0 - start, 1.0 - end)
 
