@@ -54,6 +54,7 @@ def ends(count: int, seed: int) -> Iterator[tuple[str, float]]:
         if patch is None:
             continue
         graph, _ = build_graph(patch, skeletonize(patch), _MOST_RUNS)
+        assert graph is not None  # a cable has few runs
         for end in np.flatnonzero((graph.nodes == -1) & ~np.repeat(graph.spurs, 2)):
             place = patch.to_image(graph.arms[end : end + 1, :2])[0]
             off = np.linalg.norm(line[[0, -1]] - place, axis=1)
