@@ -91,7 +91,7 @@ def _single_width(pixels: _Pixels) -> float:
 def _distances(pixels: _Pixels) -> npt.NDArray[np.float32]:
     """Return how far each pixel of the foreground is from the ground's edge, px."""
     away = cv2.distanceTransform(np.ascontiguousarray(pixels), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    # OpenCV rounds by rows first, so that a mask and its mirror image differ in the last bit; squares are whole numbers.
+    # OpenCV rounds by rows first: a mask and its mirror image differ in the last bit; squares are whole numbers.
     return np.maximum(np.sqrt(np.rint(away * away)) - np.float32(0.5), np.float32(0.0))
 
 
