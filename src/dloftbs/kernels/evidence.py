@@ -16,7 +16,7 @@ _CLEAR_WIDTHS, _CLEAR_PX = 0.25, 1.0  # mixed pixels at the edge of the mask are
 _MOST_SAMPLES = 24  # of a reference, and of a gap
 _BLOCK_WIDTHS = 0.2  # half the side of the square whose mean is a sample
 _LEAST_REFERENCES = 6  # samples of ground; below that nothing is told
-# Times the spread of the samples. Of drawn pictures of facing ends (60 flat, 60 round; wood, tiles, noise) .90 are right
+# Times the spread of the samples. Of drawn pictures of facing ends (60 flat, 60 round; wood, tiles) .90 are right
 # at 2, .93 to .95 at 3, .97 to .98 at 4; of cables behind discs .98, .98 and .97.
 _LENIENT = 4.0
 _FLOOR = 12.0  # grey levels, within which colours are the same
