@@ -36,8 +36,7 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("pass: times the share of the way that leaves the mask", bending._OUTSIDE),
     ("gap: per rad² of bend, times width / length", bending._GAP_BEND),
     ("gap: per rad² of bend", bending._GAP_TURN),
-    ("gap: per width of its length, where nobody knows what lies there", bending.GAP_UNSEEN),
-    ("gap: ... where an image shows that something hides it", bending.GAP_HIDDEN),
+    ("gap: per width of its length", bending.GAP_LENGTH),
     ("gap: from an arm of a junction", bending._GAP_ARM),
     ("open end: arm of a junction", bending.OPEN_ARM),
     ("open end: free and round", bending.OPEN_ROUND),
@@ -241,7 +240,6 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
         graph.bordering[identity],
         graph.corners[identity],
         config.max_gap_widths * graph.width,
-        bending.GAP_UNSEEN,
         0.0,
         0.0,
     )

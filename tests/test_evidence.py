@@ -9,9 +9,11 @@ from drawings import draw_cable
 from linking_examples import graph_of
 
 import dloftbs
-from dloftbs import Frame, Pipeline
+from dloftbs import Config, Frame, Pipeline
+from dloftbs.config import SegmentationConfig
 from dloftbs.errors import InputError
 from dloftbs.evidence import Evidence
+from dloftbs.sources.synthetic import DemoSequence
 
 SIZE = (240, 400)
 WIDTH = 9
@@ -94,3 +96,11 @@ def test_an_end_at_the_border_of_the_image_takes_part_in_no_gap() -> None:
     mask |= draw_cable(np.array([(60.0, 170.0), (399.0, 128.0)]), WIDTH, SIZE)
     assert len(dloftbs.detect(mask)) == 2
     assert len(dloftbs.detect(mask, image=np.full((*SIZE, 3), 90, dtype=np.uint8))) == 2
+
+
+def test_a_fingertip_over_the_edge_of_a_mat_is_no_ground() -> None:
+    # Wood, mat, shadows and another cable lie beside the ends: all of them together are far from each other.
+    demo = DemoSequence(24, (360, 640), 1)
+    config = Config(segmentation=SegmentationConfig(hsv=(demo.hsv[1],)))
+    for index in (16, 17):
+        assert len(Pipeline(config).detect(demo.frame(index)).detections) == 1, index

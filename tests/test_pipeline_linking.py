@@ -155,7 +155,7 @@ class TestEnds:
         assert len(detect(mask)) == 2
 
     def test_dashes_that_are_nearly_joined_are_one_cable_where_that_is_known(self) -> None:
-        dashes = draw([(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)])
+        dashes = draw([(10, 100), (80, 103)], [(171, 106), (230, 109)], [(321, 112), (395, 115)])
         apart = detect(dashes)
         assert len(apart) == 3
         assert all(0.5 < found.confidence < 0.9 for found in apart)  # it is in doubt

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.kernels.bending import (
-    GAP_HIDDEN,
+    GAP_LENGTH,
     OPEN_ARM,
     OPEN_CUT,
     OPEN_KINK,
@@ -68,7 +68,7 @@ def test_a_right_angle_costs_what_the_formula_says() -> None:
     turn = np.pi / 2
     length = 10 * np.sqrt(2)
     (cost,) = turn_costs(arms, np.array([[0, 1]]), WIDTH)
-    assert cost == pytest.approx(turn**2 / 4 * (2.0 * WIDTH / length + 0.4) + 0.12 * length / WIDTH)
+    assert cost == pytest.approx(turn**2 / 4 * (2.0 * WIDTH / length + 0.4) + GAP_LENGTH * length / WIDTH)
     *_, costs = junction_costs(np.array([0, -1, 0, -1]), np.zeros(2, np.bool_), arms[[0, 0, 1, 1]], WIDTH, FULL)
     assert costs[1] == costs[2] == pytest.approx(turn**2 / 4 * (1.5 * WIDTH / length + 1.0))
 
@@ -152,7 +152,6 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
         "bordering": np.zeros(len(nodes), np.bool_),
         "corners": np.full(len(nodes), -1),
         "max_gap": 100.0,
-        "per_width": GAP_HIDDEN,
         "least_bound": 0.0,
         "more": 0.0,
         **changes,
@@ -160,7 +159,7 @@ def costs_of(nodes: np.ndarray, arms: np.ndarray, **changes: object) -> tuple[di
     passes = junction_costs(nodes, given_["spur"], arms, WIDTH, given_["mask"])
     rows, columns, costs, price = pair_costs(
         nodes, given_["identity"], given_["spur"], given_["caps"], arms, WIDTH, given_["mask"], *passes,
-        given_["bordering"], given_["corners"], given_["max_gap"], given_["per_width"], given_["least_bound"],
+        given_["bordering"], given_["corners"], given_["max_gap"], given_["least_bound"],
         given_["more"],
     )  # fmt: skip
     assert (rows < columns).all()
@@ -186,18 +185,18 @@ def two_dashes(gap: float) -> tuple[np.ndarray, np.ndarray]:
 
 def test_a_gap_costs_its_length() -> None:
     pairs, _ = costs_of(*two_dashes(24.0))
-    assert pairs == {(1, 2): pytest.approx(0.06 * 24 / WIDTH)}
+    assert pairs == {(1, 2): pytest.approx(GAP_LENGTH * 24 / WIDTH)}
 
 
 def test_a_longer_gap_is_bridged_between_cut_ends_than_between_round_ones() -> None:
-    gap = 0.5 * (OPEN_ROUND + OPEN_CUT) * 2 * WIDTH / 0.06
+    gap = 0.5 * (OPEN_ROUND + OPEN_CUT) * 2 * WIDTH / GAP_LENGTH
     nodes, arms = two_dashes(gap)
     assert len(costs_of(nodes, arms, caps=np.zeros(4), max_gap=1e3)[0]) == 1
     assert costs_of(nodes, arms, caps=np.ones(4), max_gap=1e3)[0] == {}
 
 
 def test_dearer_pairs_are_listed_where_they_may_be() -> None:
-    nodes, arms = two_dashes((2 * OPEN_CUT + 0.3) * WIDTH / 0.06)
+    nodes, arms = two_dashes((2 * OPEN_CUT + 0.3) * WIDTH / GAP_LENGTH)
     assert costs_of(nodes, arms, max_gap=1e3)[0] == {}
     assert costs_of(nodes, arms, max_gap=1e3, more=0.2)[0] == {}
     assert len(costs_of(nodes, arms, max_gap=1e3, more=0.4)[0]) == 1

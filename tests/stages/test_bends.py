@@ -7,6 +7,9 @@ import pytest
 from drawings import draw_cable
 from linking_examples import dense, detect, distances, graph_of, hide
 
+from dloftbs.evaluation import match_curves
+from dloftbs.sources.synthetic import OCCLUDED, DegradedSequence, KindSequence
+
 SIZE = (320, 320)
 APEX = np.array([160.3, 161.1])
 
@@ -60,3 +63,10 @@ def test_a_hairpin_whose_legs_touch_keeps_both() -> None:
     found = detect(draw_cable(line, 10, SIZE))
     assert len(found) == 1
     assert abs(found[0].curve.length - np.hypot(*np.diff(line, axis=0).T).sum()) < 20.0
+
+
+def test_a_loop_whose_crossing_is_cut_has_no_bend_there() -> None:
+    # A disc leaves both arms of the crossing as a V: straight cut, where the corner of a bend is round.
+    loop = DegradedSequence(KindSequence("one loop", 120, seed=3067), OCCLUDED, 3067)
+    found = detect(loop.frame(79).mask)
+    assert match_curves([one.curve for one in found], loop.truth(79).curves).clean(5.0)

@@ -77,8 +77,8 @@ def test_without_rings_nothing_changes() -> None:
     assert pairing.partner == before
 
 
-# Gaps of eight widths: round ends nearly bridge them.
-DASHES = [[(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)]]
+# Gaps of twelve widths: round ends nearly bridge them.
+DASHES = [[(10, 100), (80, 103)], [(171, 106), (230, 109)], [(321, 112), (395, 115)]]
 
 
 @pytest.mark.parametrize("objects", [1, 2, 3, 7])
@@ -95,7 +95,7 @@ def test_what_was_nearly_joined_is_joined_until_there_are_so_many(objects: int) 
 
 
 def test_what_is_clearly_apart_is_not_joined() -> None:
-    far = [[(10, 100), (60, 104)], [(170, 110), (220, 116)], [(330, 120), (385, 118)]]
+    far = [[(10, 40), (150, 42)], [(10, 120), (150, 122)], [(10, 200), (150, 204)]]
     _, graph, pairing = pairing_of(draw(*far))
     assert pairing.nearly == []
     join_unclear(graph, pairing, 1)

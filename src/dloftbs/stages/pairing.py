@@ -94,7 +94,6 @@ def pair(
         graph.bordering[identity],
         graph.corners[identity],
         max_gap_widths * graph.width,
-        bending.GAP_UNSEEN if evidence is None else bending.GAP_HIDDEN,
         0.0 if evidence is None else 2.0 * bending.OPEN_CUT,
         more,
     )
@@ -146,9 +145,8 @@ def _weigh_gaps(
 ) -> tuple[_Ints, _Ints, _Floats]:
     """Let pairs cost across gaps what the image says, and leave out what costs more than two open ends.
 
-    A gap is listed at what it costs where something hides it. Ground in sight makes it dear, and what tells nothing
-    costs what a gap does without an image. Where most of a gap shows something that hides it, or the cable itself, its
-    ends are no cable's own, whatever they look like.
+    Ground in sight makes a gap dear, and what tells nothing changes nothing. Where most of a gap shows something that
+    hides it, or the cable itself, its ends are no cable's own, whatever they look like.
 
     Parameters
     ----------
@@ -177,7 +175,7 @@ def _weigh_gaps(
     open_price = ends.price[first] + ends.price[second]
     looks = np.maximum(2.0 * bending.OPEN_CUT - open_price, 0.0) * np.maximum(hidden - ground, 0.0) / length
     costs = costs.copy()
-    costs[gaps] += _GROUND * ground + (bending.GAP_UNSEEN - bending.GAP_HIDDEN) * (length - hidden) - looks
+    costs[gaps] += _GROUND * ground - looks
     keep = np.ones(len(rows), dtype=np.bool_)
     keep[gaps] = costs[gaps] < open_price + more
     return rows[keep], columns[keep], costs[keep]
