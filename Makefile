@@ -37,7 +37,7 @@ bench: .venv/installed-dev
 # build/results.
 results: .venv/installed-dev
 	$(BIN)/dloftbs evaluate --method default,paper --out build/results
-	$(BIN)/python -m dloftbs.evaluation.report_docs build/results docs/results.md
+	$(BIN)/python -m dloftbs.evaluation.report.docs_page build/results docs/results.md
 
 clean:
 	rm -rf .venv demo dist build

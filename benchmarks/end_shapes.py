@@ -14,13 +14,12 @@ import numpy as np
 from scipy.optimize import minimize
 
 from dloftbs import Config
-from dloftbs.kernels.bending import OPEN_CUT, OPEN_ROUND
-from dloftbs.sources.synthetic.free_ends import FreeEnd, draw_cable_mask
-from dloftbs.sources.synthetic.strand import integrate
-from dloftbs.stages.assembling import _GAP_SCALE
-from dloftbs.stages.cleaning import clean
-from dloftbs.stages.junctions import build_graph
-from dloftbs.stages.skeleton import skeletonize
+from dloftbs.cleaning import clean
+from dloftbs.linking.centerlines import _GAP_SCALE
+from dloftbs.linking.kernels.bending import OPEN_CUT, OPEN_ROUND
+from dloftbs.skeleton import build_graph, skeletonize
+from dloftbs.synthetic.free_ends import FreeEnd, draw_cable_mask
+from dloftbs.synthetic.strand import integrate
 
 _CABLES, _SEED = 600, 0
 _LENGTH_PX, _MARGIN_PX = 260.0, 40.0

@@ -20,11 +20,11 @@ from benchmarks.readings import Look, constants, joints_block, look_at, names_of
 from dloftbs import BSplineCurve
 from dloftbs.centerline import JointKind
 from dloftbs.graph import FREE
-from dloftbs.sources.synthetic import draw_tube_mask
+from dloftbs.synthetic import draw_tube_mask
 from dloftbs.viz import shapes
+from dloftbs.viz.lettering import Text
 from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import PALETTE, Colour, Style, dimmed
-from dloftbs.viz.text import Text
 
 PAGE = Path("docs/linking.md")
 PICTURES = Path("docs/images/linking")

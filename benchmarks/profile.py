@@ -89,7 +89,7 @@ def kind_of(function: Function) -> str:
     path = Path(function[0])
     if not path.is_relative_to(PACKAGE):
         return LIBRARY
-    return KERNEL if path.is_relative_to(PACKAGE / "kernels") else PYTHON
+    return KERNEL if "kernels" in path.relative_to(PACKAGE).parts else PYTHON
 
 
 def name_of(function: Function) -> str:

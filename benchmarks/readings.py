@@ -11,22 +11,22 @@ from dloftbs import Config, Detection, Frame
 from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
 from dloftbs.graph import Graph, Pairing
-from dloftbs.kernels import arms as arms_kernels
-from dloftbs.kernels import bending, lanes, matching, sharing
-from dloftbs.patch import Patch
+from dloftbs.linking import centerlines, link, loops
+from dloftbs.linking import end_matching as pairing_stage
+from dloftbs.linking.end_matching import pair
+from dloftbs.linking.kernels import bending, branch_overlap, end_matching, parallel_runs, wide_stretches
+from dloftbs.mask_crop import MaskCrop
 from dloftbs.pipeline import run_stages
-from dloftbs.stages import assembling, junctions, rings
-from dloftbs.stages import pairing as pairing_stage
-from dloftbs.stages.lanes import settle_lanes
-from dloftbs.stages.pairing import pair
+from dloftbs.skeleton import branch_graph
+from dloftbs.skeleton.kernels import branch_ends as arms_kernels
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _CONSTANTS: tuple[tuple[str, float], ...] = (
-    ("a spur sticks out of its junction by less, widths", junctions._SPUR_WIDTHS),
-    ("a run with less between two junctions makes them one, widths", junctions._MERGE_WIDTHS),
-    ("a run is cut where it turns by more within two widths, rad", junctions._KINK_RAD),
+    ("a spur sticks out of its junction by less, widths", branch_graph._SPUR_WIDTHS),
+    ("a run with less between two junctions makes them one, widths", branch_graph._MERGE_WIDTHS),
+    ("a run is cut where it turns by more within two widths, rad", branch_graph._KINK_RAD),
     ("an arm's direction and curvature are taken over, widths", arms_kernels._REACH_WIDTHS),
     ("... starting outside of the junction by, widths", arms_kernels._CLEAR_WIDTHS),
     ("... and inside of a free end by, widths", arms_kernels._BLUNT_WIDTHS),
@@ -46,17 +46,17 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("share of the arms' curvature that is believed to go on", bending._PROMISE),
     ("ends that lack less to be joined are in doubt", pairing_stage.UNCLEAR),
     ("gap: per width of ground in sight", pairing_stage._GROUND),
-    ("ends matched exactly, up to", matching.EXACT),
-    ("shared run: per width of its length", sharing._PRICE_PER_WIDTH),
-    ("shared run: more per width, where the mask is as narrow as one cable", sharing._PRICE_THIN),
-    ("shared run: less per width and width that the mask is wider", sharing._BONUS_WIDE),
-    ("shared run: more, if a cable ends inside", sharing._PRICE_END),
-    ("shared run: longest, widths", sharing._LONGEST_WIDTHS),
-    ("lanes: axes nearer than this may cross, widths", lanes._NARROW),
-    ("lanes: smoothness is compared over so many widths before and behind", lanes._WINDOW),
-    ("ring: opened into a chain that crosses it where that costs less", rings._WORTH),
-    ("confidence of a crossing: margin that multiplies the odds by e", assembling._CROSSING_SCALE),
-    ("confidence of a gap: margin that multiplies the odds by e", assembling._GAP_SCALE),
+    ("ends matched exactly, up to", end_matching.EXACT),
+    ("shared run: per width of its length", branch_overlap._PRICE_PER_WIDTH),
+    ("shared run: more per width, where the mask is as narrow as one cable", branch_overlap._PRICE_THIN),
+    ("shared run: less per width and width that the mask is wider", branch_overlap._BONUS_WIDE),
+    ("shared run: more, if a cable ends inside", branch_overlap._PRICE_END),
+    ("shared run: longest, widths", branch_overlap._LONGEST_WIDTHS),
+    ("lanes: axes nearer than this may cross, widths", parallel_runs._NARROW),
+    ("lanes: smoothness is compared over so many widths before and behind", parallel_runs._WINDOW),
+    ("ring: opened into a chain that crosses it where that costs less", loops._WORTH),
+    ("confidence of a crossing: margin that multiplies the odds by e", centerlines._CROSSING_SCALE),
+    ("confidence of a gap: margin that multiplies the odds by e", centerlines._GAP_SCALE),
 )
 
 
@@ -65,7 +65,7 @@ class Look:
     """A mask, and what the default method made of it; points are the image's, px."""
 
     mask: Mask
-    patch: Patch
+    patch: MaskCrop
     graph: Graph
     paired: Pairing
     settled: Pairing
@@ -109,8 +109,8 @@ def look_at(mask: Mask) -> Look:
     run = run_stages(Frame(mask=mask), config, None)
     assert run.patch is not None  # the scenes have cables
     assert run.graph is not None
-    paired, settled = (pair(run.patch, run.graph, config.linking.max_gap_widths) for _ in range(2))
-    settle_lanes(run.graph, settled)
+    paired = pair(run.patch, run.graph, config.linking.max_gap_widths)
+    settled = link(run.patch, run.graph, config.linking).pairing
     return Look(mask, run.patch, run.graph, paired, settled, run.detections)
 
 
@@ -278,10 +278,10 @@ def _sharing_price(look: Look) -> float:
     graph, nothing = look.graph, np.empty(0, dtype=np.int64)
     mask = look.patch.posed(look.patch.pixels)
     spans = graph.spans
-    reach, widths = arms_kernels.wide_reach(graph.nodes, spans, graph.radius, graph.width)
+    reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
     at = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    paths, _, price = sharing.list_paths(
+    paths, _, price = branch_overlap.list_paths(
         graph.nodes, graph.spurs, reach, lengths, widths, graph.width, *at, nothing, nothing
     )
     return min(float(p) for path, p in zip(paths, price, strict=True) if {e // 2 for e in path if e >= 0} == shared)

@@ -24,8 +24,8 @@ from benchmarks.machine import machine
 from benchmarks.scenes import Mask, cables, film, photograph, swaying, to_and_fro
 from benchmarks.timing import Table, interleaved
 from dloftbs import Config, Frame, FrameResult, HsvRange, Pipeline, SegmentationConfig
-from dloftbs.sources.synthetic import rgbd_artificial
-from dloftbs.stages.segmentation import HsvSegmenter
+from dloftbs.segmentation import HsvSegmenter
+from dloftbs.synthetic import rgbd_artificial
 
 
 def main() -> None:

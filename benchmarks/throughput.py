@@ -17,7 +17,7 @@ from pathlib import Path
 
 from benchmarks.docs import arguments, published
 from dloftbs.sinks import write_sequence
-from dloftbs.sources.synthetic import DemoSequence
+from dloftbs.synthetic import DemoSequence
 
 VIDEO, PICTURES = "video", "pictures"
 

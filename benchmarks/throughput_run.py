@@ -22,7 +22,7 @@ from dloftbs.frame import FrameResult
 from dloftbs.overlap import Ahead, Behind, cores, in_order
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sources import Source
-from dloftbs.sources.synthetic import DemoSequence
+from dloftbs.synthetic import DemoSequence
 
 
 class Stream:

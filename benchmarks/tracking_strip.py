@@ -13,7 +13,7 @@ import numpy as np
 
 from dloftbs import Config, Pipeline
 from dloftbs.frame import FrameResult
-from dloftbs.sources.synthetic import TrackingSequence
+from dloftbs.synthetic import TrackingSequence
 from dloftbs.viz import Style, contact_sheet, draw
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.style import Colour

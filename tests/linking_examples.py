@@ -7,21 +7,18 @@ from drawings import draw_cable
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs import Config, Detection
+from dloftbs import Config, Detection, LinkingConfig
+from dloftbs.cleaning import clean
 from dloftbs.graph import Graph, Pairing
-from dloftbs.patch import Patch
-from dloftbs.stages.cleaning import clean
-from dloftbs.stages.junctions import build_graph
-from dloftbs.stages.lanes import settle_lanes
-from dloftbs.stages.merging import join_inside
-from dloftbs.stages.pairing import pair
-from dloftbs.stages.rings import open_rings
-from dloftbs.stages.skeleton import skeletonize
+from dloftbs.linking import link
+from dloftbs.linking.end_matching import pair
+from dloftbs.mask_crop import MaskCrop
+from dloftbs.skeleton import build_graph, skeletonize
 
 SIZE = (240, 400)
 
 
-def graph_of(mask: np.ndarray) -> tuple[Patch, Graph]:
+def graph_of(mask: np.ndarray) -> tuple[MaskCrop, Graph]:
     """Return the patch and the graph of a mask that has one."""
     patch = clean(mask, Config().cleaning)
     assert patch is not None
@@ -30,19 +27,16 @@ def graph_of(mask: np.ndarray) -> tuple[Patch, Graph]:
     return patch, graph
 
 
-def pairing_of(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[Patch, Graph, Pairing]:
+def pairing_of(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, Pairing]:
     """Return what comes out of the pairing alone."""
     patch, graph = graph_of(mask)
     return patch, graph, pair(patch, graph, max_gap_widths)
 
 
-def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[Patch, Graph, Pairing]:
+def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, Pairing]:
     """Return what is ready to be assembled."""
-    patch, graph, pairing = pairing_of(mask, max_gap_widths)
-    settle_lanes(graph, pairing)
-    open_rings(graph, pairing)
-    join_inside(graph, pairing, max_gap_widths)
-    return patch, graph, pairing
+    patch, graph = graph_of(mask)
+    return patch, graph, link(patch, graph, LinkingConfig(max_gap_widths=max_gap_widths)).pairing
 
 
 def detect(mask: np.ndarray, **linking: object) -> list[Detection]:

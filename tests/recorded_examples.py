@@ -10,7 +10,7 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.frame import Frame
-from dloftbs.sources.base import KnownSequence
+from dloftbs.sources.source import KnownSequence
 from dloftbs.truth import Truth
 
 SIZE = (31, 45)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from dloftbs.kernels.stripes import ROWS, as_bytes
-from dloftbs.kernels.thinning import EAST, NORTH, SOUTH, WEST, thin
+from dloftbs.kernels.bitmask import ROWS, as_bytes
+from dloftbs.skeleton.kernels.thinning import EAST, NORTH, SOUTH, WEST, thin
 
 ORDER = (NORTH, SOUTH, WEST, EAST)
 
@@ -20,7 +20,7 @@ def padded(mask: np.ndarray) -> np.ndarray:
 
 
 def striped(mask: np.ndarray) -> np.ndarray:
-    """Put a mask into framed stripes, as `dloftbs.kernels.stripes.frame` does."""
+    """Put a mask into framed stripes, as `dloftbs.kernels.bitmask.frame` does."""
     h, w = mask.shape
     n = -(-(w + 2) // 64)
     grid = np.zeros((h + 2, 64 * n), dtype=np.uint8)

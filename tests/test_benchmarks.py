@@ -92,12 +92,12 @@ import time:       100 |        100 | _io
 import time:       200 |        300 |     json
 import time:      1000 |       2000 |   numpy.core
 import time:      3000 |       5000 | numpy
-import time:    500000 |     500000 |   dloftbs.kernels.thinning
+import time:    500000 |     500000 |   dloftbs.skeleton.kernels.thinning
 import time:      1500 |     501500 | dloftbs.pipeline
 warning: something else
 """
     assert process.seconds_by_package(text) == pytest.approx(
-        {"Python itself": 3e-4, "numpy": 4e-3, "dloftbs.kernels, from the cache": 0.5, "dloftbs": 1.5e-3}
+        {"Python itself": 3e-4, "numpy": 4e-3, "dloftbs, kernels from the cache": 0.5, "dloftbs": 1.5e-3}
     )
 
 
@@ -144,7 +144,7 @@ def test_a_profile_tells_kernels_from_the_rest():
     kinds = {profile.kind_of(function) for function in profile.entries(stats)}
     assert kinds == {profile.KERNEL, profile.PYTHON, profile.LIBRARY}
     names = {profile.name_of(function) for function in profile.entries(stats)}
-    assert {"pipeline.process", "kernels.thinning.thin", "stages.cleaning.clean"} <= names
+    assert {"pipeline.process", "skeleton.kernels.thinning.thin", "cleaning.morphology.clean"} <= names
     drawn = list(profile.boxes(stats))
     assert [box.function[2] for box in drawn if box.depth == 0] == ["process"]
     assert max(box.left + box.width for box in drawn) <= 1.0 + 1e-9

@@ -152,8 +152,8 @@ IMPORTS = """
 import yaml, numpy.linalg
 from xml.etree import ElementTree
 from dloftbs import PinholeCamera, Config
-from dloftbs.registration import DepthRegistration
-import dloftbs.camera_files
+from dloftbs.camera import DepthRegistration
+import dloftbs.camera.calibration_files
 from dloftbs.errors import ConfigError, SourceError
 """
 MATRIX = "%YAML:1.0\n---\ncamera_matrix: !!opencv-matrix\n   rows: {}\n   cols: {}\n   dt: d\n   data: [{}]\n"

@@ -25,7 +25,7 @@ from dloftbs._version import __version__
 
 if TYPE_CHECKING:
     from dloftbs import evaluation, sinks, sources, viz
-    from dloftbs.camera import PinholeCamera
+    from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.centerline import Centerline, Joint, JointKind, Segment
     from dloftbs.config import (
         CleaningConfig,
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
     from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
     from dloftbs.pipeline import Pipeline, detect, track
-    from dloftbs.registration import DepthRegistration
     from dloftbs.tracking import Tracker
 
 _HOME = {
@@ -72,7 +71,7 @@ _HOME = {
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
     **dict.fromkeys(("Crossing", "Detection", "Frame", "FrameResult", "Track", "TrackState"), "frame"),
     **dict.fromkeys(("Pipeline", "detect", "track"), "pipeline"),
-    "DepthRegistration": "registration",
+    "DepthRegistration": "camera",
     "Tracker": "tracking",
 }
 _SUBMODULES = ("evaluation", "sinks", "sources", "viz")

@@ -42,7 +42,7 @@ class Graph:
     spans : numpy.ndarray, shape (n, 2)
         Of each run, the points that lie clear of its junctions.
     arms : numpy.ndarray, shape (2 n, 6)
-        See `dloftbs.kernels.arms.locate_arms`.
+        See `dloftbs.skeleton.kernels.branch_ends.locate_arms`.
     caps : numpy.ndarray, shape (2 n,)
         Roundness of each free end.
     through : numpy.ndarray, shape (2 n,)

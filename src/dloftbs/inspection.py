@@ -11,14 +11,14 @@ from dloftbs._arrays import AnyArray, FloatArray
 from dloftbs.centerline import Segment
 from dloftbs.frame import Frame, FrameResult, StageTrace
 from dloftbs.graph import Graph
-from dloftbs.patch import Patch, Skeleton
-from dloftbs.stages.segments import Walks, make_segments
+from dloftbs.mask_crop import MaskCrop, Skeleton
+from dloftbs.published import Walks, make_segments
 
 
 def trace_stages(
     frame: Frame,
     mask: AnyArray,
-    patch: Patch | None,
+    patch: MaskCrop | None,
     skeleton: Skeleton | None,
     walks: Walks | None,
     graph: Graph | None,
@@ -50,7 +50,7 @@ def trace_stages(
 
 
 def _segments(
-    patch: Patch, walks: Walks | None, graph: Graph | None
+    patch: MaskCrop, walks: Walks | None, graph: Graph | None
 ) -> tuple[tuple[Segment, ...], tuple[Segment, ...]]:
     """Return the segments that the linking looked at, and those that were too short for it."""
     if graph is None:

@@ -16,32 +16,32 @@ import numpy.typing as npt
 from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
-from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsConfig, PixelLiftingConfig
+from dloftbs.cleaning import clean
+from dloftbs.config import (
+    Config,
+    GreedyLinkingConfig,
+    LinkingConfig,
+    NearestTrackingConfig,
+    ObjectsConfig,
+    PixelLiftingConfig,
+    TrackingConfig,
+)
+from dloftbs.crossings import find_crossings
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.evidence import Evidence
+from dloftbs.evidence import EvidenceMap
+from dloftbs.fitting import distinct_knots, fit, fit_with_knots
 from dloftbs.frame import Crossing, Detection, Frame, FrameResult, StageTrace, Track
 from dloftbs.graph import Graph
 from dloftbs.inspection import trace_stages
-from dloftbs.past import Past
-from dloftbs.patch import Patch, Skeleton
-from dloftbs.stages.assembling import assemble
-from dloftbs.stages.choosing import choose
-from dloftbs.stages.cleaning import clean
-from dloftbs.stages.crossings import find_crossings
-from dloftbs.stages.fitting import distinct_knots, fit, fit_with_knots
-from dloftbs.stages.junctions import build_graph
-from dloftbs.stages.lanes import settle_lanes
-from dloftbs.stages.lifting import Lifted, lift
-from dloftbs.stages.linking import close, link
-from dloftbs.stages.merging import join_inside
-from dloftbs.stages.pairing import pair
-from dloftbs.stages.pixel_lifting import MIN_POINTS, lift_pixels
-from dloftbs.stages.rings import join_unclear, open_rings
-from dloftbs.stages.segmentation import HsvSegmenter
-from dloftbs.stages.segments import Walks, make_segments, walk
-from dloftbs.stages.skeleton import skeletonize
-from dloftbs.tracking import Tracker, make_tracker
+from dloftbs.lifting import Lifted, lift
+from dloftbs.linking import choose, link
+from dloftbs.mask_crop import MaskCrop, Skeleton
+from dloftbs.prior import TemporalPrior
+from dloftbs.published import MIN_POINTS, NearestTracker, Walks, close, lift_pixels, link_segments, make_segments, walk
+from dloftbs.segmentation import HsvSegmenter
+from dloftbs.skeleton import build_graph, skeletonize
+from dloftbs.tracking import Tracker
 
 _SURE = 0.25  # by how much a reading must cost less than the one that follows the past, to count as clear
 _MOST_OVERRULED, _ALONE = 2, 10  # frames
@@ -58,7 +58,7 @@ class StageRun:
 
     mask: AnyArray
     stage_ms: dict[str, float] = field(default_factory=dict)
-    patch: Patch | None = None
+    patch: MaskCrop | None = None
     skeleton: Skeleton | None = None
     walks: Walks | None = None
     graph: Graph | None = None
@@ -164,6 +164,11 @@ class Pipeline:
         return trace_stages(frame, run.mask, run.patch, run.skeleton, run.walks, run.graph, _result(frame, run, ()))
 
 
+def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:
+    """Return the tracker that a configuration asks for."""
+    return Tracker(config) if isinstance(config, TrackingConfig) else NearestTracker()
+
+
 class _Clock:
     """Books the time since the last lap to a stage."""
 
@@ -221,7 +226,7 @@ def run_stages(
 
 
 def _link_as_published(
-    run: StageRun, patch: Patch, skeleton: Skeleton, config: GreedyLinkingConfig, most: int, clock: _Clock
+    run: StageRun, patch: MaskCrop, skeleton: Skeleton, config: GreedyLinkingConfig, most: int, clock: _Clock
 ) -> list[Centerline]:
     """Return the centre lines of the published method; where there are none, the run says why."""
     run.walks = walk(skeleton, config)
@@ -234,13 +239,13 @@ def _link_as_published(
         longest = max((len(short) for short in run.walks.short), default=0)
         run.reason = f"the longest segment has {longest} px, fewer than linking.min_length_px = {config.min_length_px}"
         return []
-    lines = link(patch, make_segments(patch, run.walks.open), config)
+    lines = link_segments(patch, make_segments(patch, run.walks.open), config)
     return lines + [close(loop) for loop in make_segments(patch, run.walks.loops)]
 
 
 def _link_by_bending(
     run: StageRun,
-    patch: Patch,
+    patch: MaskCrop,
     skeleton: Skeleton,
     config: LinkingConfig,
     most: int,
@@ -254,16 +259,11 @@ def _link_by_bending(
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    past = Past(expected, patch, run.graph.width) if expected else None
-    evidence = None if image is None else Evidence(image, patch)
-    pairing = pair(patch, run.graph, config.max_gap_widths, past, evidence)
-    settle_lanes(run.graph, pairing, past)
-    run.overruled = pairing.overruled
-    open_rings(run.graph, pairing)
-    join_inside(run.graph, pairing, config.max_gap_widths)
-    if config.objects is not None:
-        join_unclear(run.graph, pairing, config.objects)
-    return assemble(patch, run.graph, pairing, config.min_length_widths)
+    prior = TemporalPrior(expected, patch, run.graph.width) if expected else None
+    evidence = None if image is None else EvidenceMap(image, patch)
+    linking = link(patch, run.graph, config, evidence, prior)
+    run.overruled = linking.pairing.overruled
+    return linking.centerlines
 
 
 def detect(
@@ -342,7 +342,7 @@ def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
 
 
 def _lift(
-    detections: tuple[Detection, ...], crossings: tuple[Crossing, ...], patch: Patch, frame: Frame, config: Config
+    detections: tuple[Detection, ...], crossings: tuple[Crossing, ...], patch: MaskCrop, frame: Frame, config: Config
 ) -> tuple[Detection, ...]:
     """Return the detections with their curves in space, or with the reason why there is none."""
     depth, camera = frame.depth, frame.camera

@@ -14,7 +14,7 @@ from dloftbs.config import Config
 from dloftbs.frame import Detection, FrameResult, Track, TrackState
 from dloftbs.pipeline import detect
 from dloftbs.sinks import read_json_lines
-from dloftbs.sources.synthetic import rgbd_artificial
+from dloftbs.synthetic import rgbd_artificial
 from dloftbs.truth import Truth
 
 FRAMES = 14

@@ -12,7 +12,7 @@ from dloftbs.cli.commands import evaluate as evaluate_command
 from dloftbs.cli.evaluation_progress import open_parts_progress
 from dloftbs.cli.methods import method_of
 from dloftbs.errors import InputError
-from dloftbs.evaluation.runner_parts import FrameRow, Key, Part
+from dloftbs.evaluation.runner.finished_parts import FrameRow, Key, Part
 from dloftbs.evaluation.suites import SUITES
 from dloftbs.frame import Frame
 
@@ -196,7 +196,7 @@ def test_progress_on_a_terminal_is_a_bar(monkeypatch, capsys):
 
 
 def test_without_mujoco_its_suite_is_left_out_with_a_word(monkeypatch, capsys):
-    monkeypatch.setattr("dloftbs.sources.synthetic.simulation_available", lambda: False)
+    monkeypatch.setattr("dloftbs.synthetic.simulation_available", lambda: False)
     suites = evaluate_command._suites((), True, 0.01, (180, 320), 0, 7.0)
     assert [suite.name for suite in suites] == [name for name in SUITES if name != "simulated"]
     assert capsys.readouterr().err.startswith("left out simulated: simulated cables need MuJoCo: pip install")

@@ -16,7 +16,7 @@ from dloftbs.cli.commands.track import track
 from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.places import READING
 from dloftbs.config import Config
-from dloftbs.sources.synthetic import several_cables
+from dloftbs.synthetic import several_cables
 
 
 @pytest.fixture

@@ -86,7 +86,7 @@ def test_compilation_is_announced_once(tmp_path):
         "import click, logging\n"
         "from dloftbs.cli.shell import messages_to_stderr\n"
         "with messages_to_stderr():\n"
-        "    import dloftbs.kernels.segmentation\n"
+        "    import dloftbs.segmentation.kernels.colour_table\n"
         "    logging.getLogger('dloftbs.x').info('not shown')\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from dloftbs.cli import progress as progress_module
+from dloftbs.cli.durations import ACCURACY, LatencyHistogram
 from dloftbs.cli.progress import Progress, open_progress
-from dloftbs.cli.report import RunReport
 from dloftbs.cli.shell import messages_to_stderr
-from dloftbs.cli.timing import ACCURACY, LatencyHistogram
+from dloftbs.cli.stream_report import RunReport
 from dloftbs.curve import BSplineCurve
 from dloftbs.frame import FrameResult, Track, TrackState
 

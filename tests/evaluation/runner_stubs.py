@@ -13,11 +13,11 @@ import numpy as np
 from builders import curve_through
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.evaluation.runner import evaluate
-from dloftbs.evaluation.runner_sequence import Method
+from dloftbs.evaluation.runner.run import evaluate
+from dloftbs.evaluation.runner.sequence_run import Method
 from dloftbs.evaluation.suites import Suite
 from dloftbs.frame import Frame
-from dloftbs.sources.base import KnownSequence
+from dloftbs.sources.source import KnownSequence
 from dloftbs.truth import Truth
 
 SIZE = (120, 200)

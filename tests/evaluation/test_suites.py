@@ -78,7 +78,7 @@ def test_what_is_neither_suite_nor_folder_is_an_error():
 
 
 def test_without_mujoco_the_suite_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr("dloftbs.sources.synthetic.simulation_available", lambda: False)
+    monkeypatch.setattr("dloftbs.synthetic.simulation_available", lambda: False)
     assert [name for name in SUITES if missing_for(name) is not None] == ["simulated"]
     with pytest.raises(InputError, match=r"pip install 'dloftbs\[evaluation\]'"):
         open_suite("simulated", **TINY)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from dloftbs.centerline import arc_parameter
 from dloftbs.curve import BSplineCurve
+from dloftbs.fitting import fit_with_knots
 from dloftbs.kernels.continuity import follow, sample_curves
-from dloftbs.stages.fitting import fit_with_knots
 
 WIDTH = 10.0
 LINE = np.column_stack((np.arange(0.0, 301.0, 5.0), np.full(61, 50.0)))

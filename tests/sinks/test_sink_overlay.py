@@ -9,7 +9,7 @@ import sinks.sink_examples as examples
 
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.sinks import OverlayImagesSink, OverlayVideoSink, overlay
+from dloftbs.sinks import OverlayImagesSink, OverlayVideoSink, overlay_pictures
 
 VIDEOS = ["a.mp4", "a.mov", "A.MP4"]
 
@@ -105,7 +105,7 @@ def test_pictures_are_named_after_their_frames_and_never_replace_each_other(tmp_
         assert picture.mean() == 40 + 3 * i
 
 
-@pytest.mark.parametrize("suffix", overlay.IMAGE_SUFFIXES)
+@pytest.mark.parametrize("suffix", overlay_pictures.IMAGE_SUFFIXES)
 def test_formats_of_pictures(tmp_path, suffix):
     with OverlayImagesSink(tmp_path, draw=examples.draw, suffix=suffix) as sink:
         sink.write(examples.frame(2), examples.nothing())

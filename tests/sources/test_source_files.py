@@ -14,7 +14,7 @@ import pytest
 from dloftbs import sources
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.files import natural_key
+from dloftbs.sources.image_files import natural_key
 
 COLOUR = np.zeros((12, 16, 3), np.uint8)
 COLOUR[4:6, 2:14] = (10, 200, 30)

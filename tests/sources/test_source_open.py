@@ -10,7 +10,7 @@ import pytest
 
 from dloftbs import sources
 from dloftbs.errors import DloftbsError, InputError, SourceError
-from dloftbs.sources.base import Source
+from dloftbs.sources.source import Source
 
 
 @pytest.mark.parametrize("where", [None, 1.5, True, b"a.png", [], [1, 2], [np.zeros((3, 3))], {"a.png"}])

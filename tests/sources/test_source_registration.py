@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from dloftbs import sources
-from dloftbs.camera import PinholeCamera
+from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError, SourceError
-from dloftbs.registration import DepthRegistration
 
 DEPTH = PinholeCamera(20.0, 20.0, 9.5, 7.5, size=(16, 20))
 COLOUR = PinholeCamera(40.0, 40.0, 19.5, 15.5, (-0.1, 0.01, 0.001, 0.0), size=(32, 40))

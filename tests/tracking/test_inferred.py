@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.frame import Frame
+from dloftbs.observation import look_at
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracking.joining import as_found, gaps, in_sight
-from dloftbs.tracking.memory import Memory
-from dloftbs.tracking.pieces import WHOLE, Piece
-from dloftbs.tracking.seeing import look_at
+from dloftbs.tracking.fusion import as_found, gaps, in_sight
+from dloftbs.tracking.partial_match import WHOLE, Piece
+from dloftbs.tracking.track_model import Memory
 
 GAPS = ((0.1, 0.12), (0.3, 0.5), (0.6, 0.62), (0.8, 0.82))
 LINKED = detection_of(wave(), joints=tuple(Joint(JointKind.GAP, span, 1.0, 1.0) for span in GAPS))

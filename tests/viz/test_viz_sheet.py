@@ -9,8 +9,8 @@ import pytest
 
 from dloftbs import viz
 from dloftbs.errors import InputError
+from dloftbs.viz.lettering import Text, wrapped
 from dloftbs.viz.path import Path, complement, dashes
-from dloftbs.viz.text import Text, wrapped
 
 
 def plain(height, width, value=200):

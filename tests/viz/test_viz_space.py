@@ -12,7 +12,7 @@ from dloftbs import viz
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame, FrameResult, Track, TrackState
-from dloftbs.viz import space
+from dloftbs.viz import space_sheet
 from dloftbs.viz.style import Style
 
 SIZE = (90, 160)
@@ -87,13 +87,13 @@ def test_tracks_have_the_colours_of_their_ids_and_coasting_ones_are_dimmer():
 def test_missing_depth_is_hatched_and_the_share_is_told():
     depth = np.tile(np.linspace(0.5, 1.5, SIZE[1], dtype=np.float32), (SIZE[0], 1))
     depth[:45, :80] = (0.0, np.nan, np.inf, -1.0) * 20
-    title, panel = space._depth_panel(frame(depth), Style(), 0.001)
+    title, panel = space_sheet._depth_panel(frame(depth), Style(), 0.001)
     assert title.endswith("missing, 25.0 %")
     height, width = panel.shape[:2]
     red = (panel == Style().changed).all(axis=2)
     assert 0.4 < red[: height // 2 - 5, : width // 2 - 5].mean() < 0.6
     assert not red[:, width // 2 + 5 :].any()
-    title, _ = space._depth_panel(
+    title, _ = space_sheet._depth_panel(
         frame((np.nan_to_num(depth, posinf=0.0).clip(0) * 1000).astype(np.uint16)), Style(), 0.001
     )
     assert title.startswith("depth, 0.5")
@@ -117,7 +117,7 @@ def test_a_point_and_a_far_away_loop_can_be_drawn():
 
 @pytest.mark.parametrize("wanted", [0.011, 0.02, 0.3, 1.0, 7.0])
 def test_steps_are_round(wanted):
-    step = space._round_step(wanted)
+    step = space_sheet._round_step(wanted)
     assert wanted <= step * (1 + 1e-9) <= 2.5 * wanted * (1 + 1e-6)
     assert f"{step:e}"[0] in "125"
 

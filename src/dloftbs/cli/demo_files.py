@@ -15,17 +15,16 @@ from dloftbs import sinks, viz
 from dloftbs._json import encode
 from dloftbs._version import __version__
 from dloftbs.cli import demo_space
+from dloftbs.cli.demo_names import CURVES, INPUT, OVERLAY, README, SHEET, SUMMARY
 from dloftbs.errors import SinkError
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.sinks._files import sink_errors, write_whole
-from dloftbs.sources.synthetic import DemoSequence
+from dloftbs.sinks._safe_files import sink_errors, write_whole
+from dloftbs.synthetic import DemoSequence
 
 if TYPE_CHECKING:
     from dloftbs.cli.demo_run import DemoRun
     from dloftbs.cli.demo_space import SpaceRun
 
-INPUT, OVERLAY, CURVES, SHEET = "input.mp4", "overlay.mp4", "curves.jsonl", "contact_sheet.png"
-SUMMARY, README = "summary.json", "README.txt"
 _WHAT = {
     INPUT: "the video that was drawn",
     OVERLAY: "the video with the curves: a dot is the start, a ring the end, dashes were not seen but inferred",

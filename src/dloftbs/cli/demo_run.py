@@ -10,18 +10,19 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sinks, sources, viz
-from dloftbs.cli.demo_files import CURVES, INPUT, OVERLAY
+from dloftbs.cli.demo_names import CURVES, INPUT, OVERLAY
 from dloftbs.cli.outputs import open_outputs
 from dloftbs.cli.progress import open_progress
-from dloftbs.cli.report import RunReport
 from dloftbs.cli.scoring import Scores, score_frame
+from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
+from dloftbs.crossings import find_crossings
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.pipeline import Pipeline
+from dloftbs.pipeline import Pipeline, make_tracker
+from dloftbs.published import NearestTracker
 from dloftbs.sources import Source
-from dloftbs.sources.synthetic import DemoSequence
-from dloftbs.stages.crossings import find_crossings
-from dloftbs.tracking import NearestTracker, Tracker, make_tracker
+from dloftbs.synthetic import DemoSequence
+from dloftbs.tracking import Tracker
 
 _PICTURES = 12
 

@@ -18,8 +18,8 @@ from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.evaluation import length_error, match_curves
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.pipeline import Pipeline
-from dloftbs.sinks._files import write_whole
-from dloftbs.sources.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial
+from dloftbs.sinks._safe_files import write_whole
+from dloftbs.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial
 from dloftbs.truth import Truth
 
 FIGURE, FOLDER = "space.png", "space"

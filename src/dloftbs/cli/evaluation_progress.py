@@ -9,7 +9,7 @@ from time import monotonic
 
 import click
 
-from dloftbs.evaluation.runner_parts import Part
+from dloftbs.evaluation.runner.finished_parts import Part
 
 _LINE_EVERY_S = 5.0
 

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 from dloftbs.config import Config
 from dloftbs.errors import InputError
-from dloftbs.evaluation.runner_sequence import Method
+from dloftbs.evaluation.runner.sequence_run import Method
 from dloftbs.frame import Frame, FrameResult
 
 _CONFIGS: dict[str, Callable[[], Config]] = {"default": Config, "paper": Config.paper}

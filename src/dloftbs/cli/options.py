@@ -15,9 +15,8 @@ from dloftbs.cli.limits import MAX_DEPTH_UNIT_M, MIN_DEPTH_UNIT_M, FilledPath, f
 from dloftbs.errors import ConfigError, InputError
 
 if TYPE_CHECKING:
-    from dloftbs.camera import PinholeCamera
+    from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.config import Config, HsvRange
-    from dloftbs.registration import DepthRegistration
     from dloftbs.sources import Source
     from dloftbs.sources.pixels import Kind
 
@@ -60,7 +59,7 @@ def parse_registration(text: str | None) -> DepthRegistration | None:
     """Read a registration from a file."""
     if text is None:
         return None
-    from dloftbs.registration import DepthRegistration
+    from dloftbs.camera import DepthRegistration
 
     return DepthRegistration.from_file(text)
 

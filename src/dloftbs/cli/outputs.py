@@ -20,7 +20,7 @@ from dloftbs.errors import ConfigError, SinkError
 from dloftbs.frame import Frame, FrameResult
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sinks._claims import Claim
-from dloftbs.sinks._files import sink_errors, write_whole
+from dloftbs.sinks._safe_files import sink_errors, write_whole
 
 _SIGNATURE = "# The configuration of dloftbs"
 

@@ -16,9 +16,9 @@ from dloftbs import sinks
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.cli.outputs import config_beside
 from dloftbs.config import Config
-from dloftbs.sinks._files import sink_errors
-from dloftbs.sinks.base import Identity, identity_of
-from dloftbs.sources.files import IMAGE_EXTENSIONS, files_of
+from dloftbs.sinks._safe_files import sink_errors
+from dloftbs.sinks.sink import Identity, identity_of
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
 
 READING = ("depth", "masks", "camera", "registration", "config_file")

@@ -9,7 +9,7 @@ from time import monotonic
 
 import click
 
-from dloftbs.cli.report import RunReport
+from dloftbs.cli.stream_report import RunReport
 
 _BAR_EVERY_S = 0.1
 _LINE_EVERY_S = 5.0

@@ -10,9 +10,7 @@ sequences, `runner` scores methods on them, `report` writes tables and pictures.
 
 from __future__ import annotations
 
-from dloftbs.evaluation.curves import PointError, curve_l3, endpoint_error, length_error, point_error
-from dloftbs.evaluation.instances import DiceScore, InstanceScore, dice
-from dloftbs.evaluation.matching import (
+from dloftbs.evaluation.curve_matching import (
     CurveDistances,
     Matching,
     Pair,
@@ -20,8 +18,10 @@ from dloftbs.evaluation.matching import (
     match_curves,
     match_distances,
 )
+from dloftbs.evaluation.curves import PointError, curve_l3, endpoint_error, length_error, point_error
+from dloftbs.evaluation.identity_scores import TrackingScorer, TrackingScores
+from dloftbs.evaluation.instances import DiceScore, InstanceScore, dice
 from dloftbs.evaluation.metrics import f_distance, l1, l2, l3, l3_undirected, mmd
-from dloftbs.evaluation.tracking import TrackingScorer, TrackingScores
 
 __all__ = [
     "CurveDistances",

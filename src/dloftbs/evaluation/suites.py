@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from dloftbs import synthetic
 from dloftbs._text import readable
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources import synthetic
-from dloftbs.sources.base import KnownSequence
 from dloftbs.sources.recorded import LAYOUTS, open_labelled
+from dloftbs.sources.source import KnownSequence
 
 HD = (720, 1280)
 QUICK_SCALE = 0.1

@@ -1,1 +1,1 @@
-"""The compiled loops: plain arrays and scalars in and out, nothing checked."""
+"""Kernels that several rooms call, and how all kernels are compiled."""

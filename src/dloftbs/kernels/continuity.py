@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float64, int64
 
-from dloftbs.kernels._compile import helper, kernel, read
+from dloftbs.kernels.compiler import helper, kernel, read
 
 _NEAR_WIDTHS = 1.5  # farther from a curve, an end has nothing to do with it
 _ALONG = 0.6  # least cosine between an end and the curve

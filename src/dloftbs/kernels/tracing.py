@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64, int32, int64, uint8
 
-from dloftbs.kernels._compile import helper, inlined, kernel, read, write
+from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 
 RADIUS_SPACING = 4
 """Pixels of a run from one measured radius to the next."""

@@ -14,12 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from dloftbs.errors import InputError
-from dloftbs.sinks.base import MultiSink, PathSink, Sink
 from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
 from dloftbs.sinks.geometry import GeometrySink
 from dloftbs.sinks.jsonl import JsonLinesSink, read_json_lines
-from dloftbs.sinks.npz import NpzRow, NpzSink, read_npz
-from dloftbs.sinks.overlay import (
+from dloftbs.sinks.npz_curves import NpzRow, NpzSink, read_npz
+from dloftbs.sinks.overlay_pictures import (
     IMAGE_SUFFIXES,
     VIDEO_SUFFIXES,
     OverlayImagesSink,
@@ -28,6 +27,7 @@ from dloftbs.sinks.overlay import (
 )
 from dloftbs.sinks.points_csv import CsvSink
 from dloftbs.sinks.sequence import write_sequence
+from dloftbs.sinks.sink import MultiSink, PathSink, Sink
 
 __all__ = [
     "CsvSink",

@@ -13,7 +13,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.sinks._files import replacing
+from dloftbs.sinks._safe_files import replacing
 
 HEADER_BYTES = 128
 """Size of the .npy header, the same for every number of rows so that it can be rewritten in place."""

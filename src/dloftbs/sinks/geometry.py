@@ -15,9 +15,9 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Detection, Frame, FrameResult
 from dloftbs.sinks import _mesh
 from dloftbs.sinks._claims import Claim
-from dloftbs.sinks._files import UnusedNames, sink_errors, write_whole
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
-from dloftbs.sinks.base import PathSink
+from dloftbs.sinks._safe_files import UnusedNames, sink_errors, write_whole
+from dloftbs.sinks.sink import PathSink
 
 logger = logging.getLogger("dloftbs.sinks")
 

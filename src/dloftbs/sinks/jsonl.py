@@ -11,8 +11,8 @@ from dloftbs._documents import parse_json
 from dloftbs._json import encode_line
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.sinks._files import AppendFile
-from dloftbs.sinks.base import PathSink
+from dloftbs.sinks._safe_files import AppendFile
+from dloftbs.sinks.sink import PathSink
 
 logger = logging.getLogger("dloftbs.sinks")
 

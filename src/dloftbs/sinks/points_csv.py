@@ -12,9 +12,9 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.sinks._files import AppendFile
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
-from dloftbs.sinks.base import PathSink
+from dloftbs.sinks._safe_files import AppendFile
+from dloftbs.sinks.sink import PathSink
 
 HEADER = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d\n"
 _DENSE = 1000

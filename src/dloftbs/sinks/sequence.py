@@ -14,9 +14,9 @@ from dloftbs._json import encode_line
 from dloftbs._text import readable
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.sinks._files import AppendFile, sink_errors, write_whole
 from dloftbs.sinks._images import encode
-from dloftbs.sinks._video import H264Mp4
+from dloftbs.sinks._mp4 import H264Mp4
+from dloftbs.sinks._safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.truth import Truth
 
 HEADER = "sequence.json"

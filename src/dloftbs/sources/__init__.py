@@ -20,15 +20,14 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.camera import PinholeCamera
+from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
-from dloftbs.registration import DepthRegistration
-from dloftbs.sources.arrays import STACK_EXTENSIONS, ArraySource, from_array, from_file
-from dloftbs.sources.base import KnownSequence, Source
-from dloftbs.sources.files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import KINDS, Kind
 from dloftbs.sources.recorded import open_labelled
+from dloftbs.sources.source import KnownSequence, Source
+from dloftbs.sources.stacks import STACK_EXTENSIONS, ArraySource, from_array, from_file
 from dloftbs.sources.video import LiveSource, VideoSource
 
 __all__ = [

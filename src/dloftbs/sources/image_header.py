@@ -1,6 +1,6 @@
 """The size of an image, read off the first bytes of its file: a decoder makes room for what they say.
 
-All formats of `dloftbs.sources.files.IMAGE_EXTENSIONS` are known, and PFM.
+All formats of `dloftbs.sources.image_files.IMAGE_EXTENSIONS` are known, and PFM.
 """
 
 from __future__ import annotations

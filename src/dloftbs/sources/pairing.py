@@ -8,14 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
 
+from dloftbs.camera import DepthRegistration
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
-from dloftbs.registration import DepthRegistration
-from dloftbs.sources.arrays import STACK_EXTENSIONS, Stack, check_stack
-from dloftbs.sources.base import Source, logger
-from dloftbs.sources.files import IMAGE_EXTENSIONS, is_glob, list_files
-from dloftbs.sources.npz import NpzMember, read_whole
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, is_glob, list_files
+from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
+from dloftbs.sources.source import Source, logger
+from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
 
 What = Literal["depth", "mask"]
 """Values that go with a frame, by the names of its fields."""

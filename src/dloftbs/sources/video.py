@@ -16,8 +16,8 @@ from dloftbs._text import readable
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources.base import Source, logger
 from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
+from dloftbs.sources.source import Source, logger
 
 if TYPE_CHECKING:
     import cv2

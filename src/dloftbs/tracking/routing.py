@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.kernels.tracking import box_gaps
-from dloftbs.tracking.laying import lay
-from dloftbs.tracking.leading import completed, grown
-from dloftbs.tracking.matching import Known
-from dloftbs.tracking.memory import Memory
-from dloftbs.tracking.pieces import Piece
-from dloftbs.tracking.scene import Run, Scene, spacing_of
-from dloftbs.tracking.seeing import Seen
+from dloftbs.observation import Seen
+from dloftbs.tracking.association import Known
+from dloftbs.tracking.extension import completed, grown
+from dloftbs.tracking.kernels.alignment import box_gaps
+from dloftbs.tracking.localization import lay
+from dloftbs.tracking.partial_match import Piece
+from dloftbs.tracking.sample_graph import Run, Scene, spacing_of
+from dloftbs.tracking.track_model import Memory
 
 _OVERLAP = 2  # nodes that two tracks may share, where they cross
 _FREE = 0.5  # of a part is taken at most, or it is not left over

@@ -15,16 +15,16 @@ from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Detection, Track, TrackState
-from dloftbs.tracking.assembling import Stretch, assemble
-from dloftbs.tracking.believing import believe
-from dloftbs.tracking.joining import as_found, bridged, gaps, in_sight, in_space, merged, restarted
-from dloftbs.tracking.matching import Known, bring_together, find_joined, match_at_once, pair_last
-from dloftbs.tracking.memory import LEAP, Memory, Prediction, blend, blended, horizon, moved
-from dloftbs.tracking.pieces import WHOLE, Piece, Shown, follows, hidden_between
-from dloftbs.tracking.placing import in_plain_sight, leaving
+from dloftbs.observation import SAMPLES, Seen, U, look_at, sample
+from dloftbs.tracking.alignment import in_plain_sight, leaving
+from dloftbs.tracking.association import Known, bring_together, find_joined, match_at_once, pair_last
+from dloftbs.tracking.fusion import as_found, bridged, gaps, in_sight, in_space, merged, restarted
+from dloftbs.tracking.motion_filter import Smoother
+from dloftbs.tracking.occlusion import believe
+from dloftbs.tracking.partial_match import WHOLE, Piece, Shown, follows, hidden_between
+from dloftbs.tracking.reconstruction import Stretch, assemble
 from dloftbs.tracking.routing import route
-from dloftbs.tracking.seeing import SAMPLES, Seen, U, look_at, sample
-from dloftbs.tracking.smoothing import Smoother
+from dloftbs.tracking.track_model import LEAP, Memory, Prediction, blend, blended, horizon, moved
 
 _ROUNDING_S = 1e-6
 

@@ -2,7 +2,7 @@
 
 from dloftbs.viz.overlay import draw
 from dloftbs.viz.sheet import contact_sheet
-from dloftbs.viz.space import draw_3d
+from dloftbs.viz.space_sheet import draw_3d
 from dloftbs.viz.stages import draw_stages
 from dloftbs.viz.style import Style
 

@@ -14,11 +14,11 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
 from dloftbs.viz import shapes
-from dloftbs.viz.labels import Box, place
+from dloftbs.viz.label_placement import Box, place
+from dloftbs.viz.lettering import Text, note
 from dloftbs.viz.path import Path, Span, complement, dashes, repeats
 from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import Colour, Style, dimmed, is_light
-from dloftbs.viz.text import Text, note
 from dloftbs.viz.view import View
 
 _DIM, _DIMMER = 0.3, 0.65  # of coasting tracks, where they are sure and where they are not at all

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.errors import InputError
+from dloftbs.viz.lettering import Text
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.style import Style
-from dloftbs.viz.text import Text
 
 _LEAST_TILE_PX = 16
 

@@ -11,7 +11,7 @@ from dloftbs.cli.limits import MAX_DEMO_FRAMES, MAX_SEED, file_path, parse_size
 from dloftbs.cli.shell import Failure
 
 if TYPE_CHECKING:
-    from dloftbs.sources.synthetic import DemoSequence
+    from dloftbs.synthetic import DemoSequence
 
 _FULL = (90, (720, 1280))
 _QUICK = (24, (360, 640))
@@ -63,7 +63,7 @@ def demo(
 
 def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:
     from dloftbs.errors import InputError
-    from dloftbs.sources.synthetic import DemoSequence
+    from dloftbs.synthetic import DemoSequence
 
     width_px = max(_WIDTH_PX * min(size[0] / 720.0, size[1] / 1280.0), 3.0)
     try:

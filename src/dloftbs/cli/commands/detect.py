@@ -171,7 +171,7 @@ class _Batch:
 
     def _open(self, where: str) -> Iterable[Frame] | Exception:
         """Return the frames of an input: an image file is read at once, all else when its turn comes."""
-        from dloftbs.sources.files import IMAGE_EXTENSIONS
+        from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 
         frames = self._frames(where)
         if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not os.path.isfile(where):

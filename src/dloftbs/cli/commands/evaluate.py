@@ -81,8 +81,8 @@ def evaluate(
     from dloftbs.cli.evaluation_progress import open_parts_progress
     from dloftbs.cli.methods import method_of
     from dloftbs.cli.outputs import claim_folder
-    from dloftbs.evaluation.report import write_report
-    from dloftbs.evaluation.runner import evaluate as run
+    from dloftbs.evaluation.report.write import write_report
+    from dloftbs.evaluation.runner.run import evaluate as run
 
     suites = _suites(names, quick, scale, size, seed, tolerance)
     _check_out(names, out)
@@ -106,7 +106,7 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
         If labelled data lies in a folder that is written to, or around it, or other files have the results' names.
     """
     from dloftbs.errors import SinkError
-    from dloftbs.evaluation.report import FRAMES, JOINTS, JSON, MARKDOWN, PLOTS, TABLES, WORST
+    from dloftbs.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PLOTS, TABLES, WORST
     from dloftbs.evaluation.suites import SUITES, place_of
 
     for name in names:

@@ -77,7 +77,7 @@ def track(
     from dloftbs.cli.outputs import write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
-    from dloftbs.cli.report import RunReport
+    from dloftbs.cli.stream_report import RunReport
     from dloftbs.overlap import Ahead, Behind, cores
     from dloftbs.pipeline import Pipeline
 

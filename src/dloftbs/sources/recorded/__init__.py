@@ -6,14 +6,14 @@ import os
 from pathlib import Path
 
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.base import KnownSequence
-from dloftbs.sources.recorded import ariadne, labels, mbest, polylines, spline_tables, written
+from dloftbs.sources.recorded import ariadne, label_images, mbest, polylines, spline_tables, written
 from dloftbs.sources.recorded.layout import Layout, content_of, folders_in, listed
+from dloftbs.sources.source import KnownSequence
 
 __all__ = ["LAYOUTS", "open_labelled"]
 
 LAYOUTS: dict[str, Layout] = {
-    module.LAYOUT.name: module.LAYOUT for module in (written, labels, mbest, ariadne, spline_tables, polylines)
+    module.LAYOUT.name: module.LAYOUT for module in (written, label_images, mbest, ariadne, spline_tables, polylines)
 }
 """By name, in the order in which "auto" tries them."""
 

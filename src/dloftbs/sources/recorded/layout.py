@@ -13,8 +13,8 @@ import numpy as np
 
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources.base import KnownSequence
-from dloftbs.sources.files import natural_key
+from dloftbs.sources.image_files import natural_key
+from dloftbs.sources.source import KnownSequence
 from dloftbs.truth import Truth
 
 T = TypeVar("T")

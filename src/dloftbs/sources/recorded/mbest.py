@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.frame import Frame
-from dloftbs.sources.recorded import labels
-from dloftbs.sources.recorded.labels import LabelledImages
+from dloftbs.sources.recorded import label_images
+from dloftbs.sources.recorded.label_images import LabelledImages
 from dloftbs.sources.recorded.layout import Layout
 
 TREE = """\
@@ -58,4 +58,4 @@ def mask_by_colour(image: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
     return np.asarray(cv2.morphologyEx(closed, cv2.MORPH_OPEN, square)) > 0
 
 
-LAYOUT = Layout("mbest", TREE, labels.LAYOUT.fits, MbestImages)
+LAYOUT = Layout("mbest", TREE, label_images.LAYOUT.fits, MbestImages)

@@ -23,12 +23,12 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources.base import logger
-from dloftbs.sources.files import IMAGE_EXTENSIONS
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS
+from dloftbs.sources.recorded.csv_rows import header_of, number, rows_of, whole
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in, folders_in, listed
 from dloftbs.sources.recorded.pictures import PictureFile, VideoFrames, camera_in, images_in
-from dloftbs.sources.recorded.tables import header_of, number, rows_of, whole
 from dloftbs.sources.recorded.through_points import truth_of
+from dloftbs.sources.source import logger
 from dloftbs.truth import Truth
 
 TREE = """\

@@ -13,10 +13,10 @@ from dloftbs._documents import parse_json
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources.base import logger
 from dloftbs.sources.pixels import AnyArray, load_npy, read_pixels
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence
 from dloftbs.sources.recorded.pictures import VideoFrames, decoded
+from dloftbs.sources.source import logger
 from dloftbs.truth import Truth
 
 TREE = """\

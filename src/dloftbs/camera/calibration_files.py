@@ -1,0 +1,303 @@
+"""Cameras from files, as calibrators write them: ROS, OpenCV, Kalibr, Open3D, RealSense, and our own keys.
+
+Keys are compared without case and underscores. A camera is recognised by its keys, whatever wrote it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray
+from dloftbs._documents import parse_json, parse_opencv_xml, parse_yaml, read_text
+from dloftbs.camera.lens_models import LensModel
+from dloftbs.errors import InputError, SourceError
+
+T = TypeVar("T")
+Camera = TypeVar("Camera")
+Keys = dict[str, Any]
+Values = dict[str, Any]
+"""Arguments of `PinholeCamera.from_matrix`, with `matrix`, or of `PinholeCamera.from_dict`."""
+
+_MODELS: dict[str, LensModel] = {
+    **dict.fromkeys(("polynomial", "plumbbob", "rationalpolynomial", "radtan", "brownconrady", "opencv"), "polynomial"),
+    **dict.fromkeys(("fisheye", "equidistant", "kannalabrandt4", "equi"), "fisheye"),
+}
+"""Names of the models that there are, in letters and digits alone."""
+_EXACT_WITHOUT_DISTORTION = ("", "none", "modifiedbrownconrady", "inversebrownconrady")
+"""Names that are taken only while all coefficients are 0: without distortion, all models are the same."""
+
+_LONGEST = 1000
+"""Characters of a message, which may quote what a file says."""
+_FORMS = (
+    "ROS's camera_info (camera_matrix or K), OpenCV's FileStorage (camera_matrix), Kalibr's cam0 (intrinsics), "
+    "Open3D's (intrinsic_matrix), RealSense's (fx, fy, ppx, ppy) or plain fx, fy, cx, cy"
+)
+
+
+def read_camera(path: Path, make: Callable[[Values], T]) -> T:
+    """Read a camera, as `PinholeCamera.from_file` says; `make` builds it from what the file holds.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, is of no form that is known, or describes a camera that is not supported.
+    """
+    return _read(path, lambda keys: make(_camera(keys)))
+
+
+def read_registration(
+    path: Path, make_camera: Callable[[Values], Camera], make: Callable[[Camera, Camera, FloatArray, FloatArray], T]
+) -> T:
+    """Read a registration, as `DepthRegistration.from_file` says, and build it of its parts.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or says something else.
+    """
+
+    def registration(keys: Keys) -> T:
+        cameras, rotation, translation_m = _registration(keys, make_camera)
+        return make(*cameras, rotation, translation_m)
+
+    return _read(path, registration)
+
+
+def _read(path: Path, make: Callable[[Keys], T]) -> T:
+    try:
+        return make(_normal(_content(path)))
+    except InputError as error:
+        said = str(error)
+        raise SourceError(f"{path}: {said[:_LONGEST]}{' ...' if len(said) > _LONGEST else ''}") from error
+
+
+def _content(path: Path) -> Any:
+    """Return what a YAML, JSON or XML file holds."""
+    text = read_text(path)
+    if text.lstrip().startswith("<"):
+        return parse_opencv_xml(text)
+    if text.lstrip().startswith("{"):
+        with suppress(InputError):  # OpenCV's JSON has numbers as YAML does, and YAML takes most of JSON, but no tabs
+            return parse_json(text)
+    # `ros2 topic echo` ends a message with the mark that begins the next document.
+    documents = parse_yaml(text)
+    if len(documents) != 1 or not isinstance(documents[0], dict):
+        found = f"{len(documents)} documents" if len(documents) != 1 else type(documents[0]).__name__
+        raise InputError(f"must hold one mapping of keys to values, found {found}")
+    return documents[0]
+
+
+def _normal(value: Any) -> Any:
+    """Return the same with keys without case and underscores."""
+    if isinstance(value, Mapping):
+        return {_plain(str(key)): _normal(item) for key, item in value.items()}
+    return value
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _camera(keys: Keys) -> Values:
+    cameras = _chain(keys)
+    if len(cameras) > 1:
+        raise InputError(f"holds {len(cameras)} cameras, {', '.join(cameras)}; keep the one that is meant")
+    for form in (_only_of_chain, _from_matrix, _from_kalibr, _from_open3d, _from_realsense, _from_plain):
+        camera = form(keys)
+        if camera is not None:
+            return camera
+    raise InputError(f"is no camera: expected {_FORMS}; found {', '.join(keys) or 'nothing'}")
+
+
+def _chain(keys: Keys) -> Keys:
+    return {key: value for key, value in keys.items() if re.fullmatch(r"cam[0-9]+", key) and isinstance(value, dict)}
+
+
+def _only_of_chain(keys: Keys) -> Values | None:
+    cameras = _chain(keys)
+    return _camera(next(iter(cameras.values()))) if cameras else None
+
+
+def _from_matrix(keys: Keys) -> Values | None:
+    """Read ROS's and OpenCV's forms: a camera matrix, row after row."""
+    matrix = _first(keys, "cameramatrix", "k")
+    if matrix is None:
+        return None
+    _check_whole(keys)
+    model = keys.get("distortionmodel")
+    if keys.get("fisheyemodel"):
+        model = "fisheye"
+    coefficients = _numbers("distortion", _first(keys, "distortioncoefficients", "distcoeffs", "distcoeff", "d"))
+    size = _size(_first(keys, "imagewidth", "width"), _first(keys, "imageheight", "height"))
+    return _build(_matrix(matrix), coefficients, model, size)
+
+
+def _from_kalibr(keys: Keys) -> Values | None:
+    if "intrinsics" not in keys:
+        return None
+    kind = keys.get("cameramodel", "pinhole")
+    if kind != "pinhole":
+        raise InputError(f"camera_model must be pinhole, got {kind!r}")
+    fx, fy, cx, cy = _numbers("intrinsics", keys["intrinsics"], 4)
+    width, height = _numbers("resolution", keys.get("resolution") or (0, 0), 2)
+    coefficients = _numbers("distortion_coeffs", keys.get("distortioncoeffs"))
+    return _build(_k(fx, fy, cx, cy), coefficients, keys.get("distortionmodel"), _size(width, height))
+
+
+def _from_open3d(keys: Keys) -> Values | None:
+    if "intrinsicmatrix" not in keys:
+        return None
+    matrix = _matrix(keys["intrinsicmatrix"])
+    # Nine numbers in a row are column after column; nested, they are rows.
+    columns_first = isinstance(keys["intrinsicmatrix"], list) and len(keys["intrinsicmatrix"]) == 9
+    return _build(matrix.T if columns_first else matrix, (), None, _size(keys.get("width"), keys.get("height")))
+
+
+def _from_realsense(keys: Keys) -> Values | None:
+    if not {"fx", "fy", "ppx", "ppy"} <= keys.keys():
+        return None
+    fx, fy, cx, cy = (_number(key, keys[key]) for key in ("fx", "fy", "ppx", "ppy"))
+    model = re.sub("^(rs2)?distortion", "", _plain(str(keys.get("model") or "")))
+    coefficients = _numbers("coeffs", keys.get("coeffs"))
+    if model in _MODELS and _MODELS[model] == "fisheye" and len(coefficients) == 5 and coefficients[4] == 0.0:
+        coefficients = coefficients[:4]
+    return _build(_k(fx, fy, cx, cy), coefficients, model, _size(keys.get("width"), keys.get("height")))
+
+
+def _from_plain(keys: Keys) -> Values | None:
+    if not {"fx", "fy", "cx", "cy"} & keys.keys():
+        return None
+    plain = {key: value for key, value in keys.items() if key not in ("width", "height") and value is not None}
+    size = _size(keys.get("width"), keys.get("height"))
+    if size is not None:
+        plain["size"] = size
+    for key in {"fx", "fy", "cx", "cy"} & plain.keys():
+        plain[key] = _number(key, plain[key])
+    if "distortion" in plain:
+        plain["distortion"] = _numbers("distortion", plain["distortion"])
+    if "model" in plain:
+        plain["model"] = _model(plain["model"])
+    return plain
+
+
+def _build(matrix: FloatArray, coefficients: tuple[float, ...], model: Any, size: tuple[int, int] | None) -> Values:
+    if _plain(str(model or "")) in _EXACT_WITHOUT_DISTORTION and (model or "") and any(coefficients):
+        raise InputError(f"the distortion model {model!r} is not supported with coefficients other than 0")
+    known = "polynomial" if _plain(str(model or "")) in _EXACT_WITHOUT_DISTORTION else _model(model)
+    return {"matrix": matrix, "distortion": coefficients, "model": known, "size": size}
+
+
+def _model(name: Any) -> LensModel:
+    if _plain(str(name)) not in _MODELS:
+        raise InputError(f"unknown distortion model {name!r}; known are {', '.join(_MODELS)}")
+    return _MODELS[_plain(str(name))]
+
+
+def _check_whole(keys: Keys) -> None:
+    """Refuse ROS's messages of binned or cut images, whose intrinsics hold for the whole sensor."""
+    binning = [_number("binning", keys.get(key) or 0) for key in ("binningx", "binningy")]
+    region = keys["roi"] if isinstance(keys.get("roi"), dict) else {}
+    cut = [region.get(key) or 0 for key in ("xoffset", "yoffset", "width", "height")]
+    if max(binning) > 1 or any(cut):
+        raise InputError(
+            f"binning and regions of interest are not supported, got binning {binning} and region {cut} "
+            "(x, y, width, height); state the intrinsics of the images themselves"
+        )
+
+
+def _registration(keys: Keys, make: Callable[[Values], Camera]) -> tuple[tuple[Camera, Camera], FloatArray, FloatArray]:
+    if {"cam0", "cam1"} <= keys.keys():
+        return _from_kalibr_chain(keys, make)
+    cameras: dict[str, Camera] = {}
+    for name, value in (
+        ("depth_camera", keys.get("depthcamera")),
+        ("colour_camera", _first(keys, "colourcamera", "colorcamera")),
+    ):
+        if not isinstance(value, dict):
+            raise InputError(
+                f"a registration needs {name}, a camera, among depth_camera, colour_camera, rotation, translation_m; "
+                f"or Kalibr's cam0 and cam1; found {', '.join(keys) or 'nothing'}"
+            )
+        try:
+            cameras[name] = make(_camera(value))
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from error
+    rotation = _matrix(_required(keys, "rotation"), "rotation")
+    translation_m = np.array(_numbers("translation_m", _required(keys, "translation_m"), 3))
+    return (cameras["depth_camera"], cameras["colour_camera"]), rotation, translation_m
+
+
+def _from_kalibr_chain(
+    keys: Keys, make: Callable[[Values], Camera]
+) -> tuple[tuple[Camera, Camera], FloatArray, FloatArray]:
+    if len(_chain(keys)) != 2:
+        raise InputError(f"a registration has two cameras, cam0 for depth and cam1 for colour; found {', '.join(keys)}")
+    pose = np.array(_numbers("T_cn_cnm1", _required(keys["cam1"], "T_cn_cnm1"), 16)).reshape(4, 4)
+    return (make(_camera(keys["cam0"])), make(_camera(keys["cam1"]))), pose[:3, :3], pose[:3, 3]
+
+
+def _required(keys: Keys, name: str) -> Any:
+    if _plain(name) not in keys:
+        raise InputError(f"lacks {name}; found {', '.join(keys)}")
+    return keys[_plain(name)]
+
+
+def _first(keys: Keys, *names: str) -> Any:
+    return next((keys[name] for name in names if keys.get(name) is not None), None)
+
+
+def _k(fx: float, fy: float, cx: float, cy: float) -> FloatArray:
+    return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+
+def _matrix(value: Any, name: str = "the camera matrix") -> FloatArray:
+    return np.array(_numbers(name, value, 9)).reshape(3, 3)
+
+
+def _number(name: str, value: Any) -> float:
+    return _numbers(name, [value], 1)[0]
+
+
+def _numbers(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
+    """Return the numbers of a list, of nested lists, or of a mapping with `data`; none for None."""
+    shape: tuple[Any, Any] | None = None
+    if isinstance(value, dict):
+        shape = (value["rows"], value["cols"]) if {"rows", "cols"} <= value.keys() else None
+        value = value.get("data")
+    try:
+        numbers = tuple(float(number) for number in _flat([] if value is None else value))
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name} must be numbers: {error}") from error
+    if shape is not None:
+        rows, cols = (_number(side, size) for side, size in zip(("rows", "cols"), shape, strict=True))
+        if rows < 0.0 or cols < 0.0 or rows * cols != len(numbers):
+            raise InputError(f"{name} says that it is {shape[0]} x {shape[1]}, but holds {len(numbers)} numbers")
+    if count not in (None, len(numbers)):
+        raise InputError(f"{name} must be {count} numbers, got {len(numbers)}")
+    return numbers
+
+
+def _flat(value: Any) -> list[Any]:
+    """Return what nested lists hold, in order; an array of them would take the room of the longest text for each."""
+    if not isinstance(value, list):
+        return [value]
+    parts = [_flat(item) for item in value]
+    if len({len(part) if isinstance(item, list) else None for item, part in zip(value, parts, strict=True)}) > 1:
+        raise ValueError("the lists differ in length")
+    return [item for part in parts for item in part]
+
+
+def _size(width: Any, height: Any) -> tuple[int, int] | None:
+    """Return ``(H, W)``, or None where they are not stated: as None, or 0 in messages of some drivers."""
+    if not width and not height:
+        return None
+    rows, columns = _number("height", height), _number("width", width)
+    if not (rows > 0.0 and columns > 0.0 and rows.is_integer() and columns.is_integer()):
+        raise InputError(f"width and height must be positive integers, got {width!r} and {height!r}")
+    return int(rows), int(columns)

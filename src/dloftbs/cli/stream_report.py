@@ -1,0 +1,107 @@
+"""Summary of a run over a stream."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from time import perf_counter
+
+from dloftbs.cli.durations import ACCURACY, LatencyHistogram
+from dloftbs.frame import FrameResult, TrackState
+
+_MOST_REASONS = 20
+_MOST_IDS = 10_000  # that are remembered: one that comes back after as many others were new counts again
+_OTHER = "other reasons"
+
+
+class RunReport:
+    """Rate, timing, tracks and failures of a run so far; of a size that does not grow with the stream.
+
+    The clock starts when the report is made. `skipped` counts frames that could not be read, `missed` those of a camera
+    that made room for newer ones.
+    """
+
+    def __init__(self) -> None:
+        self.frames = 0
+        self.skipped = 0
+        self.missed = 0
+        self.tracks = 0
+        self.total = LatencyHistogram()
+        self.stages: dict[str, LatencyHistogram] = {}
+        self.reasons: Counter[str] = Counter()
+        self._shown: frozenset[int] = frozenset()
+        self._ids: dict[int, None] = {}  # the oldest first
+        self._start = perf_counter()
+        self._last = self._start
+
+    def add(self, result: FrameResult) -> None:
+        """Count a frame."""
+        self.frames += 1
+        self._last = perf_counter()
+        self.total.add(result.total_ms)
+        for stage, ms in result.stage_ms.items():
+            self.stages.setdefault(stage, LatencyHistogram()).add(ms)
+        self._count_tracks(result)
+        if result.reason is not None:
+            self._count_reason(result.reason)
+
+    @property
+    def seconds(self) -> float:
+        """From the start to the last frame."""
+        return self._last - self._start
+
+    @property
+    def rate(self) -> float:
+        """Frames per second, reading and writing included."""
+        return self.frames / self.seconds if self.seconds > 0.0 else 0.0
+
+    def line(self, length: int | None) -> str:
+        """Return how the run stands, in a line; `length` is the number of frames to come in all, if known."""
+        of = "" if length is None else f"/{length}"
+        parts = [f"{self.frames}{of} frames", f"{self.rate:.1f} frames/s"]
+        if length is not None and self.rate > 0.0:
+            parts.append(f"{_clock(max(length - self.frames - self.skipped, 0) / self.rate)} left")
+        parts.append(f"pipeline {self.total.percentile(50):.2f} ms (p99 {self.total.percentile(99):.2f})")
+        parts.append(f"{len(self._shown)} tracks")
+        return "  ".join(parts)
+
+    def summary(self) -> str:
+        """Return what the run came to, in a few lines."""
+        missed = f", {self.missed} left out to keep up with the camera" if self.missed else ""
+        lines = [
+            f"frames     {self.frames}, {self.skipped} skipped{missed}, in {self.seconds:.1f} s: "
+            f"{self.rate:.1f} frames/s with reading and writing",
+            f"tracks     {self.tracks} confirmed",
+        ]
+        if self.frames:
+            lines += self._timing()
+        if self.reasons:
+            lines.append(f"nothing found in {self.reasons.total()} frames:")
+            lines += [f"{count:8d}  {reason}" for reason, count in self.reasons.most_common()]
+        return "\n".join(lines)
+
+    def _timing(self) -> list[str]:
+        rows = [*self.stages.items(), ("pipeline", self.total)]
+        accuracy = f"(percentiles to within {100 * ACCURACY:.0f} %)"
+        return [f"{'':14}{'p50 ms':>9}{'p99 ms':>9}{'max ms':>9}  {accuracy}"] + [
+            f"{name:14}{h.percentile(50):9.3f}{h.percentile(99):9.3f}{h.max_ms:9.3f}" for name, h in rows
+        ]
+
+    def _count_tracks(self, result: FrameResult) -> None:
+        self._shown = frozenset(track.id for track in result.tracks if track.state is not TrackState.TENTATIVE)
+        for number in sorted(self._shown - self._ids.keys()):
+            self.tracks += 1
+            self._ids[number] = None
+            if len(self._ids) > _MOST_IDS:
+                del self._ids[next(iter(self._ids))]
+
+    def _count_reason(self, reason: str) -> None:
+        # The numbers in them would make nearly every frame a reason of its own.
+        kind = re.sub(r"\d+(\.\d+)?", "N", reason)
+        self.reasons[kind if kind in self.reasons or len(self.reasons) < _MOST_REASONS else _OTHER] += 1
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

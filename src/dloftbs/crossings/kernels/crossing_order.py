@@ -1,0 +1,266 @@
+"""Order of two objects at a crossing: on top lies the one whose surface there continues that of its two sides.
+
+Every crossing has the same places, in this order: a square grid over the crossing, `ACROSS` lines across the first
+object times `ACROSS` across the second, then for each pass, for each of its two sides, `ALONG` rows of `ACROSS` places.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+ACROSS = 7
+ALONG = 6
+PLACES = ACROSS * ACROSS + 4 * ALONG * ACROSS
+
+# How far the places go from the axis: in widths, and short of the border by px, since the pixels there mix with, or are
+# rounded to, what lies behind; but as far as this at the least.
+_HALF, _BORDER_PX, _LEAST_HALF = 0.42, 1.0, 0.15
+_STEP = 0.3  # in widths: from one row of a side to the next
+_CLEAR = 0.4  # in widths: from the other object to the first row
+_CHORD = 0.75  # in widths: how far to either side the direction at a crossing is taken
+_LEAST_SINE = 0.3  # more oblique crossings are too long for the sides to foretell them
+_CORE = 2  # of the places across, how many to either side of the axis tell the depth
+_LEAST_KNOWN = 6  # of the places that tell a depth, so many must have one: holes are as large as crossings
+
+_Floats = npt.NDArray[np.float64]
+_Ints = npt.NDArray[np.int64]
+
+
+@helper
+def _point(points: _Floats, arc: _Floats, low: int, high: int, closed: bool, at: float) -> tuple[float, float]:
+    """Return the point of a curve, whose vertices are ``low..high - 1``, at an arc length; NaN beyond its ends."""
+    length = arc[high - 1]
+    if closed:
+        at %= length
+    if not 0.0 <= at <= length:
+        return np.nan, np.nan
+    i = min(low + int(np.searchsorted(arc[low:high], at, side="right")) - 1, high - 2)
+    step = arc[i + 1] - arc[i]
+    share = (at - arc[i]) / step if step > 0.0 else 0.0
+    x = points[i, 0] + share * (points[i + 1, 0] - points[i, 0])
+    return x, points[i, 1] + share * (points[i + 1, 1] - points[i, 1])
+
+
+@helper
+def _direction(
+    points: _Floats, arc: _Floats, low: int, high: int, closed: bool, at: float, reach: float
+) -> tuple[float, float]:
+    """Return the unit vector from `reach` before an arc length to as much after it; NaN where the curve ends before."""
+    ax, ay = _point(points, arc, low, high, closed, at - reach)
+    bx, by = _point(points, arc, low, high, closed, at + reach)
+    norm = np.hypot(bx - ax, by - ay)
+    if not norm > 0.0:
+        return np.nan, np.nan
+    return (bx - ax) / norm, (by - ay) / norm
+
+
+@kernel(
+    read(float64, 2),
+    read(float64, 1),
+    read(int64, 1),
+    read(boolean, 1),
+    read(float64, 1),
+    read(int64, 2),
+    read(float64, 2),
+)
+def choose_places(
+    points: _Floats,
+    arc: _Floats,
+    first: _Ints,
+    closed: npt.NDArray[np.bool_],
+    widths: _Floats,
+    curves: _Ints,
+    at: _Floats,
+) -> _Floats:
+    """Choose where to look at crossings; NaN where a curve ends too early or the crossing is too oblique.
+
+    Parameters
+    ----------
+    points, arc, first, closed, widths
+        The flattened curves, as `select_crossings` takes them.
+    curves : (k, 2) int64
+    at : (k, 2) float64
+        The crossings, as `select_crossings` returns them.
+
+    Returns
+    -------
+    (k, PLACES, 2) float64
+        ``(x, y)`` px.
+    """
+    places = np.full((len(curves), PLACES, 2), np.nan)
+    offsets = np.empty((2, ACROSS))
+    direction = np.empty((2, 2))
+    for k in range(len(curves)):
+        for p in range(2):
+            c = curves[k, p]
+            half = max(min(_HALF * widths[c], 0.5 * widths[c] - _BORDER_PX), _LEAST_HALF * widths[c])
+            offsets[p] = np.linspace(-half, half, ACROSS)
+            direction[p] = _direction(points, arc, first[c], first[c + 1], closed[c], at[k, p], _CHORD * widths[c])
+        sine = direction[0, 0] * direction[1, 1] - direction[0, 1] * direction[1, 0]
+        cosine = abs(direction[0, 0] * direction[1, 0] + direction[0, 1] * direction[1, 1])
+        if not abs(sine) >= _LEAST_SINE:
+            continue
+        a = curves[k, 0]
+        x, y = _point(points, arc, first[a], first[a + 1], closed[a], at[k, 0])
+        n = 0
+        for i in range(ACROSS):
+            for j in range(ACROSS):
+                # So far off the first axis along the second, and off the second along the first.
+                along_b, along_a = offsets[0, i] / sine, -offsets[1, j] / sine
+                places[k, n, 0] = x + along_a * direction[0, 0] + along_b * direction[1, 0]
+                places[k, n, 1] = y + along_a * direction[0, 1] + along_b * direction[1, 1]
+                n += 1
+        for p in range(2):
+            c, width, other = curves[k, p], widths[curves[k, p]], widths[curves[k, 1 - p]]
+            start = 0.5 * (other + width * cosine) / abs(sine) + _CLEAR * max(width, other)
+            for side in (-1.0, 1.0):
+                for row in range(ALONG):
+                    where = at[k, p] + side * (start + row * _STEP * width)
+                    x, y = _point(points, arc, first[c], first[c + 1], closed[c], where)
+                    tx, ty = _direction(points, arc, first[c], first[c + 1], closed[c], where, 0.5 * _STEP * width)
+                    for i in range(ACROSS):
+                        places[k, n, 0] = x - offsets[p, i] * ty
+                        places[k, n, 1] = y + offsets[p, i] * tx
+                        n += 1
+    return places
+
+
+@kernel(read(float64, 3), int64, int64)
+def find_pixels(places: _Floats, height: int, width: int) -> tuple[_Ints, _Ints]:
+    """Return the rows and columns of the pixels that places lie in, -1 both outside of the image.
+
+    Parameters
+    ----------
+    places : (k, n, 2) float64
+        ``(x, y)`` px; NaN counts as outside.
+    height, width : int
+        Of the image.
+
+    Returns
+    -------
+    rows, columns : (k, n) int64
+    """
+    rows = np.full(places.shape[:2], -1, dtype=np.int64)
+    columns = rows.copy()
+    for k in range(len(places)):
+        for i in range(places.shape[1]):
+            x, y = places[k, i, 0] + 0.5, places[k, i, 1] + 0.5
+            if 0.0 <= x < width and 0.0 <= y < height:
+                rows[k, i], columns[k, i] = int(y), int(x)
+    return rows, columns
+
+
+@helper
+def _median(values: _Floats, least: int) -> float:
+    """Return the median of those values that are numbers; NaN where these are fewer than `least`."""
+    known = values[~np.isnan(values)]
+    return float(np.median(known)) if len(known) >= least else np.nan
+
+
+@helper
+def _level(values: _Floats) -> float:
+    """Return the median; NaN unless more than half of the values are numbers."""
+    return _median(values, len(values) // 2 + 1)
+
+
+@helper
+def _roughness(sides: _Floats) -> float:
+    """Return the standard deviation of the noise in sides (2, ALONG, n); second differences do not show a slope."""
+    second = np.abs(sides[:, 2:] - 2.0 * sides[:, 1:-1] + sides[:, :-2]).copy().reshape(-1)
+    return _median(second, 1) / (0.6745 * np.sqrt(6.0))
+
+
+@kernel(read(float64, 2), read(float64, 1), float64)
+def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Floats:
+    """Tell from depth which pass is on top.
+
+    For each pass the depth at the crossing is foretold from its two sides, from places that are as far from it on the
+    one as on the other, so that a slope does not matter, whatever is missing. The one that the depth measured there
+    agrees with is on top; where the two foretell the same within three times the noise, neither is.
+
+    Parameters
+    ----------
+    values : (k, PLACES) float64
+        Depth in metres at the places; NaN where it is missing.
+    pixels : (k,) float64
+        Of how many pixels the values of one side are, about.
+    resolution_m : float
+        Step of the depth's values.
+
+    Returns
+    -------
+    (k,) float64
+        Confidence, above 0 where the first pass is on top, below where the second is; 0 where it cannot be told.
+    """
+    result = np.zeros(len(values))
+    low, high = ACROSS // 2 - _CORE, ACROSS // 2 + _CORE + 1
+    expected = np.empty(2)
+    for k in range(len(values)):
+        grid = values[k, : ACROSS * ACROSS].copy().reshape((ACROSS, ACROSS))
+        sides = values[k, ACROSS * ACROSS :].copy().reshape((2, 2, ALONG, ACROSS))
+        core = grid[low:high, low:high].copy().reshape(-1)
+        measured = _median(core, _LEAST_KNOWN)
+        variance = resolution_m**2 / 12.0
+        for p in range(2):
+            pairs = 0.5 * (sides[p, 0, :, low:high] + sides[p, 1, :, low:high])
+            known = pairs.size - np.isnan(pairs).sum()
+            expected[p] = _median(pairs.copy().reshape(-1), _LEAST_KNOWN)
+            # A median's variance is pi / 2 times that of the mean, and a pair's is half that of one.
+            share = 1.0 / min(max(pixels[k], 1.0), float(max(known, 1)))
+            variance += share * (np.pi / 4.0) * _roughness(sides[p, :, :, low:high]) ** 2
+        noise = np.sqrt(variance)
+        if not abs(expected[1] - expected[0]) > 3.0 * noise:  # not, so that NaN is unknown too
+            continue
+        miss = np.abs(expected - measured)
+        if np.isnan(measured):
+            continue
+        result[k] = (miss[1] - miss[0]) / (max(miss[0], miss[1]) + noise)
+    return result
+
+
+@kernel(read(float64, 3))
+def judge_image(values: _Floats) -> _Floats:
+    """Tell from colours which pass is on top.
+
+    For each pass its look across is foretold from its two sides: its colour, its shading and its darker borders. At the
+    crossing only the one on top looks like that. So where the two differ in colour, the colour decides, and where they
+    do not, whose borders and highlights run on.
+
+    Parameters
+    ----------
+    values : (k, PLACES, 3) float64
+        Colours at the places; NaN where there is none.
+
+    Returns
+    -------
+    (k,) float64
+        As `judge_depth`.
+    """
+    result = np.zeros(len(values))
+    for k in range(len(values)):
+        grid = values[k, : ACROSS * ACROSS].copy().reshape((ACROSS, ACROSS, 3))
+        sides = values[k, ACROSS * ACROSS :].copy().reshape((2, 2, ALONG, ACROSS, 3))
+        look = np.zeros((2, ACROSS, 3))
+        spread = 0.0
+        for p in range(2):
+            for i in range(ACROSS):
+                for channel in range(3):
+                    for s in range(2):
+                        look[p, i, channel] += 0.5 * _level(sides[p, s, :, i, channel].copy())
+                    spread += ((sides[p, :, :, i, channel] - look[p, i, channel]) ** 2).mean()
+        noise = np.sqrt(spread / (2 * ACROSS))
+        miss = np.zeros(2)
+        for i in range(ACROSS):
+            for j in range(ACROSS):
+                for channel in range(3):
+                    miss[0] += (grid[i, j, channel] - look[0, i, channel]) ** 2
+                    miss[1] += (grid[i, j, channel] - look[1, j, channel]) ** 2
+        miss = np.sqrt(miss / ACROSS**2)
+        worse = max(miss[0], miss[1]) + noise
+        if worse > 0.0:  # not so where anything is missing
+            result[k] = (miss[1] - miss[0]) / worse
+    return result

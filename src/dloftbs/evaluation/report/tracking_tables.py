@@ -1,0 +1,189 @@
+"""The suites of tracking: identities and directions by family, and what the past is worth and what it spoils."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from dloftbs.evaluation.identity_scores import TrackingScores
+from dloftbs.evaluation.report.table import Cell, Table, mean, percent
+from dloftbs.evaluation.runner.finished_parts import Following, Part, TrackRow
+
+WITHOUT_BAR = "hidden"
+"""The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
+ALL = f"all but {WITHOUT_BAR}"
+"""All other families, of a suite that has it."""
+_WITHOUT_BARS = "simulated"
+"""The suite for which no bars of tracks are set."""
+
+_SINGLE_BAR, _BAR = 99.0, 95.0
+_IDF1_BARS = {3: 0.98, 5: 0.95}
+_LESS_BAR = 30.0
+_PLAIN_IDF1_BAR, _GHOSTS_BAR = 0.98, 0.5
+_HARM_BARS = {"bends": 0.5, "tilts": 0.5, "approaches": 0.5, "swings": 0.5, "exchange": 0.5, "three cross": 3.0}
+"""Per cent, of the families in which nothing is hidden."""
+HARM_PX, RIGHT_PX = 5.0, 3.0
+"""Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
+_WHOLE = 0.99
+"""From this share of its length on an object counts as not hidden: masks are cut by whole pixels."""
+_ENOUGH = 0.1
+"""Share of its length that an object must show to count as in sight again."""
+
+_COLUMNS = (
+    "family",
+    "cables",
+    "method",
+    "sequences",
+    "no switch, %",
+    "no flip, %",
+    "neither, %",
+    "bar, %",
+    "objects followed, %",
+    "IDF1",
+    "bar",
+    "harm, %",
+    "bar: harm, %",
+    "ghosts, %",
+    "bar: ghosts, %",
+    "occluded: L3 px tracked",
+    "occluded: L3 px of the hidden part",
+    "occluded: L3 px frame by frame",
+    "occluded: less, %",
+    "bar: less, %",
+    "occluded: not detected, %",
+    "clear: L3 px tracked",
+    "clear: L3 px frame by frame",
+    "frames until re-found",
+    "never re-found",
+)
+_NOTE = (
+    "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
+    "runs the same way on its object; an object is followed that has a track in 80 % of its frames. All published "
+    "tracks count, and are those of an object within an L3 of 50 px in HD from its whole or its "
+    "visible extent; while nothing of an object shows, neither it nor its last track counts. Harm: frames of objects "
+    f"in which the track is missing or its L3 above {HARM_PX:g} px, though the frame alone is right to {RIGHT_PX:g} "
+    "px. Ghosts: points of published tracks more than a width from anything in the mask; behind occluders, right ones "
+    "too. L3 is from the whole true "
+    "curve, the hidden part included, whichever end comes first: of the curve of the object's track, or of the "
+    "nearest track where it has none, against the nearest curve that the same method finds in that frame alone. "
+    "Both means are over the same frames of objects, those in which both have a curve; in the share named beside "
+    "it, nothing is detected. Occluded: some of the object is behind an occluder or "
+    f"outside of the image, at least {100 * (1 - _WHOLE):.0f} % and not all; clear: less. Re-found: frames from the "
+    f"first in which {100 * _ENOUGH:.0f} % of an object show that was hidden as a whole, to the first in which its "
+    "former track is seen."
+)
+
+
+def following_table(parts: Sequence[Part], suite: str) -> Table:
+    """Return how objects were followed in a suite, by family, number of cables and method, and over all families."""
+    groups: dict[tuple[str, int | None, str], list[Following]] = {}
+    for part in parts:
+        if part.following is not None:
+            groups.setdefault((part.following.family, part.following.cables, part.key.method), []).append(
+                part.following
+            )
+    totals: dict[tuple[str, int | None, str], list[Following]] = {}
+    with_bar = {key: followed for key, followed in groups.items() if key[0] != WITHOUT_BAR}
+    every = ALL if len(with_bar) < len(groups) else "all"
+    for (_, cables, method), followed in with_bar.items():
+        totals.setdefault((every, cables, method), []).extend(followed)
+    for (_, _, method), followed in with_bar.items():
+        totals.setdefault((every, None, method), []).extend(followed)
+    barred = suite != _WITHOUT_BARS
+    rows = tuple(_row(*key, followed, barred and key[0] != WITHOUT_BAR) for key, followed in (groups | totals).items())
+    title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
+    return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
+
+
+def harm(rows: Sequence[TrackRow]) -> float | None:
+    """Return the share of frames in which the past made worse what the frame alone shows."""
+    harmed = [
+        row.alone_px is not None and row.alone_px <= RIGHT_PX and (row.track_px is None or row.track_px > HARM_PX)
+        for row in rows
+    ]
+    return sum(harmed) / len(harmed) if harmed else None
+
+
+def refound(rows: Sequence[TrackRow]) -> list[int | None]:
+    """Return after how many frames an object was found again, each time that it had been hidden as a whole.
+
+    Parameters
+    ----------
+    rows : sequence of TrackRow
+        Of one object, in order.
+
+    Returns
+    -------
+    list of int or None
+        None where it was hidden again, or the sequence ended, without.
+    """
+    found: list[int | None] = []
+    had: int | None = None
+    dark, since = False, None
+    for row in rows:
+        if row.shown == 0.0:
+            dark = dark or had is not None
+            if since is not None:
+                found.append(None)
+            since = None
+            continue
+        if dark and row.shown >= _ENOUGH:
+            dark, since = False, row.index
+        if since is not None and row.seen and row.track == had:
+            found.append(row.index - since)
+            since = None
+        if not dark and since is None and row.track is not None:
+            had = row.track
+    return found if since is None else [*found, None]
+
+
+def _row(family: str, cables: int | None, method: str, followed: Sequence[Following], barred: bool) -> tuple[Cell, ...]:
+    switched = [one.scores.switches > 0 for one in followed]
+    flipped = [one.scores.flips > 0 for one in followed]
+    right = [not s and not f for s, f in zip(switched, flipped, strict=True)]
+    rows = [row for one in followed for row in one.rows]
+    hidden = [row for row in rows if 0.0 < row.shown < _WHOLE]
+    clear = [row for row in rows if row.shown >= _WHOLE]
+    tracked, alone = _both(hidden)
+    scores = sum((one.scores for one in followed), TrackingScores())
+    plain = family in _HARM_BARS
+    idf1_bar = _PLAIN_IDF1_BAR if plain else _IDF1_BARS.get(cables or 0)
+    points = sum(one.points for one in followed)
+    again = [after for one in followed for after in _refound(one)]
+    return (
+        family,
+        cables,
+        method,
+        len(followed),
+        100.0 * (1.0 - sum(switched) / len(followed)),
+        100.0 * (1.0 - sum(flipped) / len(followed)),
+        100.0 * sum(right) / len(followed),
+        (_SINGLE_BAR if cables == 1 and not plain else _BAR) if barred else None,
+        percent(scores.mostly_tracked / (scores.mostly_tracked + scores.partly_tracked + scores.mostly_lost)),
+        scores.idf1,
+        idf1_bar if barred else None,
+        percent(harm(rows)),
+        _HARM_BARS.get(family),
+        percent(sum(one.ghosts for one in followed) / points) if points else None,
+        _GHOSTS_BAR if plain else None,
+        tracked,
+        mean(row.hidden_px for row in hidden if row.alone_px is not None),
+        alone,
+        percent(1.0 - tracked / alone) if tracked is not None and alone else None,
+        _LESS_BAR if barred and tracked is not None else None,
+        percent(mean(float(row.alone_px is None) for row in hidden)),
+        *_both(clear),
+        mean(float(after) for after in again if after is not None),
+        sum(after is None for after in again) if again else None,
+    )
+
+
+def _both(rows: Sequence[TrackRow]) -> tuple[float | None, float | None]:
+    """Return the mean L3 of the tracked curves and of those frame by frame, where both are."""
+    both = [(row.track_px, row.alone_px) for row in rows if row.track_px is not None and row.alone_px is not None]
+    return mean(tracked for tracked, _ in both), mean(alone for _, alone in both)
+
+
+def _refound(followed: Following) -> list[int | None]:
+    rows = sorted(followed.rows, key=lambda row: (row.object, row.index))
+    return [after for _, of_object in groupby(rows, key=lambda row: row.object) for after in refound(list(of_object))]

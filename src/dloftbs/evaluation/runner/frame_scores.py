@@ -1,0 +1,170 @@
+"""One frame's curves against its truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from dloftbs.evaluation.curve_matching import CurveDistances, Matching, match_distances
+from dloftbs.evaluation.identity_scores import TrackingScorer, TrackingScores
+from dloftbs.evaluation.instances import dice
+from dloftbs.evaluation.metrics import l1, l2
+from dloftbs.evaluation.runner.found import Found, samples
+from dloftbs.evaluation.runner.visible_truth import distances_of, in_space, visible_objects
+from dloftbs.frame import Frame
+from dloftbs.truth import Truth
+
+CLEAN_L3 = 1.0 / 256.0
+"""Of the image's longer side: the largest L3 of an object in a clean frame, 5 px in HD."""
+CLEAN_DICE = 0.8
+"""The smallest DICE of an object in a clean frame, where nothing but masks is known."""
+TRACK_GATE = 1.0 / 25.6
+"""Of the image's longer side: the largest L3 at which a track can be that of an object, 50 px in HD."""
+
+_MM_PER_M = 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """Scores of the curves of a frame; a score without a value is None. Fields as in `finished_parts.FrameRow`.
+
+    `distances` are of every true curve from every found one, None where the true curves are not known.
+    """
+
+    l1_px: float | None
+    l2_px: float | None
+    l3_px: float | None
+    l3_whole_px: float | None
+    l3_mm: float | None
+    length_error: float | None
+    dice: float | None
+    missing: int
+    redundant: int
+    right: int
+    clean: bool
+    distances: CurveDistances | None
+
+
+def score(found: Found, truth: Truth, frame: Frame, tolerance_px: float | None = None) -> Score:
+    """Score the curves of one frame.
+
+    Parameters
+    ----------
+    found : Found
+    truth : Truth
+    frame : Frame
+    tolerance_px : float, optional
+        The largest L3 of an object that is right, `CLEAN_L3` of the image where it is left out.
+    """
+    l1_px, l2_px = _cover(found, truth, frame)
+    if truth.ids and not truth.curves:
+        return _by_masks(found, truth, frame, l1_px, l2_px)
+    (distances, whole), visible = distances_of(found, truth), visible_objects(truth)
+    # Without a gate, as in the paper: a curve far from its object shows in L3, and is not two errors more.
+    matching = match_distances(distances)
+    missing = sum(bool(visible[i]) for i in matching.unmatched_true)
+    limit = CLEAN_L3 * max(frame.size) if tolerance_px is None else tolerance_px
+    right = sum(value <= limit for value in matching.l3)
+    return Score(
+        l1_px,
+        l2_px,
+        _or_none(matching.mean_l3),
+        float(np.mean([whole[pair.true, pair.found] for pair in matching.pairs])) if matching.pairs else None,
+        *_in_space(found, truth, matching, frame),
+        None,
+        missing,
+        matching.redundant,
+        right,
+        missing == matching.redundant == 0 and right == len(matching.pairs),
+        distances,
+    )
+
+
+class IdentityScorer:
+    """Scores the identities of a sequence, as long as the method gives any.
+
+    Parameters
+    ----------
+    size : (int, int)
+        ``(H, W)`` of the frames, px.
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self._scorer = TrackingScorer(gate=TRACK_GATE * max(size))
+        self._numbers: dict[Hashable, int] = {}
+        self._known = True
+
+    def add(self, found: Found, truth: Truth, distances: CurveDistances | None) -> None:
+        """Count a frame."""
+        if distances is None or (found.curves and found.ids is None):
+            self._known = False
+            return
+        numbers = [self._numbers.setdefault(name, len(self._numbers)) for name in found.ids or ()]
+        shown = np.flatnonzero(visible_objects(truth))
+        ids = [truth.ids[i] for i in shown]
+        self._scorer.add(ids, numbers, distances.l3[shown], distances.forward[shown])
+
+    def scores(self) -> TrackingScores | None:
+        """Return the scores, or None where the method has curves without identities."""
+        return self._scorer.scores() if self._known else None
+
+
+def _cover(found: Found, truth: Truth, frame: Frame) -> tuple[float | None, float | None]:
+    mask = truth.mask if truth.mask is not None else frame.mask
+    if mask is None or not mask.any() or not found.curves:
+        return None, None
+    rows, columns = np.nonzero(mask)
+    pixels, points = np.column_stack((columns, rows)).astype(np.float64), found.points()
+    return l1(pixels, points), l2(points, pixels)
+
+
+def _in_space(found: Found, truth: Truth, matching: Matching, frame: Frame) -> tuple[float | None, float | None]:
+    """Return the mean L3 in millimetres and the mean error of the length of the pairs that are known in space."""
+    if not truth.curves_3d:
+        return None, None
+    pairs = [(found.curves_3d[pair.found], pair.true) for pair in matching.pairs]
+    known = [in_space(curve, true, truth, frame) for curve, true in pairs if curve is not None]
+    if not known:
+        return None, None
+    l3_m, length_error = np.mean(known, axis=0).tolist()
+    return _MM_PER_M * l3_m, length_error
+
+
+def _by_masks(found: Found, truth: Truth, frame: Frame, l1_px: float | None, l2_px: float | None) -> Score:
+    assert truth.labels is not None  # a truth has curves or masks
+    result = dice(_labels(found, truth.labels > 0 if frame.mask is None else frame.mask), truth.labels)
+    missing, redundant = len(result.missing), len(result.redundant)
+    # A curve that is hidden by another one in the picture of labels was found all the same.
+    redundant += max(len(found.curves) - (len(truth.ids) - missing + redundant), 0)
+    right = sum(one.dice >= CLEAN_DICE for one in result.instances)
+    clean = missing == redundant == 0 and right == len(truth.ids)
+    return Score(l1_px, l2_px, None, None, None, None, _or_none(result.mean), missing, redundant, right, clean, None)
+
+
+def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Give each pixel of a mask (H, W) to the nearest curve within a width of it; labels count curves from 1 on."""
+    labels = np.zeros(mask.shape, np.int32)
+    if found.curves:
+        lines = [samples(curve) for curve in found.curves]
+        owner = np.repeat(np.arange(1, len(lines) + 1), [len(line) for line in lines])
+        rows, columns = np.nonzero(mask)
+        distance, nearest = cKDTree(np.concatenate(lines)).query(np.column_stack((columns, rows)))
+        labels[rows, columns] = np.where(distance <= mean_width(mask > 0), owner[nearest], 0)
+    return labels
+
+
+def mean_width(mask: npt.NDArray[np.bool_]) -> float:
+    """Return the width of a long and thin mask: of 2 r + 1 rows the mean depth is about (r + 1)^2 / (2 r + 1)."""
+    depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask]
+    return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

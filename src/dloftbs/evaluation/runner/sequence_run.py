@@ -1,0 +1,204 @@
+"""Methods on one sequence: they are called frame by frame, and what they return is scored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from time import perf_counter
+from typing import Any, Protocol
+
+import numpy as np
+
+from dloftbs.errors import InputError
+from dloftbs.evaluation.runner.finished_parts import FrameRow, JointRow, Key, Part, Points
+from dloftbs.evaluation.runner.found import Curve, Found, found_in, samples
+from dloftbs.evaluation.runner.frame_scores import IdentityScorer, Score, score
+from dloftbs.evaluation.runner.joint_scores import judge_joints
+from dloftbs.evaluation.runner.track_scores import FollowingScorer
+from dloftbs.frame import Frame
+from dloftbs.truth import Truth
+
+WORST = 10
+"""Number of worst frames that are kept."""
+
+_PICTURE_POINTS = 160  # of a curve in a picture
+_SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
+_warm: set[tuple[str, str]] = set()
+
+
+class KnownFrames(Protocol):
+    """As much of a `dloftbs.sources.source.KnownSequence` as scoring needs."""
+
+    fps: float | None
+    tolerance_px: float | None
+
+    def __len__(self) -> int: ...
+
+    def frame(self, index: int) -> Frame:
+        """Return one frame."""
+
+    def truth(self, index: int) -> Truth:
+        """Return the truth of one frame."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """Something that finds curves.
+
+    Parameters
+    ----------
+    name : str
+    factory : callable
+        Without arguments; returns a function from a `Frame` to what `found_in` takes. Called for each sequence,
+        so that what the function remembers ends with it. Must be picklable.
+    settings : str
+        Settings that its results depend on, besides the name: its configuration, or a digest of its code.
+    """
+
+    name: str
+    factory: Callable[[], Callable[[Frame], Any]]
+    settings: str = ""
+
+
+def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence[Method]) -> list[Part]:
+    """Call a fresh instance of each method on all frames of a sequence, and score it.
+
+    All methods get a frame before the next one is made, since to generate one often takes longer than to process it.
+
+    Parameters
+    ----------
+    keys : sequence of Key
+        One for each method.
+    sequence : KnownFrames
+    methods : sequence of Method
+
+    Returns
+    -------
+    list of Part
+        In the order of the methods.
+
+    Raises
+    ------
+    InputError
+        If a method cannot be made.
+    """
+    runs = [_Run(key, sequence, method) for key, method in zip(keys, methods, strict=True)]
+    for index in range(len(sequence)):
+        frame, truth = sequence.frame(index), sequence.truth(index)
+        for run in runs:
+            run.add(index, frame, truth)
+    return [run.part() for run in runs]
+
+
+class _Run:
+    """One method on one sequence, frame by frame."""
+
+    def __init__(self, key: Key, sequence: KnownFrames, method: Method) -> None:
+        _warm_up(method, sequence)
+        self._key = key
+        self._sequence = sequence
+        self._method = method
+        self._call = _make(method)
+        self._rows: list[FrameRow] = []
+        self._joints: list[JointRow] = []
+        self._curves: dict[int, tuple[Curve, ...]] = {}
+        self._identities: IdentityScorer | None = None
+        self._following = _following(sequence)
+
+    def add(self, index: int, frame: Frame, truth: Truth) -> None:
+        """Score the next frame."""
+        found, ms, failure = _call(self._call, frame)
+        detected = found.detected or found
+        result = score(detected, truth, frame, self._sequence.tolerance_px)
+        tracked = result if detected is found else score(found, truth, frame, self._sequence.tolerance_px)
+        self._rows.append(_row(self._key, index, detected, truth, result, ms, failure))
+        self._joints += judge_joints(index, detected.detections, truth, frame.size)
+        self._identities = self._identities or IdentityScorer(frame.size)
+        self._identities.add(found, truth, tracked.distances)
+        if self._following is not None and tracked.distances is not None and self._following.wants(found):
+            # What it finds without its past: an instance that sees no other frame.
+            alone, _, _ = _call(_make(self._method), frame)
+            self._following.add(index, found, alone, truth, tracked.distances, frame.size)
+        self._curves[index] = detected.curves
+        _forget(self._curves, self._rows)
+
+    def part(self) -> Part:
+        """Return the scores of all frames."""
+        # Where frames have no rate, they are single images, and identities mean nothing.
+        with_rate = self._sequence.fps is not None
+        tracking = self._identities.scores() if self._identities is not None and with_rate else None
+        worst = {index: [_points(curve) for curve in of_frame] for index, of_frame in self._curves.items()}
+        following = None if self._following is None else self._following.result()
+        rung = _rung(self._sequence)
+        return Part(self._key, tuple(self._rows), tracking, worst, tuple(self._joints), *rung, following)
+
+
+def _following(sequence: Any) -> FollowingScorer | None:
+    """Return what scores how objects are followed, where a sequence says that it was made for it."""
+    return FollowingScorer(sequence.family, sequence.cables) if hasattr(sequence, "family") else None
+
+
+def _rung(sequence: Any) -> tuple[str | None, float | None]:
+    """Return the ladder that a sequence is on, with its unit, and the level, if it is on one."""
+    if not hasattr(sequence, "ladder"):
+        return None, None
+    return f"{sequence.base}, {sequence.ladder}, {sequence.unit}", sequence.level
+
+
+def _make(method: Method) -> Callable[[Frame], Any]:
+    try:
+        return method.factory()
+    except Exception as error:  # a stranger's code may raise anything
+        raise InputError(f"method {method.name!r} cannot be made: {_text(error)}") from error
+
+
+def _warm_up(method: Method, sequence: KnownFrames) -> None:
+    """Call an instance that nobody needs once a process, since compiling and loading is no part of a frame's time."""
+    name = (method.name, method.settings)
+    if name not in _warm and len(sequence):
+        _warm.add(name)
+        _call(_make(method), sequence.frame(0))
+
+
+def _call(call: Callable[[Frame], Any], frame: Frame) -> tuple[Found, float, str | None]:
+    """Return what a method found, the milliseconds of its call, and what went wrong."""
+    since = perf_counter()
+    try:
+        output = call(frame)
+        if isinstance(output, Iterator):
+            output = list(output)
+    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything, and the other frames must go on
+        return Found(), _ms(since), _text(error)
+    ms = _ms(since)
+    try:
+        return found_in(output, frame), ms, None
+    except InputError as error:
+        return Found(), ms, _text(error)
+
+
+def _row(key: Key, index: int, found: Found, truth: Truth, result: Score, ms: float, failure: str | None) -> FrameRow:
+    scores = {name: getattr(result, name) for name in _SCORES}
+    n_true, n_found = len(truth.ids), len(found.curves)
+    return FrameRow(
+        key.suite, key.sequence, index, key.method, n_true=n_true, n_found=n_found, ms=ms, failure=failure, **scores
+    )
+
+
+def _forget(curves: dict[int, tuple[Curve, ...]], rows: list[FrameRow]) -> None:
+    """Keep the curves of the worst frames so far."""
+    if len(curves) > WORST:
+        del curves[min(curves, key=lambda index: rows[index].badness)]
+
+
+def _points(curve: Curve) -> Points:
+    points = samples(curve)
+    kept = points[np.linspace(0, len(points) - 1, _PICTURE_POINTS).round().astype(int)]
+    return [(x, y) for x, y in kept.round(2).tolist()]
+
+
+def _ms(since: float) -> float:
+    return 1e3 * (perf_counter() - since)
+
+
+def _text(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"

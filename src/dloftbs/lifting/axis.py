@@ -1,0 +1,246 @@
+"""Stage 7: depth to the axis of each object, in metres (not in the paper, which lifts every pixel by itself)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.camera import PinholeCamera
+from dloftbs.config import LiftingConfig
+from dloftbs.depth import unit_of
+from dloftbs.frame import Crossing, Detection
+from dloftbs.lifting.kernels import sections as kernels
+from dloftbs.lifting.kernels.penalized_spline import smooth
+from dloftbs.lifting.kernels.surfaces import DEPTH_TYPES, find_surface
+from dloftbs.lifting.kernels.tubes import hide, lead_to_axis
+from dloftbs.mask_crop import MaskCrop
+
+_STEP_WIDTHS = 0.6  # from section to section
+_LEAST_PIXELS = 9.0  # of a section
+_LEAST_SECTIONS = 8
+_SPAN_WIDTHS = 2.4  # from knot to knot of the smooth line
+_BLOCK_WIDTHS = 8.0  # over which the width is levelled
+# How far from the middle line a section looks, in radii, and how far it stays off the border, px: the pixels there mix
+# with what is behind.
+_SHARE, _BORDER_PX, _LEAST_SHARE = 0.6, 1.0, 0.3
+_MIXED_PX = 2.0  # along the curve, off what hides it
+_FLOOR_WIDTHS = 0.05  # no cable's surface is known, or need be, better than this
+_STRETCH_WIDTHS = 6.0  # what covers a cable for longer shows in the mask
+_INFERRED_WIDTHS = 1.0  # a shorter stretch between two that are seen is not worth a word
+
+_MOST_TIMES = 2.0  # as far as the farthest depth that was seen, where the line is led on
+
+LEAST_SEEN = 0.3
+"""Share of a curve that must have depth of its own."""
+MOST_LED_ON = 0.2
+"""Largest share of a curve's length that is extended straight beyond the last depth at an end."""
+
+_Interval = tuple[float, float]
+
+
+class Lifted(NamedTuple):
+    """Points on the axis of an object.
+
+    Parameters
+    ----------
+    points_m : numpy.ndarray, shape (n, 3)
+        In the camera's frame, in order from end to end, evenly spaced in the image; of a loop, once around.
+    u : numpy.ndarray, shape (n,)
+        Their normalised arc length in space.
+    inferred : tuple of (float, float)
+        The intervals of `u` that no depth tells of.
+    radius_m : float
+    depth_freedom : float
+        Effective number of parameters of the depth along the object: 2 is straight.
+    """
+
+    points_m: FloatArray
+    u: FloatArray
+    inferred: tuple[_Interval, ...]
+    radius_m: float
+    depth_freedom: float
+
+
+class _Sections(NamedTuple):
+    """Sections across a curve, ascending in its parameter."""
+
+    u: FloatArray
+    points: FloatArray
+    tangents: FloatArray
+    radius: FloatArray
+    used: npt.NDArray[np.bool_]
+    spacing_px: float
+
+    def nearest(self, u: float, closed: bool) -> int:
+        """Return the number of the section at a parameter."""
+        n = len(self.u)
+        return round(u * n) % n if closed else round(u * (n - 1))
+
+
+def lift(
+    detections: Sequence[Detection],
+    crossings: Sequence[Crossing],
+    patch: MaskCrop,
+    depth: npt.NDArray[Any],
+    camera: PinholeCamera,
+    config: LiftingConfig,
+) -> list[Lifted | str]:
+    """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
+
+    Depth is looked at in sections across the middle of the object, where no other pass covers it and the mask is not
+    interrupted. A robust smooth line through it, in 1 / depth, for which a straight cable is straight, bridges what is
+    missing and what it does not explain: that is inferred. The radius, one for the whole object, comes from the width
+    in the image.
+
+    Parameters
+    ----------
+    detections : sequence of Detection
+        Their curves in the image count, not those in space.
+    crossings : sequence of Crossing
+        Of the detections. A pass that is not known to be on top is not looked at where the other one may cover it.
+    patch : MaskCrop
+        The mask that they were found in.
+    depth : numpy.ndarray, shape (H, W)
+        Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
+    camera : PinholeCamera
+    config : LiftingConfig
+
+    Returns
+    -------
+    list of Lifted or str
+        For each detection; text says why its depth is too little.
+    """
+    laid = [_lay(detection) for detection in detections]
+    for crossing in crossings:
+        for own, (a, u_a) in enumerate(crossing.passes):
+            b, u_b = crossing.passes[1 - own]
+            if crossing.top == own:
+                continue
+            mine, other = laid[a], laid[b]
+            closed_a, closed_b = detections[a].curve.closed, detections[b].curve.closed
+            at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
+            reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
+            hide(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
+    return [
+        _lift_one(detection, sections, patch, depth, camera, config)
+        for detection, sections in zip(detections, laid, strict=True)
+    ]
+
+
+def _lay(detection: Detection) -> _Sections:
+    curve, line, width = detection.curve, detection.centerline, detection.width
+    half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _LEAST_SHARE * 0.5 * width)
+    step = max(_STEP_WIDTHS * width, _LEAST_PIXELS / (2 * int(half) + 1))
+    block = int(_BLOCK_WIDTHS * width)
+    u, points, tangents, radius, length = kernels.lay_sections(
+        curve.knots, curve.control_points, line.u, line.radius, curve.closed, step, _LEAST_SECTIONS, block
+    )
+    used = np.ones(len(u), dtype=np.bool_)
+    margin = _MIXED_PX / max(length, 1.0)
+    for low, high in detection.inferred:
+        used[(u > low - margin) & (u < high + margin)] = False
+    return _Sections(u, points, tangents, radius, used, length / len(u))
+
+
+def _lift_one(
+    detection: Detection,
+    sections: _Sections,
+    patch: MaskCrop,
+    depth: npt.NDArray[Any],
+    camera: PinholeCamera,
+    config: LiftingConfig,
+) -> Lifted | str:
+    closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
+    n = len(sections.u)
+    inverse, counts, led, known = _surface(sections, focal_px, patch, depth, config)
+    if _is_too_few(known, n):
+        return _too_few(known, n)
+    spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
+    line, explained, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
+    least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
+    seen, stretches, known, first, last, lowest, lowest_seen = kernels.settle(explained, closed, least, line)
+    if _is_too_few(known, n):
+        return _too_few(known, n)
+    beyond = max(first, n - 1 - last) / (n - 1)
+    if not closed and beyond > MOST_LED_ON:
+        return f"the last {100.0 * beyond:.0f} % of the curve have no depth, more than {100.0 * MOST_LED_ON:.0f} %"
+    if lowest * _MOST_TIMES < lowest_seen:
+        return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
+    rays = kernels.find_rays(
+        sections.points, sections.tangents, sections.radius, camera.fx, camera.fy, camera.cx, camera.cy
+    )
+    if camera.distortion:
+        rays[:, :, :2] = camera.lens.undistorted(rays[:, :, :2])
+        beyond_lens = int(np.isnan(rays).any(axis=(0, 2)).sum())
+        if beyond_lens:
+            return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
+    points, u, radius = lead_to_axis(rays, line, led, seen, closed)
+    inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
+    return Lifted(points, u, inferred, radius, freedom)
+
+
+def _surface(
+    sections: _Sections, focal_px: float, patch: MaskCrop, depth: npt.NDArray[Any], config: LiftingConfig
+) -> tuple[FloatArray, FloatArray, float, int]:
+    """Return 1 / depth of the surface in each section, and more, as `find_surface` does."""
+    (h, w), (left, top) = patch.size, patch.origin
+    box = depth[top : top + h, left : left + w]
+    if box.dtype not in DEPTH_TYPES:
+        box = box.astype(np.float64)
+    return find_surface(
+        sections.points,
+        sections.tangents,
+        sections.radius,
+        sections.used,
+        patch.pixels[1 : h + 1, 1 : w + 1],
+        box,
+        left,
+        top,
+        unit_of(depth, config),
+        *config.range_m,
+        focal_px,
+        _SHARE,
+        _BORDER_PX,
+        _LEAST_SHARE,
+        int(_STRETCH_WIDTHS / _STEP_WIDTHS),
+    )
+
+
+def _smooth(
+    inverse: FloatArray, counts: FloatArray, spans: int, floor: float, closed: bool
+) -> tuple[FloatArray, npt.NDArray[np.bool_], float]:
+    """Return what `smooth` returns for 1 / depth; around a loop, which has no ends, it goes twice."""
+    if not closed:
+        return smooth(inverse, counts, spans, floor)
+    n = len(inverse)
+    half = n // 2
+    inverse, counts = np.roll(np.tile(inverse, 2), half), np.roll(np.tile(counts, 2), half)
+    line, explained, freedom = smooth(inverse, counts, 2 * spans, floor)
+    return line[half : half + n], explained[half : half + n], 0.5 * freedom
+
+
+def _is_too_few(seen: int, sections: int) -> bool:
+    return seen < max(LEAST_SEEN * sections, 2)
+
+
+def _too_few(seen: int, sections: int) -> str:
+    return f"only {seen} of {sections} sections of the curve have depth, fewer than {100.0 * LEAST_SEEN:.0f} %"
+
+
+def _intervals(stretches: list[list[int]], u: FloatArray, closed: bool) -> tuple[_Interval, ...]:
+    """Return the intervals of `u` that stretches of sections cover, from the last seen before to the next seen."""
+    n = len(u)
+    intervals = []
+    for start, stop in stretches:
+        low = float(u[start - 1]) if start > 0 else 0.0
+        high = 1.0 if stop == n else float(u[stop % n])
+        if low > high:  # through a loop's seam
+            intervals += [(0.0, high), (low, 1.0)]
+        else:
+            intervals.append((low, high))
+    return tuple(sorted(intervals))

@@ -1,0 +1,241 @@
+"""A smooth line through noisy, interrupted and partly wrong values: a penalised B-spline, weighted over and over.
+
+Penalised splines as of Eilers and Marx (1996): equally spaced knots, more than needed, and a price on the second
+differences of the coefficients. Where nothing is known the line goes on as smoothly as it can, straight at the ends.
+The price is that of the least generalised cross-validation (Craven and Wahba, 1979) under the present weights.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_ORDER = 4
+_PAD = _ORDER - 1
+_PRICES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coefficient has
+_STIFF = 4  # the price to begin with: waves of twenty knots or more
+_STARTS, _ROUNDS = 2, 3
+_TUKEY = 4.685
+_MAD = 0.6745  # of a Gaussian's standard deviation
+# Neighbouring residuals of depth are alike, which cross-validation takes for a shape; this makes up for it.
+_CAUTION = 1.2
+
+_Floats = npt.NDArray[np.float64]
+
+
+@helper
+def _factor(band: _Floats) -> None:
+    """Replace a matrix by its Cholesky factor, its diagonal inverted; band[i, k] is the entry at (i, i + k).
+
+    All bands have `_PAD` rows of 0 more than the matrix, so that the loops over them have a fixed length.
+    """
+    n = len(band) - _PAD
+    for i in range(n):
+        scale = 1.0 / np.sqrt(band[i, 0])
+        band[i, 0] = scale
+        for k in range(1, _ORDER):
+            band[i, k] *= scale
+        for k in range(1, _ORDER):
+            for j in range(k, _ORDER):
+                band[i + k, j - k] -= band[i, k] * band[i, j]
+
+
+@helper
+def _solve(factor: _Floats, right: _Floats) -> None:
+    """Solve by the factor, in place."""
+    n = len(factor) - _PAD
+    for i in range(n):
+        right[i] *= factor[i, 0]
+        for k in range(1, _ORDER):
+            right[i + k] -= factor[i, k] * right[i]
+    for i in range(n - 1, -1, -1):
+        for k in range(1, _ORDER):
+            right[i] -= factor[i, k] * right[i + k]
+        right[i] *= factor[i, 0]
+
+
+@helper
+def _trace(factor: _Floats, normal: _Floats, inverse: _Floats) -> float:
+    """Return the trace of the inverse of a factored matrix times another one; only the bands are needed of both."""
+    n = len(factor) - _PAD
+    total = 0.0
+    for i in range(n - 1, -1, -1):
+        for j in range(min(_ORDER, n - i) - 1, 0, -1):
+            value = 0.0
+            for k in range(1, j):
+                value -= factor[i, k] * inverse[i + k, j - k]
+            for k in range(j, _ORDER):
+                value -= factor[i, k] * inverse[i + j, k - j]
+            inverse[i, j] = value * factor[i, 0]
+            total += 2.0 * inverse[i, j] * normal[i, j]
+        value = factor[i, 0]
+        for k in range(1, _ORDER):
+            value -= factor[i, k] * inverse[i, k]
+        inverse[i, 0] = value * factor[i, 0]
+        total += inverse[i, 0] * normal[i, 0]
+    return total
+
+
+@helper
+def _gather(
+    cells: npt.NDArray[np.int64], basis: _Floats, y: _Floats, weight: _Floats, normal: _Floats, right: _Floats
+) -> None:
+    """Write the normal equations; the four rows that a cell adds to are held in registers, and move on with it."""
+    n = len(y)
+    aa = ab = ac = ad = bb = bc = bd = cc = cd = dd = 0.0
+    ay = by = cy = dy = 0.0
+    low = 0
+    for i in range(n + 1):
+        while low < len(right) and (i == n or low < cells[i]):
+            normal[low, 0], normal[low, 1], normal[low, 2], normal[low, 3], right[low] = aa, ab, ac, ad, ay
+            aa, ab, ac, ad, bb, bc, bd, cc, cd, dd = bb, bc, bd, 0.0, cc, cd, 0.0, dd, 0.0, 0.0
+            ay, by, cy, dy = by, cy, dy, 0.0
+            low += 1
+        if i == n or not weight[i] > 0.0:
+            continue
+        a, b, c, d = basis[i, 0], basis[i, 1], basis[i, 2], basis[i, 3]
+        wa, wb, wc, wd = weight[i] * a, weight[i] * b, weight[i] * c, weight[i] * d
+        ay, by, cy, dy = ay + wa * y[i], by + wb * y[i], cy + wc * y[i], dy + wd * y[i]
+        aa, ab, ac, ad = aa + wa * a, ab + wa * b, ac + wa * c, ad + wa * d
+        bb, bc, bd = bb + wb * b, bc + wb * c, bd + wb * d
+        cc, cd, dd = cc + wc * c, cd + wc * d, dd + wd * d
+
+
+@helper
+def _solve_at(price: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
+    """Write the coefficients for a price, and the factor of their matrix."""
+    m = len(normal) - _PAD
+    factor[:] = normal
+    for i in range(m - 2):
+        factor[i, 0] += price
+        factor[i, 1] -= 2.0 * price
+        factor[i, 2] += price
+        factor[i + 1, 0] += 4.0 * price
+        factor[i + 1, 1] -= 2.0 * price
+        factor[i + 2, 0] += price
+    _factor(factor)
+    coefficients[:] = right
+    _solve(factor, coefficients)
+
+
+@helper
+def _misfit(normal: _Floats, right: _Floats, squared: float, coefficients: _Floats) -> float:
+    """Return the weighted sum of the squared residuals, `squared` being that of the values themselves."""
+    total = squared
+    for i in range(len(normal) - _PAD):
+        line = 0.5 * normal[i, 0] * coefficients[i]
+        for k in range(1, _ORDER):
+            line += normal[i, k] * coefficients[i + k]
+        total += 2.0 * coefficients[i] * (line - right[i])
+    return max(total, 0.0)
+
+
+@kernel(read(float64, 1), read(float64, 1), int64, float64)
+def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floats, npt.NDArray[np.bool_], float]:
+    """Lay a smooth line through equally spaced values, whatever stretches of them are missing or wrong.
+
+    It starts from a stiff line that follows most values, and is then bent as far as the values that it explains ask
+    for; values farther from it than the noise explains count less and less, and at last not at all. The noise is what
+    most values differ from the line by.
+
+    Not checked: two values or more are known.
+
+    Parameters
+    ----------
+    y : (n,) float64
+        NaN where it is not known.
+    counts : (n,) float64
+        Of how many measurements each is the mean.
+    spans : int
+        Knot spans over all values.
+    floor : float
+        Noise that may be taken for granted, as a share of the mean value; 0 or more.
+
+    Returns
+    -------
+    line : (n,) float64
+    explained : (n,) bool
+        True for values that count.
+    freedom : float
+        Effective number of parameters of the line: 2 is straight.
+    """
+    n, m = len(y), spans + _ORDER - 1
+    cells, basis = np.empty(n, dtype=np.int64), np.empty((n, _ORDER))
+    value, prior = np.zeros(n), np.zeros(n)
+    known, total, mean = 0, 0.0, 0.0
+    for i in range(n):
+        place = i * spans / max(n - 1, 1)
+        cells[i] = min(int(place), spans - 1)
+        t = place - cells[i]
+        basis[i, 0] = (1.0 - t) ** 3 / 6.0
+        basis[i, 1] = (3.0 * t**3 - 6.0 * t**2 + 4.0) / 6.0
+        basis[i, 2] = (-3.0 * t**3 + 3.0 * t**2 + 3.0 * t + 1.0) / 6.0
+        basis[i, 3] = t**3 / 6.0
+        if not np.isnan(y[i]):
+            prior[i] = counts[i]
+            total += counts[i]
+            mean += counts[i] * y[i]
+            known += 1
+    mean /= total
+    usual = total / known
+    root = np.zeros(n)
+    for i in range(n):
+        if prior[i] > 0.0:
+            value[i] = y[i] - mean
+            root[i] = np.sqrt(prior[i] / usual)
+    rows = m + _PAD
+    normal, factor, inverse = np.empty((rows, _ORDER)), np.empty((rows, _ORDER)), np.zeros((rows, _ORDER))
+    right, coefficients, best = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    line, weight, misses = np.empty(n), prior.copy(), np.empty(known)
+    scores, tried = np.empty(len(_PRICES)), np.empty(len(_PRICES), dtype=np.bool_)
+    price = _STIFF
+    for turn in range(_STARTS + _ROUNDS + 1):
+        _gather(cells, basis, value, weight, normal, right)
+        unit, squared, heaviest = 0.0, 0.0, 0.0
+        for i in range(n):
+            unit += weight[i]
+            squared += weight[i] * value[i] * value[i]
+            heaviest = max(heaviest, weight[i])
+        if turn >= _STARTS and turn < _STARTS + _ROUNDS:
+            tried[:] = False
+            at = price
+            for step in (0, -1, 1):  # from the price so far on, as long as it gets better
+                p = price + step
+                while 0 <= p < len(_PRICES) and not tried[p]:  # whatever a score is, each price is tried once
+                    tried[p] = True
+                    _solve_at(_PRICES[p] * unit / m, normal, right, factor, coefficients)
+                    free = unit / heaviest - _CAUTION * _trace(factor, normal, inverse)
+                    scores[p] = _misfit(normal, right, squared, coefficients) / free**2 if free > 0.0 else np.inf
+                    if step != 0 and not scores[p] < scores[at]:
+                        break
+                    at = p
+                    best[:] = coefficients
+                    p += step
+            price = at
+            coefficients[:] = best
+        else:
+            _solve_at(_PRICES[price] * unit / m, normal, right, factor, coefficients)
+        k = 0
+        for i in range(n):
+            line[i] = 0.0
+            for a in range(_ORDER):
+                line[i] += basis[i, a] * coefficients[cells[i] + a]
+            if prior[i] > 0.0:
+                misses[k] = abs(value[i] - line[i]) * root[i]
+                k += 1
+        if turn == _STARTS + _ROUNDS:
+            break
+        scale = max(np.median(misses) / _MAD, floor * abs(mean))
+        k = 0
+        for i in range(n):
+            if prior[i] > 0.0:
+                miss = misses[k] / scale if scale > 0.0 else 0.0
+                k += 1
+                if turn < _STARTS:
+                    weight[i] = prior[i] / max(miss, 1.0)
+                else:
+                    weight[i] = prior[i] * max(1.0 - (miss / _TUKEY) ** 2, 0.0) ** 2
+    return line + mean, weight > 0.0, _trace(factor, normal, inverse)

@@ -1,0 +1,186 @@
+"""Sections across a curve in the image, the rays through them, and which of them are seen in the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_MOST_IN_BLOCK = 20  # points that tell a block's radius
+
+_Floats = npt.NDArray[np.float64]
+_Ints = npt.NDArray[np.int64]
+
+
+@helper
+def _level_radius(u: _Floats, radius: _Floats, at: _Floats, block: int) -> _Floats:
+    """Return the radius at `at` (n,): medians of blocks of points, and straight lines between their middles."""
+    m = len(u)
+    blocks = max(m // max(block, 1), 1)
+    middle, level = np.empty(blocks), np.empty(blocks)
+    for b in range(blocks):
+        low, high = b * m // blocks, (b + 1) * m // blocks
+        middle[b] = 0.5 * (u[low] + u[high - 1])
+        level[b] = np.median(radius[low : high : max((high - low) // _MOST_IN_BLOCK, 1)])
+    return np.interp(at, middle, level)
+
+
+@kernel(read(float64, 1), read(float64, 2), read(float64, 1), read(float64, 1), boolean, float64, int64, int64)
+def lay_sections(
+    knots: _Floats,
+    control: _Floats,
+    u: _Floats,
+    radius: _Floats,
+    closed: bool,
+    step: float,
+    least: int,
+    block: int,
+) -> tuple[_Floats, _Floats, _Floats, _Floats, float]:
+    """Lay sections across a cubic B-spline in the image, at evenly spaced parameters.
+
+    Not checked: the knots span 0 to 1.
+
+    Parameters
+    ----------
+    knots : (m + 4,) float64
+    control : (m, 2) float64
+        Px.
+    u, radius : (k,) float64
+        The curve's parameter at the points of its centre line, ascending, and half the width there, px.
+    closed : bool
+        Whether the curve is a loop; otherwise the first and the last section lie at its ends.
+    step : float
+        From section to section, px, about.
+    least : int
+        Number of sections that there are at least.
+    block : int
+        Number of points over which the radius is levelled, so that crossings and a ragged border do not show in it.
+
+    Returns
+    -------
+    at : (n,) float64
+        The sections' parameters.
+    points, tangents : (n, 2) float64
+        Tangents have length 1; 0 where the curve stands still.
+    radii : (n,) float64
+    length : float
+        Of the control polygon, px: a little more than the curve's.
+    """
+    m = len(control)
+    length = 0.0
+    for i in range(1, m):
+        length += np.hypot(control[i, 0] - control[i - 1, 0], control[i, 1] - control[i - 1, 1])
+    n = max(int(np.rint(length / step)), least)
+    at = np.arange(n) / (n if closed else n - 1)
+    points, tangents = np.empty((n, 2)), np.zeros((n, 2))
+    speed = np.empty(2)
+    span = 3
+    for i in range(n):
+        while span < m - 1 and at[i] >= knots[span + 1]:
+            span += 1
+        # De Boor's recursion, unrolled.
+        a, b, c = knots[span - 2], knots[span - 1], knots[span]
+        d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
+        place = at[i]
+        early, middle, late = (place - a) / (d - a), (place - b) / (e - b), (place - c) / (f - c)
+        before, after, last = (place - b) / (d - b), (place - c) / (e - c), (place - c) / (d - c)
+        for axis in range(2):
+            p, q, r = control[span - 3, axis], control[span - 2, axis], control[span - 1, axis]
+            p, q, r = p + early * (q - p), q + middle * (r - q), r + late * (control[span, axis] - r)
+            p, q = p + before * (q - p), q + after * (r - q)
+            speed[axis] = q - p  # the ends of the last step lie along the tangent
+            points[i, axis] = p + last * (q - p)
+        norm = np.hypot(speed[0], speed[1])
+        if norm > 0.0:
+            tangents[i, 0], tangents[i, 1] = speed[0] / norm, speed[1] / norm
+    return at, points, tangents, _level_radius(u, radius, at, block), length
+
+
+@kernel(read(float64, 2), read(float64, 2), read(float64, 1), float64, float64, float64, float64)
+def find_rays(
+    points: _Floats, tangents: _Floats, radius: _Floats, fx: float, fy: float, cx: float, cy: float
+) -> _Floats:
+    """Return the rays through the middles of sections and both their ends, for a pinhole camera without a lens.
+
+    Parameters
+    ----------
+    points, tangents : (n, 2) float64
+    radius : (n,) float64
+    fx, fy, cx, cy : float
+        Focal lengths and principal point, px.
+
+    Returns
+    -------
+    (3, n, 3) float64
+        The middles, the left ends, and the right ends; z is 1.
+    """
+    n = len(points)
+    rays = np.empty((3, n, 3))
+    for side in range(3):
+        for i in range(n):
+            off = 0.0 if side == 0 else (-radius[i] if side == 1 else radius[i])
+            rays[side, i, 0] = (points[i, 0] - off * tangents[i, 1] - cx) / fx
+            rays[side, i, 1] = (points[i, 1] + off * tangents[i, 0] - cy) / fy
+            rays[side, i, 2] = 1.0
+    return rays
+
+
+@kernel(read(boolean, 1), boolean, int64, read(float64, 1))
+def settle(
+    explained: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
+) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
+    """Strike off single sections that have no neighbour, and list the stretches without any.
+
+    At a step from one surface to another, the wrong one passes through the smooth line by chance.
+
+    Parameters
+    ----------
+    explained : (n,) bool
+    closed : bool
+        Whether the last is next to the first.
+    least : int
+        Sections that a stretch must have to be listed.
+    line : (n,) float64
+        Something known of all sections.
+
+    Returns
+    -------
+    seen : (n,) bool
+    stretches : (k, 2) int64
+        The first section that is not seen, and the one after the last; in order, on a loop from the first that is seen,
+        and beyond the seam counted on.
+    count, first, last : int
+        Number of seen ones, the first of them and the last.
+    lowest, lowest_seen : float
+        Of the line, of all sections and of those that are seen; the latter infinite where none is.
+    """
+    n = len(explained)
+    seen = np.empty(n, dtype=np.bool_)
+    for i in range(n):
+        before = explained[i - 1] if i > 0 or closed else False
+        after = explained[(i + 1) % n] if i < n - 1 or closed else False
+        seen[i] = explained[i] and (before or after)
+    stretches = np.empty((n // 2 + 1, 2), dtype=np.int64)
+    count = 0
+    start = 0
+    while closed and start < n and not seen[start]:
+        start += 1
+    i = start
+    while i < start + n:
+        k = i
+        while k < start + n and not seen[k % n]:
+            k += 1
+        if k - i >= least and k > i:
+            stretches[count, 0], stretches[count, 1] = i, k
+            count += 1
+        i = k + 1
+    how_many, first, last, lowest, lowest_seen = 0, n, -1, np.inf, np.inf
+    for k in range(n):
+        lowest = min(lowest, line[k])
+        if seen[k]:
+            how_many += 1
+            first, last = min(first, k), k
+            lowest_seen = min(lowest_seen, line[k])
+    return seen, stretches[:count], how_many, first, last, lowest, lowest_seen

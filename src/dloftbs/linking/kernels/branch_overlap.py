@@ -1,0 +1,289 @@
+"""Runs that two cables share, lying side by side or one over the other: which ones might be.
+
+Where an odd number of arms meets, a cable ends, or one of the arms is two cables. A shared run leads from one such
+junction to another one, straight through others on the way; or to where one of the two cables ends inside of it, and
+the mask gets narrow.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+MOST_RUNS = 6
+"""Of a path."""
+
+_LONGEST_WIDTHS = 30.0
+_MOST_TRIALS = 32  # of each arm
+_MOST_SLOTS = 64
+_MOST_ARMS = 14  # of a junction; in a larger one nothing can be told
+_STRAIGHT_ON = 1.4  # most that going on through a junction may cost
+
+_PRICE_PER_WIDTH = 0.02
+_PRICE_THIN, _THIN = 0.35, 1.15  # per width, where the mask is no wider than one cable
+_BONUS_WIDE = 0.15  # per width and width
+_EVIDENCE_WIDTHS = 6.0  # longer runs count as this long, there
+_PRICE_END = 0.2  # of a cable that ends inside
+_LEAST_WIDE_WIDTHS = 0.75  # that it must go on before
+_MOSTLY = 0.75  # of a run with a free end, where two cables end together
+_THIN_BETWEEN_WIDTHS, _THIN_BETWEEN = 3.0, 0.6  # in widths, of the run: two cables that cross are thin for less
+
+
+@helper
+def _share_price(length: float, run_width: float, width: float) -> float:
+    """Return what it costs that two cables share a run: less where the mask is wider than one."""
+    ratio, share = run_width / width, min(length / width, _EVIDENCE_WIDTHS)
+    price = _PRICE_PER_WIDTH * length / width
+    if ratio < _THIN:
+        return price + _PRICE_THIN * share * min((_THIN - ratio) / (_THIN - 1.0), 1.0)
+    return price - _BONUS_WIDE * share * min(ratio - _THIN, 0.5)
+
+
+@helper
+def _slots_at(
+    node: int,
+    nodes: npt.NDArray[np.int64],
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    copies: npt.NDArray[np.int64],
+    partial: npt.NDArray[np.int64],
+    slots: npt.NDArray[np.int64],
+) -> int:
+    """Write the arms of a junction, those of shared runs once for each cable; return how many there is room for."""
+    count = 0
+    for k in range(first[node], first[node + 1]):
+        if count < len(slots):
+            slots[count] = members[k]
+            count += 1
+    for c in range(len(copies)):
+        for end in (2 * copies[c], 2 * copies[c] + 1):
+            if nodes[end] == node and partial[c] in (-1, end) and count < len(slots):
+                slots[count] = end
+                count += 1
+    return count
+
+
+@helper
+def _is_odd(slots: npt.NDArray[np.int64], count: int, spur: npt.NDArray[np.bool_]) -> bool:
+    arms = 0
+    for k in range(count):
+        arms += not spur[slots[k] // 2]
+    return arms % 2 == 1
+
+
+@kernel(read(int64, 1), read(boolean, 1))
+def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) -> bool:
+    """Tell whether an odd number of arms, spurs left out, meets anywhere.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+        The junction at each end, negative where there is none.
+    spur : (n,) bool
+    """
+    count = 0
+    for node in nodes:
+        count = max(count, node + 1)
+    is_odd = np.zeros(count, dtype=np.bool_)
+    for end in range(len(nodes)):
+        if nodes[end] >= 0 and not spur[end // 2]:
+            is_odd[nodes[end]] = not is_odd[nodes[end]]
+    return bool(is_odd.any())
+
+
+@kernel(
+    read(int64, 1), read(boolean, 1), read(int64, 1), read(float64, 1), read(float64, 1), float64,
+    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(int64, 1),
+)  # fmt: skip
+def list_paths(
+    nodes: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    reach: npt.NDArray[np.int64],
+    lengths: npt.NDArray[np.float64],
+    widths: npt.NDArray[np.float64],
+    width: float,
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    copies: npt.NDArray[np.int64],
+    partial: npt.NDArray[np.int64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
+    """List the series of runs that two cables might share.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    spur : (n,) bool
+    reach : (2 n,) int64
+        As `wide_stretches.wide_reach` makes it.
+    lengths, widths : (n,) float64
+        Of the runs, px.
+    width : float
+        Of one cable, px.
+    first, members, starts, costs
+        As `bending.junction_costs` makes them.
+    copies, partial : (c,) int64
+        The runs that are known to be shared, and for each the end from which it is shared in part, or -1.
+
+    Returns
+    -------
+    paths : (k, MOST_RUNS) int64
+        The ends at which each run is entered, in order; -1 after the last one.
+    inside : (k,) bool
+        Whether a cable ends inside the last one.
+    price : (k,) float64
+        Cost of sharing them, besides its effect on the junctions.
+    """
+    count = len(first) - 1
+    slots = np.empty(_MOST_SLOTS, dtype=np.int64)
+    is_odd = np.zeros(count, dtype=np.bool_)
+    has_spur = np.zeros(count, dtype=np.bool_)
+    for node in range(count):
+        size = _slots_at(node, nodes, first, members, copies, partial, slots)
+        is_odd[node] = size <= _MOST_ARMS and _is_odd(slots, size, spur)
+        for k in range(min(size, _MOST_ARMS)):
+            has_spur[node] = has_spur[node] or spur[slots[k] // 2]  # it may be the tip of the second cable
+    room = 2 * len(nodes) + 64
+    paths = np.full((room, MOST_RUNS), -1, dtype=np.int64)
+    inside = np.zeros(room, dtype=np.bool_)
+    price = np.empty(room)
+    found = 0
+    is_shared = np.zeros(len(lengths), dtype=np.bool_)
+    for c in range(len(copies)):
+        is_shared[copies[c]] = True
+    stack = np.full((_MOST_SLOTS, MOST_RUNS), -1, dtype=np.int64)
+    depth = np.empty(_MOST_SLOTS, dtype=np.int64)
+    for start in range(len(nodes)):
+        if nodes[start] < 0 or spur[start // 2] or not is_odd[nodes[start]]:
+            continue
+        stack[0, 0], depth[0] = start, 1
+        height, trials = 1, 0
+        while height > 0 and trials < _MOST_TRIALS and found + 2 < room:
+            height -= 1
+            trials += 1
+            steps = depth[height]
+            path = stack[height].copy()
+            end = path[steps - 1]
+            run, node = end // 2, nodes[end ^ 1]
+            blocked = is_shared[run] or node == nodes[start]
+            total, so_far = 0.0, 0.0
+            for s in range(steps - 1):
+                before = path[s] // 2
+                blocked = blocked or before == run
+                total += lengths[before]
+                so_far += _share_price(lengths[before], widths[before], width)
+            if blocked:
+                continue
+            drops = reach[end] + 0.5 * width < lengths[run] and lengths[run] > width
+            ends = (drops and reach[end] >= _LEAST_WIDE_WIDTHS * width) or (
+                node < 0 and reach[end] > _MOSTLY * lengths[run]
+            )
+            to_odd = node >= 0 and is_odd[node]
+            # From both sides wide and thin between: two cables cross there.
+            thin = lengths[run] - reach[end] - reach[end ^ 1]
+            if ends and to_odd and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[run]):
+                ends = False
+            if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
+                paths[found, :steps] = path[:steps]
+                inside[found] = True
+                price[found] = so_far + _PRICE_END + _PRICE_PER_WIDTH * reach[end] / width
+                found += 1
+            if node < 0 or total + lengths[run] > _LONGEST_WIDTHS * width:
+                continue
+            if to_odd or has_spur[node]:
+                paths[found, :steps] = path[:steps]
+                price[found] = so_far + _share_price(lengths[run], widths[run], width)
+                found += 1
+            if to_odd:
+                continue
+            size = first[node + 1] - first[node]
+            if steps == MOST_RUNS or size > _MOST_ARMS:
+                continue
+            here = 0
+            while members[first[node] + here] != end ^ 1:
+                here += 1
+            for k in range(size):
+                onward = members[first[node] + k]
+                leads = nodes[onward ^ 1] >= 0 or reach[onward] >= _LEAST_WIDE_WIDTHS * width
+                if onward // 2 == run or spur[onward // 2] or not leads or height == _MOST_SLOTS:
+                    continue
+                if costs[starts[node] + here * size + k] < _STRAIGHT_ON:
+                    stack[height] = path
+                    stack[height, steps] = onward
+                    depth[height] = steps + 1
+                    height += 1
+    return paths[:found].copy(), inside[:found].copy(), price[:found].copy()
+
+
+@kernel(
+    read(int64, 2), read(boolean, 1), read(int64, 1), read(int64, 1), read(int64, 1), read(int64, 1), read(int64, 1)
+)
+def changed_junctions(
+    paths: npt.NDArray[np.int64],
+    inside: npt.NDArray[np.bool_],
+    nodes: npt.NDArray[np.int64],
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    copies: npt.NDArray[np.int64],
+    partial: npt.NDArray[np.int64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """List the arms of every junction on the paths, before and after their runs are shared.
+
+    Parameters
+    ----------
+    paths, inside, nodes, first, members, copies, partial
+        As `list_paths` takes and makes them.
+
+    Returns
+    -------
+    sets : (s + 1,) int64
+        Start of each set of arms in `slots`; what many paths have in common is listed once, mostly.
+    slots : (m,) int64
+        Ends, which may stand twice.
+    changes : (k, 3) int64
+        For each junction on each path: the set before, the set after, and the path.
+    """
+    most = len(paths) * (MOST_RUNS + 1)
+    sets = np.zeros(2 * most + 1, dtype=np.int64)
+    slots = np.empty(2 * most * _MOST_SLOTS, dtype=np.int64)
+    changes = np.empty((most, 3), dtype=np.int64)
+    before = np.full(len(first), -1, dtype=np.int64)  # the set of each junction
+    with_one = np.full(len(nodes), -1, dtype=np.int64)  # that of its junction with one end more
+    count, found = 0, 0
+    for p in range(len(paths)):
+        steps = 0
+        while steps < MOST_RUNS and paths[p, steps] >= 0:
+            steps += 1
+        # The first and the last junction get one arm more, those between two.
+        for s in range(steps if inside[p] else steps + 1):
+            node = nodes[paths[p, s]] if s < steps else nodes[paths[p, s - 1] ^ 1]
+            if before[node] < 0:
+                at = sets[found]
+                here = slots[at : at + _MOST_SLOTS - 2]
+                sets[found + 1] = at + _slots_at(node, nodes, first, members, copies, partial, here)
+                before[node] = found
+                found += 1
+            only = paths[p, s - 1] ^ 1 if s == steps else (paths[p, s] if s == 0 else -1)
+            after = with_one[only] if only >= 0 else -1
+            if after < 0:
+                after, at = found, sets[found]
+                for k in range(sets[before[node]], sets[before[node] + 1]):
+                    slots[at] = slots[k]
+                    at += 1
+                if s > 0:
+                    slots[at] = paths[p, s - 1] ^ 1
+                    at += 1
+                if s < steps:
+                    slots[at] = paths[p, s]
+                    at += 1
+                sets[found + 1] = at
+                found += 1
+                if only >= 0:
+                    with_one[only] = after
+            changes[count, 0], changes[count, 1], changes[count, 2] = before[node], after, p
+            count += 1
+    return sets[: found + 1].copy(), slots[: sets[found]].copy(), changes[:count].copy()

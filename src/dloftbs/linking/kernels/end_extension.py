@@ -1,0 +1,252 @@
+"""Extension of a run of the skeleton to the end of the cable's axis.
+
+A cable that is cut off, by a cutter, by an occluder or by the image's border, goes on to the mask's edge. One with a
+round cap is the union of discs about its axis, which ends one radius before the tip of the mask. The shape of the cap
+tells which it is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_TAIL_RADII = 1.5  # of a skeleton's end that may veer into a corner
+_FIT_RADII = 4.0  # before it, for its direction and its bending
+_LEAST_FIT_PX = 6.0
+_LONGEST_RADII = 4.0  # from there to the tip; what goes on for longer is no end
+_PULL, _MOST_PULL = 3.0, 0.5  # towards the middle: share of the way per step, times the radius, and its limit
+_TURN = 0.4  # change of heading for the way to the middle, times the square of that share
+_HALVINGS = 24
+_INNER = (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)  # rays along the end, beside the axis by so many radii
+_OUTER = (0.5, 0.6, 0.7, 0.8)
+_BACK, _FARTHEST = 0.5, 2.0  # they start so many radii before the tip, and are so many long at most
+_FLAT, _ROUND = 0.35, 0.65  # roundness
+_UNSEEN_PX, _SEEN_PX = 1.5, 2.25  # radius; a cap that is too small for its shape to be seen is taken for flat
+_MOST_AHEAD = 0.5  # radii
+_TIE = 1e-6  # what lies in the middle between two pixels belongs to the one ahead, from wherever it is looked at
+
+
+@helper
+def _fade(value: float, full: float, none: float) -> float:
+    """Return 1 up to `full`, 0 from `none` on, and linearly in between."""
+    return min(max((none - value) / (none - full), 0.0), 1.0)
+
+
+@helper
+def _heading(points: npt.NDArray[np.float64], arc: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Fit a parabola to points by least squares, and return heading and curvature where `arc` is 0."""
+    m = np.zeros(5)
+    right = np.zeros((3, 2))
+    for i in range(len(points)):
+        power = 1.0
+        for k in range(5):
+            m[k] += power
+            if k < 3:
+                right[k, 0] += power * (points[i, 0] - points[0, 0])
+                right[k, 1] += power * (points[i, 1] - points[0, 1])
+            power *= arc[i]
+    # Cramer's rule for the two coefficients that are wanted.
+    a, b, c = m[2] * m[4] - m[3] * m[3], m[1] * m[4] - m[2] * m[3], m[1] * m[3] - m[2] * m[2]
+    d, e, f = m[0] * m[4] - m[2] * m[2], m[0] * m[3] - m[1] * m[2], m[0] * m[2] - m[1] * m[1]
+    scale = 1.0 / (m[0] * a - m[1] * b + m[2] * c)
+    vx = scale * (-b * right[0, 0] + d * right[1, 0] - e * right[2, 0])
+    vy = scale * (-b * right[0, 1] + d * right[1, 1] - e * right[2, 1])
+    ax = scale * (c * right[0, 0] - e * right[1, 0] + f * right[2, 0])
+    ay = scale * (c * right[0, 1] - e * right[1, 1] + f * right[2, 1])
+    return np.arctan2(vy, vx), 2.0 * (vx * ay - vy * ax) / (vx * vx + vy * vy) ** 1.5
+
+
+@helper
+def _is_inside(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+    """Tell whether the pixel at a point is foreground; beyond the image there is none."""
+    column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
+    return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
+
+
+@helper
+def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to half a pixel, or below 0 how far it is away."""
+    ahead_x, ahead_y = x + _TIE * dx, y + _TIE * dy
+    t = 0.5
+    if _is_inside(mask, ahead_x, ahead_y):
+        while t < most and _is_inside(mask, ahead_x + t * dx, ahead_y + t * dy):
+            t += 0.5
+        return t - 0.25
+    while t < most and not _is_inside(mask, ahead_x - t * dx, ahead_y - t * dy):
+        t += 0.5
+    return 0.25 - t
+
+
+@helper
+def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, radius: float) -> float:
+    """Return how far before a tip on the mask's edge the axis ends, px; below 0 it goes on.
+
+    The mask's extent is compared along rays beside each other. Its roundness is how much farther it reaches in the
+    middle than at the sides, as a share of what it does with half a disc: 1 is round, 0 flat, below 0 hollow. Of the
+    two sides the longer one counts, since a slanting cut has a short one.
+    """
+    x -= _BACK * radius * dx
+    y -= _BACK * radius * dy
+    most = _FARTHEST * radius + 1.0
+    beside = (1.0 + _TIE) * radius
+    middle, height = 0.0, 0.0  # the latter of a disc of radius 1, as the rays see it
+    for k in _INNER:
+        middle += _reach(mask, x - k * beside * dy, y + k * beside * dx, dx, dy, most) / len(_INNER)
+        height += np.sqrt(1.0 - k * k) / len(_INNER)
+    longer, fall = -most, height
+    for side in (-beside, beside):
+        mean = 0.0
+        for k in _OUTER:
+            mean += _reach(mask, x - k * side * dy, y + k * side * dx, dx, dy, most) / len(_OUTER)
+        longer = max(longer, mean)
+    for k in _OUTER:
+        fall -= np.sqrt(1.0 - k * k) / len(_OUTER)
+    share = 1.0 - _fade((middle - longer) / (fall * radius), _FLAT, _ROUND)
+    share *= 1.0 - _fade(radius, _UNSEEN_PX, _SEEN_PX)
+    ahead = middle - _BACK * radius  # a mean over the middle is less ragged than the edge at the tip
+    return share * height * radius - min(max(ahead, -_MOST_AHEAD * radius), _MOST_AHEAD * radius)
+
+
+@helper
+def _way_inside(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, at most 1."""
+    ahead_x, ahead_y = x + _TIE * dx + 0.5, y + _TIE * dy + 0.5
+    if mask[int(ahead_y + dy), int(ahead_x + dx)] != 0:
+        return 1.0
+    inside, outside = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        t = 0.5 * (inside + outside)
+        if mask[int(ahead_y + t * dy), int(ahead_x + t * dx)] != 0:
+            inside = t
+        else:
+            outside = t
+    return inside
+
+
+@helper
+def _shortened(points: npt.NDArray[np.float64], back: float) -> npt.NDArray[np.float64]:
+    """Return a line without its last stretch of a length in px; its first point stays."""
+    count = len(points)
+    while count > 1:
+        dx, dy = points[count - 2, 0] - points[count - 1, 0], points[count - 2, 1] - points[count - 1, 1]
+        step = np.sqrt(dx * dx + dy * dy)
+        if step > back:
+            shorter = points[:count].copy()
+            shorter[count - 1, 0] += back / step * dx
+            shorter[count - 1, 1] += back / step * dy
+            return shorter
+        back -= step
+        count -= 1
+    return points[:1].copy()
+
+
+@kernel(read(uint8, 2), read(float64, 2), float64)
+def extend_end(
+    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], radius: float
+) -> tuple[int, npt.NDArray[np.float64]]:
+    """Lead a free end on to where the axis ends, in the place of the skeleton's tail, which may veer into a corner.
+
+    From one and a half radii before the last point on, the line goes on with the bending that it has there, drawn to
+    the middle between the walls while there are two. Where the mask's cap is flat or hollow, as where a cable is cut
+    off, hidden or leaves the image, it ends on the mask's edge, taken over the middle of the cap. Where it is round it
+    ends a radius before. In between it ends in between, and below a width of 3 px every cap counts as flat. Not
+    checked: the outermost rows and columns of the mask are 0.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    points : (n, 2) float64
+        Re-centred, ``(x, y)``, towards the tip.
+    radius : float
+        Half the width of the mask near the end.
+
+    Returns
+    -------
+    drop : int
+        Number of last points to leave out.
+    added : (m, 2) float64
+        Points in their place, about 1 px apart. Both are nothing where the points are too few to tell a direction,
+        or the mask does not end within reach.
+    """
+    nothing = np.empty((0, 2))
+    n = len(points)
+    arc = np.zeros(n)  # from the tip backwards
+    for i in range(n - 2, -1, -1):
+        arc[i] = arc[i + 1] + np.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
+    tail = min(_TAIL_RADII * radius, 0.4 * arc[0])
+    stop = n
+    while stop > 1 and arc[stop - 1] < tail - _TIE:
+        stop -= 1
+    start = stop - 1
+    while start > 0 and arc[start - 1] <= arc[stop - 1] + max(_FIT_RADII * radius, _LEAST_FIT_PX) + _TIE:
+        start -= 1
+    if stop - start < 4:
+        return 0, nothing
+    heading, bending = _heading(points[start:stop], arc[stop - 1] - arc[start:stop])
+    tightest = 0.5 / radius
+    bending = min(max(bending, -tightest), tightest)
+
+    x, y = points[stop - 1]
+    pull = min(_PULL / radius, _MOST_PULL)
+    too_far = 2.0 * radius + 2.0
+    limit = int(_LONGEST_RADII * radius) + 4
+    added = np.empty((limit + 1, 2))
+    count = 0
+    while count < limit:
+        heading += bending
+        dx, dy = np.cos(heading), np.sin(heading)
+        step = _way_inside(mask, x, y, dx, dy)
+        x += step * dx
+        y += step * dy
+        if step == 1.0:
+            ahead_x, ahead_y = x + _TIE * dx, y + _TIE * dy
+            left = _reach(mask, ahead_x, ahead_y, -dy, dx, too_far)
+            right = _reach(mask, ahead_x, ahead_y, dy, -dx, too_far)
+            other = abs(0.5 * (left + right) - radius)
+            beside = _fade(other, 0.2 * radius + 0.25, 0.4 * radius + 0.5) * 0.5 * (left - right)
+            x -= pull * beside * dy
+            y += pull * beside * dx
+            heading += _TURN * pull * pull * beside
+        added[count, 0], added[count, 1] = x, y
+        count += 1
+        if step < 1.0:
+            beyond = _beyond_axis(mask, x, y, dx, dy, radius)
+            added[count - 1, 0] -= min(beyond, 0.0) * dx
+            added[count - 1, 1] -= min(beyond, 0.0) * dy
+            return n - stop, _shortened(added[:count], max(beyond, 0.0))
+    return 0, nothing
+
+
+@kernel(read(uint8, 2), read(float64, 2), int64, int64, float64)
+def is_seen(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], i: int, j: int, width: float) -> bool:
+    """Tell whether a cable can be seen all the way between two points: the mask has no break longer than its width.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    points : (n, 2) float64
+    i, j : int
+        The points.
+    width : float
+        Of the cable, px.
+
+    Returns
+    -------
+    bool
+    """
+    way_x, way_y = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+    length = np.hypot(way_x, way_y)
+    if length <= 2.0 * width:  # half a width at each end is on the mask
+        return True
+    steps, last = int(length) + 1, -1
+    for k in range(steps + 1):
+        t = k * (1.0 / steps) if k < steps else 1.0
+        column, row = int(np.rint(points[i, 0] + way_x * t)), int(np.rint(points[i, 1] + way_y * t))
+        if mask[min(max(row, 0), mask.shape[0] - 1), min(max(column, 0), mask.shape[1] - 1)] != 0:
+            if k - last > width:
+                return False
+            last = k
+    return steps + 1 - last <= width

@@ -1,0 +1,274 @@
+"""Two cables in one run: on which side of it each of them lies, and where they change sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_TERMS = 4  # of a cubic
+_NARROW, _WIDE = 0.4, 0.7  # widths between the axes: below the one they may cross, above the other they do not
+_WINDOW = 3.0  # widths to both sides of a narrow place that are looked at
+_LEAST_WINDOW_PX = 24  # thin cables are as coarse as their pixels
+_PIXEL = 1.0
+_BEFORE_END, _AFTER_END = 5.0, 4.0  # widths around the end of one of them
+_FLOOR_END_PX2 = 0.01
+_FLOOR_PX2 = 0.04  # of the mean squared residual: what the pixels' staircase leaves
+
+
+@helper
+def _misfit(x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], first: int, last: int) -> float:
+    """Return the mean squared residual of the best cubic through ``(x[i], y[i])``, first <= i < last, x in [-1, 1]."""
+    matrix = np.zeros((_TERMS, _TERMS))
+    right = np.zeros(_TERMS)
+    base = np.empty(_TERMS)
+    squares = 0.0
+    for i in range(first, last):
+        t = x[i]
+        base[0], base[1], base[2], base[3] = 1.0, t, 1.5 * t * t - 0.5, (2.5 * t * t - 1.5) * t
+        for a in range(_TERMS):
+            right[a] += base[a] * y[i]
+            for b in range(a + 1):
+                matrix[a, b] += base[a] * base[b]
+        squares += y[i] * y[i]
+    n = last - first
+    for a in range(_TERMS):  # Cholesky; a little on the diagonal keeps too few points from breaking it
+        matrix[a, a] += 1e-6 * n
+        for k in range(a):
+            matrix[a, a] -= matrix[a, k] * matrix[a, k]
+        matrix[a, a] = np.sqrt(max(matrix[a, a], 1e-12))
+        for b in range(a + 1, _TERMS):
+            for k in range(a):
+                matrix[b, a] -= matrix[b, k] * matrix[a, k]
+            matrix[b, a] /= matrix[a, a]
+    for a in range(_TERMS):
+        for k in range(a):
+            right[a] -= matrix[a, k] * right[k]
+        right[a] /= matrix[a, a]
+        squares -= right[a] * right[a]
+    return max(squares, 0.0) / n
+
+
+@helper
+def _roughness(points: npt.NDArray[np.float64], n: int) -> float:
+    """Return the mean squared distance of points from the best cubic curve along them, px^2."""
+    if n < 2 * _TERMS:
+        return 0.0
+    t = np.empty(n)
+    t[0] = 0.0
+    for i in range(1, n):
+        t[i] = t[i - 1] + np.sqrt((points[i, 0] - points[i - 1, 0]) ** 2 + (points[i, 1] - points[i - 1, 1]) ** 2)
+    for i in range(n):
+        t[i] = 2.0 * t[i] / max(t[n - 1], 1e-9) - 1.0
+    return _misfit(t, points[:, 0].copy(), 0, n) + _misfit(t, points[:, 1].copy(), 0, n)
+
+
+@helper
+def _gather(
+    before: npt.NDArray[np.float64],
+    lane_in: npt.NDArray[np.float64],
+    first: int,
+    place: int,
+    lane_out: npt.NDArray[np.float64],
+    last: int,
+    after: npt.NDArray[np.float64],
+    most: int,
+    points: npt.NDArray[np.float64],
+) -> int:
+    """Write the points of a way through a narrow place; `before` and `after` are ordered away from the shared run."""
+    n = 0
+    if first == 0:
+        extra = min(len(before), max(most - place, 0))
+        for i in range(extra - 1, -1, -1):
+            points[n] = before[i]
+            n += 1
+    for i in range(first, place):
+        points[n] = lane_in[i]
+        n += 1
+    for i in range(place, last):
+        points[n] = lane_out[i]
+        n += 1
+    if last == len(lane_out):
+        extra = min(len(after), max(most - (last - place), 0))
+        for i in range(extra):
+            points[n] = after[i]
+            n += 1
+    return n
+
+
+@kernel(
+    read(float64, 2),
+    read(float64, 2),
+    read(float64, 1),
+    read(float64, 1),
+    read(float64, 2),
+    read(float64, 2),
+    read(float64, 2),
+    read(float64, 2),
+    float64,
+)
+def follow_lanes(
+    one: npt.NDArray[np.float64],
+    two: npt.NDArray[np.float64],
+    arc: npt.NDArray[np.float64],
+    separation: npt.NDArray[np.float64],
+    before_one: npt.NDArray[np.float64],
+    before_two: npt.NDArray[np.float64],
+    after_one: npt.NDArray[np.float64],
+    after_two: npt.NDArray[np.float64],
+    width: float,
+) -> tuple[npt.NDArray[np.bool_], float, int]:
+    """Tell where two cables in one run change lanes.
+
+    Where the lanes come close, the cables cross, or touch and part again: whichever leaves the smoother curves.
+
+    Parameters
+    ----------
+    one, two : (n, 2) float64
+        The lanes: where the cable on the one side lies, and the one on the other, px.
+    arc, separation : (n,) float64
+        Distance along the run, and between the lanes, px.
+    before_one, before_two, after_one, after_two : (m, 2) float64
+        Continuation of the lanes before the first and after the last point, in order away from the run; may be empty.
+    width : float
+        Of one cable, px.
+
+    Returns
+    -------
+    changed : (n + 1,) bool
+        Whether what comes from lane one lies in lane two, at each point and after the last.
+    margin : float
+        Clearness of the least clear decision: half the logarithm of the ratio of the mean squared residuals; infinity
+        where there was none to take.
+    weakest : int
+        The point at which that one was taken; -1 where there was none.
+    """
+    n = len(arc)
+    changed = np.zeros(n + 1, dtype=np.bool_)
+    margin, weakest = np.inf, -1
+    most = max(int(_WINDOW * width) + 4, _LEAST_WINDOW_PX)
+    narrow_px, wide_px = _NARROW * width + _PIXEL, _WIDE * width + _PIXEL
+    room = 2 * most + n + 16
+    points = np.empty((room, 2))
+    at = 0
+    while at <= n:
+        narrow = at < n and separation[at] < narrow_px
+        hidden = 0 < at < n and arc[at] - arc[at - 1] > width
+        edge = (at == 0 and separation[0] < wide_px) or (at == n and separation[n - 1] < wide_px)
+        if not (narrow or hidden or edge):
+            at += 1
+            continue
+        place = at
+        at += 1
+        if place < n:
+            while at < n and separation[at] < wide_px:
+                if separation[at] < separation[place]:
+                    place = at
+                at += 1
+            if at == n and n > 0 and separation[n - 1] <= separation[place]:
+                place = n
+            if at == n:
+                at = n + 1
+        first, last = place, place
+        while first > 0 and place - first < most:
+            first -= 1
+        while last < n and last - place < most:
+            last += 1
+        stay = 0.0
+        cross = 0.0
+        for k in range(2):
+            lane, other = (one, two) if k == 0 else (two, one)
+            before = before_one if k == 0 else before_two
+            m = _gather(before, lane, first, place, lane, last, after_one if k == 0 else after_two, most, points)
+            stay += _roughness(points, m)
+            m = _gather(before, lane, first, place, other, last, after_two if k == 0 else after_one, most, points)
+            cross += _roughness(points, m)
+        evidence = 0.5 * np.log((stay + _FLOOR_PX2) / (cross + _FLOOR_PX2))
+        if abs(evidence) < margin:
+            margin, weakest = abs(evidence), place
+        if evidence > 0.0:
+            changed[place:] = ~changed[place:]
+    return changed, margin, weakest
+
+
+@kernel(read(float64, 2), read(float64, 1), float64)
+def lay_lanes(
+    way: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], width: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return where the axes of two cables of known width lie in a run that both share.
+
+    The outer edges of the two are the mask's: each axis lies half a width inside of its own. Two that touch lie a width
+    apart: where the mask is wider still, as in a blob, their edges are not to be seen.
+
+    Parameters
+    ----------
+    way : (n, 2) float64
+        The middle of the mask, px; two points or more.
+    radius : (n,) float64
+        Half of its width, px.
+    width : float
+        Of one cable, px.
+
+    Returns
+    -------
+    shift : (n, 2) float64
+        From the middle to the lane on the side to which x turns into y; the other lane lies on the other side.
+    arc, separation : (n,) float64
+        Distance along the way, and between the lanes, px.
+    """
+    n = len(way)
+    shift = np.empty((n, 2))
+    arc = np.zeros(n)
+    separation = np.empty(n)
+    reach = max(int(0.5 * width), 1)
+    for i in range(n):
+        if i > 0:
+            arc[i] = arc[i - 1] + np.sqrt((way[i, 0] - way[i - 1, 0]) ** 2 + (way[i, 1] - way[i - 1, 1]) ** 2)
+        low, high = max(i - reach, 0), min(i + reach, n - 1)
+        dx, dy = way[high, 0] - way[low, 0], way[high, 1] - way[low, 1]
+        norm = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+        separation[i] = min(max(2.0 * radius[i] - width, 0.0), width)
+        shift[i, 0], shift[i, 1] = -0.5 * separation[i] * dy / norm, 0.5 * separation[i] * dx / norm
+    return shift, arc, separation
+
+
+@kernel(read(float64, 2), read(float64, 2), int64, float64)
+def surviving_lane(way: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], end: int, width: float) -> float:
+    """Tell which of two lanes goes on where the other cable ends: the one that leaves the smoother curve.
+
+    Parameters
+    ----------
+    way : (n, 2) float64
+        The middle of the mask, beyond the end, too, px.
+    shift : (n, 2) float64
+        From there to the first lane.
+    end : int
+        Index of the point where the other cable ends.
+    width : float
+        Of one cable, px.
+
+    Returns
+    -------
+    float
+        Above 0 for the first lane, below for the other: half the logarithm of the ratio of the mean squared residuals.
+        0 where too little is left beyond the end to tell.
+    """
+    low, high = max(end - int(_BEFORE_END * width), 0), min(end + int(_AFTER_END * width), len(way))
+    points = np.empty((high - low, 2))
+    rough = np.zeros(2)
+    for k in range(2):
+        count, beyond = 0, 0
+        for i in range(low, high):
+            if end - 0.25 * width <= i <= end + 0.5 * width:
+                continue  # there the mask is neither as wide as two nor as wide as one
+            sign = 0.0 if i > end else (1.0 if k == 0 else -1.0)
+            points[count, 0] = way[i, 0] + sign * shift[i, 0]
+            points[count, 1] = way[i, 1] + sign * shift[i, 1]
+            count += 1
+            beyond += i > end
+        if beyond <= width or count < 2 * _TERMS:
+            return 0.0
+        rough[k] = _roughness(points, count)
+    return 0.5 * np.log((rough[1] + _FLOOR_END_PX2) / (rough[0] + _FLOOR_END_PX2))

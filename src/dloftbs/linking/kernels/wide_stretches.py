@@ -1,0 +1,56 @@
+"""Stretches of branches on which the mask is wider than one cable."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64
+
+from dloftbs.kernels.compiler import kernel, read
+
+_WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin above the one, end below the other
+
+
+@kernel(read(int64, 1), read(int64, 2), read(float64, 1), float64)
+def wide_reach(
+    nodes: npt.NDArray[np.int64], spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Return how many points from each end of each run on the mask is wider than one cable, and the mean widths.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    spans : (n, 2) int64
+        As `clear_spans` makes them.
+    radii : (m,) float64
+        Half the mask's width at each point, px.
+    width : float
+        Of one cable, px.
+
+    Returns
+    -------
+    reach : (2 n,) int64
+    widths : (n,) float64
+        Of the runs, px; that of one cable where a run has no clear points.
+    """
+    reach = np.zeros(2 * len(spans), dtype=np.int64)
+    widths = np.full(len(spans), width)
+    for run in range(len(spans)):
+        if spans[run, 1] > spans[run, 0]:
+            widths[run] = 2.0 * radii[spans[run, 0] : spans[run, 1]].mean()
+    for end in range(len(reach)):
+        start, stop = spans[end // 2]
+        step = 1 if end % 2 == 0 else -1
+        first = start if step == 1 else stop - 1
+        thin = 0
+        for k in range(stop - start):
+            r = radii[first + step * k]
+            if r > 0.5 * _WIDE * width:
+                reach[end] = k + 1
+            thin = thin + 1 if r < 0.5 * _NARROW * width else 0
+            if thin >= _LASTING_WIDTHS * width:
+                break
+        # Towards a free end two cables get narrower together.
+        if nodes[end ^ 1] < 0 and reach[end] > 0.75 * width and stop - start - reach[end] < 2.0 * width:
+            reach[end] = stop - start
+    return reach, widths

@@ -1,0 +1,10 @@
+"""The steps of the published method that differ from the default's, to be read beside the paper."""
+
+from __future__ import annotations
+
+from dloftbs.published.greedy_linking import close, link_segments
+from dloftbs.published.nearest_tracking import NearestTracker
+from dloftbs.published.pixel_lifting import MIN_POINTS, lift_pixels
+from dloftbs.published.walks import Walks, make_segments, walk
+
+__all__ = ["MIN_POINTS", "NearestTracker", "Walks", "close", "lift_pixels", "link_segments", "make_segments", "walk"]

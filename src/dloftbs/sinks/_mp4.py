@@ -1,0 +1,91 @@
+"""H.264 in a fragmented MP4, which stays readable when the process is killed; OpenCV cannot write one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from dloftbs.errors import SinkError
+from dloftbs.sinks._images import BgrImage
+from dloftbs.sinks._safe_files import AppendFile
+
+CODEC = "libx264"
+# Without look-ahead and with a fragment per picture, a killed process loses the last picture and no more.
+_CODEC_OPTIONS = {"preset": "veryfast", "tune": "zerolatency", "crf": "23"}
+_FILE_OPTIONS = {"movflags": "frag_every_frame+empty_moov+default_base_moof", "flush_packets": "1"}
+
+
+class H264Mp4:
+    """A video in .mp4 or .mov that browsers play, valid after every picture.
+
+    Odd sizes get a black row or column, since H.264 wants even ones.
+
+    Parameters
+    ----------
+    file : AppendFile
+        Empty; stays with the caller, who closes it.
+    size : (int, int)
+        ``(H, W)`` px of every picture.
+    rate : Fraction
+        Pictures per second.
+    container : str
+        ``"mp4"`` or ``"mov"``.
+    """
+
+    def __init__(self, file: AppendFile, size: tuple[int, int], rate: Fraction, container: str) -> None:
+        import av
+
+        self._av: Any = av
+        self._file = file
+        self._whole = file.size
+        self._output = _Output(file)
+        height, width = size
+        self._padding = ((0, height % 2), (0, width % 2), (0, 0))
+        with self._sink_errors():
+            self._container = self._av.open(self._output, "w", format=container, options=_FILE_OPTIONS)
+            self._stream = self._container.add_stream(CODEC, rate=rate, options=_CODEC_OPTIONS)
+        self._stream.height, self._stream.width = height + height % 2, width + width % 2
+        self._stream.pix_fmt = "yuv420p"
+
+    def add(self, image: BgrImage) -> None:
+        """Append a picture (H, W, 3)."""
+        picture = self._av.VideoFrame.from_ndarray(np.pad(image, self._padding), format="bgr24")
+        with self._sink_errors():
+            self._container.mux(self._stream.encode(picture))
+        self._whole = self._file.size
+
+    def finish(self) -> None:
+        """Write the pictures that the encoder still holds; nothing more after an error."""
+        with self._sink_errors():
+            self._container.mux(self._stream.encode())
+            self._container.close()
+
+    @contextmanager
+    def _sink_errors(self) -> Iterator[None]:
+        """Raise errors in the block as `SinkError`, and cut the file back to whole fragments."""
+        try:
+            yield
+        except (self._av.FFmpegError, SinkError) as error:
+            self._output.ended = True
+            with suppress(SinkError):  # the first error says more
+                self._file.shorten(self._whole)
+            if isinstance(error, SinkError):
+                raise
+            raise SinkError(f"cannot write {str(self._file.path)!r}: {error}") from error
+
+
+class _Output:
+    """File that PyAV writes to; bytes after its end are dropped, as the trailer of a container that had an error."""
+
+    def __init__(self, file: AppendFile) -> None:
+        self._file = file
+        self.ended = False
+
+    def write(self, data: bytes) -> int:
+        if not self.ended:
+            self._file.append(bytes(data))
+        return len(data)

@@ -1,0 +1,198 @@
+"""The stream with the results drawn on it, as a video or as one picture per frame."""
+
+from __future__ import annotations
+
+import logging
+import math
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import check_image
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame, FrameResult
+from dloftbs.sinks._claims import Claim
+from dloftbs.sinks._images import Fitter, encode
+from dloftbs.sinks._mp4 import H264Mp4
+from dloftbs.sinks._safe_files import AppendFile, UnusedNames, sink_errors, write_whole
+from dloftbs.sinks.sink import PathSink
+
+logger = logging.getLogger("dloftbs.sinks")
+
+Draw = Callable[[Frame, FrameResult], npt.NDArray[np.uint8]]
+"""Frame and result to a picture (H, W, 3), BGR."""
+
+VIDEO_SUFFIXES = (".mp4", ".mov")
+MAX_STEM_BYTES = 200
+"""Of a picture's name; file systems take 255 bytes, some of which go to its number, its suffix and a temporary name."""
+_UNSAFE = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
+_RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)  # names of devices on Windows
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
+
+
+def _default_draw(frame: Frame, result: FrameResult) -> npt.NDArray[np.uint8]:
+    from dloftbs import viz
+
+    return viz.draw(frame, result)
+
+
+class OverlayVideoSink(PathSink):
+    """Writes a video of the frames with the results drawn on them: ids, directions, and inferred parts.
+
+    The pictures are H.264, which every player and browser plays, in fragments of one picture each: whenever the process
+    dies, the video plays with every frame for which `write` returned, but the last. The video has the size of its first
+    picture; later ones of another size are scaled into it, with black bars and one warning in the log. A sink that got
+    no frame leaves no file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, ``.mp4`` or ``.mov``; missing folders are made, an older file is replaced.
+    fps : float
+        Frames per second of the video, 0.01 to 1000.
+    draw : callable, optional
+        ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another or `fps` is out of range; in `write`, if `draw` returned something else.
+    SinkError
+        If the file cannot be opened.
+    """
+
+    def __init__(self, path: str | Path, fps: float = 30.0, draw: Draw = _default_draw) -> None:
+        super().__init__(path)
+        self._suffix = self._path.suffix.lower()
+        if self._suffix not in VIDEO_SUFFIXES:
+            raise InputError(f"a video's name must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
+        if not isinstance(fps, (int, float)) or not math.isfinite(fps) or not 0.01 <= fps <= 1000.0:
+            raise InputError(f"fps must be a number in 0.01..1000, got {fps!r}")
+        self._rate = Fraction(fps).limit_denominator(1001)
+        self._draw = draw
+        self._video: H264Mp4 | None = None
+        self._fit = Fitter((0, 0))
+        self._file = AppendFile(self._path)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        image = check_image(self._draw(frame, result))
+        if self._video is None:
+            self._fit = Fitter((image.shape[0], image.shape[1]))
+            self._video = H264Mp4(self._file, self._fit.size, self._rate, self._suffix[1:])
+        self._video.add(self._fit(image))
+
+    def _close(self) -> None:
+        if self._video is None:
+            self._file.discard()
+            return
+        try:
+            self._video.finish()
+        finally:
+            self._file.close()
+
+
+class OverlayPictureSink(PathSink):
+    """Writes one picture: a single frame with the results drawn on it.
+
+    It appears as a whole or not at all, whenever the process dies.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file: ``.png``, ``.jpg``, ``.bmp``, ``.tif`` or ``.webp``; missing folders are made, an older file is
+        replaced.
+    draw : callable, optional
+        ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another; in `write`, if `draw` returned something else, or a second frame comes.
+    SinkError
+        If the folder cannot be made.
+    """
+
+    def __init__(self, path: str | Path, draw: Draw = _default_draw) -> None:
+        super().__init__(path)
+        self._suffix = self._path.suffix.lower()
+        if self._suffix not in IMAGE_SUFFIXES:
+            raise InputError(f"a picture's name must end in {', '.join(IMAGE_SUFFIXES)}, got {str(path)!r}")
+        self._draw = draw
+        self._written = False
+        with sink_errors(self._path):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._claim = Claim(self._path)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        if self._written:
+            raise InputError(f"{str(self._path)!r} is one picture, and this is a second frame; give a folder instead")
+        data = encode(check_image(self._draw(frame, result)), self._suffix)
+        write_whole(self._path, data)
+        self._written = True
+
+    def _close(self) -> None:
+        self._claim.release()  # the picture is complete already
+
+
+class OverlayImagesSink(PathSink):
+    """Writes one picture per frame, with the results drawn on it.
+
+    A picture is named as its frame, without folder and suffix, in at most 200 bytes that every file system takes, or by
+    the frame's index in six digits where it has no name; so none ever leaves the folder. What comes a second time under
+    the same name gets ``_1`` and so on. Pictures of an earlier run are replaced. Each appears as a whole or not at all,
+    whenever the process dies. The names used stay in memory.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made where it is missing.
+    draw : callable, optional
+        ``draw(frame, result)`` returns the picture (H, W, 3), uint8, BGR. `dloftbs.viz.draw` where it is left out.
+    suffix : str
+        The format: ``.png``, ``.jpg``, ``.bmp``, ``.tif`` or ``.webp``.
+    ending : str
+        Stands between name and suffix, for a folder that holds other pictures: with ``".overlay"``, they are named
+        ``photo.overlay.png``.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another or the ending holds a slash; in `write`, if `draw` returned something else.
+    SinkError
+        If the folder cannot be made.
+    """
+
+    def __init__(self, folder: str | Path, draw: Draw = _default_draw, suffix: str = ".png", ending: str = "") -> None:
+        super().__init__(folder)
+        if _UNSAFE.search(ending):
+            raise InputError(f"ending must be a part of a file's name, got {ending!r}")
+        if suffix not in IMAGE_SUFFIXES:
+            raise InputError(f"suffix must be one of {', '.join(IMAGE_SUFFIXES)}, got {suffix!r}")
+        self._draw = draw
+        self._format = suffix
+        self._suffix = f"{ending}{suffix}"
+        self._unused = UnusedNames()
+        with sink_errors(self._path):
+            self._path.mkdir(parents=True, exist_ok=True)
+            self._claim = Claim(self._path)
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        data = encode(check_image(self._draw(frame, result)), self._format)
+        target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
+        write_whole(target, data)
+
+    def _close(self) -> None:
+        self._claim.release()  # every picture is complete already
+
+
+def _stem(frame: Frame) -> str:
+    """Return a name that every file system takes."""
+    text = Path(frame.name).stem.encode("utf-8", "backslashreplace").decode("utf-8")
+    stem = _UNSAFE.sub("_", text).encode("utf-8")[:MAX_STEM_BYTES].decode("utf-8", "ignore").strip(". ")
+    if _RESERVED.fullmatch(stem):
+        stem = f"_{stem}"
+    return stem or f"{frame.index:06d}"

@@ -1,0 +1,354 @@
+"""The arms of a junction: where a run comes clear of it, where it points from there, and how it bends."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_REACH_WIDTHS = 2.0  # direction and curvature are taken over this much of an arm
+_CLEAR_WIDTHS = 0.25  # from this far outside of a junction on
+_BLUNT_WIDTHS = 0.5  # from this far inside of a free end on, since thinning bends ends into corners
+_STRAIGHT_WIDTHS = 1.0  # what is shorter is taken for straight
+_LEAST_POINTS = 3
+_TAPERED, _TAPER_WIDTHS = 0.92, 2.2  # of the usual width, and over how much of a run at most
+_ACROSS = np.linspace(-0.75, 0.75, 11)  # of the radius: where a cap is looked at
+# How far the mask goes ahead there, in radii, is about c + slant * k + roundness * sqrt(1 - k^2): least squares.
+_, _TO_SLANT, _TO_ROUND = np.linalg.pinv(np.stack([np.ones_like(_ACROSS), _ACROSS, np.sqrt(1.0 - _ACROSS**2)], axis=1))
+_CAP_WIDTHS = 0.8  # before a free end: from where its cap is looked at
+_TOLD_WIDTHS = 3.0  # what is shorter than that has ends of its own rather than a cable's
+_SLANT = 0.25  # more than the end of a cable has
+_NOTCH = 4  # half pixels
+_DUMB_PX = 4.0  # of so wide a cable, caps tell nothing; of one twice as wide, all
+UNTOLD = 0.65
+"""Roundness of an end of which nothing is known."""
+
+_NOISE_PX = 0.3  # of a point of the centre line, to both sides
+_USUAL_BEND = 0.25  # curvature times width
+
+
+@helper
+def _is_clear(
+    points: npt.NDArray[np.float64],
+    i: int,
+    node: int,
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    more: float,
+) -> bool:
+    """Tell whether a point lies outside of a junction, by `more` px."""
+    if node < 0:
+        return True
+    away = np.sqrt((points[i, 0] - centres[node, 0]) ** 2 + (points[i, 1] - centres[node, 1]) ** 2)
+    return away >= radii[node] + more
+
+
+@helper
+def _tapered(half: npt.NDArray[np.float64], first: int, step: int, count: int, width: float) -> int:
+    """Return how many points from a free end on lie where the mask tapers.
+
+    A slanting cut leads thinning to its corner.
+    What is narrow for longer than that is a narrow cable.
+    """
+    most = int(_TAPER_WIDTHS * width)
+    if count < 2 * most or most == 0:
+        return 0
+    usual = 0.0
+    for k in range(most, 2 * most):
+        usual += half[first + step * k] / most
+    narrow = 0
+    for k in range(most):
+        if half[first + step * k] < _TAPERED * usual:
+            narrow = k + 1
+    return narrow if narrow < most else 0
+
+
+@kernel(read(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(float64, 1), read(int64, 1), float64)
+def clear_spans(
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    half: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    width: float,
+) -> npt.NDArray[np.int64]:
+    """Return which points of each run lie clear of the junctions and the slanting cuts at its ends.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    centres, radii : (k, 2), (k,) float64
+    points : (m, 2) float64
+    half : (m,) float64
+        Half the mask's width at each point, px.
+    offsets : (n + 1,) int64
+        Of the runs with ends, and more.
+    width : float
+        Of the cables, px.
+
+    Returns
+    -------
+    (n, 2) int64
+        From the first to the last that does: indices into `points`, the last one excluded; an empty span lies in the
+        middle of its run.
+    """
+    n = len(nodes) // 2
+    spans = np.empty((n, 2), dtype=np.int64)
+    for run in range(n):
+        start, stop = offsets[run], offsets[run + 1]
+        while start < stop and not _is_clear(points, start, nodes[2 * run], centres, radii, 0.0):
+            start += 1
+        while stop > start and not _is_clear(points, stop - 1, nodes[2 * run + 1], centres, radii, 0.0):
+            stop -= 1
+        if start >= stop:
+            start = stop = (offsets[run] + offsets[run + 1]) // 2
+        count = stop - start
+        if nodes[2 * run] == -1:
+            start += _tapered(half, start, 1, count, width)
+        if nodes[2 * run + 1] == -1:
+            stop -= _tapered(half, stop - 1, -1, count, width)
+        spans[run, 0], spans[run, 1] = start, stop
+    return spans
+
+
+@helper
+def _fit_end(
+    points: npt.NDArray[np.float64],
+    first: int,
+    step: int,
+    count: int,
+    width: float,
+    arm: npt.NDArray[np.float64],
+    at: int,
+) -> None:
+    """Fit a parabola to `count` points from `first` on, away from the end; write what the arm is at the point `at`.
+
+    The bend is damped by what is known before any point is seen: that a cable bends little, and points are noisy.
+    """
+    middle = 0.5 * (count - 1)
+    squares, quartics, mean_square = 0.0, 0.0, 0.0
+    for k in range(count):
+        mean_square += (k - middle) ** 2 / count
+    sum_x, sum_y, lin_x, lin_y, quad_x, quad_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        x, y = points[first + step * k, 0], points[first + step * k, 1]
+        p = k - middle
+        q = p * p - mean_square
+        squares += p * p
+        quartics += q * q
+        sum_x += x / count
+        sum_y += y / count
+        lin_x += p * x
+        lin_y += p * y
+        quad_x += q * x
+        quad_y += q * y
+    lin_x /= squares
+    lin_y /= squares
+    if count > _STRAIGHT_WIDTHS * width:
+        pitch_squared = lin_x * lin_x + lin_y * lin_y  # px a point, squared
+        damping = quartics + (2.0 * _NOISE_PX * width / (_USUAL_BEND * pitch_squared)) ** 2
+        quad_x /= damping
+        quad_y /= damping
+        arm[5] = 1.0
+    else:
+        quad_x, quad_y = 0.0, 0.0
+    p = at - middle
+    dx, dy = lin_x + 2.0 * quad_x * p, lin_y + 2.0 * quad_y * p
+    speed = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+    arm[2], arm[3] = -dx / speed, -dy / speed  # outwards is against the order of the points
+    # Seen while moving outwards, a bend to the left stays one to the right inwards: the sign turns with the direction.
+    arm[4] = -2.0 * (lin_x * quad_y - lin_y * quad_x) / max(lin_x * lin_x + lin_y * lin_y, 1e-9) ** 1.5
+
+
+@kernel(
+    read(int64, 1),
+    read(float64, 2),
+    read(float64, 1),
+    read(float64, 2),
+    read(int64, 1),
+    read(int64, 2),
+    float64,
+)
+def locate_arms(
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    spans: npt.NDArray[np.int64],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Describe each end of each run by where it comes clear of its junction, and how it runs on from there.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    centres, radii : (k, 2), (k,) float64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+    spans : (n, 2) int64
+        As `clear_spans` makes them.
+    width : float
+        Of the cables, px.
+
+    Returns
+    -------
+    (2 n, 5) float64
+        ``x``, ``y``, the outward direction ``dx``, ``dy`` of length 1, and the curvature when moving outwards, 1 / px,
+        positive where it turns from x to y. The direction of a run without any extent is 0.
+    """
+    arms = np.zeros((len(nodes), 6), dtype=np.float64)
+    for end in range(len(nodes)):
+        run, node, far = end // 2, nodes[end], nodes[end ^ 1]
+        start, stop = spans[run]
+        step = 1 if end % 2 == 0 else -1
+        first = start if step == 1 else stop - 1  # of the clear points, as seen from this end
+        count = stop - start
+        if count <= 0:
+            first, count = start, 0
+            first = min(first, offsets[run + 1] - 1)
+        arms[end, 0], arms[end, 1] = points[first, 0], points[first, 1]
+        # Leave out what the junction or the tip distorts, as far as enough is left.
+        skip = 0
+        if node >= 0:
+            while skip < count and not _is_clear(
+                points, first + step * skip, node, centres, radii, _CLEAR_WIDTHS * width
+            ):
+                skip += 1
+        else:
+            skip = int(_BLUNT_WIDTHS * width)
+        blunt = int(_BLUNT_WIDTHS * width) if far < 0 else 0
+        most = int(max(_REACH_WIDTHS * width, _LEAST_POINTS + 1))
+        usable = min(count - skip - blunt, most)
+        if usable >= max(0.75 * width, _LEAST_POINTS):
+            _fit_end(points, first + step * skip, step, usable, width, arms[end], -skip)
+            continue
+        # Too short for that: straight from one end to the other, junctions counted from their centres.
+        ax, ay = arms[end, 0], arms[end, 1]
+        if node >= 0:
+            ax, ay = centres[node, 0], centres[node, 1]
+        last = offsets[run + 1] - 1 if step == 1 else offsets[run]
+        bx, by = points[last, 0], points[last, 1]
+        if far >= 0:
+            bx, by = centres[far, 0], centres[far, 1]
+        dx, dy = ax - bx, ay - by
+        norm = np.sqrt(dx * dx + dy * dy)
+        if norm > 0.0:
+            arms[end, 2], arms[end, 3] = dx / norm, dy / norm
+    return arms
+
+
+@helper
+def _ray(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to a quarter of a pixel; 0 outside of it."""
+    t = 0.0
+    while t < most:
+        row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)
+        if row < 0 or column < 0 or row >= mask.shape[0] or column >= mask.shape[1] or mask[row, column] == 0:
+            return max(t - 0.25, 0.0)
+        t += 0.5
+    return most
+
+
+@kernel(read(int64, 1), read(float64, 2), read(uint8, 2), float64)
+def measure_through(
+    nodes: npt.NDArray[np.int64], arms: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], most: float
+) -> npt.NDArray[np.float64]:
+    """Return how far the mask goes straight on from each arm of a junction.
+
+    Parameters
+    ----------
+    nodes : (n,) int64
+    arms : (n, 6) float64
+    mask : (H, W) uint8
+    most : float
+        Not looked farther than this, px.
+
+    Returns
+    -------
+    (n,) float64
+        px; 0 where an end touches no junction.
+    """
+    through = np.zeros(len(nodes))
+    for end in range(len(nodes)):
+        if nodes[end] >= 0:
+            through[end] = _ray(mask, arms[end, 0], arms[end, 1], arms[end, 2], arms[end, 3], most)
+    return through
+
+
+@helper
+def _reach_along(
+    mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, curvature: float, aside: float, most: float
+) -> float:
+    """Return how much mask lies ahead on a parabola beside an arm, to half a pixel; small notches are passed."""
+    t, found, missed = 0.0, 0, 0
+    while t < most and missed < _NOTCH:
+        across = aside + 0.5 * curvature * t * t
+        row, column = int(y + t * dy + across * dx + 0.5), int(x + t * dx - across * dy + 0.5)
+        if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0:
+            found += 1
+            missed = 0
+        else:
+            missed += 1
+        t += 0.5
+    return 0.5 * found
+
+
+@kernel(read(int64, 1), read(float64, 2), read(int64, 2), read(float64, 2), read(uint8, 2), float64)
+def measure_caps(
+    nodes: npt.NDArray[np.int64],
+    points: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
+    arms: npt.NDArray[np.float64],
+    mask: npt.NDArray[np.uint8],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Return how round each free end is: 1 for half a disc, 0 for a cut, straight, slanting or hollow.
+
+    How far the mask goes ahead is taken for several places across the arm, and explained by a length, a slant and a
+    multiple of a half circle.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    points : (m, 2) float64
+    spans : (n, 2) int64
+        As `clear_spans` makes them.
+    arms : (2 n, 6) float64
+        As `locate_arms` makes them.
+    mask : (H, W) uint8
+    width : float
+        px.
+
+    Returns
+    -------
+    (2 n,) float64
+        In 0..1; where nothing can be told, and where an end is not free, `UNTOLD`.
+    """
+    radius = 0.5 * width
+    sure = min(max((width - _DUMB_PX) / _DUMB_PX, 0.0), 1.0)  # a thin cable has no shape
+    back, chord = int(_CAP_WIDTHS * width), int(width)
+    caps = np.full(len(nodes), UNTOLD)
+    for end in range(len(nodes)):
+        start, stop = spans[end // 2]
+        step = 1 if end % 2 == 0 else -1
+        at = (start if step == 1 else stop - 1) + step * back
+        along = min(chord, stop - start - back - 1)
+        if nodes[end] != -1 or along < max(radius, _LEAST_POINTS) or stop - start < _TOLD_WIDTHS * width:
+            continue
+        dx, dy = points[at, 0] - points[at + step * along, 0], points[at, 1] - points[at + step * along, 1]
+        length = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+        angle = np.arctan2(dy, dx) + 0.5 * arms[end, 4] * length  # from the chord to the tangent
+        dx, dy = np.cos(angle), np.sin(angle)
+        roundness, slant = 0.0, 0.0
+        for k in range(len(_ACROSS)):
+            aside = _ACROSS[k] * radius
+            ahead = _reach_along(mask, points[at, 0], points[at, 1], dx, dy, arms[end, 4], aside, 3.0 * width) / radius
+            roundness += _TO_ROUND[k] * ahead
+            slant += _TO_SLANT[k] * ahead
+        cap = min(max(roundness - max(abs(slant) - _SLANT, 0.0), 0.0), 1.0)
+        caps[end] = sure * cap + (1.0 - sure) * UNTOLD
+    return caps

@@ -1,0 +1,370 @@
+"""Junctions of a skeleton: clusters of branch points, the runs that meet there, and spurs among them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int32, int64, uint8
+
+from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+
+_RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
+_BRANCH, _LABELLED = 2, 3  # mark branch points in the grid while a kernel runs
+FREE = -1
+"""In the place of a node: the end of a run that touches no junction."""
+UNAVAILABLE = -2
+"""In the place of a node: an end that cannot be joined."""
+
+
+@inlined
+def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
+    """Return where a pixel stands in an ascending list that holds it."""
+    low, high = 0, len(pixels_rc) - 1
+    while low < high:
+        middle = (low + high) // 2
+        r, c = pixels_rc[middle, 0], pixels_rc[middle, 1]
+        if r < row or (r == row and c < column):
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@helper
+def _inscribed_radius(mask: npt.NDArray[np.uint8], x: float, y: float) -> float:
+    """Return how far the nearest edge of the mask is, looked for along 16 rays, to half a pixel; 0 outside of it."""
+    t = 0.0
+    for _ in range(2 * len(mask)):  # the margin around the mask ends it before
+        for dx, dy in _RAYS:
+            row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)  # unsigned indices spare a test for the sign
+            if mask[np.uint64(row), np.uint64(column)] == 0:
+                return max(t - 0.25, 0.0)
+        t += 0.5
+    return t
+
+
+@kernel(write(uint8, 2), read(int32, 2), read(uint8, 1), read(float64, 2), read(int64, 1), int64, read(uint8, 2))
+def find_junctions(
+    grid: npt.NDArray[np.uint8],
+    pixels_rc: npt.NDArray[np.int32],
+    degrees: npt.NDArray[np.uint8],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    n_open: int,
+    mask: npt.NDArray[np.uint8],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Collapse the branch points that touch into junctions, and tell which of them each end of each run touches.
+
+    Not checked: the outermost rows and columns of `grid` and `mask` are 0, and the list is complete.
+
+    Parameters
+    ----------
+    grid : (H, W) uint8
+        The skeleton, 0 and 1; 0 and 1 again afterwards.
+    pixels_rc : (n, 2) int32
+        Its foreground, ascending.
+    degrees : (n,) uint8
+        The number of neighbours of each.
+    points : (m, 2) float64
+        ``(x, y)`` of the runs between branch points, as `tracing.trace` makes them.
+    offsets : (runs + 1,) int64
+    n_open : int
+        Number of runs with ends; they come first.
+    mask : (H, W) uint8
+        Mask that the skeleton is of.
+
+    Returns
+    -------
+    nodes : (2 n_open,) int64
+        The junction at the start and at the end of each run, or `FREE`.
+    centres : (k, 2) float64
+        ``(x, y)``, the mean of each junction's branch points.
+    radii : (k,) float64
+        Reach of the mask around each centre, px.
+    """
+    n = len(pixels_rc)
+    size = 0
+    for i in range(n):
+        size += degrees[i] > 2
+    branches = np.empty((size, 2), dtype=np.int32)
+    size = 0
+    for i in range(n):
+        if degrees[i] > 2:
+            branches[size, 0], branches[size, 1] = pixels_rc[i, 0], pixels_rc[i, 1]
+            grid[pixels_rc[i, 0], pixels_rc[i, 1]] = _BRANCH
+            size += 1
+    label = np.empty(size, dtype=np.int64)
+    stack = np.empty(size, dtype=np.int64)
+    centres = np.empty((size, 2), dtype=np.float64)
+    count = 0
+    for first in range(size):
+        if grid[branches[first, 0], branches[first, 1]] == _LABELLED:
+            continue
+        grid[branches[first, 0], branches[first, 1]] = _LABELLED
+        stack[0] = first
+        height, found = 1, 0
+        sum_x, sum_y = 0.0, 0.0
+        while height > 0:
+            height -= 1
+            label[stack[height]] = count
+            row, column = branches[stack[height], 0], branches[stack[height], 1]
+            found += 1
+            sum_x += column
+            sum_y += row
+            for r in range(row - 1, row + 2):
+                for c in range(column - 1, column + 2):
+                    if grid[r, c] == _BRANCH:
+                        grid[r, c] = _LABELLED
+                        stack[height] = _index_of(branches, r, c)
+                        height += 1
+        centres[count, 0], centres[count, 1] = sum_x / found, sum_y / found
+        count += 1
+
+    nodes = np.full(2 * n_open, FREE, dtype=np.int64)
+    for end in range(2 * n_open):
+        run = end // 2
+        i = offsets[run] if end % 2 == 0 else offsets[run + 1] - 1
+        row, column = int(points[i, 1]), int(points[i, 0])
+        for r in range(row - 1, row + 2):
+            for c in range(column - 1, column + 2):
+                if grid[r, c] == _LABELLED and nodes[end] == FREE:
+                    node = label[_index_of(branches, r, c)]
+                    # A run of one pixel has its two junctions in order.
+                    if end % 2 == 0 or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
+                        nodes[end] = node
+    radii = np.empty(count, dtype=np.float64)
+    for node in range(count):
+        radii[node] = _inscribed_radius(mask, centres[node, 0], centres[node, 1])
+    for i in range(size):
+        grid[branches[i, 0], branches[i, 1]] = 1
+    return nodes, centres[:count].copy(), radii
+
+
+@helper
+def _sticks_out(
+    run: int,
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
+) -> float:
+    """Return how far a run with one free end sticks out of its junction, px; infinity for other runs."""
+    start, stop = nodes[2 * run], nodes[2 * run + 1]
+    if (start >= 0) == (stop >= 0):
+        return np.inf
+    node = max(start, stop)
+    tip = offsets[run] if start < 0 else offsets[run + 1] - 1
+    x, y = points[tip, 0], points[tip, 1]
+    away = np.sqrt((x - centres[node, 0]) ** 2 + (y - centres[node, 1]) ** 2)
+    return away + _inscribed_radius(mask, x, y) - radii[node]
+
+
+@kernel(write(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(int64, 1), read(uint8, 2), float64)
+def prune_spurs(
+    nodes: npt.NDArray[np.int64],
+    centres: npt.NDArray[np.float64],
+    radii: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
+    least: float,
+) -> npt.NDArray[np.bool_]:
+    """Find the runs that are spurs: they end freely, and stick out of their junction by little.
+
+    A run sticks out by how much farther the mask reaches with its tip than around the junction. The shortest goes
+    first, and a junction keeps one run; where only one is left, its end is free from then on and may be the tip of a
+    spur itself.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+        As `find_junctions` makes them; a junction that is down to one run becomes `FREE`.
+    centres, radii : (k, 2), (k,) float64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+        Of the runs with ends, and more.
+    mask : (H, W) uint8
+    least : float
+        Least length by which a run sticks out, px; shorter ones are spurs.
+
+    Returns
+    -------
+    (n,) bool
+        Which runs stay.
+    """
+    n = len(nodes) // 2
+    alive = np.ones(n, dtype=np.bool_)
+    degree = np.zeros(len(radii), dtype=np.int64)
+    for node in nodes:
+        if node >= 0:
+            degree[node] += 1
+    out = np.full(n, np.inf)
+    for run in range(n):
+        out[run] = _sticks_out(run, nodes, centres, radii, points, offsets, mask)
+    while n > 0:
+        run = int(np.argmin(out))
+        if not out[run] < least:  # what is struck off is infinite, and comes back once at most
+            break
+        out[run] = np.inf
+        node = max(nodes[2 * run], nodes[2 * run + 1])
+        if degree[node] == 1:
+            continue
+        alive[run] = False
+        degree[node] -= 1
+        if degree[node] == 1:
+            for end in range(2 * n):
+                if nodes[end] == node and alive[end // 2]:
+                    nodes[end] = FREE
+                    out[end // 2] = _sticks_out(end // 2, nodes, centres, radii, points, offsets, mask)
+    return alive
+
+
+@kernel(read(int64, 1), read(float64, 2), read(int64, 1), read(float64, 2), read(float64, 1), int64, int64, float64)
+def find_bordering(
+    nodes: npt.NDArray[np.int64],
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    matrix: npt.NDArray[np.float64],
+    offset: npt.NDArray[np.float64],
+    image_height: int,
+    image_width: int,
+    reach: float,
+) -> npt.NDArray[np.bool_]:
+    """Tell which free ends the image's border cuts.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    points : (m, 2) float64
+    offsets : (n + 1,) int64
+        And more.
+    matrix, offset : (2, 2) and (2,) float64
+        Turn a point into the image's.
+    image_height, image_width : int
+    reach : float
+        Skeletons end so near to a border that cuts them, px.
+
+    Returns
+    -------
+    (2 n,) bool
+    """
+    bordering = np.zeros(len(nodes), dtype=np.bool_)
+    for end in range(len(nodes)):
+        if nodes[end] == FREE:
+            i = offsets[end // 2] if end % 2 == 0 else offsets[end // 2 + 1] - 1
+            x = points[i, 0] * matrix[0, 0] + points[i, 1] * matrix[0, 1] + offset[0]
+            y = points[i, 0] * matrix[1, 0] + points[i, 1] * matrix[1, 1] + offset[1]
+            bordering[end] = min(x, y, image_width - 1.0 - x, image_height - 1.0 - y) <= reach
+    return bordering
+
+
+@kernel(write(boolean, 1), read(int64, 1), read(int64, 1), read(float64, 1), float64)
+def drop_specks(
+    alive: npt.NDArray[np.bool_],
+    nodes: npt.NDArray[np.int64],
+    offsets: npt.NDArray[np.int64],
+    radius: npt.NDArray[np.float64],
+    least: float,
+) -> None:
+    """Drop the runs that touch no junction and cover less than an area of the mask.
+
+    Parameters
+    ----------
+    alive : (n,) bool
+        Changed.
+    nodes : (2 n,) int64
+    offsets : (n + 1,) int64
+        And more.
+    radius : (m,) float64
+    least : float
+        px^2.
+    """
+    for run in range(len(alive)):
+        alone = nodes[2 * run] == FREE and nodes[2 * run + 1] == FREE
+        if alone and 2.0 * radius[offsets[run] : offsets[run + 1]].sum() < least:
+            alive[run] = False
+
+
+@kernel(read(int64, 1), read(int64, 1), read(boolean, 1), int64, float64)
+def merge_junctions(
+    nodes: npt.NDArray[np.int64],
+    clear: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    count: int,
+    least: float,
+) -> npt.NDArray[np.int64]:
+    """Merge junctions that are joined by a run too short to have a direction of its own.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    clear : (n,) int64
+        Number of points of each run that lie clear of its junctions.
+    alive : (n,) bool
+    count : int
+        Number of junctions.
+    least : float
+        A run with fewer clear points than this merges its junctions.
+
+    Returns
+    -------
+    (count,) int64
+        The lowest junction of those that each is merged with.
+    """
+    group = np.arange(count)
+    for run in range(len(clear)):
+        a, b = nodes[2 * run], nodes[2 * run + 1]
+        if not alive[run] or a < 0 or b < 0 or clear[run] >= least:
+            continue
+        while group[a] != a:
+            a = group[a]
+        while group[b] != b:
+            b = group[b]
+        group[max(a, b)] = min(a, b)
+    for node in range(count):
+        group[node] = group[group[node]]
+    return group
+
+
+@kernel(read(int64, 1), read(int64, 2), read(boolean, 1), read(boolean, 1), int64, float64)
+def settle_ends(
+    nodes: npt.NDArray[np.int64],
+    spans: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    spurs: npt.NDArray[np.bool_],
+    count: int,
+    least: float,
+) -> npt.NDArray[np.int64]:
+    """Tell for each end of each run which junction it is joined at, now that near ones are merged.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    spans : (n, 2) int64
+        The points of each run that lie clear of its junctions.
+    alive, spurs : (n,) bool
+        Runs that are neither are left out.
+    count : int
+        Number of junctions.
+    least : float
+        A run with fewer clear points than this merges its junctions.
+
+    Returns
+    -------
+    (2 n,) int64
+        The junction, by the lowest of those that are merged; `FREE`; or `UNAVAILABLE`: the ends of runs inside a
+        junction and of those that are left out, and the free end of a spur.
+    """
+    clear = spans[:, 1] - spans[:, 0]
+    group = merge_junctions(nodes, clear, alive, count, least)
+    settled = np.empty_like(nodes)
+    for end in range(len(nodes)):
+        run, node = end // 2, nodes[end]
+        inner = alive[run] and node >= 0 and nodes[end ^ 1] >= 0 and clear[run] < least
+        if inner or not (alive[run] or spurs[run]) or (spurs[run] and node == FREE):
+            settled[end] = UNAVAILABLE
+        else:
+            settled[end] = group[node] if node >= 0 else node
+    return settled

@@ -1,0 +1,255 @@
+"""Sharp bends: where a run of a skeleton is cut, and where the corner of a bend has grown a run of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, kernel, read, write
+
+_CHORD_WIDTHS = 1.5
+_ALONG = 0.85  # cosine of the most that a mitre points away from the middle between its arms
+_LEAST_ANGLE = 0.1  # rad; of arms that are as good as parallel, the mitre may be as long as between these
+_LONGER, _LONGER_WIDTHS, _LONGER_PX = 1.25, 0.75, 3.0  # than the mitre of that angle and width: skeletons are ragged
+_WIDE = 1.15  # in widths, the mean along a mitre; it narrows from two widths to one
+_AHEAD_RAD, _ASIDE_RAD = (-0.26, 0.0, 0.26), (0.52, 0.79, 1.05)  # rays at a tip: before it, and towards its corners
+# From a round tip the mask goes on aside by hardly more than ahead, from a flat one by up to twice that: drawn bends of
+# 90 to 30 degrees in every rotation stay below this, two in three corners of loops cut by discs do not.
+_ROUND, _RAGGED_PX = 1.15, 0.75
+_SHAPELESS_PX = 6.0  # the tip of a thinner cable shows no shape
+_TIP = 0.9  # of the width: beyond it, a skeleton is in the cap or in a corner
+
+
+@kernel(read(float64, 2), read(int64, 1), read(int64, 1), int64, float64, float64)
+def find_kinks(
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    nodes: npt.NDArray[np.int64],
+    n_open: int,
+    width: float,
+    sharp: float,
+) -> npt.NDArray[np.int64]:
+    """Find where runs turn more sharply than a cable can: where two cables meet at an angle, and no branch shows it.
+
+    Parameters
+    ----------
+    points : (m, 2) float64
+    offsets : (runs + 1,) int64
+    nodes : (2 n_open,) int64
+    n_open : int
+    width : float
+        px; a point's turn is that between the chords over one and a half widths before and after it.
+    sharp : float
+        The smallest turn, rad.
+
+    Returns
+    -------
+    (k,) int64
+        Indices into `points`, ascending.
+    """
+    reach = max(int(_CHORD_WIDTHS * width + 0.5), 3)
+    blunt = np.cos(sharp) ** 2 if sharp < 0.5 * np.pi else 0.0
+    found = np.empty(len(points), dtype=np.int64)
+    count = 0
+    for run in range(n_open):
+        best, best_turn = -1, sharp
+        for i in range(offsets[run] + reach, offsets[run + 1] - reach):
+            ax, ay = points[i, 0] - points[i - reach, 0], points[i, 1] - points[i - reach, 1]
+            bx, by = points[i + reach, 0] - points[i, 0], points[i + reach, 1] - points[i, 1]
+            if best >= 0 and i > best + reach:
+                found[count] = best
+                count += 1
+                best, best_turn = -1, sharp
+            along = ax * bx + ay * by
+            if along > 0.0 and along * along > blunt * (ax * ax + ay * ay) * (bx * bx + by * by):
+                continue
+            turn = abs(np.arctan2(ax * by - ay * bx, along))
+            if turn > best_turn:
+                best, best_turn = i, turn
+        if best >= 0:
+            found[count] = best
+            count += 1
+    return found[:count].copy()
+
+
+@kernel(read(int64, 1), read(int64, 1), read(int64, 1), read(boolean, 1), int64)
+def split_runs(
+    cuts: npt.NDArray[np.int64],
+    offsets: npt.NDArray[np.int64],
+    nodes: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    count: int,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    """Cut runs in two, with a new junction of two arms at each cut.
+
+    Parameters
+    ----------
+    cuts : (k,) int64
+        Indices of points, ascending: where the second part starts. Those in runs that are not alive are left out.
+    offsets : (runs + 1,) int64
+    nodes : (2 n_open,) int64
+    alive : (n_open,) bool
+    count : int
+        Number of junctions; cut ``i`` becomes junction ``count + i``.
+
+    Returns
+    -------
+    offsets, nodes, alive
+        With the parts in the place of each run.
+    """
+    n_open = len(alive)
+    room = len(cuts)
+    new_offsets = np.empty(len(offsets) + room, dtype=np.int64)
+    new_nodes = np.empty(len(nodes) + 2 * room, dtype=np.int64)
+    new_alive = np.empty(n_open + room, dtype=np.bool_)
+    n, k = 0, 0
+    for run in range(n_open):
+        new_offsets[n] = offsets[run]
+        new_nodes[2 * n] = nodes[2 * run]
+        new_alive[n] = alive[run]
+        while k < len(cuts) and cuts[k] < offsets[run + 1]:
+            if alive[run]:
+                new_nodes[2 * n + 1] = count + k
+                n += 1
+                new_offsets[n] = cuts[k]
+                new_nodes[2 * n] = count + k
+                new_alive[n] = True
+            k += 1
+        new_nodes[2 * n + 1] = nodes[2 * run + 1]
+        n += 1
+    loops = len(offsets) - n_open
+    new_offsets[n : n + loops] = offsets[n_open:]
+    return new_offsets[: n + loops].copy(), new_nodes[: 2 * n].copy(), new_alive[:n].copy()
+
+
+@helper
+def _mitre_length(arms: npt.NDArray[np.float64], a: int, b: int, width: float) -> float:
+    """Return how far before the corner of two arms their skeletons meet, px.
+
+    There a disc touches both outer sides and the inner corner.
+    """
+    cosine = arms[a, 2] * arms[b, 2] + arms[a, 3] * arms[b, 3]
+    sine = np.sin(0.5 * max(np.arccos(min(cosine, 1.0)), _LEAST_ANGLE))
+    return 0.5 * width * (1.0 - sine) / (sine * (1.0 + sine))
+
+
+@helper
+def _apex(
+    points: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], first: int, last: int, width: float
+) -> tuple[int, float]:
+    """Return the last point of a run in this order at which the mask is as wide as a cable, and the mean width."""
+    step = 1 if last >= first else -1
+    apex, total = first, 0.0
+    for k in range(abs(last - first) + 1):
+        i = first + step * k
+        total += 2.0 * radius[i]
+        if 2.0 * radius[i] >= _TIP * width:
+            apex = i
+    return apex, total / (abs(last - first) + 1)
+
+
+@helper
+def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to a quarter of a pixel."""
+    t = 0.0
+    while t < most:
+        row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)
+        if row < 0 or column < 0 or row >= mask.shape[0] or column >= mask.shape[1] or mask[row, column] == 0:
+            break
+        t += 0.25
+    return t
+
+
+@helper
+def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, width: float) -> bool:
+    """Tell whether the mask ends round ahead of a point, rather than where something cuts it off."""
+    if width < _SHAPELESS_PX:
+        return True
+    ahead, aside = 0.0, 0.0
+    for angle in _AHEAD_RAD:
+        c, s = np.cos(angle), np.sin(angle)
+        ahead += _reach(mask, x, y, c * dx - s * dy, s * dx + c * dy, 2.0 * width) / len(_AHEAD_RAD)
+    for angle in _ASIDE_RAD:
+        c, s = np.cos(angle), np.sin(angle)
+        aside = max(aside, _reach(mask, x, y, c * dx - s * dy, s * dx + c * dy, 2.0 * width))
+        aside = max(aside, _reach(mask, x, y, c * dx + s * dy, c * dy - s * dx, 2.0 * width))
+    return aside <= _ROUND * ahead + _RAGGED_PX
+
+
+@kernel(
+    read(int64, 1), write(boolean, 1), write(boolean, 1), read(float64, 2), read(float64, 2), read(float64, 2),
+    read(float64, 1), read(int64, 1), read(uint8, 2), float64,
+)  # fmt: skip
+def find_corners(
+    nodes: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    spurs: npt.NDArray[np.bool_],
+    arms: npt.NDArray[np.float64],
+    centres: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    radius: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
+    width: float,
+) -> npt.NDArray[np.int64]:
+    """Find the corners of bends that have a run of their own, and make spurs of those runs.
+
+    The skeletons of two arms that meet at a small angle join before the corner, and lead there as one: a mitre. It lies
+    between the two, is as long as the angle and the width tell, wider than a cable, since both go through it, and ends
+    round: what hides a crossing leaves a corner that is cut off.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+    alive, spurs : (n,) bool
+        Changed.
+    arms : (2 n, 6) float64
+    centres : (k, 2) float64
+        Of the junctions.
+    points : (m, 2) float64
+    radius : (m,) float64
+        Half the mask's width at each point.
+    offsets : (n + 1,) int64
+        And more.
+    mask : (H, W) uint8
+    width : float
+        px.
+
+    Returns
+    -------
+    (2 n,) int64
+        The point of the corner, for the two ends that meet there; -1 for others.
+    """
+    corners = np.full(len(nodes), -1, dtype=np.int64)
+    for root in range(len(nodes)):
+        stub, node = root // 2, nodes[root]
+        if node < 0 or nodes[root ^ 1] != -1 or not (alive[stub] or spurs[stub]):
+            continue
+        count, a, b = 0, -1, -1
+        for end in range(len(nodes)):
+            if nodes[end] == node and alive[end // 2] and end != root:
+                count += 1
+                a, b = b, end
+        if count != 2 or a // 2 == b // 2:
+            continue
+        first, last = offsets[stub], offsets[stub + 1] - 1
+        if root % 2 == 1:
+            first, last = last, first
+        apex, mean = _apex(points, radius, first, last, width)
+        hx, hy = points[last, 0] - centres[node, 0], points[last, 1] - centres[node, 1]
+        length = max(np.sqrt(hx * hx + hy * hy), 1e-9)
+        mx, my = arms[a, 2] + arms[b, 2], arms[a, 3] + arms[b, 3]
+        if arms[a, 2] * arms[b, 2] + arms[a, 3] * arms[b, 3] <= 0.0:
+            continue
+        if hx * mx + hy * my < _ALONG * length * np.sqrt(mx * mx + my * my):
+            continue
+        if not _is_round(mask, points[apex, 0], points[apex, 1], hx / length, hy / length, width):
+            continue
+        if alive[stub]:
+            longest = _LONGER * _mitre_length(arms, a, b, width) + _LONGER_WIDTHS * width + _LONGER_PX
+            if length > longest or mean < _WIDE * width:
+                continue
+            alive[stub], spurs[stub] = False, True
+        corners[a] = corners[b] = apex
+    return corners

@@ -1,0 +1,323 @@
+"""Skeleton pixels moved to the middle between the two walls of the mask, to a fraction of a pixel.
+
+Two smoothings of the same reach work together: the skeleton is smoothed first, which takes its staircase out and pulls
+bends inwards; the way from there to the middle between the walls changes slowly, is smoothed as well, and puts bends
+back. What both leave of noise is what either one leaves; what both distort is of fourth order in their reach.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, inlined, kernel, read
+
+_REACH = 2.5
+"""Of one smoothing, times the root of the radius: noise is as long as some pixels, bends are as long as some widths."""
+
+_LEAST_REACH_PX = 4
+_ROUGH_SITES = 13
+_WIDEST = 8  # no wall is looked for farther away than this share of the mask: along another cable it may be far
+_THINNEST = 0.25  # radius, px
+_DIAGONAL = 0.05  # around 45 degrees, where both columns and rows are looked at: difference of the normal's components
+_FAINT = 0.01  # weight of "no shift, the rough radius" against that of the sites nearby
+_TIE = 1e-6  # what lies in the middle between two pixels belongs to the one ahead, from wherever it is looked at
+
+
+@inlined
+def _at(mask: npt.NDArray[np.uint8], row: int, column: int) -> int:
+    """Return a pixel that lies in the mask; unsigned indices spare numba's test for negative ones."""
+    return mask[np.uint64(row), np.uint64(column)]
+
+
+@inlined
+def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
+    """Return how far the mask goes from a point along a unit vector, to half a pixel; not looked far beyond `most`."""
+    ahead_x, ahead_y = x + _TIE * dx + 0.5, y + _TIE * dy + 0.5  # coordinates are not negative: cutting off rounds
+    t = 0.5
+    while t < most and _at(mask, int(ahead_y + t * dy), int(ahead_x + t * dx)) != 0:
+        t += 0.5
+    return t - 0.25
+
+
+@helper
+def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64]) -> float:
+    """Return the median of half the mask's width across a run, at some of its points."""
+    n = len(points)
+    count = min(n, _ROUGH_SITES)
+    most = max(mask.shape[0], mask.shape[1]) / _WIDEST
+    half = count // 2 + 1
+    least = np.full(half + 1, np.inf)  # the smaller half of the radii, ascending, and a place for one more
+    for turn in range(count):
+        # From the middle of the run outwards: half of the radii are a bound to how far is to be looked for the rest.
+        k = count // 2 + (turn + 1) // 2 * (1 - turn % 2 * 2)
+        i = (2 * k + 1) * n // (2 * count)
+        before, after = max(i - _LEAST_REACH_PX, 0), min(i + _LEAST_REACH_PX, n - 1)
+        dx, dy = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
+        norm = np.sqrt(dx * dx + dy * dy)
+        if norm == 0.0:
+            dx, norm = 1.0, 1.0
+        dx /= norm
+        dy /= norm
+        x, y = points[i, 0], points[i, 1]
+        widest = 2.0 * least[half - 1]
+        left = _march(mask, x, y, -dy, dx, min(most, widest + 1.0))
+        right = _march(mask, x, y, dy, -dx, min(most, widest - left + 1.0))
+        place = half
+        while place > 0 and least[place - 1] > 0.5 * (left + right):
+            least[place] = least[place - 1]
+            place -= 1
+        least[place] = 0.5 * (left + right)
+    return 0.5 * (least[(count - 1) // 2] + least[count // 2])
+
+
+@helper
+def _smooth(points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
+    """Return the means over `reach` points to both sides, over fewer towards the ends, which stay where they are."""
+    n = len(points)
+    reach = min(reach, (n - 1) // 2)
+    smooth = np.empty_like(points)
+    sum_x, sum_y = points[0, 0], points[0, 1]
+    smooth[0, 0], smooth[0, 1] = sum_x, sum_y
+    for i in range(1, reach + 1):
+        for k in (2 * i - 1, 2 * i):
+            sum_x += points[k, 0]
+            sum_y += points[k, 1]
+        share = 1.0 / (2 * i + 1)
+        smooth[i, 0], smooth[i, 1] = share * sum_x, share * sum_y
+    share = 1.0 / (2 * reach + 1)
+    for i in range(reach + 1, n - reach):
+        sum_x += points[i + reach, 0]
+        sum_y += points[i + reach, 1]
+        sum_x -= points[i - reach - 1, 0]
+        sum_y -= points[i - reach - 1, 1]
+        smooth[i, 0], smooth[i, 1] = share * sum_x, share * sum_y
+    for i in range(n - reach, n):
+        half = n - 1 - i
+        for k in (2 * i - n - 1, 2 * i - n):
+            sum_x -= points[k, 0]
+            sum_y -= points[k, 1]
+        share = 1.0 / (2 * half + 1)
+        smooth[i, 0], smooth[i, 1] = share * sum_x, share * sum_y
+    return smooth
+
+
+@helper
+def _fade(value: float, full: float, none: float) -> float:
+    """Return 1 up to `full`, 0 from `none` on, and linearly in between."""
+    return min(max((none - value) / (none - full), 0.0), 1.0)
+
+
+@inlined
+def _last_inside(mask: npt.NDArray[np.uint8], row: int, column: int, side: int, limit: int) -> int:
+    """Walk along a column to the wall, outwards from foreground or inwards from background; -1 where there is none."""
+    row = min(max(row, 0), len(mask) - 1)
+    if _at(mask, row, column) != 0:
+        while limit > 0 and _at(mask, row + side, column) != 0:
+            row += side
+            limit -= 1
+        return row
+    while limit > 0 and _at(mask, row, column) == 0:
+        row -= side
+        limit -= 1
+        if row < 0 or row >= len(mask):
+            return -1
+    return row if _at(mask, row, column) != 0 else -1
+
+
+@inlined
+def _wall_by_columns(
+    mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
+) -> tuple[float, float]:
+    """Find a wall that is flatter than 45 degrees, in the columns around where it is guessed.
+
+    In each column the edge lies half way between the last foreground and the first background pixel. The nearer
+    columns count for more, and those whose edge is much farther than guessed for nothing: that is another cable's.
+
+    Returns
+    -------
+    distance, weight : float
+        Along the normal ``(nx, ny)``, and the share of the columns that have a wall there.
+    """
+    rows, columns = mask.shape
+    side = 1 if ny > 0.0 else -1
+    middle = x + guess * nx
+    far, too_far = 1.3 * guess + 1.0, 1.5 * guess + 1.5
+    total, weights, looked_at = 0.0, 0.0, 0.0
+    for column in range(max(int(np.ceil(middle - spread)), 0), min(int(np.floor(middle + spread)), columns - 1) + 1):
+        along = (column - x) * nx
+        edge = y + (guess - along) / ny
+        weight = spread - abs(column - middle)
+        looked_at += weight
+        row = side * int(np.floor(side * edge - 1.0 + _TIE))
+        beyond = row + 3 * side
+        if 0 <= row < rows and 0 <= beyond < rows and _at(mask, row, column) > _at(mask, beyond, column):
+            row += side * (np.int64(_at(mask, row + side, column)) + np.int64(_at(mask, beyond - side, column)))
+        else:
+            row = _last_inside(mask, row, column, side, int(guess) + 2)
+            if row < 0:
+                continue
+        distance = along + (row + 0.5 * side - y) * ny
+        if distance > far:
+            weight *= _fade(distance, far, too_far)
+        elif distance < _THINNEST:  # beyond the axis lies no wall of this side
+            weight *= _fade(-distance, -_THINNEST, _THINNEST)
+        total += weight * distance
+        weights += weight
+    if weights == 0.0:
+        return 0.0, 0.0
+    return total / weights, weights / looked_at
+
+
+@inlined
+def _wall(
+    mask: npt.NDArray[np.uint8], x: float, y: float, nx: float, ny: float, guess: float, spread: float
+) -> tuple[float, float]:
+    """Return the distance of the wall along a normal, and the share of the lines looked at that have one there."""
+    share = 0.5 + 0.5 * (abs(ny) - abs(nx)) / _DIAGONAL
+    total, weights = 0.0, 0.0
+    if share > 0.0:
+        distance, weight = _wall_by_columns(mask, x, y, nx, ny, guess, spread)
+        weight *= min(share, 1.0)
+        total += weight * distance
+        weights += weight
+    if share < 1.0:
+        distance, weight = _wall_by_columns(mask.T, y, x, ny, nx, guess, spread)
+        weight *= min(1.0 - share, 1.0)
+        total += weight * distance
+        weights += weight
+    if weights == 0.0:
+        return 0.0, 0.0
+    return total / weights, weights
+
+
+@inlined
+def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+    """Tell whether a point lies on the mask or on one of the eight pixels beside it."""
+    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and _at(mask, row, column) != 0:
+        return True
+    for r in range(max(row - 1, 0), min(row + 2, mask.shape[0])):
+        for c in range(max(column - 1, 0), min(column + 2, mask.shape[1])):
+            if _at(mask, r, c) != 0:
+                return True
+    return False
+
+
+@helper
+def _recentre_run(
+    mask: npt.NDArray[np.uint8], run: npt.NDArray[np.float64], is_loop: bool
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Do what `recentre` does, to one run."""
+    n = len(run)
+    rough = _rough_radius(mask, run)
+    reach = max(int(_REACH * np.sqrt(rough) + 0.5), 3)
+    points = _smooth(_smooth(run, reach), reach)
+    kernel_reach = 2.0 * reach + 1.0  # of the two means, one after the other
+    sites = max(1 + (n - 1) // reach, 2)
+    spread = 0.5 * reach + 0.5
+    index = np.empty(sites, dtype=np.int64)
+    normals = np.empty((sites, 2))
+    shifts = np.empty(sites)
+    radii = np.empty(sites)
+    weights = np.empty(sites)
+    for k in range(sites):
+        i = k * (n - 1) // (sites - 1)
+        index[k] = i
+        before, after = max(i - 2 * reach, 0), min(i + 2 * reach, n - 1)
+        dx, dy = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
+        norm = np.sqrt(dx * dx + dy * dy)
+        if norm == 0.0:
+            dx, norm = 1.0, 1.0
+        nx, ny = -dy / norm, dx / norm
+        left, seen_left = _wall(mask, points[i, 0], points[i, 1], nx, ny, rough, spread)
+        right, seen_right = _wall(mask, points[i, 0], points[i, 1], -nx, -ny, rough, spread)
+        normals[k, 0], normals[k, 1] = nx, ny
+        shifts[k] = 0.5 * (left - right)
+        radii[k] = 0.5 * (left + right)
+        weight = seen_left * seen_right
+        weight *= _fade(radii[k] - rough, 0.2 * rough + 0.5, 0.4 * rough + 1.0)
+        weight *= _fade(abs(shifts[k]), 0.8 * rough + 0.5, 1.2 * rough + 1.0)
+        if not is_loop:
+            weight *= min(min(i, n - 1 - i) / rough, 1.0)
+        weights[k] = weight
+
+    moved = np.empty((sites, 2))
+    radius = np.empty(n)
+    smooth = np.empty(sites)
+    low = 0
+    for k in range(sites):
+        shift, total, span, nearby = 0.0, 0.0, 0.0, 0.0
+        while index[k] - index[low] >= kernel_reach:
+            low += 1
+        j = low
+        while j < sites and index[j] - index[k] < kernel_reach:
+            share = kernel_reach - abs(index[j] - index[k])
+            nearby += share
+            share *= weights[j]
+            shift += share * shifts[j]
+            span += share * radii[j]
+            total += share
+            j += 1
+        faint = _FAINT * nearby
+        shift /= total + faint
+        smooth[k] = max((span + faint * rough) / (total + faint), _THINNEST)
+        moved[k, 0], moved[k, 1] = shift * normals[k, 0], shift * normals[k, 1]
+    for k in range(1, sites):
+        share = 1.0 / (index[k] - index[k - 1])
+        step_x, step_y = share * (moved[k, 0] - moved[k - 1, 0]), share * (moved[k, 1] - moved[k - 1, 1])
+        step_r = share * (smooth[k] - smooth[k - 1])
+        for i in range(index[k - 1], index[k] + (k == sites - 1)):
+            t = i - index[k - 1]
+            points[i, 0] += moved[k - 1, 0] + t * step_x
+            points[i, 1] += moved[k - 1, 1] + t * step_y
+            radius[i] = smooth[k - 1] + t * step_r
+            if not _is_near(mask, points[i, 0], points[i, 1]):
+                points[i] = run[i]
+    return points, radius
+
+
+@kernel(read(uint8, 2), read(float64, 2), read(int64, 1))
+def recentre(
+    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Move the points of runs to the middle between the two walls of the mask, and measure half its width.
+
+    Where the walls are not those of one cable, since the mask is much wider than the run's median or its middle is
+    elsewhere, the shift is that of the neighbours, or fades to nothing; so it is over the last radius at each end,
+    where skeletons are distorted. A point that the shift would take off the mask, as in a blob, keeps its pixel. Not
+    checked: the outermost rows and columns of the mask are 0, and the points lie inside.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+        0 and 1.
+    points : (n, 2) float64
+        Skeleton pixels, ``(x, y)``, run after run. A run whose last point touches its first is a loop.
+    offsets : (runs + 1,) int64
+        Start of each run in `points`, and the end.
+
+    Returns
+    -------
+    points : (n, 2) float64
+    radius : (n,) float64
+        Pixels.
+    """
+    middle = points.copy()
+    radius = np.full(len(points), 0.5)
+    for r in range(len(offsets) - 1):
+        first, last = offsets[r], offsets[r + 1]
+        n = last - first
+        if n < 2:
+            continue
+        gap_x, gap_y = points[first, 0] - points[last - 1, 0], points[first, 1] - points[last - 1, 1]
+        is_loop = n > 3 and max(abs(gap_x), abs(gap_y)) <= 1.0
+        run = points[first:last]
+        if is_loop:
+            run = np.concatenate((run, run, run))
+        pad = n if is_loop else 0
+        moved, half = _recentre_run(mask, run, is_loop)
+        middle[first:last] = moved[pad : pad + n]
+        radius[first:last] = half[pad : pad + n]
+    return middle, radius

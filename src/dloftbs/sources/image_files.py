@@ -1,0 +1,193 @@
+"""Image and mask files: one, a list, a folder, a glob."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import SourceError
+from dloftbs.frame import Frame
+from dloftbs.overlap import in_order
+from dloftbs.sources.pixels import AnyArray, Kind, read_image_or_mask
+from dloftbs.sources.source import Source, logger
+
+IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pbm", ".pgm", ".ppm")
+
+_SEPARATOR = f"[{re.escape(os.sep + (os.altsep or ''))}]"
+
+_Read = tuple[AnyArray | None, AnyArray | None]
+
+
+class FileSource(Source):
+    """Image files, a frame each.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        In the order of the stream.
+    name : str
+    kind : {"auto", "image", "mask"}
+        Kind of the files; "auto" decides for each by its content.
+    camera : PinholeCamera, optional
+        Goes with every frame.
+    fps : float, optional
+        Gives the stamps ``index / fps``; without it there are none.
+    jobs : int
+        Files decoded at the same time, ahead of the frame that is asked for; with 1, each is when it is.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[Path],
+        name: str,
+        *,
+        kind: Kind = "auto",
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
+        jobs: int = 1,
+    ) -> None:
+        self.paths = tuple(paths)
+        self.name = name
+        self.fps = fps
+        self.length = len(self.paths)
+        self._kind = kind
+        self._camera = camera
+        self._jobs = jobs
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames, read one by one; what cannot be read is skipped.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or its only file cannot be read.
+        """
+        self._begin()
+        return self._frames()
+
+    def _frames(self) -> Iterator[Frame]:
+        if self._jobs == 1:
+            yield from self._made(map(self._read, self.paths))
+            return
+        with closing(in_order(self._read, self.paths, self._jobs)) as reads:
+            yield from self._made(reads)
+
+    def _made(self, reads: Iterable[_Read | SourceError]) -> Iterator[Frame]:
+        for index, (path, read) in enumerate(zip(self.paths, reads, strict=True)):
+            if isinstance(read, SourceError):
+                if self.length == 1:
+                    raise read
+                self._skip(f"frame {index}", read)
+                continue
+            image, mask = read
+            stamp = None if self.fps is None else index / self.fps
+            yield Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=path.name)
+            if self._closed:
+                return
+
+    def _read(self, path: Path) -> _Read | SourceError:
+        try:
+            return read_image_or_mask(path, self._kind)
+        except SourceError as error:
+            return error
+
+
+def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:
+    """Return a key that sorts img2 before img10, and keeps the files of a folder together."""
+    parts = re.split(r"([0-9]+)", path.as_posix().casefold().replace("/", "\0"))
+    # Text and numbers alternate from text on, so that equal positions compare like with like.
+    return [(int(part), "") if i % 2 else (0, part) for i, part in enumerate(parts)], path.as_posix()
+
+
+def is_glob(text: str) -> bool:
+    """Return whether the text is a pattern, and not the name of a file that happens to hold brackets."""
+    return glob.has_magic(text) and not os.path.exists(text)
+
+
+def list_files(where: str, extensions: Sequence[str]) -> list[Path]:
+    """Return the files of a folder or a glob that end in one of the extensions, in natural order, without hidden ones.
+
+    A ``**`` in a glob stands for any number of folders, links to folders included, each of them once.
+
+    Raises
+    ------
+    SourceError
+        If there is none, or the folder cannot be read.
+    """
+    if is_glob(where):
+        found = [Path(match) for match in _matches(where)]
+        if not found:
+            raise SourceError(f"nothing matches the pattern {where!r}")
+        what = f"the pattern {where!r} matches"
+    else:
+        try:
+            found = list(Path(where).iterdir())
+        except OSError as error:
+            raise SourceError(f"the folder {where!r} cannot be read: {error.strerror or error}") from error
+        what = f"the folder {where!r} holds"
+    files = [p for p in found if p.suffix.lower() in extensions and not p.name.startswith(".") and os.path.isfile(p)]
+    if not files:
+        raise SourceError(f"{what} no file that ends in {', '.join(extensions)}; found {len(found)} other entries")
+    return sorted(files, key=natural_key)
+
+
+def files_of(where: str, extensions: Sequence[str]) -> list[Path]:
+    """Return the files that a path, a folder or a glob stands for, without opening any.
+
+    None where there is nothing, or no file: a camera or a stream.
+    """
+    scheme, colon, rest = where.partition(":")
+    path = Path(os.path.expanduser(rest if colon and scheme.lower() == "file" else where))
+    if os.path.isfile(path):  # which, unlike a Path's method, says no of a name that is too long
+        return [path]
+    if not (os.path.isdir(path) or is_glob(str(path))):
+        return []
+    try:
+        return list_files(str(path), extensions)
+    except SourceError:  # which comes again where it is opened
+        return []
+
+
+def _matches(pattern: str) -> list[str]:
+    """Return what a glob matches; `glob.glob` itself goes round and round where links lead back to their folder."""
+    if re.search(rf"(^|{_SEPARATOR})\*\*$", pattern):
+        pattern = os.path.join(pattern, "*")
+    first, *rest = re.split(rf"(?:^|(?<={_SEPARATOR}))(?:\*\*{_SEPARATOR}+)+", pattern)
+    found = sorted(glob.glob(first)) if first else [""]
+    for after in rest:
+        folders = _folders_below(found)
+        found = [match for folder in folders for match in sorted(glob.glob(os.path.join(glob.escape(folder), after)))]
+    return found
+
+
+def _folders_below(tops: Iterable[str]) -> list[str]:
+    """Return the folders among the paths and all below them, without hidden ones, each once.
+
+    One that links lead to as well goes by the name that it has without them.
+    """
+    folders: list[str] = []
+    seen: set[tuple[int, int]] = set()
+    waiting, linked = deque(tops), deque[str]()
+    while waiting or linked:
+        folder = waiting.popleft() if waiting else linked.popleft()
+        if not os.path.isdir(folder or os.curdir):
+            continue
+        stat = os.stat(folder or os.curdir)
+        if (stat.st_dev, stat.st_ino) in seen:
+            continue
+        seen.add((stat.st_dev, stat.st_ino))
+        folders.append(folder)
+        try:
+            names = sorted(os.listdir(folder or os.curdir))
+        except OSError as error:
+            logger.warning("skipped the folder %s: %s", folder, error.strerror or error)
+            continue
+        for path in (os.path.join(folder, name) for name in names if not name.startswith(".")):
+            (linked if os.path.islink(path) else waiting).append(path)
+    return folders

@@ -1,0 +1,256 @@
+"""Stacks of frames: numpy arrays, .npy and .npz files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.errors import InputError, SourceError
+from dloftbs.frame import Frame
+from dloftbs.sources.npz_members import NpzMember, read_whole
+from dloftbs.sources.pixels import AnyArray, Kind, image_or_mask, load_npy
+from dloftbs.sources.source import Source
+
+Stack = AnyArray | NpzMember
+"""Array that is indexed frame by frame along its first axis."""
+
+STACK_EXTENSIONS = (".npy", ".npz")
+NPZ_KEYS = {
+    "images": "(N, H, W, 3) uint8",
+    "masks": "(N, H, W)",
+    "depth": "(N, H, W)",
+    "stamps": "(N,) seconds",
+    "camera": "(4,) fx, fy, cx, cy",
+    "distortion": "(n,) of the camera",
+    "distortion_model": "its name",
+}
+
+
+_LENS_KEYS = {"distortion": "distortion", "model": "distortion_model"}
+
+
+class ArraySource(Source):
+    """Stacks of images, masks and depth, indexed together.
+
+    Parameters
+    ----------
+    name : str
+    images : Stack, shape (N, H, W, 3), uint8, optional
+        BGR.
+    masks : Stack, shape (N, H, W), bool or integer, optional
+    depth : Stack, shape (N, H, W), floating point (metres) or integer, optional
+    stamps : array_like, shape (N,), optional
+        Seconds.
+    kind : {"auto", "image", "mask"}
+        "auto" takes images for images and masks for masks. Where both are given, "image" and "mask" leave the other
+        out; where one is given, it is turned into the kind asked for.
+    camera : PinholeCamera, optional
+        Goes with every frame.
+    fps : float, optional
+        Gives the stamps ``index / fps``, in place of `stamps`.
+    registration : DepthRegistration, optional
+        Brings the depth, which may then have a size of its own, into the images.
+
+    Raises
+    ------
+    InputError
+        If neither images nor masks are given, or shapes or types are wrong or disagree.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        images: Stack | None = None,
+        masks: Stack | None = None,
+        depth: Stack | None = None,
+        stamps: npt.ArrayLike | None = None,
+        kind: Kind = "auto",
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
+        registration: DepthRegistration | None = None,
+    ) -> None:
+        stacks = {"images": images, "masks": masks, "depth": depth}
+        self._stacks = {key: stack for key, stack in stacks.items() if stack is not None}
+        self.name = name
+        self.fps = fps
+        self.length = check_stacks(self._stacks, registered=registration is None)
+        self._stamps = None if stamps is None else _check_stamps(stamps, self.length)
+        if images is not None and masks is not None and kind != "auto":
+            del self._stacks["masks" if kind == "image" else "images"]
+        if kind == "image" and "images" not in self._stacks and self._stacks["masks"].dtype != np.uint8:
+            raise InputError(f"masks must be uint8 to be taken for images, got {self._stacks['masks'].dtype}")
+        self._kind = kind
+        self._camera = camera
+        self._registration = registration
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames, as views of the arrays where these are in memory.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or a file turns out to be corrupt.
+        """
+        self._begin()
+        return self._frames()
+
+    def close(self) -> None:
+        """Close the files, and let go of the arrays."""
+        super().close()
+        for stack in self._stacks.values():
+            if isinstance(stack, NpzMember):
+                stack.close()
+        self._stacks = {}  # lets go of memory-mapped files
+
+    def _frames(self) -> Iterator[Frame]:
+        assert self.length is not None  # the constructor counted
+        for index in range(self.length):
+            image, mask = self._image_and_mask(index)
+            depth = self._depth(index, image if image is not None else mask)
+            stamp, name = self._stamp(index), f"{self.name}#{index}"
+            yield Frame(image=image, mask=mask, depth=depth, camera=self._camera, index=index, stamp=stamp, name=name)
+            if self._closed:
+                return
+
+    def _image_and_mask(self, index: int) -> tuple[AnyArray | None, AnyArray | None]:
+        given = {key: self._stacks[key][index] for key in ("images", "masks") if key in self._stacks}
+        if len(given) == 2 or self._kind == "auto":
+            return given.get("images"), given.get("masks")
+        (pixels,) = given.values()
+        return image_or_mask(pixels, self._kind, lossy=False)
+
+    @property
+    def has_depth(self) -> bool:
+        """True if there is depth."""
+        return "depth" in self._stacks
+
+    def _depth(self, index: int, pixels: AnyArray | None) -> AnyArray | None:
+        depth = self._stacks["depth"][index] if self.has_depth else None
+        if depth is None or pixels is None or self._registration is None:
+            return depth
+        return self._registration.register(depth, pixels.shape[:2])
+
+    def _stamp(self, index: int) -> float | None:
+        if self.fps is not None:
+            return index / self.fps
+        return None if self._stamps is None else float(self._stamps[index])
+
+
+def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> ArraySource:
+    """Open an array of images (N, H, W, 3) or masks (N, H, W); one mask may be (H, W).
+
+    Raises
+    ------
+    InputError
+        If the array is neither.
+    """
+    if array.ndim == 2:
+        array = array[None]
+    if array.ndim == 3 and array.shape[2] in (3, 4) and kind != "mask":
+        raise InputError(
+            f"an array of images must have shape (N, H, W, 3), got {array.shape}; if it is one image, pass array[None]"
+        )
+    if array.ndim == 4:
+        return ArraySource(name, images=array, kind=kind, camera=camera, fps=fps)
+    return ArraySource(name, masks=array, kind=kind, camera=camera, fps=fps)
+
+
+def from_file(
+    path: Path,
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    registration: DepthRegistration | None = None,
+) -> ArraySource:
+    """Open a .npy file as `from_array`, or a .npz file with the arrays of `NPZ_KEYS`; an explicit camera comes first.
+
+    Raises
+    ------
+    SourceError
+        If the file is corrupt or does not hold what it should.
+    """
+    try:
+        if path.suffix.lower() == ".npy":
+            return from_array(load_npy(path), path.name, kind, camera, fps)
+        return _from_npz(path, kind, camera, fps, registration)
+    except InputError as error:
+        raise SourceError(f"{path}: {error}") from error
+
+
+def _from_npz(
+    path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None, registration: DepthRegistration | None
+) -> ArraySource:
+    keys, small = read_whole(path, ("stamps", "camera", "distortion", "distortion_model"))
+    if "images" not in keys and "masks" not in keys:
+        expected = "; ".join(f"{key} {shape}" for key, shape in NPZ_KEYS.items())
+        found = ", ".join(keys) or "none"
+        raise SourceError(f"{path}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
+    if camera is None and "camera" in small:
+        camera = _camera(small)
+    stacks = {key: NpzMember(path, key) for key in ("images", "masks", "depth") if key in keys}
+    stamps = small.get("stamps")
+    return ArraySource(path.name, **stacks, stamps=stamps, kind=kind, camera=camera, fps=fps, registration=registration)
+
+
+def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
+    """Return the number of frames of the stacks "images", "masks", "depth", of which at least one is given.
+
+    Depth that is not registered yet may have another size.
+
+    Raises
+    ------
+    InputError
+        If shapes or types are wrong or disagree, or there is no frame.
+    """
+    if "images" not in stacks and "masks" not in stacks:
+        raise InputError("images or masks must be given, got neither")
+    for key, stack in stacks.items():
+        check_stack(key, stack)
+    shapes = {key: stack.shape[: 3 if registered or key != "depth" else 1] for key, stack in stacks.items()}
+    counts = {shape[0] for shape in shapes.values()}
+    if len(counts) > 1 or len({shape for shape in shapes.values() if len(shape) == 3}) > 1:
+        remedy = "; depth of a camera of its own needs a registration" if "depth" in stacks else ""
+        raise InputError(f"the arrays must agree in (N, H, W), got {shapes}{remedy}")
+    return int(next(iter(shapes.values()))[0])
+
+
+def check_stack(key: str, stack: Stack) -> None:
+    """Check a stack by its name: "images", "masks" or "depth".
+
+    Raises
+    ------
+    InputError
+        If its shape or type is wrong, or there is no frame.
+    """
+    dtype = stack.dtype
+    whole = np.issubdtype(dtype, np.integer)
+    if key == "images":
+        expected, valid = "(N, H, W, 3) of uint8", stack.ndim == 4 and stack.shape[3] == 3 and dtype == np.uint8
+    elif key == "masks":
+        expected, valid = "(N, H, W) of bool or integers", stack.ndim == 3 and bool(whole or dtype == np.bool_)
+    else:
+        expected = "(N, H, W) of floating point or integers"
+        valid = stack.ndim == 3 and bool(whole or np.issubdtype(dtype, np.floating))
+    if not valid or 0 in stack.shape:
+        raise InputError(f"{key} must have shape {expected}, with at least one frame; got {stack.shape} of {dtype}")
+
+
+def _check_stamps(stamps: npt.ArrayLike, length: int) -> npt.NDArray[np.float64]:
+    array = np.asarray(stamps)
+    if array.shape != (length,) or array.dtype.kind not in "fiu" or not np.isfinite(array).all():
+        raise InputError(f"stamps must be {length} finite numbers, got {array.shape} of {array.dtype}")
+    return array.astype(np.float64)
+
+
+def _camera(small: dict[str, AnyArray]) -> PinholeCamera:
+    values = small["camera"]
+    if values.shape != (4,) or values.dtype.kind not in "fiu":
+        raise InputError(f"camera must be four numbers fx, fy, cx, cy, got {values.shape} of {values.dtype}")
+    intrinsics = dict(zip(("fx", "fy", "cx", "cy"), values.tolist(), strict=True))
+    lens = {key: small[name].tolist() for key, name in _LENS_KEYS.items() if name in small}
+    return PinholeCamera.from_dict({**intrinsics, **lens})

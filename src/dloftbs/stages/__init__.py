@@ -1,1 +1,0 @@
-"""The stages of the pipeline: one file each, pure functions of their input and their section of the configuration."""

@@ -1,0 +1,139 @@
+"""Sequences that tracking is measured on: cables that cross, hide, touch and leave, each the same from end to end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from dloftbs.errors import InputError
+from dloftbs.synthetic import tracking_scenes as scenes
+from dloftbs.synthetic.generated import MaskSequence, NumberedSequence, count_at, width_at
+from dloftbs.synthetic.strand import Strand
+from dloftbs.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
+from dloftbs.truth import Truth
+
+_FPS = 30.0
+_WIDEST_PX = 20.0  # in HD: the tightest loops allow no more
+_FULL = {1: 12, 2: 12, 3: 10, 5: 6}
+"""Sequences of a family at scale 1, by the number of cables."""
+
+_SCENES: Mapping[str, Callable[[np.random.Generator, Stage, int], Play]] = {
+    "crossing": scenes.crossing,
+    "occluded": scenes.occluded,
+    "touching": scenes.touching,
+    "leaving": scenes.leaving,
+    "ends pass": scenes.ends_pass,
+    "loop opens": scenes.loop_opens,
+    "hidden": scenes.hidden,
+}
+
+TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
+    "crossing": (1, 3, 5),
+    "occluded": (1, 3, 5),
+    "touching": (2,),
+    "leaving": (1, 3),
+    "ends pass": (1,),
+    "loop opens": (1,),
+    "hidden": (1, 3),
+}
+"""Families of sequences, and the numbers of cables that each comes with."""
+
+
+class TrackingSequence(NumberedSequence, MaskSequence):
+    """Perfect masks of cables that move over each other and behind occluders, out of the image and back.
+
+    The truth has every cable in every frame, hidden or outside or not; `Truth.shown_spans` says how much of it shows.
+
+    Parameters
+    ----------
+    family : str
+        One of `TRACKING_FAMILIES`.
+    cables : int
+        One of the numbers that the family comes with.
+    number : int
+        Number within the family: another one shows other motions.
+    frames : int
+        Number of frames in the 2 s that the motion takes: with fewer than 60 the steps are larger.
+    size : (int, int)
+        ``(H, W)`` px.
+    seed : int
+        Another seed gives other motions.
+    width_px : float, optional
+        Width of the cables; 12 in an image of 1280 x 720 and in proportion in others, where it is left out.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    def __init__(
+        self,
+        family: str,
+        cables: int,
+        number: int = 0,
+        frames: int = FRAMES,
+        size: tuple[int, int] = (720, 1280),
+        seed: int = 0,
+        width_px: float | None = None,
+    ) -> None:
+        if cables not in TRACKING_FAMILIES.get(family, ()):
+            known = "; ".join(f"{name!r} with {counts}" for name, counts in TRACKING_FAMILIES.items())
+            raise InputError(f"families come with so many cables: {known}; got {family!r} with {cables}")
+        name = f"{family}, {cables} cable{'' if cables == 1 else 's'}"
+        super().__init__(name, family, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
+        self.cables = cables
+        self.width_px = width_at(size, width_px, _WIDEST_PX)
+
+    def covered(self, index: int) -> Mask:
+        """Return the pixels, shape (H, W), that are behind an occluder.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame.
+        """
+        self._check(index)
+        return self._play.covered(index / self._frames, self._strands(index), self.size)
+
+    def _make_truth(self, index: int) -> Truth:
+        truth = super()._make_truth(index)
+        if not self._play.covers:
+            return truth
+        in_sight = ~self.covered(index)
+        return replace(truth, visible_masks=tuple(mask & in_sight for mask in truth.visible_masks))
+
+    def _strands(self, index: int) -> tuple[Strand, ...]:
+        return self._play.strands(index / self._frames)
+
+    @cached_property
+    def _play(self) -> Play:
+        rng = np.random.default_rng([self.seed, list(_SCENES).index(self.family), self.cables, self.number])
+        return _SCENES[self.family](rng, Stage(self.size, self.width_px), self.cables)
+
+
+def tracking(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[TrackingSequence]:
+    """Return sequences of all `TRACKING_FAMILIES`, 60 frames each.
+
+    Parameters
+    ----------
+    scale : float
+        Share of the sequences of each family; at least one for each number of cables.
+    seed : int
+    size : (int, int)
+        ``(H, W)`` px.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    return [
+        TrackingSequence(family, cables, number, FRAMES, size, seed)
+        for family, counts in TRACKING_FAMILIES.items()
+        for cables in counts
+        for number in range(count_at(scale, _FULL[cables], 1))
+    ]

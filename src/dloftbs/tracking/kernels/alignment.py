@@ -1,0 +1,412 @@
+"""Curves laid along each other, point by point in their order: what tells a track's detection from others'."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_STRIDE = 4  # of the samples that tell whether two curves are alike as they stand
+_KEPT = 0.5  # of a shift as a whole, where places are compared: a cable is carried rather than slid along itself
+_LEAST = 8  # samples of a short curve
+_STEP = 2.0  # samples from place to place; then halved
+_HALVINGS = 7
+
+
+@helper
+def _boxes(curves: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the least and the greatest coordinates of curves (n, m, d), as (n, 2, d)."""
+    count, m, dims = curves.shape
+    result = np.empty((count, 2, dims))
+    for c in range(count):
+        for d in range(dims):
+            low, high = math.inf, -math.inf
+            for k in range(m):
+                low, high = min(low, curves[c, k, d]), max(high, curves[c, k, d])
+            result[c, 0, d], result[c, 1, d] = low, high
+    return result
+
+
+@helper
+def _box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the distances between the boxes of curves (n, m, d) and of others (k, m, d), as (n, k)."""
+    first, second = _boxes(ones), _boxes(others)
+    result = np.empty((len(ones), len(others)))
+    for a in range(len(ones)):
+        for b in range(len(others)):
+            squared = 0.0
+            for d in range(ones.shape[2]):
+                apart = max(first[a, 0, d] - second[b, 1, d], second[b, 0, d] - first[a, 1, d], 0.0)
+                squared += apart * apart
+            result[a, b] = math.sqrt(squared)
+    return result
+
+
+@kernel(read(float64, 3), read(float64, 3))
+def box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Measure how far the boxes around curves lie apart: no two of their points are nearer to each other.
+
+    Parameters
+    ----------
+    ones : (n, m, d) float64
+        Points of n curves.
+    others : (k, m, d) float64
+
+    Returns
+    -------
+    (n, k) float64
+        0 where they overlap.
+    """
+    return _box_gaps(ones, others)
+
+
+@kernel(
+    read(float64, 3),
+    read(float64, 1),
+    read(boolean, 1),
+    read(float64, 3),
+    read(float64, 1),
+    read(boolean, 1),
+    read(float64, 1),
+    float64,
+    float64,
+    float64,
+)
+def match_as_they_stand(
+    tracks: npt.NDArray[np.float64],
+    track_lengths: npt.NDArray[np.float64],
+    whole: npt.NDArray[np.bool_],
+    found: npt.NDArray[np.float64],
+    found_lengths: npt.NDArray[np.float64],
+    found_closed: npt.NDArray[np.bool_],
+    slack: npt.NDArray[np.float64],
+    near: float,
+    farthest: float,
+    apart: float,
+) -> npt.NDArray[np.int64]:
+    """Match curves to tracks where there is no doubt: they are near to each other as a whole, and far from all others.
+
+    Parameters
+    ----------
+    tracks : (t, m, d) float64
+        Samples along each track's predicted curve.
+    track_lengths : (t,) float64
+    whole : (t,) bool
+        Whether a track is open, and was seen as a whole; no other is matched.
+    found : (f, m, d) float64
+        Along the curves found; one or more.
+    found_lengths : (f,) float64
+    found_closed : (f,) bool
+    slack : (t,) float64
+        Largest difference of the lengths.
+    near : float
+        Largest mean distance that counts as near, as a share of the length.
+    farthest : float
+        And at any place.
+    apart : float
+        Ratio by which its partner must be nearer than any other; and no other may be near.
+
+    Notes
+    -----
+    A pair whose boxes lie farther apart than any distance that is asked for is not measured.
+
+    Returns
+    -------
+    (t,) int64
+        One more than the index of the curve found, negative where that runs the other way; 0 where there is any doubt.
+    """
+    count, m, dims = tracks.shape
+    others = len(found)
+    partner = np.zeros(count, dtype=np.int64)
+    distance = np.empty((count, others))
+    largest = np.empty((count, others))
+    way = np.zeros((count, others), dtype=np.int64)
+    gap = _box_gaps(tracks, found)
+    farthest_asked = apart * near * track_lengths.max()
+    for t in range(count):
+        for f in range(others):
+            if gap[t, f] > farthest_asked:
+                distance[t, f] = largest[t, f] = math.inf
+                continue
+            there, back, most_there, most_back, used = 0.0, 0.0, 0.0, 0.0, 0
+            for k in range(0, m, _STRIDE):
+                one, other = 0.0, 0.0
+                for d in range(dims):
+                    one += (tracks[t, k, d] - found[f, k, d]) ** 2
+                    other += (tracks[t, k, d] - found[f, m - 1 - k, d]) ** 2
+                there += math.sqrt(one)
+                back += math.sqrt(other)
+                most_there, most_back = max(most_there, one), max(most_back, other)
+                used += 1
+            distance[t, f] = min(there, back) / used
+            largest[t, f] = math.sqrt(most_there if there <= back else most_back)
+            if there * apart < back:
+                way[t, f] = 1
+            elif back * apart < there:
+                way[t, f] = -1
+    for t in range(count):
+        if not whole[t]:
+            continue
+        best = 0
+        for f in range(1, others):
+            if distance[t, f] < distance[t, best]:
+                best = f
+        limit = max(apart * distance[t, best], near * track_lengths[t])
+        sure = not found_closed[best] and distance[t, best] <= near * track_lengths[t]
+        sure &= largest[t, best] <= farthest * track_lengths[t]
+        sure &= abs(found_lengths[best] - track_lengths[t]) <= slack[t]
+        for f in range(others):
+            sure &= f == best or distance[t, f] >= limit
+        for other in range(count):
+            sure &= other == t or distance[other, best] >= limit
+        if sure:
+            partner[t] = way[t, best] * (best + 1)
+    return partner
+
+
+@helper
+def _at(points: npt.NDArray[np.float64], where: float, cyclic: bool, d: int) -> float:
+    """Return a coordinate between samples (m, ...), the last of which is the first again where it is a loop."""
+    last = len(points) - 1
+    if cyclic:
+        where -= last * math.floor(where / last)
+    k = min(max(int(where), 0), last - 1)
+    share = where - k
+    return points[k, d] * (1.0 - share) + points[k + 1, d] * share
+
+
+@helper
+def _misfit(
+    part: npt.NDArray[np.float64],
+    whole: npt.NDArray[np.float64],
+    share: float,
+    start: float,
+    backwards: bool,
+    cyclic: bool,
+    cap: float,
+    kept: float,
+    count: int,
+) -> float:
+    """Return the mean distance, at most `cap` each, of a part laid at a place along a whole.
+
+    Parameters
+    ----------
+    part : (n, d) float64
+    whole : (m, d) float64
+    share : float
+        Of the length of the whole that the part has.
+    start : float
+        Its start, as a share of the whole.
+    backwards : bool
+        Whether the part runs the other way.
+    cyclic : bool
+        Whether the whole is a loop.
+    cap : float
+    kept : float
+        Share of the whole shift that counts.
+    count : int
+        Number of places where the distance is taken.
+    """
+    dims = part.shape[1]
+    mean = np.zeros(dims)
+    apart = np.empty((count, dims))
+    for k in range(count):
+        t = k / (count - 1)
+        at = (1.0 - t if backwards else t) * (len(part) - 1)
+        where = (start + t * share) * (len(whole) - 1)
+        for d in range(dims):
+            apart[k, d] = _at(part, at, False, d) - _at(whole, where, cyclic, d)
+            mean[d] += apart[k, d] / count
+    total = 0.0
+    for k in range(count):
+        squared = 0.0
+        for d in range(dims):
+            squared += (apart[k, d] - (1.0 - kept) * mean[d]) ** 2
+        total += min(math.sqrt(squared), cap)
+    return total / count
+
+
+@helper
+def _place(
+    part: npt.NDArray[np.float64],
+    whole: npt.NDArray[np.float64],
+    share: float,
+    low: float,
+    high: float,
+    cyclic: bool,
+    ways: int,
+    cap: float,
+) -> tuple[float, float, bool]:
+    """Return the least mean distance of a part along a whole, where it starts there, and whether it runs backwards.
+
+    Parameters
+    ----------
+    part : (n, d) float64
+    whole : (m, d) float64
+    share : float
+    low, high : float
+        Between which shares of the whole it starts.
+    cyclic : bool
+    ways : int
+        0 for both, 1 forwards, -1 backwards.
+    cap : float
+    """
+    steps = math.ceil((high - low) * (len(whole) - 1) / _STEP - 1e-9) if high > low else 0
+    count = max(_LEAST, int(share * (len(whole) - 1)) // 2 + 1)
+    best, at, flipped = math.inf, low, False
+    for way in range(2):
+        backwards = way == 1
+        if (backwards and ways > 0) or (not backwards and ways < 0):
+            continue
+        for k in range(steps + (0 if cyclic and steps else 1)):
+            start = low + (high - low) * k / steps if steps else low
+            misfit = _misfit(part, whole, share, start, backwards, cyclic, cap, _KEPT, count)
+            if misfit < best:
+                best, at, flipped = misfit, start, backwards
+    if steps:  # between the steps
+        step = (high - low) / steps
+        for _ in range(_HALVINGS):
+            step /= 2.0
+            for side in (-1.0, 1.0):
+                start = at + side * step
+                if not cyclic:
+                    start = min(max(start, low), high)
+                misfit = _misfit(part, whole, share, start, flipped, cyclic, cap, _KEPT, count)
+                if misfit < best:
+                    best, at = misfit, start
+    return _misfit(part, whole, share, at, flipped, cyclic, cap, 1.0, count), at, flipped
+
+
+@kernel(read(float64, 2), read(float64, 2), float64, float64, float64)
+def misfit_at(
+    part: npt.NDArray[np.float64], whole: npt.NDArray[np.float64], share: float, start: float, kept: float
+) -> float:
+    """Return the mean distance of a part laid along an open whole at a place, in its own direction.
+
+    Parameters
+    ----------
+    part : (n, d) float64
+        Samples in order.
+    whole : (m, d) float64
+    share : float
+        The length of the part by that of the whole.
+    start : float
+        Start of the part, as a share of the whole.
+    kept : float
+        Share of the whole shift that counts, in 0..1.
+    """
+    count = max(_LEAST, int(share * (len(whole) - 1)) // 2 + 1)
+    return _misfit(part, whole, share, start, False, False, math.inf, kept, count)
+
+
+@kernel(read(float64, 2), read(float64, 2), float64, float64, float64, int64, float64)
+def place_between(
+    part: npt.NDArray[np.float64],
+    whole: npt.NDArray[np.float64],
+    share: float,
+    low: float,
+    high: float,
+    ways: int,
+    cap: float,
+) -> tuple[float, float, bool]:
+    """Find where along an open whole a part of it lies, in a range of places.
+
+    Parameters
+    ----------
+    part : (n, d) float64
+        Samples in order.
+    whole : (m, d) float64
+    share : float
+        The length of the part by that of the whole.
+    low, high : float
+        Between which shares of the whole the part starts.
+    ways : int
+        0 where it may run either way, 1 forwards, -1 backwards.
+    cap : float
+        A sample's distance counts no more than this.
+
+    Returns
+    -------
+    misfit : float
+        The mean distance there.
+    start : float
+        As a share of the whole.
+    backwards : bool
+    """
+    return _place(part, whole, share, low, max(low, high), False, ways, cap)
+
+
+@kernel(
+    read(float64, 3),
+    read(float64, 1),
+    read(boolean, 1),
+    read(float64, 3),
+    read(float64, 1),
+    read(boolean, 1),
+    read(float64, 2),
+)
+def place_all(
+    tracks: npt.NDArray[np.float64],
+    track_lengths: npt.NDArray[np.float64],
+    track_closed: npt.NDArray[np.bool_],
+    found: npt.NDArray[np.float64],
+    found_lengths: npt.NDArray[np.float64],
+    found_closed: npt.NDArray[np.bool_],
+    cap: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Lay the shorter of each track and each curve found along the longer one, where it fits best.
+
+    Of an open curve and a loop, the loop is the whole, and an open one that is longer counts as once round.
+
+    Parameters
+    ----------
+    tracks : (t, m, d) float64
+    track_lengths : (t,) float64
+        Positive.
+    track_closed : (t,) bool
+    found : (f, m, d) float64
+    found_lengths : (f,) float64
+        Positive.
+    found_closed : (f,) bool
+    cap : (t, f) float64
+        A sample's distance counts no more than this; a pair with 0 is not asked for.
+
+    Returns
+    -------
+    misfit : (t, f) float64
+        The mean distance; infinite where it is not asked for.
+    start : (t, f) float64
+        Start of the shorter one, as a share of the longer one; of two loops, of the track.
+    backwards : (t, f) bool
+        Whether the curve found runs the other way.
+    """
+    shape = (len(tracks), len(found))
+    misfit = np.empty(shape)
+    start = np.empty(shape)
+    backwards = np.empty(shape, dtype=np.bool_)
+    for t in range(shape[0]):
+        for f in range(shape[1]):
+            if cap[t, f] == 0.0:
+                misfit[t, f], start[t, f], backwards[t, f] = math.inf, 0.0, False
+                continue
+            share = found_lengths[f] / track_lengths[t]
+            track_is_whole = share <= 1.0
+            if found_closed[f] != track_closed[t]:
+                track_is_whole = track_closed[t]
+            elif track_closed[t]:
+                track_is_whole, share = True, 1.0
+            if not track_is_whole:
+                share = 1.0 / share
+            share = min(share, 1.0)
+            cyclic = track_closed[t] or found_closed[f]
+            high = 1.0 if cyclic else 1.0 - share
+            if track_is_whole:
+                result = _place(found[f], tracks[t], share, 0.0, high, cyclic, 0, cap[t, f])
+            else:
+                result = _place(tracks[t], found[f], share, 0.0, high, cyclic, 0, cap[t, f])
+            misfit[t, f], start[t, f], backwards[t, f] = result
+    return misfit, start, backwards

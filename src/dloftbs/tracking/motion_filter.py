@@ -1,0 +1,43 @@
+"""Curves that move smoothly, and later: a first-order filter, which lags behind a steady motion by its constant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray
+from dloftbs.curve import BSplineCurve
+from dloftbs.kernels import least_squares
+
+_PLACES = 129
+_KNOTS = 33
+
+
+class Smoother:
+    """One curve's filter.
+
+    Parameters
+    ----------
+    lag_s : float
+        Lag, positive.
+    """
+
+    def __init__(self, lag_s: float) -> None:
+        self._lag_s = lag_s
+        self._points: FloatArray | None = None
+        self._closed = False
+
+    def __call__(self, curve: BSplineCurve, dt: float) -> BSplineCurve:
+        """Return the smooth curve, `dt` seconds after the last one."""
+        u = np.linspace(0.0, 1.0, _PLACES)[: -1 if curve.closed else None]
+        points = curve(u)
+        if self._points is None or self._closed != curve.closed:
+            self._points, self._closed = points, curve.closed
+            return curve
+        # The share of the new that makes the lag of steady motion exact at any interval.
+        self._points = self._points + dt / (self._lag_s + dt) * (points - self._points)
+        if not curve.closed:
+            knots = least_squares.open_knots(u, _KNOTS)
+            return BSplineCurve.trusted(knots, least_squares.fit_open(u, self._points, knots), 3, False)
+        breaks = np.linspace(0.0, 1.0, _KNOTS)
+        knots = np.concatenate((breaks[-4:-1] - 1.0, breaks, breaks[1:4] + 1.0))
+        return BSplineCurve.trusted(knots, least_squares.fit_closed(u, self._points, knots), 3, True)

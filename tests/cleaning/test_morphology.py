@@ -1,0 +1,204 @@
+"""Mask to patch."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from drawings import mask_from_text, random_mask, random_masks, versions
+from hypothesis import given
+from hypothesis import strategies as st
+from skeletons import as_words, fast_skeleton, pasted, slow_degrees
+
+from dloftbs import CleaningConfig, Config
+from dloftbs.cleaning import clean
+from dloftbs.cleaning.kernels.morphology import close
+from dloftbs.kernels.bitmask import cut
+from dloftbs.mask_crop import MaskCrop
+from dloftbs.synthetic import NOISY, Degradation, draw_tube_mask, random_curve
+
+PAPER = Config.paper().cleaning
+
+
+def to_image(patch: MaskCrop | None, size: tuple[int, int]) -> np.ndarray:
+    """Put a patch back into an image of `size`."""
+    image = np.zeros(size, dtype=np.uint8)
+    if patch is not None:
+        (x, y), (h, w) = patch.origin, patch.size
+        image[y : y + h, x : x + w] = patch.pixels[1 : h + 1, 1 : w + 1]
+    return image
+
+
+def with_opencv(mask: np.ndarray, open_px: int, close_px: int) -> np.ndarray:
+    """Clean the whole image, without any bounding box; what stays of the closing is the kernel's business."""
+    mask = (mask != 0).astype(np.uint8)
+    if close_px > 1 and mask.any():
+        stripes, inside, x0, y0, _ = cut(as_words(mask), mask.shape[1], max(mask.shape))
+        mask = pasted(close(stripes, inside, close_px // 2, 10**9), x0, y0, mask.shape)
+    return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((open_px, open_px), np.uint8))
+
+
+@given(random_masks, st.sampled_from([1, 3, 5]), st.sampled_from([1, 3, 7]))
+def test_cleaning_the_box_is_cleaning_the_image(mask: np.ndarray, open_px: int, close_px: int) -> None:
+    patch = clean(mask, CleaningConfig(open_px=open_px, close_px=close_px, thin_px=0, fill_holes=False))
+    np.testing.assert_array_equal(to_image(patch, mask.shape), with_opencv(mask, open_px, close_px))
+
+
+@given(random_masks)
+def test_the_box_is_tight_and_the_margin_empty(mask: np.ndarray) -> None:
+    patch = clean(mask, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+    if patch is None:
+        assert not mask.any()
+        return
+    (h, w), pixels = patch.size, patch.pixels
+    inner = pixels[1 : h + 1, 1 : w + 1]
+    assert inner[0].any()
+    assert inner[-1].any()
+    assert inner[:, 0].any()
+    assert inner[:, -1].any()
+    assert pixels.sum() == inner.sum()
+    assert pixels.shape[1] % 8 == 0
+
+
+@pytest.mark.parametrize("dtype", [np.bool_, np.uint8, np.int8, np.uint16, np.int32, np.int64])
+def test_any_non_zero_of_any_integer_type_is_cable(dtype: type) -> None:
+    mask = random_mask(1, 60).astype(dtype)
+    if dtype is not np.bool_:
+        mask *= np.array(-7 if np.issubdtype(dtype, np.signedinteger) else 200).astype(dtype)
+    before = mask.copy()
+    patch = clean(mask, PAPER)
+    np.testing.assert_array_equal(to_image(patch, mask.shape), with_opencv(mask, 3, 1))
+    np.testing.assert_array_equal(mask, before)
+
+
+def test_values_that_are_multiples_of_256_are_cable() -> None:
+    mask = np.full((9, 9), 256, dtype=np.uint16)
+    patch = clean(mask, CleaningConfig())
+    assert patch is not None
+    assert patch.pixels.sum() == 81
+
+
+def test_masks_that_are_not_contiguous() -> None:
+    mask = random_mask(5, 80)
+    for view in (mask[::2, ::3], mask.T, mask[::-1]):
+        np.testing.assert_array_equal(to_image(clean(view, PAPER), view.shape), with_opencv(view, 3, 1))
+
+
+@pytest.mark.parametrize("mask", [np.zeros((5, 5), bool), np.zeros((0, 7), bool), np.eye(9, dtype=bool)])
+def test_nothing_left_is_none(mask: np.ndarray) -> None:
+    assert clean(mask, PAPER) is None
+
+
+def test_a_closing_fills_pin_holes() -> None:
+    mask = np.ones((11, 11), dtype=np.uint8)
+    mask[5, 5] = 0
+    patch = clean(mask, CleaningConfig(close_px=3))
+    assert patch is not None
+    assert patch.pixels.sum() == 121
+
+
+@pytest.mark.parametrize("gap", [1, 2])
+def test_a_closing_does_not_join_cables_that_lie_close_together(gap: int) -> None:
+    mask = np.zeros((60, 120), np.uint8)
+    mask[10:20, 10:110] = mask[20 + gap : 30 + gap, 10:110] = 1
+    np.testing.assert_array_equal(to_image(clean(mask, CleaningConfig()), mask.shape), mask)
+
+
+def test_pepper_leaves_no_hole_and_splits_no_end_of_a_skeleton() -> None:
+    ends, holes = 0, 0
+    for seed in range(4):
+        curve = random_curve(np.random.default_rng(seed), 300.0, (240, 320), min_radius_px=60.0)
+        mask = draw_tube_mask(curve, 12.0, (240, 320))
+        mask &= np.random.default_rng(seed).random(mask.shape) > 0.01
+        skeleton = fast_skeleton(to_image(clean(mask, CleaningConfig()), mask.shape))
+        ends += ((slow_degrees(skeleton) == 1) & (skeleton != 0)).sum()
+        holes += cv2.connectedComponents(1 - skeleton, connectivity=4)[0] - 2
+    assert holes == 0
+    assert ends == 8
+
+
+@given(random_masks)
+def test_all_eight_versions_of_a_mask_come_into_one_pose(mask: np.ndarray) -> None:
+    config = CleaningConfig(open_px=1, close_px=1, fill_holes=False)
+    first, *others = (clean(version, config) for version in versions(mask))
+    for patch in others:
+        if first is None or patch is None:
+            assert first is patch is None
+        else:
+            np.testing.assert_array_equal(patch.posed(patch.pixels), first.posed(first.pixels))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "###\n#..\n#..",  # symmetric about its diagonal
+        "#..#\n####\n#..#",  # symmetric about both axes
+        "##..\n.##.\n..##",  # symmetric under a half turn only
+        "#.#\n.#.\n#.#",
+    ],
+)
+def test_symmetric_masks_come_into_one_pose(text: str) -> None:
+    mask = mask_from_text(text)
+    views = set()
+    for version in versions(mask):
+        patch = clean(version, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+        assert patch is not None
+        views.add((patch.posed(patch.pixels).shape, patch.posed(patch.pixels).tobytes()))
+    assert len(views) == 1
+
+
+@given(random_masks)
+def test_posed_pixels_find_back_to_the_image(mask: np.ndarray) -> None:
+    patch = clean(mask, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+    if patch is None:
+        return
+    posed_rc = np.argwhere(patch.posed(patch.pixels))
+    x, y = patch.to_image(posed_rc[:, ::-1].astype(np.float64)).astype(int).T
+    image = np.zeros_like(mask)
+    image[y, x] = 1
+    np.testing.assert_array_equal(image, mask)
+
+
+SIZES = [(240, 320), (720, 1280), (2160, 3840)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("width", [1.0, 1.5, 2.0, 2.5, 3.0])
+def test_a_thin_cable_stays_in_one_piece_through_salt(width: float, size: tuple[int, int]) -> None:
+    for seed in range(2):
+        curve = random_curve(np.random.default_rng(seed), 250.0, (240, 320), min_radius_px=15.0)
+        mask = draw_tube_mask(curve, width, size)
+        cleaned = to_image(clean(mask, CleaningConfig()), size)
+        assert cv2.connectedComponents(cleaned)[0] == 2
+        assert (cleaned[mask] != 0).mean() > 0.97
+        salted = mask | (np.random.default_rng(seed).random(size) < 0.003)
+        cleaned = to_image(clean(salted, CleaningConfig()), size)
+        assert (cleaned[mask] != 0).mean() > 0.95
+        assert cv2.connectedComponents(cleaned)[0] == 2
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, np.pi / 2, 13))
+@pytest.mark.parametrize("width", [1, 2])
+def test_a_thin_line_at_any_angle_is_kept(width: int, angle: float) -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    end = np.rint(100 + 80 * np.array([np.cos(angle), np.sin(angle)])).astype(int)
+    cv2.line(mask, (100, 100), (int(end[0]), int(end[1])), 1, width)
+    cleaned = to_image(clean(mask, CleaningConfig()), mask.shape)
+    assert cv2.connectedComponents(cleaned)[0] == 2
+    assert cleaned[mask != 0].mean() > 0.85  # such lines are 3 px wide in places, and lose corners there
+
+
+@pytest.mark.parametrize("noise", [NOISY, Degradation(salt_and_pepper=0.01, jitter_px=1.0)])
+@pytest.mark.parametrize("width", [8.0, 12.0, 20.0])
+def test_nothing_of_the_noise_comes_back(width: float, noise: Degradation) -> None:
+    curve = random_curve(np.random.default_rng(3), 500.0, (480, 640), min_radius_px=2 * width)
+    mask = noise.apply(draw_tube_mask(curve, width, (480, 640)), [curve], (0,))
+    with_pieces, without = (to_image(clean(mask, CleaningConfig(thin_px=n)), mask.shape) for n in (20, 0))
+    assert cv2.connectedComponents(with_pieces)[0] == cv2.connectedComponents(without)[0]
+    assert with_pieces.sum() - without.sum() < 0.01 * without.sum()
+
+
+def test_a_thin_cable_that_leaves_the_image_is_kept_to_the_border() -> None:
+    mask = np.zeros((60, 80), bool)
+    mask[30:32] = True
+    np.testing.assert_array_equal(to_image(clean(mask, CleaningConfig()), mask.shape), mask)

@@ -1,0 +1,116 @@
+import functools
+
+import numpy as np
+import pytest
+from evaluation import runner_stubs as stubs
+
+from dloftbs.evaluation import paper_figures
+from dloftbs.evaluation.report.all_tables import tables
+from dloftbs.evaluation.report.plots import write_plots
+from dloftbs.evaluation.runner.run import evaluate
+from dloftbs.evaluation.runner.sequence_run import Method
+from dloftbs.evaluation.suites import Suite, open_suite
+from dloftbs.synthetic import rgbd_noisy
+
+SIZE = (180, 320)
+SCALE = 0.115  # 8 frames of each
+
+
+class Knowing:
+    """Knows the axes of one sequence, and moves them away from the camera, some frames further than the others."""
+
+    def __init__(self, number, shift_mm=0.0, stretch=0.0, lost=(), far=()):
+        self.number, self.shift_mm, self.stretch, self.lost, self.far = number, shift_mm, stretch, lost, far
+        self.sequence = rgbd_noisy(SCALE, 0, SIZE)[number]
+
+    def __call__(self, frame):
+        (axis,) = self.sequence.truth(frame.index).curves_3d
+        if frame.index in self.lost:
+            return self.sequence.truth(frame.index).curves
+        shift_m = 1e-3 * (self.shift_mm + 10.0 * (frame.index in self.far))
+        middle = axis.sample(100).mean(axis=0)
+        scale = 1.0 + self.stretch
+        return [axis.transformed(scale * np.eye(3), (1.0 - scale) * middle + np.array([0.0, 0.0, shift_m]))]
+
+
+def table_of(tmp_path, number, **options):
+    sequences = (rgbd_noisy(SCALE, 0, SIZE)[number],)
+    suite = Suite("rgbd-noisy", "one of them", sequences, "settings")
+    method = Method("knowing", functools.partial(Knowing, number, **options))
+    parts = evaluate([suite], [method], tmp_path)
+    (table,) = [table for table in tables(parts) if table.name == "rgbd-noisy"]
+    return dict(zip(table.columns, table.rows[0], strict=True)), table
+
+
+def test_perfection_scores_nothing_and_keeps_all_limits(tmp_path):
+    row, _ = table_of(tmp_path, 0)
+    assert row["scenario"] == "0 high curvature, time of flight, near"
+    assert (row["L3 mm mean"], row["L3 mm 95 %"], row["L3 mm max"]) == (0.0, 0.0, 0.0)
+    assert (row["length off, % mean"], row["length off, % median"]) == (0.0, 0.0)
+    assert (row["frames"], row["frames without a curve in space"]) == (8, 0)
+    assert (row["within the limit, %"], row["limits kept"]) == (100.0, "all")
+
+
+@pytest.mark.parametrize(
+    ("number", "options", "kept"),
+    [
+        (1, {"shift_mm": 1.5}, "all"),
+        (1, {"shift_mm": 3.0}, "frames, length"),
+        (5, {"shift_mm": 2.8}, "all"),  # where it crosses itself, more is allowed
+        (5, {"shift_mm": 7.0}, "length"),
+        (1, {"far": (2,)}, "mean, length"),
+        (1, {"lost": (2,)}, "mean, length"),
+        (1, {"stretch": 0.003}, "all"),
+        (1, {"stretch": 0.02, "shift_mm": 50.0}, "none"),
+    ],
+)
+def test_the_limits_that_are_kept(tmp_path, number, options, kept):
+    row, _ = table_of(tmp_path, number, **options)
+    assert row["limits kept"] == kept
+    assert row["frames without a curve in space"] == len(options.get("lost", ()))
+    if "lost" in options:
+        assert row["L3 mm mean"] == 0.0  # of those that exist
+        assert row["within the limit, %"] == pytest.approx(87.5)
+        assert row["L3 mm 95 %"] is None
+    if "far" in options:
+        assert row["within the limit, %"] == pytest.approx(87.5)
+    if "stretch" in options:
+        assert row["length off, % mean"] == pytest.approx(100.0 * options["stretch"], rel=1e-6)
+
+
+def test_a_shift_along_the_axis_of_the_camera_shows_as_less_than_itself(tmp_path):
+    row, _ = table_of(tmp_path, 13, shift_mm=2.0)
+    assert 1.5 < row["L3 mm mean"] <= 2.0
+
+
+def test_the_published_figures_stand_beside(tmp_path):
+    _, table = table_of(tmp_path, 0)
+    theirs = [row for row in table.rows if paper_figures.MARK in str(row[1])]
+    assert len(theirs) == len(paper_figures.TABLE_IV)
+
+
+def test_every_scenario_has_its_limits():
+    sequences = open_suite("rgbd-noisy", scale=0.01, size=SIZE).sequences
+    assert len(sequences) == 20
+    for sequence in sequences:
+        bar = paper_figures.space_bar(sequence.name)
+        assert bar == ((3.0, 6.0) if sequence.name[0] in "12" else (2.0, 4.0))
+    assert paper_figures.space_bar("cable 3") is None
+
+
+class DepthRung(stubs.Bars):
+    def __init__(self, ladder, level):
+        super().__init__(f"{ladder} {level}", deep=True)
+        self.base, self.ladder, self.level, self.unit = "bars", ladder, level, "sigma"
+
+
+def test_ladders_of_depth_have_a_plot_of_their_own(tmp_path):
+    rungs = [DepthRung(ladder, level) for ladder in ("depth noise", "jitter") for level in (0.0, 1.0)]
+    suite = Suite("noise", "ladders", tuple(rungs), "settings")
+    parts = evaluate([suite], [stubs.method(stubs.in_space)], tmp_path / "parts")
+    names = [path.name for path in write_plots(parts, tmp_path)]
+    assert names == ["noise-bars.png", "depth-bars.png", "times.png"]
+    (table,) = [table for table in tables(parts) if table.name == "noise"]
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    assert [row["L3 mm"] for row in rows] == pytest.approx([10.0] * 4, abs=0.01)
+    assert [row["length in space off, %"] for row in rows] == pytest.approx([0.0] * 4, abs=1e-6)

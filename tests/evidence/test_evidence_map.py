@@ -1,0 +1,106 @@
+"""What an image shows between two ends decides whether a gap is bridged."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from drawings import draw_cable
+from linking_examples import graph_of
+
+import dloftbs
+from dloftbs import Config, Frame, Pipeline
+from dloftbs.config import SegmentationConfig
+from dloftbs.errors import InputError
+from dloftbs.evidence import EvidenceMap
+from dloftbs.synthetic import DemoSequence
+
+SIZE = (240, 400)
+WIDTH = 9
+LINE = np.array([(30.0, 130.0), (130.0, 112.0), (260.0, 118.0), (370.0, 105.0)])
+GROUND, CABLE, OCCLUDER = (150, 160, 165), (40, 60, 190), (90, 140, 40)
+
+
+def scene(gap: tuple[int, int], cover: str, *, seed: int = 0, drift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return a mask with a gap between two columns, and an image that shows there what it is called.
+
+    The ground is noisy, and its brightness changes from left to right by `drift`.
+    """
+    rng = np.random.default_rng(seed)
+    whole = draw_cable(LINE, WIDTH, SIZE).astype(bool)
+    inside = np.zeros(SIZE, dtype=bool)
+    inside[:, slice(*gap)] = True
+    mask = whole & ~inside
+    image = np.empty((*SIZE, 3))
+    image[:] = GROUND
+    image += np.linspace(0.0, drift, SIZE[1])[:, None]
+    image[whole if cover == "cable" else mask] = CABLE
+    if cover == "occluder":
+        image[60:180, slice(*gap)] = OCCLUDER
+    image = cv2.GaussianBlur(image, (0, 0), 0.8) + rng.normal(0.0, 3.0, image.shape)
+    return mask, np.clip(image, 0, 255).astype(np.uint8)
+
+
+def looks(gap: tuple[int, int], cover: str, drift: float = 0.0) -> tuple[float, float, float]:
+    """Return how much of the gap looks like ground, cable and neither, in widths."""
+    mask, image = scene(gap, cover, drift=drift)
+    patch, graph = graph_of(mask)
+    inner = np.argsort(np.abs(patch.to_image(graph.arms[:, :2])[:, 0] - np.mean(gap)))[:2]
+    found = EvidenceMap(image, patch).across(graph.points, graph.spans, graph.arms, np.sort(inner)[None], graph.width)
+    return tuple(found[0].tolist())
+
+
+@pytest.mark.parametrize("drift", [0.0, 60.0])
+@pytest.mark.parametrize(("cover", "kind"), [("ground", 0), ("cable", 1), ("occluder", 2)])
+def test_a_gap_looks_like_what_is_there(cover: str, kind: int, drift: float) -> None:
+    seen = looks((150, 230), cover, drift)
+    assert seen[kind] > 5.0
+    assert sum(seen) - seen[kind] < 1.0
+
+
+@pytest.mark.parametrize("gap", [(180, 205), (165, 225), (150, 250)])
+def test_ends_with_ground_between_them_stay_open(gap: tuple[int, int]) -> None:
+    mask, image = scene(gap, "ground")
+    assert len(dloftbs.detect(mask, image=image)) == 2
+
+
+@pytest.mark.parametrize("cover", ["occluder", "cable"])
+@pytest.mark.parametrize("gap", [(180, 205), (165, 225), (150, 250)])
+def test_a_gap_that_something_hides_is_bridged(gap: tuple[int, int], cover: str) -> None:
+    mask, image = scene(gap, cover)
+    (found,) = dloftbs.detect(mask, image=image)
+    away = np.abs(found.curve.sample(400)[:, 1] - np.interp(found.curve.sample(400)[:, 0], *LINE.T))
+    assert away.max() < 6.0
+
+
+def test_the_pipeline_asks_the_image_of_a_frame() -> None:
+    mask, image = scene((165, 225), "ground")
+    assert len(Pipeline().detect(Frame(mask=mask)).detections) == 1
+    assert len(Pipeline().detect(Frame(mask=mask, image=image)).detections) == 2
+
+
+def test_the_result_turns_along_with_the_frame() -> None:
+    mask, image = scene((165, 225), "occluder", drift=40.0)
+    for k in range(4):
+        assert len(dloftbs.detect(np.rot90(mask, k), image=np.rot90(image, k))) == 1
+
+
+def test_an_image_of_another_size_is_refused() -> None:
+    mask, image = scene((165, 225), "ground")
+    with pytest.raises(InputError, match="size"):
+        dloftbs.detect(mask, image=image[:100])
+
+
+def test_an_end_at_the_border_of_the_image_takes_part_in_no_gap() -> None:
+    mask = draw_cable(np.array([(60.0, 60.0), (399.0, 100.0)]), WIDTH, SIZE)
+    mask |= draw_cable(np.array([(60.0, 170.0), (399.0, 128.0)]), WIDTH, SIZE)
+    assert len(dloftbs.detect(mask)) == 2
+    assert len(dloftbs.detect(mask, image=np.full((*SIZE, 3), 90, dtype=np.uint8))) == 2
+
+
+def test_a_fingertip_over_the_edge_of_a_mat_is_no_ground() -> None:
+    # Wood, mat, shadows and another cable lie beside the ends: all of them together are far from each other.
+    demo = DemoSequence(24, (360, 640), 1)
+    config = Config(segmentation=SegmentationConfig(hsv=(demo.hsv[1],)))
+    for index in (16, 17):
+        assert len(Pipeline(config).detect(demo.frame(index)).detections) == 1, index

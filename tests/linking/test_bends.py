@@ -1,0 +1,72 @@
+"""Sharp bends cut no cable: the corner that a skeleton grows there belongs to both arms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawings import draw_cable
+from linking_examples import dense, detect, distances, graph_of, hide
+
+from dloftbs.evaluation import match_curves
+from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence
+
+SIZE = (320, 320)
+APEX = np.array([160.3, 161.1])
+
+
+def bend(angle_deg: float, turned_deg: float, length: float = 120.0) -> np.ndarray:
+    """Return the two straight arms of a cable with a corner in the middle of the image, ``angle_deg`` between them."""
+    a = np.radians((turned_deg, turned_deg + angle_deg))
+    tips = APEX + length * np.column_stack((np.cos(a), np.sin(a)))
+    return np.array([tips[0], APEX, tips[1]])
+
+
+@pytest.mark.parametrize("width", [4, 12, 20])
+@pytest.mark.parametrize("angle", [90, 60, 45, 30])
+def test_a_sharp_bend_is_one_cable_with_its_corner(angle: float, width: int) -> None:
+    for turned in range(7, 360, 44):
+        line = bend(angle, turned)
+        found = detect(draw_cable(line, width, SIZE))
+        assert len(found) == 1, turned
+        assert distances(found, [line])[0] < 0.5 * width + 5.0, turned
+
+
+def test_a_mitre_is_a_spur_whose_corner_both_arms_know() -> None:
+    _, graph = graph_of(draw_cable(bend(30, 10), 12, SIZE))
+    known = graph.corners[graph.corners >= 0]
+    assert len(known) == 2
+    assert known[0] == known[1]
+    assert graph.spurs.sum() == 1
+
+
+def test_a_stem_is_no_mitre() -> None:
+    """A cable that ends at the side of another one leaves a stem that is long, and no wider than a cable."""
+    stem = APEX + np.array([(0.0, 0.0), (0.0, 100.0)])
+    mask = draw_cable(bend(40, -110), 12, SIZE) | draw_cable(stem, 12, SIZE)
+    _, graph = graph_of(mask)
+    assert (graph.corners < 0).all()
+    assert len(detect(mask)) == 2
+
+
+def test_a_crossing_that_is_half_hidden_is_no_bend() -> None:
+    """What is left of two cables looks like a V, but ends where it is cut off."""
+    lines = [np.array([(60.0, 60.0), (260.0, 260.0)]), np.array([(60.0, 150.0), (260.0, 170.0)])]
+    mask = draw_cable(lines[0], 12, SIZE) | draw_cable(lines[1], 12, SIZE)
+    _, graph = graph_of(hide(mask, 190, 172, 32))
+    assert (graph.corners < 0).all()
+
+
+def test_a_hairpin_whose_legs_touch_keeps_both() -> None:
+    t = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 30)
+    turn = np.column_stack((240 + 6 * np.cos(t), 160 + 6 * np.sin(t)))
+    line = dense(np.concatenate(([(60.0, 120.0)], turn, [(60.0, 200.0)])))
+    found = detect(draw_cable(line, 10, SIZE))
+    assert len(found) == 1
+    assert abs(found[0].curve.length - np.hypot(*np.diff(line, axis=0).T).sum()) < 20.0
+
+
+def test_a_loop_whose_crossing_is_cut_has_no_bend_there() -> None:
+    # A disc leaves both arms of the crossing as a V: straight cut, where the corner of a bend is round.
+    loop = DegradedSequence(KindSequence("one loop", 120, seed=3067), OCCLUDED, 3067)
+    found = detect(loop.frame(79).mask)
+    assert match_curves([one.curve for one in found], loop.truth(79).curves).clean(5.0)

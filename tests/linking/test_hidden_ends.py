@@ -1,0 +1,59 @@
+"""Gaps that end inside a run that two cables share."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linking_examples import coil, detect, draw, hide, pairing_of
+from scipy.spatial import cKDTree
+
+from dloftbs.graph import Graph, Pairing
+from dloftbs.linking.hidden_ends import join_inside
+from dloftbs.linking.loops import open_rings
+from dloftbs.linking.parallel_runs import settle_lanes
+
+HIDDEN = [(145, 170, 22), (150, 170, 18), (155, 160, 18), (155, 170, 14)]
+
+
+def before_joining(mask: np.ndarray) -> tuple[Graph, Pairing]:
+    _, graph, pairing = pairing_of(mask)
+    settle_lanes(graph, pairing)
+    open_rings(graph, pairing)
+    return graph, pairing
+
+
+@pytest.mark.parametrize("disc", HIDDEN)
+def test_a_cable_that_comes_to_lie_on_itself_unseen_is_one(disc: tuple[float, float, float]) -> None:
+    graph, pairing = before_joining(hide(draw(coil()), *disc))
+    assert len(pairing.chains()) == 2
+    join_inside(graph, pairing, 25.0)
+    ((chain, is_ring),) = pairing.chains()
+    assert not is_ring
+    joined = [end for end in chain if pairing.partner[end] >= 0 and not pairing.is_crossing(end)]
+    assert joined
+    assert all(pairing.cost[end] > 0.0 and pairing.margin[end] > 0.0 for end in joined)
+
+
+@pytest.mark.parametrize("disc", HIDDEN)
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_its_curve_is_that_of_the_cable(disc: tuple[float, float, float], mirrored: bool) -> None:
+    mask, line = hide(draw(coil()), *disc), coil()
+    if mirrored:
+        mask, line = mask[:, ::-1], np.column_stack((mask.shape[1] - 1 - line[:, 0], line[:, 1]))
+    (detection,) = detect(mask)
+    away, _ = cKDTree(detection.curve.sample(500)).query(line)
+    assert away.mean() < 1.0
+    assert abs(detection.curve.length - np.hypot(*np.diff(line, axis=0).T).sum()) < 20.0
+
+
+def test_gaps_that_are_too_long_stay_open() -> None:
+    graph, pairing = before_joining(hide(draw(coil()), *HIDDEN[0]))
+    join_inside(graph, pairing, 0.5)
+    assert len(pairing.chains()) == 2
+
+
+def test_an_end_that_is_cheap_to_leave_open_stays_open() -> None:
+    graph, pairing = before_joining(hide(draw(coil()), *HIDDEN[0]))
+    pairing.price = [0.0] * len(pairing.price)
+    join_inside(graph, pairing, 25.0)
+    assert len(pairing.chains()) == 2

@@ -1,0 +1,179 @@
+"""Where runs turn sharply, and how they are cut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from drawings import draw_cable
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.skeleton.kernels.junctions import FREE
+from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_runs
+
+
+def bent(turn_deg: float, length: int = 40) -> np.ndarray:
+    """Return points a pixel apart that go straight, turn at once, and go straight again."""
+    a = np.radians(turn_deg)
+    start = np.column_stack((np.arange(-length, 0.0), np.zeros(length)))
+    return np.concatenate((start, np.arange(0.0, length)[:, None] * (np.cos(a), np.sin(a))))
+
+
+@pytest.mark.parametrize(("turn_deg", "count"), [(0, 0), (40, 0), (60, 0), (75, 1), (-90, 1), (120, 1)])
+def test_only_a_sharp_turn_is_a_kink(turn_deg: float, count: int) -> None:
+    points = bent(turn_deg)
+    kinks = find_kinks(points, np.array([0, len(points)]), np.array([FREE, FREE]), 1, 5.0, 1.2)
+    assert len(kinks) == count
+    if count:
+        assert abs(int(kinks[0]) - 40) <= 1
+
+
+def test_kinks_are_found_in_their_own_run_and_not_in_loops() -> None:
+    points = np.concatenate((bent(0), bent(90), bent(90)))
+    kinks = find_kinks(points, np.array([0, 80, 160, 240]), np.full(4, FREE), 2, 5.0, 1.2)
+    assert len(kinks) == 1
+    assert abs(int(kinks[0]) - 120) <= 1
+
+
+@given(st.integers(0, 10**6))
+def test_cut_runs_are_those_cut_one_by_one(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n_open, loops = int(rng.integers(1, 6)), int(rng.integers(0, 3))
+    lengths = rng.integers(3, 20, n_open + loops)
+    offsets = np.cumsum([0, *lengths])
+    nodes = rng.integers(-1, 4, 2 * n_open)
+    alive = rng.random(n_open) < 0.7
+    inside = [i for i in range(offsets[n_open]) if i not in offsets and rng.random() < 0.2]
+    cuts = np.array(inside, dtype=np.int64)
+    new_offsets, new_nodes, new_alive = split_runs(cuts, offsets, nodes, alive, 4)
+    runs = []
+    for run in range(n_open):
+        at, left = int(offsets[run]), int(nodes[2 * run])
+        for k, cut in enumerate(inside):
+            if alive[run] and offsets[run] < cut < offsets[run + 1]:
+                runs.append((at, left, 4 + k, True))
+                at, left = cut, 4 + k
+        runs.append((at, left, int(nodes[2 * run + 1]), bool(alive[run])))
+    assert new_offsets.tolist() == [run[0] for run in runs] + offsets[n_open:].tolist()
+    assert new_nodes.tolist() == [node for run in runs for node in run[1:3]]
+    assert new_alive.tolist() == [run[3] for run in runs]
+
+
+class Meeting:
+    """Runs that meet at a few junctions, most of them two arms and a stub, in a mask that ends round or is cut off."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        self.width = width = float(rng.uniform(3.0, 14.0))
+        self.centres = np.array([(60.0, 60.0), (180.0, 60.0), (60.0, 180.0)]) + rng.uniform(-3.0, 3.0, (3, 2))
+        self.mask = np.zeros((240, 240), dtype=np.uint8)
+        runs, nodes, radii = [], [], []
+        self.outwards: list[np.ndarray] = []
+        for node, centre in enumerate(self.centres):
+            middle, half = rng.uniform(-np.pi, np.pi), rng.uniform(0.1, 0.85)
+            for k in range(rng.choice([2, 3, 3, 3, 3, 3, 4])):
+                is_stub = k == 0
+                # Arms lead away from the junction, and point outwards on its other side, as the stub does.
+                angle = middle + (rng.normal(0.0, 0.3) if is_stub else np.pi + (half if k % 2 else -half))
+                along = np.array([np.cos(angle), np.sin(angle)])
+                mitre = 0.5 * width * (1.0 / np.sin(half) - 1.0)
+                length = min(mitre + rng.uniform(0.0, 2.0) * width, 45.0) if is_stub else 40.0
+                points = centre + np.arange(1.0, max(length, 2.0))[:, None] * along
+                drawn = np.array([centre, points[-1]])
+                self.mask |= draw_cable(drawn, round(width), self.mask.shape)
+                if is_stub and rng.random() < 0.3:  # what hides a crossing cuts its corner off
+                    y, x = np.mgrid[:240, :240]
+                    beyond = (x - points[-1, 0]) * along[0] + (y - points[-1, 1]) * along[1]
+                    near = np.hypot(x - points[-1, 0], y - points[-1, 1]) < 2.0 * width
+                    self.mask[near & (beyond > 0.0)] = 0
+                elsewhere = rng.integers(0, 3) if rng.random() < 0.1 else FREE
+                backwards = rng.random() < 0.5
+                runs.append(points[::-1] if backwards else points)
+                nodes.append((elsewhere, node) if backwards else (node, elsewhere))
+                wide = (rng.uniform(1.2, 2.0), rng.uniform(0.5, 1.0)) if is_stub else (1.0, 1.0)
+                widths = width * np.linspace(*wide, len(points))
+                radii.append(0.5 * (widths[::-1] if backwards else widths))
+                self.outwards += [along, -along] if backwards else [-along, along]
+        self.points, self.radius = np.concatenate(runs), np.concatenate(radii)
+        self.offsets = np.cumsum([0, *map(len, runs)])
+        self.nodes = np.array(nodes).ravel()
+        tips = [run[end] for run in runs for end in (0, -1)]
+        self.arms = np.column_stack((tips, self.outwards, np.zeros((len(tips), 2))))
+        self.alive = rng.random(len(runs)) < 0.9
+        self.spurs = ~self.alive & (rng.random(len(runs)) < 0.8)
+
+    def find(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the corners, and which runs are alive and which are spurs afterwards."""
+        alive, spurs = self.alive.copy(), self.spurs.copy()
+        runs = self.points, self.radius, self.offsets
+        corners = find_corners(self.nodes, alive, spurs, self.arms, self.centres, *runs, self.mask, self.width)
+        return corners, alive, spurs
+
+    def reach(self, place: np.ndarray, way: np.ndarray) -> float:
+        """Return how far the mask goes from a place, up to two widths, in quarters of a pixel."""
+        t = 0.0
+        while t < 2.0 * self.width:
+            x, y = place + t * way + 0.5
+            if not (0 <= int(y) < 240 and 0 <= int(x) < 240 and self.mask[int(y), int(x)]):
+                break
+            t += 0.25
+        return t
+
+
+def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]]:
+    """Look at one stub after the other, from its junction to its tip."""
+    corners, alive, spurs = [-1] * len(meeting.nodes), meeting.alive.tolist(), meeting.spurs.tolist()
+    nodes, width = meeting.nodes.tolist(), meeting.width
+    for root, node in enumerate(nodes):
+        stub = root // 2
+        if node < 0 or nodes[root ^ 1] != FREE or not (alive[stub] or spurs[stub]):
+            continue
+        ends = [end for end, other in enumerate(nodes) if other == node and alive[end // 2] and end != root]
+        if len(ends) != 2 or ends[0] // 2 == ends[1] // 2:
+            continue
+        at = np.arange(meeting.offsets[stub], meeting.offsets[stub + 1])[:: -1 if root % 2 else 1]
+        one, two = (meeting.arms[end, 2:4] for end in ends)
+        way = meeting.points[at[-1]] - meeting.centres[node]
+        length = float(np.hypot(*way))
+        between = (one + two) / np.hypot(*(one + two))
+        if one @ two <= 0.0 or way @ between < 0.85 * length:
+            continue
+        wide = [i for i in at if 2.0 * meeting.radius[i] >= 0.9 * width]
+        apex = wide[-1] if wide else at[0]
+        ahead = way / length
+        aside = np.array([-ahead[1], ahead[0]])
+        slanting = [meeting.reach(meeting.points[apex], (ahead + side * aside) / math.sqrt(2.0)) for side in (-1, 1)]
+        if np.mean(slanting) > 1.25 * meeting.reach(meeting.points[apex], ahead) + 0.5:
+            continue
+        if alive[stub]:
+            half = 0.5 * max(math.acos(min(float(one @ two), 1.0)), 0.1)
+            # Where the skeletons meet, a disc touches the inner corner and both outer sides.
+            mitre = 0.5 * width * (1.0 - math.sin(half)) / (math.sin(half) * (1.0 + math.sin(half)))
+            if length > 1.25 * mitre + 0.75 * width + 3.0 or 2.0 * np.mean(meeting.radius[at]) < 1.15 * width:
+                continue
+            alive[stub], spurs[stub] = False, True
+        for end in ends:
+            corners[end] = int(apex)
+    return corners, alive, spurs
+
+
+@given(st.integers(0, 2**31))
+def test_corners_agree_with_the_literal_twin(seed: int) -> None:
+    meeting = Meeting(seed)
+    assert tuple(found.tolist() for found in meeting.find()) == literal_corners(meeting)
+
+
+@given(st.integers(0, 2**31))
+def test_a_corner_is_known_to_two_ends_at_one_junction_and_its_run_is_a_spur(seed: int) -> None:
+    meeting = Meeting(seed)
+    corners, alive, spurs = meeting.find()
+    for corner in np.unique(corners[corners >= 0]):
+        one, two = np.flatnonzero(corners == corner)
+        assert meeting.nodes[one] == meeting.nodes[two] >= 0
+        stub = np.searchsorted(meeting.offsets, corner, side="right") - 1
+        assert spurs[stub]
+        assert not alive[stub]
+    np.testing.assert_array_equal(alive | spurs, meeting.alive | meeting.spurs)
+    assert not (alive & ~meeting.alive).any()

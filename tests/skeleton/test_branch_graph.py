@@ -1,0 +1,149 @@
+"""Skeleton to graph."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawings import random_masks
+from hypothesis import given
+from linking_examples import circle, cross, draw, graph_of
+
+from dloftbs import Config
+from dloftbs.cleaning import clean
+from dloftbs.graph import FREE, UNAVAILABLE, Graph
+from dloftbs.skeleton import build_graph, skeletonize
+
+LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
+
+
+def arms_at(graph: Graph) -> list[int]:
+    """Return how many arms that are no spurs each junction has, sorted."""
+    nodes = graph.nodes[~np.repeat(graph.spurs, 2)]
+    return sorted(np.unique(nodes[nodes >= 0], return_counts=True)[1].tolist())
+
+
+@pytest.mark.parametrize("width", [3.0, 7.0, 12.0, 40.0])
+def test_a_cable_is_one_run_with_two_free_ends(width: float) -> None:
+    patch, graph = graph_of(draw(LINE, width=width))
+    assert (graph.runs, graph.loops) == (1, [])
+    assert graph.nodes.tolist() == [FREE, FREE]
+    assert graph.spans.tolist() == [[0, len(graph.points)]]
+    assert graph.width == pytest.approx(width, abs=0.5)
+    away = np.abs(patch.to_image(graph.points) @ (-10.0 / 360, 1.0) - (120.0 - 20 / 36)) / np.hypot(1, 1 / 36)
+    inner = slice(int(width), -int(width))
+    assert away[inner].max() < 0.6
+
+
+@pytest.mark.parametrize("angle", [90, 60, 40])
+def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> None:
+    patch, graph = graph_of(draw(*cross(angle)))
+    assert arms_at(graph) == [4]
+    arms = graph.arms[graph.nodes >= 0]
+    to_centre = np.array([200.0, 120.0]) - patch.to_image(arms[:, :2])
+    matrix, _ = patch.image_transform
+    pointing = arms[:, 2:4] @ matrix.T
+    cosines = np.einsum("ij,ij->i", pointing, to_centre) / np.linalg.norm(to_centre, axis=1)
+    assert cosines.min() > 0.97
+
+
+def test_an_oblique_cross_is_one_junction_or_two_with_a_run_between() -> None:
+    for angle in (10, 15, 20, 30):
+        _, graph = graph_of(draw(*cross(angle)))
+        assert arms_at(graph) in ([4], [3, 3])
+
+
+def test_a_t_is_a_junction_of_three_arms() -> None:
+    _, graph = graph_of(draw(LINE, [(200, 125), (210, 220)]))
+    assert arms_at(graph) == [3]
+    assert not graph.spurs.any()
+
+
+def test_what_sticks_out_by_less_than_the_cable_is_wide_is_a_spur() -> None:
+    _, graph = graph_of(draw(LINE) | draw([(200, 125), (201, 131)], width=3))
+    assert arms_at(graph) in ([], [2])
+    assert graph.spurs.sum() <= 1
+    _, graph = graph_of(draw(LINE) | draw([(200, 125), (202, 145)], width=5))
+    assert arms_at(graph) == [3]
+
+
+def test_a_ring_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
+    _, ring = graph_of(draw(circle((200, 120), 80)))
+    assert (ring.runs, len(ring.loops)) == (0, 1)
+    a = np.linspace(0, 2 * np.pi, 600)
+    _, eight = graph_of(draw(np.column_stack((200 + 150 * np.sin(a), 120 + 80 * np.sin(2 * a)))))
+    assert eight.loops == []
+    assert arms_at(eight) == [4]
+
+
+def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_arms() -> None:
+    _, graph = graph_of(draw([(100, 200), (200, 30), (300, 200)]))
+    assert graph.runs == 2
+    assert arms_at(graph) == [2]
+    _, smooth = graph_of(draw(circle((200, 160), 60, np.pi, 2 * np.pi)))
+    assert (smooth.runs, arms_at(smooth)) == (1, [])
+
+
+def test_specks_and_what_was_swallowed_cannot_be_joined() -> None:
+    mask = draw(LINE)
+    mask[40:43, 200:203] = 1
+    _, graph = graph_of(mask)
+    assert graph.runs == 2
+    assert sorted(graph.nodes.tolist()) == [UNAVAILABLE, UNAVAILABLE, FREE, FREE]
+
+
+def test_round_and_cut_ends_differ() -> None:
+    mask = draw(LINE, width=12)
+    mask[:, 300:] = 0
+    _, graph = graph_of(mask)
+    assert graph.runs == 1
+    flat, rounded = sorted(graph.caps.tolist())
+    assert flat < 0.1
+    assert rounded > flat + 0.3
+
+
+@pytest.mark.parametrize("slant", [-0.6, 0.6])
+def test_the_end_that_a_slanting_cut_leaves_points_along_the_cable(slant: float) -> None:
+    mask = draw([(20, 120), (380, 120)], width=13)
+    yy, xx = np.indices(mask.shape)
+    mask[xx > 250 + slant * (yy - 120)] = 0
+    patch, graph = graph_of(mask)
+    tips = patch.to_image(graph.arms[:, :2])
+    right = int(np.argmax(tips[:, 0]))
+    ahead = patch.to_image(graph.arms[:, :2] + graph.arms[:, 2:4])[right] - tips[right]
+    assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) < 15.0
+    assert abs(tips[right, 1] - 120.0) < 3.0
+    assert graph.caps[right] < 0.6
+
+
+def test_more_runs_than_allowed_make_no_graph() -> None:
+    patch = clean(draw(*cross(90)), Config().cleaning)
+    assert patch is not None
+    skeleton = skeletonize(patch)
+    graph, runs = build_graph(patch, skeleton, 1000)
+    assert graph is not None
+    assert build_graph(patch, skeleton, runs)[0] is not None
+    assert build_graph(patch, skeleton, runs - 1) == (None, runs)
+
+
+@given(random_masks)
+def test_every_graph_fits_together(mask: np.ndarray) -> None:
+    patch = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
+    if patch is None:
+        return
+    graph, _ = build_graph(patch, skeletonize(patch), 10_000)
+    if graph is None:
+        return
+    n, total = graph.runs, len(graph.points)
+    assert len(graph.pixels) == len(graph.radius) == total == graph.offsets[-1]
+    assert graph.nodes.shape == graph.caps.shape == (2 * n,)
+    assert graph.arms.shape == (2 * n, 6)
+    assert graph.spurs.shape == (n,)
+    assert (graph.nodes >= UNAVAILABLE).all()
+    assert (graph.offsets[:n] <= graph.spans[:, 0]).all()
+    assert (graph.spans[:, 0] <= graph.spans[:, 1]).all()
+    assert (graph.spans[:, 1] <= graph.offsets[1 : n + 1]).all()
+    assert np.isfinite(graph.points).all()
+    assert np.isfinite(graph.arms).all()
+    assert (graph.radius > 0).all()
+    size = np.linalg.norm(graph.arms[:, 2:4], axis=1)
+    assert (np.isclose(size, 1.0) | (size == 0.0)).all()

@@ -1,0 +1,39 @@
+"""What was seen before, in the pose of a patch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawings import EIGHT_VERSIONS, turn, turn_points
+from linking_examples import SIZE, draw, graph_of
+
+import dloftbs
+from dloftbs.prior import TemporalPrior
+
+DASHES = [[(20, 60), (150, 70)], [(230, 76), (380, 90)]]
+
+
+@pytest.mark.parametrize("version", EIGHT_VERSIONS)
+def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None:
+    whole, dashes = (turn(draw(*cables), *version) for cables in ([[(20, 60), (380, 90)]], DASHES))
+    (seen,) = dloftbs.detect(whole)
+    patch, graph = graph_of(dashes)
+    past = TemporalPrior([(seen.curve, 0.7)], patch, graph.width)
+    rows, columns = np.triu_indices(len(graph.arms), 1)
+    found = past.continuity(graph.arms, rows, columns)
+    (best,) = np.flatnonzero(found)
+    assert 0.5 < found[best] <= 0.7
+    ends = patch.to_image(graph.arms[[rows[best], columns[best]], :2])
+    expected = turn_points(np.array([[150.0, 70.0], [230.0, 76.0]]), SIZE, *version)
+    assert min(np.abs(ends - expected).max(), np.abs(ends[::-1] - expected).max()) < 6.0
+
+
+def test_samples_are_even() -> None:
+    (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
+    patch, graph = graph_of(draw(*DASHES))
+    past = TemporalPrior([(seen.curve, 1.0), (seen.curve.reversed(), 0.5)], patch, graph.width).samples
+    assert past.first.tolist() == [0, len(past.points) // 2, len(past.points)]
+    steps = np.hypot(*np.diff(past.points[: past.first[1]], axis=0).T)
+    np.testing.assert_allclose(steps, past.steps[0], rtol=0.02)
+    np.testing.assert_allclose(past.points[: past.first[1]], past.points[past.first[1] :][::-1], atol=1e-6)
+    assert past.trust.tolist() == [1.0, 0.5]

@@ -1,0 +1,40 @@
+"""Curves that move along with the velocities of their samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dloftbs.tracking.kernels.curve_motion import move_control_points
+
+
+def slow_move(
+    knots: np.ndarray, control: np.ndarray, velocity: np.ndarray, seconds: float, degree: int, closed: bool
+) -> np.ndarray:
+    """Move control points by NumPy's interpolation."""
+    n, places = len(control), np.cumsum(knots)
+    greville = (places[degree : degree + n] - places[:n]) / degree
+    at, even = greville % 1.0 if closed else greville, np.linspace(0.0, 1.0, len(velocity))
+    return control + seconds * np.stack([np.interp(at, even, column) for column in velocity.T], axis=1)
+
+
+def knots_of(rng: np.random.Generator, closed: bool, even: bool) -> np.ndarray:
+    """Return the knots of a cubic with some spans, clamped or periodic."""
+    spans = int(rng.integers(4, 40))
+    steps = np.ones(spans) if even else rng.uniform(0.1, 1.0, spans)
+    breaks = np.concatenate(([0.0], np.cumsum(steps) / steps.sum()))
+    breaks[-1] = 1.0
+    if closed:
+        return np.concatenate((breaks[-4:-1] - 1.0, breaks, breaks[1:4] + 1.0))
+    return np.concatenate(([0.0] * 3, breaks, [1.0] * 3))
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("even", [False, True])
+def test_control_points_move_as_by_interpolation_bit_for_bit(closed: bool, even: bool) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(500):
+        knots = knots_of(rng, closed, even)
+        control, velocity = rng.normal(size=(len(knots) - 4, 2)), rng.normal(size=(65, 2))
+        found = move_control_points(knots, control, velocity, 0.03, 3, closed)
+        np.testing.assert_array_equal(found, slow_move(knots, control, velocity, 0.03, 3, closed))
