@@ -54,7 +54,7 @@ LEAST_CASES = {
     "calibrations": 104,
     "images": 68,
     "videos": 40,
-    "stacks": 102,
+    "stacks": 103,
     "lines": 26,
     "calls": 67,
     "over-inputs": 52,

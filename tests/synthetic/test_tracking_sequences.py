@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dloftbs.errors import InputError
-from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, tracking_sequences
+from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, tracking
 from dloftbs.synthetic.tracking_scenes import MOST_HIDDEN
 
 SIZE = (360, 640)
@@ -161,10 +161,10 @@ def test_frames_are_the_same_bit_for_bit_in_any_order_and_after_pickling(family,
 
 
 def test_the_suite_has_all_families_and_scales_by_sequences():
-    small = tracking_sequences(0.01, 0, SIZE)
+    small = tracking(0.01, 0, SIZE)
     assert [(one.family, one.cables) for one in small] == CASTS
     assert all(len(one) == 60 for one in small)
-    whole = tracking_sequences()
+    whole = tracking()
     assert sum(one.cables == 1 for one in whole) > 60
     assert len({one.name for one in whole}) == len(whole)
     assert small[0].name == "crossing, 1 cable, 0"
@@ -189,4 +189,4 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(InputError, match=r"width_px must be in 1\.\.10 here"):
         TrackingSequence("hidden", 1, size=SIZE, width_px=30.0)
     with pytest.raises(InputError, match="scale must be positive"):
-        tracking_sequences(0.0)
+        tracking(0.0)

@@ -122,6 +122,11 @@ class Meeting:
         return t
 
 
+def turned(way: np.ndarray, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s], [s, c]]) @ way
+
+
 def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]]:
     """Look at one stub after the other, from its junction to its tip."""
     corners, alive, spurs = [-1] * len(meeting.nodes), meeting.alive.tolist(), meeting.spurs.tolist()
@@ -142,10 +147,11 @@ def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]
             continue
         wide = [i for i in at if 2.0 * meeting.radius[i] >= 0.9 * width]
         apex = wide[-1] if wide else at[0]
-        ahead = way / length
-        aside = np.array([-ahead[1], ahead[0]])
-        slanting = [meeting.reach(meeting.points[apex], (ahead + side * aside) / math.sqrt(2.0)) for side in (-1, 1)]
-        if np.mean(slanting) > 1.25 * meeting.reach(meeting.points[apex], ahead) + 0.5:
+        ahead, aside = (
+            [meeting.reach(meeting.points[apex], turned(way / length, angle)) for angle in angles]
+            for angles in ((-0.26, 0.0, 0.26), (-1.05, -0.79, -0.52, 0.52, 0.79, 1.05))
+        )
+        if width >= 6.0 and max(aside) > 1.15 * np.mean(ahead) + 0.75:
             continue
         if alive[stub]:
             half = 0.5 * max(math.acos(min(float(one @ two), 1.0)), 0.1)
