@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -18,11 +18,9 @@ from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
 from dloftbs.crossings import find_crossings
 from dloftbs.frame import Frame, FrameResult
-from dloftbs.pipeline import Pipeline, make_tracker
-from dloftbs.published import NearestTracker
+from dloftbs.pipeline import Pipeline
 from dloftbs.sources import Source
 from dloftbs.synthetic import DemoSequence
-from dloftbs.tracking import Tracker
 
 _PICTURES = 12
 
@@ -50,8 +48,8 @@ class DemoRun:
 def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoRun:
     """Track the video in the folder, write curves and overlay beside it, and score them.
 
-    Each cable has a colour of its own and so a pipeline of its own; one tracker gives identities to what all of them
-    find. Tracking, drawing and scoring come one after the other, so that the timing is not disturbed.
+    Each cable has a colour of its own and so a pipeline of its own, with tracks of its own; their ids are numbered
+    together. Tracking, drawing and scoring come one after the other, so that the timing is not disturbed.
 
     Raises
     ------
@@ -69,31 +67,35 @@ def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoR
 
 def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     pipelines = [Pipeline(config) for config in run.configs]
-    tracker = make_tracker(run.configs[0].tracking)
+    ids: dict[tuple[int, int], int] = {}
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(_merge(frame, [pipeline.process(frame) for pipeline in pipelines], tracker, run.configs[0]))
+            results.append(_merge(frame, [pipeline.process(frame) for pipeline in pipelines], ids, run.configs[0]))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
     return results
 
 
-def _merge(frame: Frame, results: list[FrameResult], tracker: Tracker | NearestTracker, config: Config) -> FrameResult:
-    """Make one result of those of all pipelines for one frame, with their crossings; their times add up."""
+def _merge(frame: Frame, results: list[FrameResult], ids: dict[tuple[int, int], int], config: Config) -> FrameResult:
+    """Make one result of those of all pipelines for one frame, with their crossings; their times add up.
+
+    `ids` numbers the tracks by pipeline and id there, in the order in which they appear.
+    """
     detections = tuple(detection for result in results for detection in result.detections)
     reason = None if detections else "; ".join(result.reason or "" for result in results)
     since = perf_counter()
     crossings = find_crossings(detections, frame, config.lifting)
     crossings_ms = 1e3 * (perf_counter() - since)
-    since = perf_counter()
-    tracks = tracker.update(detections, frame.stamp, frame.size)
-    tracking_ms = 1e3 * (perf_counter() - since)
+    tracks = tuple(
+        replace(track, id=ids.setdefault((number, track.id), len(ids) + 1))
+        for number, result in enumerate(results)
+        for track in result.tracks
+    )
     stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
     stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
     stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
-    stage_ms["tracking"] = tracking_ms
     first = results[0]
     return FrameResult(
         detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name, crossings
