@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 
 from dloftbs.centerline import Centerline, Joint, Segment
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection
+from dloftbs.detection import Detection
 
 
 def curve_through(points: np.ndarray, closed: bool = False) -> BSplineCurve:

@@ -20,12 +20,16 @@ DATA = {
     "centerline",
     "camera",
     "depth",
+    "detection",
     "frame",
+    "frame_result",
     "mask_crop",
     "prior",
     "evidence",
     "graph",
     "observation",
+    "stage_trace",
+    "tracks",
     "truth",
 }
 ROOMS = {
@@ -54,7 +58,11 @@ KNOWN_OUTSIDE = {
     "curve",
     "centerline",
     "camera",
+    "detection",
     "frame",
+    "frame_result",
+    "stage_trace",
+    "tracks",
     "truth",
 }
 BELOW_PIPELINE = GROUND | DATA | ROOMS
@@ -75,7 +83,9 @@ MAY_IMPORT = {
     **{name: GROUND | (DATA - {name}) for name in ("camera", "evidence", "observation", "prior")},
     **dict.fromkeys(ROOMS, GROUND | DATA),
     "inspection": BELOW_PIPELINE - {"tracking"},
-    "pipeline": BELOW_PIPELINE | {"inspection"},
+    "stage_order": BELOW_PIPELINE - {"tracking"},
+    "pipeline": BELOW_PIPELINE | {"inspection", "stage_order"},
+    "api": BELOW_PIPELINE | {"pipeline", "stage_order"},
     "sources": KNOWN_OUTSIDE | {"overlap"},
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
     "sinks": KNOWN_OUTSIDE | {"viz"},
@@ -83,7 +93,19 @@ MAY_IMPORT = {
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
     "cli": BELOW_PIPELINE
-    | {"inspection", "pipeline", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap", ""},
+    | {
+        "api",
+        "inspection",
+        "pipeline",
+        "stage_order",
+        "sources",
+        "synthetic",
+        "sinks",
+        "evaluation",
+        "viz",
+        "overlap",
+        "",
+    },
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 

@@ -14,15 +14,11 @@ from dloftbs._arrays import check_depth, check_image, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import (
-    Crossing,
-    Detection,
-    Frame,
-    FrameResult,
-    Track,
-    TrackState,
-)
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 
 IMAGE = np.zeros((4, 6, 3), np.uint8)
 MASK = np.zeros((4, 6), np.uint8)

@@ -9,10 +9,12 @@ import numpy as np
 
 from dloftbs._arrays import AnyArray, FloatArray
 from dloftbs.centerline import Segment
-from dloftbs.frame import Frame, FrameResult, StageTrace
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.graph import Graph
 from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.published import Walks, make_segments
+from dloftbs.stage_trace import StageTrace
 
 
 def trace_stages(

@@ -17,7 +17,8 @@ from dloftbs.cli.scoring import Scores, score_frame
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
 from dloftbs.crossings import find_crossings
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline, make_tracker
 from dloftbs.published import NearestTracker
 from dloftbs.sources import Source
