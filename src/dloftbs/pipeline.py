@@ -8,8 +8,8 @@ from dloftbs.config import Config, GreedyLinkingConfig, NearestTrackingConfig, T
 from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
-from dloftbs.inspection import trace_stages
-from dloftbs.published import NearestTracker
+from dloftbs.inspection import Segments, graph_segments, trace_stages
+from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import HsvSegmenter
 from dloftbs.stage_order import Segmenter, StageRun, run_stages
 from dloftbs.stage_trace import StageTrace
@@ -113,7 +113,7 @@ class Pipeline:
             As `process`.
         """
         run = run_stages(frame, self._config, self._segmenter)
-        return trace_stages(frame, run.mask, run.patch, run.skeleton, run.walks, run.graph, _result(frame, run, ()))
+        return trace_stages(frame, run.mask, run.patch, run.skeleton, _segments(run), _result(frame, run, ()))
 
 
 def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:
@@ -134,3 +134,13 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResu
         run.crossings,
         run.dropped,
     )
+
+
+def _segments(run: StageRun) -> Segments | None:
+    """Return the segments of whichever method ran; None where the stages did not come so far."""
+    if run.patch is None:
+        return None
+    if run.walks is not None:
+        kept, short = run.walks.open + run.walks.loops, run.walks.short
+        return tuple(make_segments(run.patch, kept)), tuple(make_segments(run.patch, short))
+    return None if run.graph is None else graph_segments(run.patch, run.graph)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -16,14 +15,11 @@ from dloftbs.cli.progress import open_progress
 from dloftbs.cli.scoring import Scores, score_frame
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
-from dloftbs.crossings import find_crossings
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
-from dloftbs.pipeline import Pipeline, make_tracker
-from dloftbs.published import NearestTracker
+from dloftbs.pipeline_group import PipelineGroup
 from dloftbs.sources import Source
 from dloftbs.synthetic import DemoSequence
-from dloftbs.tracking import Tracker
 
 _PICTURES = 12
 
@@ -69,36 +65,15 @@ def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoR
 
 
 def _track(source: Source, run: DemoRun) -> list[FrameResult]:
-    pipelines = [Pipeline(config) for config in run.configs]
-    tracker = make_tracker(run.configs[0].tracking)
+    pipelines = PipelineGroup(run.configs)
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(_merge(frame, [pipeline.process(frame) for pipeline in pipelines], tracker, run.configs[0]))
+            results.append(pipelines.process(frame))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
     return results
-
-
-def _merge(frame: Frame, results: list[FrameResult], tracker: Tracker | NearestTracker, config: Config) -> FrameResult:
-    """Make one result of those of all pipelines for one frame, with their crossings; their times add up."""
-    detections = tuple(detection for result in results for detection in result.detections)
-    reason = None if detections else "; ".join(result.reason or "" for result in results)
-    since = perf_counter()
-    crossings = find_crossings(detections, frame, config.lifting)
-    crossings_ms = 1e3 * (perf_counter() - since)
-    since = perf_counter()
-    tracks = tracker.update(detections, frame.stamp, frame.size)
-    tracking_ms = 1e3 * (perf_counter() - since)
-    stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
-    stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
-    stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
-    stage_ms["tracking"] = tracking_ms
-    first = results[0]
-    return FrameResult(
-        detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name, crossings
-    )
 
 
 def _write(source: Source, results: list[FrameResult], run: DemoRun, folder: Path) -> None:
