@@ -16,9 +16,9 @@ from dloftbs.linking import end_matching as pairing_stage
 from dloftbs.linking.end_matching import pair
 from dloftbs.linking.kernels import bending, branch_overlap, end_matching, parallel_runs, wide_stretches
 from dloftbs.mask_crop import MaskCrop
-from dloftbs.pipeline import run_stages
 from dloftbs.skeleton import branch_graph
 from dloftbs.skeleton.kernels import branch_ends as arms_kernels
+from dloftbs.stage_order import run_stages
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

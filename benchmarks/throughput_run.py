@@ -18,7 +18,7 @@ from time import sleep
 from benchmarks.throughput import PICTURES, VIDEO
 from benchmarks.timing import interleaved
 from dloftbs import Config, Frame, Pipeline, SegmentationConfig, sinks, sources
-from dloftbs.frame import FrameResult
+from dloftbs.frame_result import FrameResult
 from dloftbs.overlap import Ahead, Behind, cores, in_order
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sources import Source

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from dloftbs import Config, Pipeline
-from dloftbs.frame import FrameResult
+from dloftbs.frame_result import FrameResult
 from dloftbs.synthetic import TrackingSequence
 from dloftbs.viz import Style, contact_sheet, draw
 from dloftbs.viz.shapes import Picture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,20 @@ from scipy.interpolate import make_interp_spline
 
 from dloftbs.centerline import Centerline, Joint, Segment
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection
+from dloftbs.detection import Detection
+
+NOT_SPANS = [
+    ((0.5, 0.2),),
+    ((-1e-9, 0.1),),
+    ((0.9, 1.0 + 1e-9),),
+    ((0.5, 0.6), (0.1, 0.2)),
+    ((0.1,),),
+    (0.1, 0.2),
+    None,
+    ((math.nan, 1.0),),
+    (("0", "1"),),
+]
+"""Values that are no ascending intervals of ``u`` in 0..1."""
 
 
 def curve_through(points: np.ndarray, closed: bool = False) -> BSplineCurve:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 from dataclasses import FrozenInstanceError, replace
 
@@ -89,6 +90,21 @@ class TestJoint:
     def test_kinds_are_their_names(self):
         assert JointKind("gap") is JointKind.GAP
         assert JointKind.CROSSING == "crossing"
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            *(("u", value) for value in ((0.5, 0.2), (-0.1, 0.2), None, (0.1,))),
+            *(("kind", value) for value in ("gap", None)),
+            *(("cost", value) for value in (-1.0, math.inf, "1")),
+            *(("margin", value) for value in (-1.0, math.nan, -math.inf)),
+            *(("confidence", value) for value in (1.1, None)),
+            *(("alternatives", value) for value in ((None,), ((1.0,), None), None)),
+        ],
+    )
+    def test_wrong_fields_are_refused(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must be"):
+            replace(GAP, **{name: value})
 
 
 class TestCenterline:

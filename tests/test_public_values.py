@@ -19,8 +19,11 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import Config, FittingConfig, LinkingConfig, TrackingConfig
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
+from dloftbs.detection import Crossing, Detection
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
+from dloftbs.tracks import Track, TrackState
 from dloftbs.truth import Truth
 
 FLOATS = (float, np.float64, np.float32, np.float16, np.longdouble)

@@ -5,7 +5,7 @@ import pytest
 
 from dloftbs import viz
 from dloftbs._text import readable
-from dloftbs.frame import FrameResult
+from dloftbs.frame_result import FrameResult
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from dloftbs._version import __version__
 
 if TYPE_CHECKING:
     from dloftbs import evaluation, sinks, sources, viz
+    from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.centerline import Centerline, Joint, JointKind, Segment
     from dloftbs.config import (
@@ -42,10 +43,13 @@ if TYPE_CHECKING:
         TrackingConfig,
     )
     from dloftbs.curve import BSplineCurve
+    from dloftbs.detection import Crossing, Detection
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
-    from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
-    from dloftbs.pipeline import Pipeline, detect, track
+    from dloftbs.frame import Frame
+    from dloftbs.frame_result import FrameResult
+    from dloftbs.pipeline import Pipeline
     from dloftbs.tracking import Tracker
+    from dloftbs.tracks import Track, TrackState
 
 _HOME = {
     "PinholeCamera": "camera",
@@ -69,8 +73,12 @@ _HOME = {
     ),
     "BSplineCurve": "curve",
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
-    **dict.fromkeys(("Crossing", "Detection", "Frame", "FrameResult", "Track", "TrackState"), "frame"),
-    **dict.fromkeys(("Pipeline", "detect", "track"), "pipeline"),
+    **dict.fromkeys(("Crossing", "Detection"), "detection"),
+    "Frame": "frame",
+    "FrameResult": "frame_result",
+    **dict.fromkeys(("Track", "TrackState"), "tracks"),
+    **dict.fromkeys(("detect", "track"), "api"),
+    "Pipeline": "pipeline",
     "DepthRegistration": "camera",
     "Tracker": "tracking",
 }

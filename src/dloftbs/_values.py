@@ -18,6 +18,9 @@ LONGEST_S = 1e11
 MOST_PX = 1_000_000
 """Pixels of an image's side, far above those of any sensor."""
 
+MAX_WHOLE = 2**53
+"""Largest integer that JSON and a float64 hold exactly: no index, id or number of frames is larger."""
+
 _LONGEST_SHOWN = 200  # characters of a value in a message
 
 
@@ -126,6 +129,12 @@ def check_all(name: str, values: object, wanted: type) -> tuple[object, ...]:
     if not isinstance(values, Sequence) or not all(isinstance(value, wanted) for value in values):
         raise InputError(f"{name} must be a sequence of {wanted.__name__}, got {shown(values)}")
     return tuple(values)
+
+
+def set_fields(instance: object, **fields: object) -> None:
+    """Replace fields of a frozen instance while it is made."""
+    for name, value in fields.items():
+        object.__setattr__(instance, name, value)
 
 
 def shown(value: object) -> str:

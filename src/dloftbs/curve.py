@@ -252,3 +252,9 @@ class BSplineCurve:
         return (
             f"BSplineCurve({kind}, {self.ndim}D, {len(self._control_points)} control points, length {self.length:.4g})"
         )
+
+
+def check_curve(name: str, curve: object, ndim: int) -> None:
+    """Raise an `InputError` if a value is no curve with so many dimensions."""
+    if not isinstance(curve, BSplineCurve) or curve.ndim != ndim:
+        raise InputError(f"{name} must be a BSplineCurve with {ndim} dimensions, got {shown(curve)}")

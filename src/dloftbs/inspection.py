@@ -9,10 +9,14 @@ import numpy as np
 
 from dloftbs._arrays import AnyArray, FloatArray
 from dloftbs.centerline import Segment
-from dloftbs.frame import Frame, FrameResult, StageTrace
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.graph import Graph
 from dloftbs.mask_crop import MaskCrop, Skeleton
-from dloftbs.published import Walks, make_segments
+from dloftbs.stage_trace import StageTrace
+
+Segments = tuple[tuple[Segment, ...], tuple[Segment, ...]]
+"""Those that the linking looked at, and those too short for it."""
 
 
 def trace_stages(
@@ -20,13 +24,12 @@ def trace_stages(
     mask: AnyArray,
     patch: MaskCrop | None,
     skeleton: Skeleton | None,
-    walks: Walks | None,
-    graph: Graph | None,
+    segments: Segments | None,
     result: FrameResult,
 ) -> StageTrace:
     """Gather the trace of one frame; stages that were not reached leave empty arrays."""
     cleaned = np.zeros(frame.size, dtype=np.bool_)
-    if patch is None or skeleton is None or (walks is None and graph is None):
+    if patch is None or skeleton is None or segments is None:
         nothing = np.empty((0, 2))
         return StageTrace(frame, mask != 0, cleaned, nothing, nothing, nothing, (), (), result)
     (x, y), (h, w) = patch.origin, patch.size
@@ -35,7 +38,7 @@ def trace_stages(
     def points(which: Any) -> FloatArray:
         return patch.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
 
-    kept, short = _segments(patch, walks, graph)
+    kept, short = segments
     return StageTrace(
         frame,
         mask != 0,
@@ -49,13 +52,8 @@ def trace_stages(
     )
 
 
-def _segments(
-    patch: MaskCrop, walks: Walks | None, graph: Graph | None
-) -> tuple[tuple[Segment, ...], tuple[Segment, ...]]:
-    """Return the segments that the linking looked at, and those that were too short for it."""
-    if graph is None:
-        assert walks is not None  # one method or the other has run
-        return tuple(make_segments(patch, walks.open + walks.loops)), tuple(make_segments(patch, walks.short))
+def graph_segments(patch: MaskCrop, graph: Graph) -> Segments:
+    """Return the branches and loops of a graph as segments; its spurs are those too short."""
     points = patch.to_image(graph.points)
     runs = [Segment.trusted(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
     short = graph.spurs.tolist() + [False] * len(graph.loops)

@@ -12,8 +12,8 @@ from dloftbs._arrays import LARGEST, FloatArray
 from dloftbs._values import check_number
 from dloftbs.centerline import JointKind
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection
 from dloftbs.kernels import cubic_samples
 
 SAMPLES = 64

@@ -8,13 +8,15 @@ import pytest
 from builders import line
 from cli.cli_inputs import run
 
+from dloftbs.api import detect
 from dloftbs.cli.demo_space import SpaceRun
 from dloftbs.cli.scoring import CableScore, FrameScore, Scores, score_frame
 from dloftbs.config import Config
-from dloftbs.frame import Detection, FrameResult, Track, TrackState
-from dloftbs.pipeline import detect
+from dloftbs.detection import Detection
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import read_json_lines
 from dloftbs.synthetic import rgbd_artificial
+from dloftbs.tracks import Track, TrackState
 from dloftbs.truth import Truth
 
 FRAMES = 14

@@ -6,7 +6,8 @@ import numpy as np
 from evaluation.joint_stubs import joined, path
 from evaluation.runner_stubs import LEFT, RIGHT, Bars, bars
 
-from dloftbs.frame import FrameResult, Track, TrackState
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 from dloftbs.truth import Truth
 
 

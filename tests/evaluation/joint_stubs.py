@@ -6,7 +6,8 @@ import numpy as np
 from builders import curve_through
 
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment, arc_parameter
-from dloftbs.frame import Detection, FrameResult
+from dloftbs.detection import Detection
+from dloftbs.frame_result import FrameResult
 
 WIDTH = 6.0
 

@@ -10,7 +10,10 @@ import numpy as np
 from dloftbs import sinks
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState
+from dloftbs.detection import Detection
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 
 
 def curve(ndim: int = 2, n: int = 8, seed: int = 0) -> BSplineCurve:

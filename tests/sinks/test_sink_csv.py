@@ -10,7 +10,8 @@ from builders import curve_through, detection_of, line
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import CsvSink
 
 

@@ -9,7 +9,7 @@ import sinks.sink_examples as examples
 
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import SinkError, SourceError
-from dloftbs.frame import FrameResult
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import JsonLinesSink, read_json_lines
 
 

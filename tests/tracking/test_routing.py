@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection, Track, TrackState
+from dloftbs.detection import Detection
 from dloftbs.tracking import Tracker
+from dloftbs.tracks import Track, TrackState
 
 SETTLE = TrackingConfig().settle_frames
 CLEAR = SETTLE + 4

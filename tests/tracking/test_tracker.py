@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, TrackState
 from dloftbs.tracking import Tracker
+from dloftbs.tracks import TrackState
 
 TENTATIVE, CONFIRMED, COASTING = TrackState.TENTATIVE, TrackState.CONFIRMED, TrackState.COASTING
 AT_ONCE = TrackingConfig(min_hits=1)

@@ -10,7 +10,9 @@ from scipy.interpolate import make_lsq_spline
 
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection, FrameResult, Track, TrackState
+from dloftbs.detection import Detection
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 
 Points = np.ndarray
 

@@ -11,8 +11,11 @@ import pytest
 from dloftbs import viz
 from dloftbs.centerline import JointKind
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Crossing, Detection, Frame, FrameResult, TrackState
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import TrackState
 
 SIZE = (240, 640)
 GREY = np.full((*SIZE, 3), 128, np.uint8)

@@ -11,7 +11,9 @@ from builders import curve_through, detection_of, line
 from dloftbs import viz
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, FrameResult, Track, TrackState
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 from dloftbs.viz import space_sheet
 from dloftbs.viz.style import Style
 

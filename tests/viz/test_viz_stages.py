@@ -8,7 +8,9 @@ import pytest
 from dloftbs import viz
 from dloftbs.centerline import JointKind, Segment
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, StageTrace, TrackState
+from dloftbs.frame import Frame
+from dloftbs.stage_trace import StageTrace
+from dloftbs.tracks import TrackState
 from dloftbs.viz.view import View
 
 STYLE = viz.Style()

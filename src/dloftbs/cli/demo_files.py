@@ -17,7 +17,8 @@ from dloftbs._version import __version__
 from dloftbs.cli import demo_space
 from dloftbs.cli.demo_names import CURVES, INPUT, OVERLAY, README, SHEET, SUMMARY
 from dloftbs.errors import SinkError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._safe_files import sink_errors, write_whole
 from dloftbs.synthetic import DemoSequence
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +15,9 @@ from dloftbs.cli.progress import open_progress
 from dloftbs.cli.scoring import Scores, score_frame
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
-from dloftbs.crossings import find_crossings
-from dloftbs.frame import Frame, FrameResult
-from dloftbs.pipeline import Pipeline
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.pipeline_group import PipelineGroup
 from dloftbs.sources import Source
 from dloftbs.synthetic import DemoSequence
 
@@ -66,40 +65,15 @@ def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoR
 
 
 def _track(source: Source, run: DemoRun) -> list[FrameResult]:
-    pipelines = [Pipeline(config) for config in run.configs]
-    ids: dict[tuple[int, int], int] = {}
+    pipelines = PipelineGroup(run.configs)
     results = []
     with open_progress(source.length, shares_terminal=False) as progress:
         for frame in source:
-            results.append(_merge(frame, [pipeline.process(frame) for pipeline in pipelines], ids, run.configs[0]))
+            results.append(pipelines.process(frame))
             run.report.add(results[-1])
             progress.tick(run.report)
     run.report.skipped = source.skipped
     return results
-
-
-def _merge(frame: Frame, results: list[FrameResult], ids: dict[tuple[int, int], int], config: Config) -> FrameResult:
-    """Make one result of those of all pipelines for one frame, with their crossings; their times add up.
-
-    `ids` numbers the tracks by pipeline and id there, in the order in which they appear.
-    """
-    detections = tuple(detection for result in results for detection in result.detections)
-    reason = None if detections else "; ".join(result.reason or "" for result in results)
-    since = perf_counter()
-    crossings = find_crossings(detections, frame, config.lifting)
-    crossings_ms = 1e3 * (perf_counter() - since)
-    tracks = tuple(
-        replace(track, id=ids.setdefault((number, track.id), len(ids) + 1))
-        for number, result in enumerate(results)
-        for track in result.tracks
-    )
-    stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
-    stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
-    stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
-    first = results[0]
-    return FrameResult(
-        detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name, crossings
-    )
 
 
 def _write(source: Source, results: list[FrameResult], run: DemoRun, folder: Path) -> None:

@@ -16,7 +16,8 @@ from dloftbs._arrays import AnyArray
 from dloftbs.cli.outputs import config_beside, open_outputs, write_config
 from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.evaluation import length_error, match_curves
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks._safe_files import write_whole
 from dloftbs.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial

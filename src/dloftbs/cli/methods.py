@@ -14,7 +14,8 @@ from typing import Any, cast
 from dloftbs.config import Config
 from dloftbs.errors import InputError
 from dloftbs.evaluation.runner.sequence_run import Method
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 
 _CONFIGS: dict[str, Callable[[], Config]] = {"default": Config, "paper": Config.paper}
 

@@ -17,7 +17,8 @@ from dloftbs._version import __version__
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
 from dloftbs.errors import ConfigError, SinkError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._safe_files import sink_errors, write_whole

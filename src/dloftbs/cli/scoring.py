@@ -12,7 +12,8 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evaluation import l1, l2, match_curves
-from dloftbs.frame import FrameResult, Track
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track
 from dloftbs.truth import Truth
 
 _PX_PER_SAMPLE = 2.0  # along curves

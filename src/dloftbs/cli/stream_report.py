@@ -7,7 +7,8 @@ from collections import Counter
 from time import perf_counter
 
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
-from dloftbs.frame import FrameResult, TrackState
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import TrackState
 
 _MOST_REASONS = 20
 _MOST_IDS = 10_000  # that are remembered: one that comes back after as many others were new counts again

@@ -18,7 +18,8 @@ from dloftbs.crossings.kernels import crossing_order as order
 from dloftbs.crossings.kernels.crossing_groups import select_crossings
 from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
 from dloftbs.depth import to_metres
-from dloftbs.frame import Crossing, Detection, Frame
+from dloftbs.detection import Crossing, Detection
+from dloftbs.frame import Frame
 
 MIN_CONFIDENCE = 0.2
 """Below this share by which one explanation is better than the other, which pass is on top counts as unknown."""

@@ -13,7 +13,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.depth import unit_of
-from dloftbs.frame import Crossing, Detection
+from dloftbs.detection import Crossing, Detection
 from dloftbs.lifting.kernels import sections as kernels
 from dloftbs.lifting.kernels.penalized_spline import smooth
 from dloftbs.lifting.kernels.surfaces import DEPTH_TYPES, find_surface

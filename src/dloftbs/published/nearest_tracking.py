@@ -10,9 +10,10 @@ from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Track, TrackState
 from dloftbs.observation import SAMPLES, Seen, look_at
+from dloftbs.tracks import Track, TrackState
 
 
 class NearestTracker:

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection, FrameResult
+from dloftbs.detection import Detection
+from dloftbs.frame_result import FrameResult
 
 NO_TRACK = 0
 """The track id of a row that is only a detection; tracks count from 1."""

@@ -11,8 +11,10 @@ import numpy as np
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import _mesh
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows

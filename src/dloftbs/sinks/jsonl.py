@@ -10,7 +10,8 @@ from typing import Any
 from dloftbs._documents import parse_json
 from dloftbs._json import encode_line
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
 

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from dloftbs._npy import BROKEN, read_members
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._growing import Column, GrowingNpz
 from dloftbs.sinks._rows import ObjectRow, object_rows

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from dloftbs._arrays import check_image
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._mp4 import H264Mp4

@@ -11,7 +11,8 @@ from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
 from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink

@@ -11,7 +11,8 @@ from types import TracebackType
 from typing import TypeVar
 
 from dloftbs.errors import InputError, SinkError
-from dloftbs.frame import Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 
 logger = logging.getLogger("dloftbs.sinks")
 

@@ -17,12 +17,12 @@ from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
-from dloftbs.frame import TrackState
 from dloftbs.observation import Seen, U, sample
 from dloftbs.tracking.alignment import anchored, at_border, place_on
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, Piece, Shown, hidden_between
 from dloftbs.tracking.track_model import REMEMBERED, TRUSTED, Memory, lookup
+from dloftbs.tracks import TrackState
 
 _NEAR, _FARTHEST = 0.02, 0.03  # where there is no doubt: distance by length, in the mean and at any place
 _APART = 3.0  # and how much farther any other is

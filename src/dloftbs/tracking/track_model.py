@@ -11,10 +11,11 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
-from dloftbs.frame import Detection, Track, TrackState
+from dloftbs.detection import Detection
 from dloftbs.observation import SAMPLES, Seen, U
 from dloftbs.tracking.kernels.curve_motion import move_control_points
 from dloftbs.tracking.partial_match import Sight
+from dloftbs.tracks import Track, TrackState
 
 TRUSTED = 3
 """Number of frames in which a stretch must have been seen to be believed once it is gone."""

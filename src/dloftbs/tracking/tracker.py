@@ -13,8 +13,8 @@ import numpy as np
 from dloftbs._values import check_size, check_stamp
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Track, TrackState
 from dloftbs.observation import SAMPLES, Seen, U, look_at, sample
 from dloftbs.tracking.alignment import in_plain_sight, leaving
 from dloftbs.tracking.association import Known, bring_together, find_joined, match_at_once, pair_last
@@ -25,6 +25,7 @@ from dloftbs.tracking.partial_match import WHOLE, Piece, Shown, follows, hidden_
 from dloftbs.tracking.reconstruction import Stretch, assemble
 from dloftbs.tracking.routing import route
 from dloftbs.tracking.track_model import LEAP, Memory, Prediction, blend, blended, horizon, moved
+from dloftbs.tracks import Track, TrackState
 
 _ROUNDING_S = 1e-6
 

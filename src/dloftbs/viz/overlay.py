@@ -11,8 +11,11 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray, check_image, check_mask
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Crossing, Detection, Frame, FrameResult, Track, TrackState
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 from dloftbs.viz import shapes
 from dloftbs.viz.label_placement import Box, place
 from dloftbs.viz.lettering import Text, note

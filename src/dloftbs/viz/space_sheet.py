@@ -13,8 +13,11 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.config import LiftingConfig
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Frame, FrameResult, Track, TrackState
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.tracks import Track, TrackState
 from dloftbs.viz import overlay
 from dloftbs.viz.lettering import Text, note
 from dloftbs.viz.overlay import Item

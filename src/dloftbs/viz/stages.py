@@ -10,8 +10,10 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.centerline import JointKind, Segment
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, FrameResult, StageTrace
+from dloftbs.frame_result import FrameResult
+from dloftbs.stage_trace import StageTrace
 from dloftbs.viz import overlay, shapes
 from dloftbs.viz.path import Path, dashes
 from dloftbs.viz.shapes import Picture, Shape

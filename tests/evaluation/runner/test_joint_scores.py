@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.centerline import JointKind
+from dloftbs.detection import Detection
 from dloftbs.evaluation.runner.finished_parts import JointRow
 from dloftbs.evaluation.runner.joint_scores import judge_joints
 from dloftbs.evaluation.runner.run import evaluate
-from dloftbs.frame import Detection
 from dloftbs.truth import Truth
 
 SIZE = (200, 300)

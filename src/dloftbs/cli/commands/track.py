@@ -25,7 +25,8 @@ from dloftbs.errors import SourceError
 if TYPE_CHECKING:
     from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
-    from dloftbs.frame import Frame, FrameResult
+    from dloftbs.frame import Frame
+    from dloftbs.frame_result import FrameResult
     from dloftbs.sinks import Sink
     from dloftbs.sources import Source
 

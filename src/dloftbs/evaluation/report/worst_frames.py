@@ -13,11 +13,13 @@ from dloftbs import viz
 from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Centerline, Segment, arc_parameter
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part, Points, write
 from dloftbs.evaluation.runner.found import samples
 from dloftbs.evaluation.runner.sequence_run import WORST
 from dloftbs.evaluation.suites import Suite
-from dloftbs.frame import Detection, Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 from dloftbs.truth import Truth
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture

@@ -12,8 +12,10 @@ import numpy as np
 from dloftbs._arrays import FloatArray, as_points
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
+from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.frame import Detection, Frame, FrameResult
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
 
 Curve = BSplineCurve | FloatArray
 

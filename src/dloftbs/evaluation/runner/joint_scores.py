@@ -16,9 +16,9 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Segment
+from dloftbs.detection import Detection
 from dloftbs.evaluation.runner.finished_parts import JointRow
 from dloftbs.evaluation.runner.found import samples
-from dloftbs.frame import Detection
 from dloftbs.truth import Truth
 
 LEAST_GATE = 1.0 / 256.0

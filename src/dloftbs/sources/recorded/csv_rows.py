@@ -7,11 +7,9 @@ import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from dloftbs._values import MAX_WHOLE
 from dloftbs.errors import SourceError
 from dloftbs.sources.recorded.layout import listed
-
-MAX_WHOLE = 2**53
-"""Largest number of a frame or an object: every whole number up to it is a float64 of its own."""
 
 
 def header_of(path: Path) -> list[str]:

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import msgspec
 
+from dloftbs._values import MAX_WHOLE
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
-from dloftbs.sources.recorded.csv_rows import MAX_WHOLE, header_of, number, rows_of, whole
+from dloftbs.sources.recorded.csv_rows import header_of, number, rows_of, whole
 from dloftbs.sources.recorded.label_images import paired
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in
 from dloftbs.sources.recorded.pictures import CAMERA, PictureFile, camera_in, decoded, images_in

@@ -1,0 +1,39 @@
+"""The configuration: one frozen, validated section per stage, in the file of its room.
+
+Every default of the package stands here, once.
+
+Lengths in pixels end in ``_px``; the letters of the paper (Kicki, Szymko, Walas, ICRA 2023) stand in the docstrings.
+"""
+
+from __future__ import annotations
+
+from dloftbs.config.cleaning import CleaningConfig
+from dloftbs.config.config import Config
+from dloftbs.config.fitting import FittingConfig
+from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
+from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
+from dloftbs.config.section import Section
+from dloftbs.config.segmentation import HUE_MAX, HsvRange, SegmentationConfig
+from dloftbs.config.skeleton import SegmentsConfig
+from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
+
+__all__ = [
+    "FARTHEST_M",
+    "HUE_MAX",
+    "NEAREST_M",
+    "CleaningConfig",
+    "Config",
+    "DepthConfig",
+    "FittingConfig",
+    "GreedyLinkingConfig",
+    "HsvRange",
+    "LiftingConfig",
+    "LinkingConfig",
+    "NearestTrackingConfig",
+    "ObjectsConfig",
+    "PixelLiftingConfig",
+    "Section",
+    "SegmentationConfig",
+    "SegmentsConfig",
+    "TrackingConfig",
+]

@@ -1,0 +1,162 @@
+"""The whole configuration: its sections, and its ways to and from plain values and YAML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from dloftbs._documents import parse_yaml, read_text
+from dloftbs._values import shown
+from dloftbs.config.cleaning import CleaningConfig
+from dloftbs.config.fitting import FittingConfig
+from dloftbs.config.lifting import LiftingConfig, PixelLiftingConfig
+from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig
+from dloftbs.config.section import Section, require
+from dloftbs.config.segmentation import SegmentationConfig
+from dloftbs.config.skeleton import SegmentsConfig
+from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
+from dloftbs.errors import ConfigError, InputError
+
+_METHODS: dict[str, tuple[type[Section], ...]] = {
+    "linking": (LinkingConfig, GreedyLinkingConfig),
+    "lifting": (LiftingConfig, PixelLiftingConfig),
+    "tracking": (TrackingConfig, NearestTrackingConfig),
+}
+"""Sections with several methods, the default one first."""
+
+
+class Config(Section, frozen=True, kw_only=True):
+    """The whole configuration, a section per stage.
+
+    Examples
+    --------
+    >>> Config().replace({"fitting.knots": 40}).fitting.knots
+    40
+    """
+
+    segmentation: SegmentationConfig = SegmentationConfig()
+    cleaning: CleaningConfig = CleaningConfig()
+    segments: SegmentsConfig = SegmentsConfig()
+    linking: LinkingConfig | GreedyLinkingConfig = LinkingConfig()
+    fitting: FittingConfig = FittingConfig()
+    lifting: LiftingConfig | PixelLiftingConfig = LiftingConfig()
+    tracking: TrackingConfig | NearestTrackingConfig = TrackingConfig()
+
+    def __post_init__(self) -> None:
+        for name, default in zip(self.__struct_fields__, self.__struct_defaults__, strict=True):
+            kinds = _METHODS.get(name, (type(default),))
+            expected = " or ".join(f"a {kind.__name__}" for kind in kinds)
+            require(isinstance(getattr(self, name), kinds), name, expected, getattr(self, name))
+
+    @classmethod
+    def paper(cls, *, objects: int | None = None) -> Config:
+        """Return the published method with its parameters (``m = 0.05``, ``p = 10``, ``k = 25``).
+
+        Parameters
+        ----------
+        objects : int, optional
+            Number of cables. With 1 it is the authors' form for one cable, which joins all segments; otherwise
+            the one for several, with ``J_th = 2``.
+
+        Raises
+        ------
+        ConfigError
+            If `objects` is no integer of at least 1.
+        """
+        return cls(
+            cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0, fill_holes=False),
+            linking=GreedyLinkingConfig(
+                objects=objects,
+                min_length_px=10,
+                min_length_widths=0.0,
+                distance_weight=0.05,
+                max_cost=None if objects == 1 else 2.0,
+                direction_px=10,
+            ),
+            fitting=FittingConfig(knots=25),
+            lifting=PixelLiftingConfig(),
+            tracking=NearestTrackingConfig(),
+        )
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Config:
+        """Build a configuration from nested dictionaries; omitted values keep their defaults.
+
+        The sections `linking`, `lifting` and `tracking` may name their ``method``: ``"bending"`` or ``"greedy"``,
+        ``"axis"`` or ``"pixels"``, ``"motion"`` or ``"nearest"``; it is the first one, where they do not.
+
+        Raises
+        ------
+        ConfigError
+            On an unknown key, a wrong type or a value out of range, with the path of the culprit.
+        """
+        for name, (default, *_) in _METHODS.items():
+            section = data.get(name) if isinstance(data, dict) else None
+            if isinstance(section, dict) and "method" not in section:
+                data = {**data, name: {"method": default.__struct_config__.tag, **section}}
+        try:
+            return msgspec.convert(data, cls)
+        except msgspec.ValidationError as error:
+            raise ConfigError(str(error)) from error
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Config:
+        """Read a YAML file.
+
+        Raises
+        ------
+        ConfigError
+            If the file cannot be read, is no YAML, or says what `from_dict` refuses.
+        """
+        try:
+            documents = parse_yaml(read_text(Path(path)))
+        except InputError as error:
+            raise ConfigError(f"cannot read the configuration {str(path)!r}: {error}") from error
+        if len(documents) > 1:
+            raise ConfigError(f"{path}: must hold one configuration, found {len(documents)} documents")
+        try:
+            return cls.from_dict(documents[0] if documents else {})
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {error}") from error
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return nested dictionaries of plain values, ready for JSON, as `from_dict` takes them."""
+        # By way of JSON, which turns tuples into lists.
+        result: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(self))
+        return result
+
+    def to_yaml(self) -> str:
+        """Return the configuration as YAML text, every value stated."""
+        return msgspec.yaml.encode(self).decode()
+
+    def replace(self, changes: dict[str, Any]) -> Config:
+        """Return a copy with the values at dotted paths replaced, checked as a whole.
+
+        Parameters
+        ----------
+        changes : dict of str to value
+            For example ``{"linking.objects": 2}``.
+
+        Raises
+        ------
+        ConfigError
+            As `from_dict`.
+        """
+        valid = isinstance(changes, dict) and all(isinstance(path, str) for path in changes)
+        require(valid, "changes", "a dictionary of values by dotted paths", changes)
+        data = self.to_dict()
+        for name in _METHODS:
+            method = changes.get(f"{name}.method")
+            if method not in (None, data[name]["method"]):  # another method has other settings
+                data = type(self).from_dict({**data, name: {"method": method}}).to_dict()
+        for path, value in changes.items():
+            *parents, key = path.split(".")
+            section: Any = data
+            for parent in parents:
+                section = section.get(parent) if isinstance(section, dict) else None
+            if not isinstance(section, dict) or key not in section:
+                raise ConfigError(f"unknown configuration key {shown(path)}")
+            section[key] = value
+        return type(self).from_dict(data)

@@ -1,0 +1,80 @@
+"""Sections of the linking, one for each method."""
+
+from __future__ import annotations
+
+from dloftbs.config.section import MOST, Section, keep_integer, keep_number
+
+
+class ObjectsConfig(Section, frozen=True, kw_only=True):
+    """Selection of the centre lines that are objects: the base of all linking sections.
+
+    Parameters
+    ----------
+    objects : int or None
+        Number of objects, where it is known: only the longest ones are kept, and the rest is reported in
+        `FrameResult.dropped`. The default method also bridges gaps that it is in doubt about where these become longer
+        by it; nothing else is joined. Where fewer were found, they stay. None: as many as there seem to be.
+    min_length_px : int
+        Shorter objects are none. With the published method its ``p``: segments of fewer pixels are dropped.
+    min_length_widths : float
+        Objects that are shorter, in widths of their own, are none.
+    """
+
+    objects: int | None = None
+    min_length_px: int = 10
+    min_length_widths: float = 1.5
+
+    def __post_init__(self) -> None:
+        if self.objects is not None:
+            keep_integer(self, "objects", 1, MOST)
+        keep_integer(self, "min_length_px", 0, MOST)
+        keep_number(self, "min_length_widths", 0.0, MOST)
+
+
+class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="bending"):
+    """Segments to centre lines, by what bends least; lengths are in widths of the cable.
+
+    Parameters
+    ----------
+    objects, min_length_px, min_length_widths
+        As for `ObjectsConfig`.
+    max_gap_widths : float
+        Longest gap that is bridged.
+    """
+
+    max_gap_widths: float = 25.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        keep_number(self, "max_gap_widths", 0.0, MOST)
+
+
+class GreedyLinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="greedy"):
+    """Segments to centre lines, as published.
+
+    Parameters
+    ----------
+    objects, min_length_widths
+        As for `ObjectsConfig`.
+    min_length_px : int
+        The paper's ``p``: segments of fewer pixels are dropped. At least 2, since one pixel has no direction.
+    distance_weight : float
+        The paper's ``m`` in ``J = m J_d + (1 - m) J_o``, in 0..1.
+    max_cost : float or None
+        The paper's ``J_th``: two ends are joined only while ``J < max_cost``. It gives no value; the authors' code has
+        2 for several cables, and none for one: None joins all segments.
+    direction_px : int
+        Number of pixels over which the direction of a segment's end is taken; the paper gives none.
+    """
+
+    distance_weight: float = 0.05
+    max_cost: float | None = 2.0
+    direction_px: int = 10
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        keep_integer(self, "min_length_px", 2, MOST)
+        keep_number(self, "distance_weight", 0.0, 1.0)
+        if self.max_cost is not None:
+            keep_number(self, "max_cost", 0.0, MOST)
+        keep_integer(self, "direction_px", 2, MOST)

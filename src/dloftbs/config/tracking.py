@@ -1,0 +1,59 @@
+"""Sections of the tracking, one for each method."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from dloftbs.config.section import LEAST, MOST, Section, keep_integer, keep_number, require
+
+_SHORTEST_S = 1e-6  # from frame to frame
+
+
+class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="motion"):
+    """Detections to tracks, by where they are expected.
+
+    Parameters
+    ----------
+    gate : float
+        A detection is the same object as a track only while their mean distance is below this share of the length, the
+        geometric mean of both lengths being meant. It widens while the track is not seen.
+    min_hits : int
+        Frames in a row in which an object must be seen before its track is confirmed.
+    keep_lost_s : float
+        Seconds for which a confirmed track of which nothing is seen can be found again under its id.
+    settle_frames : int
+        Number of frames after which contradicted evidence is dropped: a stretch that is missing at the same place of an
+        object in all of them is no part of it. A stretch that was seen in as many is known well enough to read frames
+        by it.
+    smoothing_s : float
+        Lag of the published curves, which makes them smoother; 0: neither.
+    frame_s : float
+        Seconds from frame to frame where frames have no stamps.
+    on_new_size, on_old_stamp : str
+        Reaction to a frame of another size, or of a stamp before the last one: ``"reset"`` forgets the tracks,
+        ``"error"`` raises an `InputError`.
+    """
+
+    gate: float = 0.1
+    min_hits: int = 2
+    keep_lost_s: float = 2.0
+    settle_frames: int = 8
+    smoothing_s: float = 0.0
+    frame_s: float = 1.0 / 30.0
+    on_new_size: Literal["reset", "error"] = "reset"
+    on_old_stamp: Literal["reset", "error"] = "reset"
+
+    def __post_init__(self) -> None:
+        keep_number(self, "gate", LEAST, MOST)
+        keep_integer(self, "min_hits", 1, MOST)
+        keep_integer(self, "settle_frames", 1, MOST)
+        keep_number(self, "keep_lost_s", 0.0, MOST)
+        keep_number(self, "smoothing_s", 0.0, MOST)
+        keep_number(self, "frame_s", _SHORTEST_S, MOST)
+        for name in ("on_new_size", "on_old_stamp"):
+            way = getattr(self, name)
+            require(isinstance(way, str) and way in ("reset", "error"), name, "'reset' or 'error'", way)
+
+
+class NearestTrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag="nearest"):
+    """Detections to tracks, as published: by the nearest curve of the frame before, and nothing else."""

@@ -1,0 +1,183 @@
+"""Objects in one frame, and their crossings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from dloftbs._arrays import LARGEST
+from dloftbs._values import (
+    MAX_WHOLE,
+    check_integer,
+    check_number,
+    check_pair,
+    check_spans,
+    check_text,
+    check_type,
+    set_fields,
+    shown,
+)
+from dloftbs.centerline import Centerline, Joint, JointKind, Point
+from dloftbs.curve import BSplineCurve, check_curve
+from dloftbs.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One object in one frame.
+
+    Parameters
+    ----------
+    centerline : Centerline
+        The pixels that the curve was fitted to, and how they were linked.
+    curve : BSplineCurve
+        In the image, px.
+    curve_3d : BSplineCurve, optional
+        In the camera's frame, metres: the object's axis, or what was published, its surface. Its ``u`` is its own arc
+        length in space, normalised, with hidden parts counted in; ``u = 0`` is at the same end as that of `curve`.
+    no_3d_reason : str, optional
+        Reason why there is no `curve_3d`.
+    inferred_3d : tuple of (float, float)
+        The intervals of the ``u`` of `curve_3d`, ascending, that no depth tells of: under another cable or an occluder,
+        in holes of the depth image, where depth was not to be believed, and beyond the last depth at an end.
+
+    Raises
+    ------
+    InputError
+        If a field has another type, or the intervals are not ascending in 0..1.
+    """
+
+    centerline: Centerline
+    curve: BSplineCurve
+    curve_3d: BSplineCurve | None = None
+    no_3d_reason: str | None = None
+    inferred_3d: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        check_type("centerline", self.centerline, Centerline)
+        check_curve("curve", self.curve, 2)
+        if self.curve_3d is not None:
+            check_curve("curve_3d", self.curve_3d, 3)
+        if self.no_3d_reason is not None:
+            set_fields(self, no_3d_reason=check_text("no_3d_reason", self.no_3d_reason))
+        set_fields(self, inferred_3d=check_spans("inferred_3d", self.inferred_3d))
+
+    @classmethod
+    def trusted(
+        cls,
+        centerline: Centerline,
+        curve: BSplineCurve,
+        curve_3d: BSplineCurve | None = None,
+        no_3d_reason: str | None = None,
+        inferred_3d: tuple[tuple[float, float], ...] = (),
+    ) -> Detection:
+        """Make what the constructor makes, faster."""
+        detection = cls.__new__(cls)
+        detection.__dict__.update(
+            centerline=centerline, curve=curve, curve_3d=curve_3d, no_3d_reason=no_3d_reason, inferred_3d=inferred_3d
+        )
+        return detection
+
+    @property
+    def width(self) -> float:
+        """Width of the object, px: twice the median radius along the centre line."""
+        return self.centerline.width
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Joints that link the segments, in order."""
+        return self.centerline.joints
+
+    @property
+    def confidence(self) -> float:
+        """That of the joint or of the open ends that the linking is least sure of, in 0..1."""
+        return self.centerline.confidence
+
+    @property
+    def inferred(self) -> tuple[tuple[float, float], ...]:
+        """The intervals of the ``u`` of `curve` that were inferred across gaps of the mask rather than seen."""
+        return tuple(joint.u for joint in self.joints if joint.kind is JointKind.GAP)
+
+    def reversed(self) -> Detection:
+        """Return the same object run the other way."""
+        curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
+        inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
+        return Detection.trusted(
+            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "curve": self.curve.to_dict(),
+            "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
+            "no_3d_reason": self.no_3d_reason,
+            "inferred_3d": [list(interval) for interval in self.inferred_3d],
+            "width_px": self.width,
+            "confidence": self.confidence,
+            "joints": [joint.to_dict() for joint in self.joints],
+        }
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Crossing of one object with another, or with itself, in the image.
+
+    Parameters
+    ----------
+    position : (float, float)
+        ``(x, y)`` px.
+    passes : ((int, float), (int, float))
+        The two that cross, each as the index of its detection in `FrameResult.detections` and the ``u`` in 0..1 of that
+        detection's curve; the lower index first, and where both are of the same detection, the lower ``u``.
+    top : int, optional
+        Pass that lies on top, 0 or 1; None where that is not known.
+    confidence : float
+        Confidence in `top`, in 0..1; 0 where it is not known. Its meaning is that of the stage that made it.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
+    """
+
+    position: Point
+    passes: tuple[tuple[int, float], tuple[int, float]]
+    top: int | None = None
+    confidence: float = 0.0
+
+    def __post_init__(self) -> None:
+        passes = self.passes
+        if not isinstance(passes, tuple) or [len(one) if isinstance(one, tuple) else 0 for one in passes] != [2, 2]:
+            raise InputError(f"passes must be two pairs (detection, u), got {shown(passes)}")
+        set_fields(
+            self,
+            position=check_pair("position", self.position, -LARGEST, LARGEST),
+            passes=tuple(
+                (
+                    check_integer("detection of a pass", number, 0, MAX_WHOLE),
+                    check_number("u of a pass", u, 0.0, 1.0),
+                )
+                for number, u in passes
+            ),
+            top=None if self.top is None else check_integer("top", self.top, 0, 1),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+        )
+
+    @classmethod
+    def trusted(
+        cls, position: Point, passes: tuple[tuple[int, float], tuple[int, float]], top: int | None, confidence: float
+    ) -> Crossing:
+        """Make what the constructor makes, faster."""
+        crossing = cls.__new__(cls)
+        crossing.__dict__.update(position=position, passes=passes, top=top, confidence=confidence)
+        return crossing
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "position": list(self.position),
+            "passes": [{"detection": detection, "u": u} for detection, u in self.passes],
+            "top": self.top,
+            "confidence": self.confidence,
+        }

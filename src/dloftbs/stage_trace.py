@@ -1,0 +1,42 @@
+"""Results of all stages on one frame, for pictures and for finding out what went wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.centerline import Segment
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+
+
+@dataclass(frozen=True, eq=False)
+class StageTrace:
+    """Everything between a frame and its curves, for pictures and for finding out what went wrong.
+
+    Points are ``(x, y)`` px in the frame.
+
+    Parameters
+    ----------
+    frame : Frame
+    mask, cleaned : numpy.ndarray, shape (H, W), bool
+        As segmented or given, and after the morphology.
+    skeleton, endpoints, branch_points : numpy.ndarray, shape (n, 2)
+        All skeleton pixels; those with one neighbour; those with more than two.
+    segments, short_segments : tuple of Segment
+        Paths of the walks: the ones kept, and the ones too short.
+    result : FrameResult
+    """
+
+    frame: Frame
+    mask: npt.NDArray[np.bool_]
+    cleaned: npt.NDArray[np.bool_]
+    skeleton: FloatArray
+    endpoints: FloatArray
+    branch_points: FloatArray
+    segments: tuple[Segment, ...]
+    short_segments: tuple[Segment, ...]
+    result: FrameResult

@@ -1,0 +1,45 @@
+"""Ranges of hue, saturation and value."""
+
+from __future__ import annotations
+
+import pytest
+
+from dloftbs.config import (
+    HsvRange,
+)
+from dloftbs.errors import ConfigError
+
+
+@pytest.mark.parametrize("name", ["saturation", "value"])
+@pytest.mark.parametrize("bounds", [(0, 256), (-1, 4), (20, 10)])
+def test_only_hue_wraps_around(name, bounds):
+    with pytest.raises(ConfigError, match=f"{name} must be .* low before high"):
+        HsvRange(hue=(170, 10), **{name: bounds})
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("20:40", HsvRange(hue=(20, 40))),
+        ("170:10,80:255", HsvRange(hue=(170, 10), saturation=(80, 255))),
+        ("170:10,80:255,60:250", HsvRange(hue=(170, 10), saturation=(80, 255), value=(60, 250))),
+        (" 0:179 , 0:255 , 0:255 ", HsvRange(hue=(0, 179))),
+    ],
+)
+def test_an_hsv_range_is_read_from_text(text, expected):
+    assert HsvRange.parse(text) == expected
+
+
+@pytest.mark.parametrize(
+    "text", [5, None, "", "20", "20:", ":", "20:40:60", "20:40,", "a:b", "1.5:2", "1:2,3:4,5:6,7:8", "1-2", "1:2;3:4"]
+)
+def test_text_of_another_form_is_refused_with_an_example(text):
+    with pytest.raises(ConfigError, match="such as '170:10,80:255,60:255', got") as caught:
+        HsvRange.parse(text)
+    assert repr(text) in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["0:180", "0:10,9:3", "0:10,0:255,0:256"])
+def test_text_out_of_range_is_refused(text):
+    with pytest.raises(ConfigError, match="must be"):
+        HsvRange.parse(text)
