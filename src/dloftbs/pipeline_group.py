@@ -19,7 +19,7 @@ class PipelineGroup:
     Parameters
     ----------
     configs : sequence of Config
-        One for each pipeline, at least one. The first one's `lifting` decides which of two objects that cross is on top.
+        One for each pipeline, at least one. The first one's `lifting` decides which of two objects is on top.
     """
 
     def __init__(self, configs: Sequence[Config]) -> None:
