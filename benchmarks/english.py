@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-_RELATIVE = r"(?:(?:By|From|Of|In|At|On|To) )?(?:What|Where|Which|How|When|Who|Whose|Why{also})\b"
+_RELATIVE = r"(?:(?:By|From|Of|In|At|On|To) (?=[a-z]))?(?i:What|Where|Which|How|When|Who|Whose|Why{also})\b"
 PATTERNS = {
     "openings": re.compile(r"\A\s*(" + _RELATIVE.format(also="|Whether") + ")"),
     # "name : type", and the description on the next line, indented by four more.

@@ -1,0 +1,84 @@
+"""The page of the architecture: every path and type that it names is there, and its picture has the stages in order."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawings import draw_cable, wave
+
+import dloftbs
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "dloftbs"
+PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+PICTURE = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)[0]
+PATH = re.compile(r"[\w/]*(?:\w\.py\b|\w/(?![\w/]))")
+CHANGES = 10
+"""Typical changes that the page has to tell the file of, at least."""
+
+
+def paths_in(text: str) -> list[str]:
+    return sorted(set(PATH.findall(text)))
+
+
+def rows_below(heading: str) -> list[list[str]]:
+    """Return the cells of the table whose head begins with a heading."""
+    table = PAGE[PAGE.index(f"| {heading} |") :].partition("\n\n")[0].splitlines()[2:]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in table]
+
+
+@pytest.mark.parametrize("path", paths_in(PAGE))
+def test_every_path_of_the_page_exists(path):
+    assert (PACKAGE / path).exists() or (ROOT / path).exists()
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.name)
+def test_every_file_of_code_that_a_page_names_exists(page):
+    code = [path for path in paths_in(page.read_text(encoding="utf-8")) if path.endswith(".py")]
+    files = [
+        f"/{file.relative_to(ROOT)}" for top in ("src", "tests", "benchmarks") for file in (ROOT / top).rglob("*.py")
+    ]
+    assert [path for path in code if not any(file.endswith(f"/{path}") for file in files)] == []
+
+
+def test_paths_are_found_in_text():
+    text = "`sinks/` in [x](docs/x.md), `kernels/shared/cubics.py`, stage_order.py: 2 px / frame, `cli/`."
+    assert paths_in(text) == ["cli/", "kernels/shared/cubics.py", "sinks/", "stage_order.py"]
+
+
+@pytest.mark.parametrize(("names", "file"), [row[:2] for row in rows_below("type")])
+def test_every_type_stands_in_its_file(names, file):
+    tree = ast.parse((PACKAGE / file.strip("`")).read_text(encoding="utf-8"))
+    defined = {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
+    assert set(re.findall(r"`(\w+)`", names)) <= defined
+
+
+def test_the_page_names_a_file_for_every_typical_change():
+    rows = rows_below("change")
+    assert len(rows) >= CHANGES
+    assert all((PACKAGE / row[1].strip("`")).is_file() for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("measure_caps", "skeleton/kernels/branch_ends.py"),
+        ("make_tracker", "pipeline.py"),
+        ("detect", "api.py"),
+        ("track", "api.py"),
+    ],
+)
+def test_every_function_that_the_page_names_stands_in_its_file(name, file):
+    assert f"`{name}`" in PAGE
+    assert f"\ndef {name}(" in (PACKAGE / file).read_text(encoding="utf-8")
+
+
+def test_the_picture_has_the_stages_in_the_order_in_which_they_run():
+    mask = draw_cable(wave((240, 400)), 9, (240, 400))
+    ran = dloftbs.Pipeline().process(dloftbs.Frame(mask=np.asarray(mask))).stage_ms
+    rooms = re.findall(r"^ (\w+)/ ", PICTURE, re.MULTILINE)
+    assert rooms == ["sources", *(stage for stage in ran if stage != "segments")]
