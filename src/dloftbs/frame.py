@@ -175,7 +175,7 @@ class Detection:
         _set(self, inferred_3d=check_spans("inferred_3d", self.inferred_3d))
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         centerline: Centerline,
         curve: BSplineCurve,
@@ -214,7 +214,7 @@ class Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
         inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
-        return Detection.trusted(
+        return Detection._unchecked(
             self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d
         )
 
@@ -274,7 +274,7 @@ class Crossing:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls, position: Point, passes: tuple[tuple[int, float], tuple[int, float]], top: int | None, confidence: float
     ) -> Crossing:
         """Make what the constructor makes, faster."""
@@ -296,11 +296,11 @@ class TrackState(str, Enum):
     """Stage of a track's life."""
 
     TENTATIVE = "tentative"
-    """Seen, but not often enough to be sure."""
+    """Seen, but in too few frames to be sure."""
     CONFIRMED = "confirmed"
     """Seen in this frame."""
-    COASTING = "coasting"
-    """Not seen in this frame; the curve is predicted."""
+    HIDDEN = "hidden"
+    """Nothing of it is seen in this frame; the curve is predicted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +322,7 @@ class Track:
         Frames since it was last detected.
     detection : Detection, optional
         This frame's detection, run in the track's direction; the longest one, where several are parts of the object.
-        None while coasting, and where the tracker was given bare curves.
+        None while hidden, and where the tracker was given bare curves.
     inferred : tuple of (float, float)
         The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
     confidence : float
@@ -365,7 +365,7 @@ class Track:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         number: int,
         state: TrackState,
@@ -465,7 +465,7 @@ class FrameResult:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         detections: tuple[Detection, ...],
         tracks: tuple[Track, ...],

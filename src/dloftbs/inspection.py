@@ -57,7 +57,7 @@ def _segments(
         assert walks is not None  # one method or the other has run
         return tuple(make_segments(patch, walks.open + walks.loops)), tuple(make_segments(patch, walks.short))
     points = patch.to_image(graph.points)
-    runs = [Segment.trusted(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
+    runs = [Segment._unchecked(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
     short = graph.spurs.tolist() + [False] * len(graph.loops)
     return (
         tuple(run for run, is_short in zip(runs, short, strict=True) if not is_short),

@@ -217,7 +217,7 @@ def run_stages(
         return run
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     clock.lap("fitting")
-    run.detections = tuple(Detection.trusted(line, curve) for line, curve in zip(lines, curves, strict=True))
+    run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)
     clock.lap("crossings")
     run.detections = _lift(run.detections, run.crossings, run.patch, frame, config)
@@ -348,7 +348,7 @@ def _lift(
     depth, camera = frame.depth, frame.camera
     if depth is None or camera is None:
         why = "the frame has no depth" if depth is None else "the frame has depth, but no camera to turn it into metres"
-        return tuple(Detection.trusted(d.centerline, d.curve, no_3d_reason=why) for d in detections)
+        return tuple(Detection._unchecked(d.centerline, d.curve, no_3d_reason=why) for d in detections)
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
         return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
@@ -377,7 +377,7 @@ def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None)
     if knots is None:  # what the curve in the image needed, or its depth does
         knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
     curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
-    return Detection.trusted(detection.centerline, detection.curve, curve, inferred_3d=lifted.inferred)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=lifted.inferred)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
@@ -399,7 +399,7 @@ def _too_many(found: int, most: int) -> str:
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResult:
-    return FrameResult.trusted(
+    return FrameResult._unchecked(
         run.detections,
         tracks,
         run.reason,

@@ -98,4 +98,4 @@ def _distances(ones: FloatArray, others: FloatArray) -> FloatArray:
 def _track(number: int, seen: Seen, hits: int) -> Track:
     width = None if math.isnan(seen.width) else seen.width
     state = TrackState.CONFIRMED
-    return Track.trusted(number, state, seen.curve, seen.curve_3d, hits, 0, seen.detection, seen.gaps, 1.0, width)
+    return Track._unchecked(number, state, seen.curve, seen.curve_3d, hits, 0, seen.detection, seen.gaps, 1.0, width)

@@ -24,11 +24,11 @@ def restarted(curve: BSplineCurve, u: float) -> BSplineCurve:
     knots = _endless(curve.knots, spans, at)
     control = curve.control_points[at % spans]
     if abs(u - knots[3]) < _SAME:  # there is a knot already: it comes first
-        return _trusted(knots[: spans + 7] - u, control[:spans])
+        return _make_loop(knots[: spans + 7] - u, control[:spans])
     share = ((u - knots[1:4]) / (knots[4:7] - knots[1:4]))[:, None]
     mixed = (1.0 - share) * control[:3] + share * control[1:4]
     breaks = np.concatenate((knots[1:4], [u], knots[4 : 4 + spans], [u + 1.0], knots[4:7] + 1.0))
-    return _trusted(breaks - u, np.vstack((mixed, control[3 : spans + 1])))
+    return _make_loop(breaks - u, np.vstack((mixed, control[3 : spans + 1])))
 
 
 def _endless(knots: FloatArray, spans: int, at: np.ndarray) -> FloatArray:
@@ -38,6 +38,6 @@ def _endless(knots: FloatArray, spans: int, at: np.ndarray) -> FloatArray:
     return result
 
 
-def _trusted(knots: FloatArray, control: FloatArray) -> BSplineCurve:
+def _make_loop(knots: FloatArray, control: FloatArray) -> BSplineCurve:
     """Return the loop of these control points, the first three of which come again at its end."""
-    return BSplineCurve.trusted(knots, np.vstack((control, control[:_DEGREE])), _DEGREE, True)
+    return BSplineCurve._unchecked(knots, np.vstack((control, control[:_DEGREE])), _DEGREE, True)

@@ -37,7 +37,7 @@ class Smoother:
         self._points = self._points + dt / (self._lag_s + dt) * (points - self._points)
         if not curve.closed:
             knots = least_squares.open_knots(u, _KNOTS)
-            return BSplineCurve.trusted(knots, least_squares.fit_open(u, self._points, knots), 3, False)
+            return BSplineCurve._unchecked(knots, least_squares.fit_open(u, self._points, knots), 3, False)
         breaks = np.linspace(0.0, 1.0, _KNOTS)
         knots = np.concatenate((breaks[-4:-1] - 1.0, breaks, breaks[1:4] + 1.0))
-        return BSplineCurve.trusted(knots, least_squares.fit_closed(u, self._points, knots), 3, True)
+        return BSplineCurve._unchecked(knots, least_squares.fit_closed(u, self._points, knots), 3, True)

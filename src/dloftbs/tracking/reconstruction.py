@@ -81,7 +81,7 @@ def assemble(before: BSplineCurve, scope: tuple[float, float], stretches: Sequen
         between = by_left is not None and by_right is not None and old.shape[1] == 2
         bent = _bent(old[left : right + 1], new[left], new[right], by_left, by_right) if between else None
         new[hidden] = _faded(by_left, by_right, old[hidden]) if bent is None else bent
-    return BSplineCurve.trusted(_KNOTS, least_squares.fit_open(_U, new, _KNOTS), 3, False)
+    return BSplineCurve._unchecked(_KNOTS, least_squares.fit_open(_U, new, _KNOTS), 3, False)
 
 
 def _faded(left: _Motion | None, right: _Motion | None, points: FloatArray) -> FloatArray:

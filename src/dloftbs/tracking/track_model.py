@@ -236,7 +236,7 @@ class Memory:
             self.velocity = np.broadcast_to(self.velocity.mean(axis=0), self.velocity.shape)
         self._move(dt)
         self.velocity = self.velocity * math.exp(-dt / _MOTION_S)
-        self.state = TrackState.COASTING
+        self.state = TrackState.HIDDEN
         self.misses += 1
         self.since_s += dt
         self.shape_s += dt
@@ -266,7 +266,7 @@ class Memory:
         """Return the track as it stands."""
         width = self.width if self.width == self.width else None
         sight = self.sight or Sight(self.curve, self.curve_3d, self.inferred, self.confidence)
-        return Track.trusted(
+        return Track._unchecked(
             self.id,
             self.state,
             sight.curve,
@@ -315,4 +315,4 @@ def lookup(samples: FloatArray, u: FloatArray) -> FloatArray:
 def moved(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:
     """Return a curve moved by the velocities (SAMPLES, 2) of its samples: each control point where it weighs most."""
     control = move_control_points(curve.knots, curve.control_points, velocity, seconds, curve.degree, curve.closed)
-    return BSplineCurve.trusted(curve.knots, control, curve.degree, curve.closed)
+    return BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)

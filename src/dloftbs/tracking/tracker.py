@@ -54,7 +54,7 @@ class Tracker:
     ()
     >>> (track,) = tracker.lost
     >>> track.id, track.state.value, track.inferred, track.confidence < 1.0
-    (1, 'coasting', ((0.0, 1.0),), True)
+    (1, 'hidden', ((0.0, 1.0),), True)
     """
 
     def __init__(self, config: TrackingConfig | None = None) -> None:
@@ -134,7 +134,7 @@ class Tracker:
         return self._tracks
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
-        """Return where confirmed and coasting tracks are expected at a time, or in the next frame; changes nothing."""
+        """Return where confirmed and hidden tracks are expected at a time, or in the next frame; changes nothing."""
         dt, stamp = self._config.frame_s, check_stamp(stamp)
         if stamp is not None and self._stamp is not None:
             dt = max(stamp - self._stamp, 0.0)
