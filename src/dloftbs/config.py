@@ -318,7 +318,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
         Frames in a row in which an object must be seen before its track is confirmed.
     keep_lost_s : float
         Seconds for which a confirmed track of which nothing is seen can be found again under its id.
-    settle_frames : int
+    override_frames : int
         Number of frames after which contradicted evidence is dropped: a stretch that is missing at the same place of an
         object in all of them is no part of it. A stretch that was seen in as many is known well enough to read frames
         by it.
@@ -334,7 +334,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     gate: float = 0.1
     min_hits: int = 2
     keep_lost_s: float = 2.0
-    settle_frames: int = 8
+    override_frames: int = 8
     smoothing_s: float = 0.0
     frame_s: float = 1.0 / 30.0
     on_new_size: Literal["reset", "error"] = "reset"
@@ -343,7 +343,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     def __post_init__(self) -> None:
         _check_number(self, "gate", _LEAST, _MOST)
         _check_integer(self, "min_hits", 1, _MOST)
-        _check_integer(self, "settle_frames", 1, _MOST)
+        _check_integer(self, "override_frames", 1, _MOST)
         _check_number(self, "keep_lost_s", 0.0, _MOST)
         _check_number(self, "smoothing_s", 0.0, _MOST)
         _check_number(self, "frame_s", _SHORTEST_S, _MOST)

@@ -43,8 +43,9 @@ from dloftbs.segmentation import HsvSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 from dloftbs.tracking import Tracker
 
-_SURE = 0.25  # by how much a reading must cost less than the one that follows the past, to count as clear
-_MOST_OVERRULED, _ALONE = 2, 10  # frames
+_CLEAR_OVERRIDE = 0.25  # of cost: a frame whose own best links are cheaper by more clearly contradicts its prior
+_MAX_OVERRIDES = 2  # frames in a row that may do so
+_FRAMES_WITHOUT_PRIOR = 10  # that follow then
 
 Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
@@ -62,7 +63,7 @@ class StageRun:
     skeleton: Skeleton | None = None
     walks: Walks | None = None
     graph: Graph | None = None
-    overruled: float = 0.0
+    prior_override: float = 0.0
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Centerline, ...] = ()
@@ -70,9 +71,9 @@ class StageRun:
 
 
 class Pipeline:
-    """From frames to curves, with identities and directions kept from frame to frame.
+    """Detection and tracking: from frames to curves, with identities and directions kept.
 
-    A pipeline belongs to one thread; several pipelines do not disturb each other.
+    A pipeline belongs to one thread; several pipelines are independent of each other.
 
     Parameters
     ----------
@@ -95,8 +96,8 @@ class Pipeline:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
         self._tracker = make_tracker(self._config.tracking)
-        self._overruled = 0  # frames in a row of which the past was followed against the frame's own clear reading
-        self._alone = 0  # frames that are yet to be read without the past
+        self._overrides = 0  # frames in a row whose prior prevailed over clearly cheaper links
+        self._without_prior = 0  # frames that are still to be linked without a prior
 
     @property
     def config(self) -> Config:
@@ -113,29 +114,29 @@ class Pipeline:
             no mask of the frame's size.
         """
         since = perf_counter()
-        expected = self._expected(frame.stamp)
+        predicted = self._predict(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
-        run = run_stages(frame, self._config, self._segmenter, expected)
-        self._heed(run.overruled)
+        run = run_stages(frame, self._config, self._segmenter, predicted)
+        self._suspend_prior_if_wrong(run.prior_override)
         since = perf_counter()
         tracks = self._tracker.update(run.detections, frame.stamp, frame.size)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
 
-    def _expected(self, stamp: float | None) -> tuple[tuple[BSplineCurve, float], ...]:
-        """Return the curves that ambiguous links are to follow, with how far they are to be trusted."""
-        if self._alone > 0:
-            self._alone -= 1
+    def _predict(self, stamp: float | None) -> tuple[tuple[BSplineCurve, float], ...]:
+        """Return the curves that ambiguous links should follow, with their weights in 0..1."""
+        if self._without_prior > 0:
+            self._without_prior -= 1
             return ()
         if isinstance(self._config.linking, GreedyLinkingConfig) or not isinstance(self._tracker, Tracker):
             return ()
-        return tuple((known.curve, known.confidence) for known in self._tracker.predict(stamp))
+        return tuple((track.curve, track.confidence) for track in self._tracker.predict(stamp))
 
-    def _heed(self, overruled: float) -> None:
-        """Leave the past aside for a while when frame after frame would have been read otherwise without it."""
-        self._overruled = self._overruled + 1 if overruled > _SURE else 0
-        if self._overruled >= _MOST_OVERRULED:
-            self._overruled, self._alone = 0, _ALONE
+    def _suspend_prior_if_wrong(self, override: float) -> None:
+        """Link the next frames without a prior if it has prevailed over clearly cheaper links in too many frames."""
+        self._overrides = self._overrides + 1 if override > _CLEAR_OVERRIDE else 0
+        if self._overrides >= _MAX_OVERRIDES:
+            self._overrides, self._without_prior = 0, _FRAMES_WITHOUT_PRIOR
 
     def detect(self, frame: Frame) -> FrameResult:
         """Find the objects of one frame by itself: the result has no tracks, and the pipeline's stay as they are.
@@ -150,7 +151,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks, as at the cut to another scene."""
         self._tracker.reset()
-        self._overruled = self._alone = 0
+        self._overrides = self._without_prior = 0
 
     def trace(self, frame: Frame) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.
@@ -183,11 +184,11 @@ class _Clock:
 
 
 def run_stages(
-    frame: Frame, config: Config, segmenter: Segmenter | None, expected: Sequence[tuple[BSplineCurve, float]] = ()
+    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[tuple[BSplineCurve, float]] = ()
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
-    Where the default method finds links ambiguous, it follows the curves expected, each with its trust in 0..1.
+    Ambiguous links of the default method follow the predicted curves, each with its weight in 0..1.
 
     Raises
     ------
@@ -208,7 +209,7 @@ def run_stages(
         lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
         lines = _link_by_bending(
-            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected, frame.image
+            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, predicted, frame.image
         )
     lines, run.dropped = choose(lines, config.linking)
     clock.lap("linking")
@@ -250,7 +251,7 @@ def _link_by_bending(
     config: LinkingConfig,
     most: int,
     clock: _Clock,
-    expected: Sequence[tuple[BSplineCurve, float]],
+    predicted: Sequence[tuple[BSplineCurve, float]],
     image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
@@ -259,10 +260,10 @@ def _link_by_bending(
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    prior = TemporalPrior(expected, patch, run.graph.width) if expected else None
+    prior = TemporalPrior(predicted, patch, run.graph.width) if predicted else None
     evidence = None if image is None else EvidenceMap(image, patch)
     linking = link(patch, run.graph, config, evidence, prior)
-    run.overruled = linking.pairing.overruled
+    run.prior_override = linking.pairing.overruled
     return linking.centerlines
 
 

@@ -16,7 +16,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Detection, Track, TrackState
 from dloftbs.tracking import Tracker
 
-SETTLE = TrackingConfig().settle_frames
+SETTLE = TrackingConfig().override_frames
 CLEAR = SETTLE + 4
 WIDTH = 6.0
 
