@@ -59,9 +59,9 @@ class TestSegment:
         with pytest.raises(FrozenInstanceError):
             segment.points = points
 
-    def test_the_trusted_constructor_copies_nothing(self):
+    def test_the_unchecked_constructor_copies_nothing(self):
         points, radius = np.ones((2, 2)), np.ones(2)
-        segment = Segment.trusted(points, radius)
+        segment = Segment._unchecked(points, radius)
         assert segment.points is points
         assert segment.radius is radius
         assert not points.flags.writeable

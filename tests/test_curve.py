@@ -273,9 +273,9 @@ class TestConstruction:
         assert curve.knots[4] == 0.5
         assert curve.control_points[0, 0] == CONTROL[0, 0]
 
-    def test_the_trusted_constructor_copies_nothing(self):
+    def test_the_unchecked_constructor_copies_nothing(self):
         knots, control = np.array(KNOTS), CONTROL.copy()
-        curve = BSplineCurve.trusted(knots, control, 3, False)
+        curve = BSplineCurve._unchecked(knots, control, 3, False)
         assert curve.knots is knots
         assert curve.control_points is control
         assert curve == BSplineCurve(KNOTS, CONTROL)
@@ -289,7 +289,7 @@ class TestConstruction:
 def origins():
     curve = BSplineCurve(KNOTS, CONTROL)
     yield pytest.param(curve, id="checked")
-    yield pytest.param(BSplineCurve.trusted(np.array(KNOTS), CONTROL.copy(), 3, False), id="trusted")
+    yield pytest.param(BSplineCurve._unchecked(np.array(KNOTS), CONTROL.copy(), 3, False), id="unchecked")
     yield pytest.param(curve.reversed(), id="reversed")
     yield pytest.param(curve.transformed(np.eye(2), (1, 1)), id="transformed")
     yield pytest.param(BSplineCurve.from_dict(curve.to_dict()), id="from_dict")

@@ -36,4 +36,4 @@ def test_samples_are_even() -> None:
     steps = np.hypot(*np.diff(past.points[: past.first[1]], axis=0).T)
     np.testing.assert_allclose(steps, past.steps[0], rtol=0.02)
     np.testing.assert_allclose(past.points[: past.first[1]], past.points[past.first[1] :][::-1], atol=1e-6)
-    assert past.trust.tolist() == [1.0, 0.5]
+    assert past.weight.tolist() == [1.0, 0.5]

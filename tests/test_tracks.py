@@ -16,8 +16,8 @@ from dloftbs.tracks import Track, TrackState
 class TestTrack:
     def test_the_dictionary_is_strict_json(self):
         curve_3d = line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
-        data = through_json(Track(3, TrackState.COASTING, loop(20.0), curve_3d, 5, 2, None).to_dict())
-        assert (data["id"], data["state"], data["hits"], data["misses"]) == (3, "coasting", 5, 2)
+        data = through_json(Track(3, TrackState.HIDDEN, loop(20.0), curve_3d, 5, 2, None).to_dict())
+        assert (data["id"], data["state"], data["hits"], data["misses"]) == (3, "hidden", 5, 2)
         assert BSplineCurve.from_dict(data["curve"]) == loop(20.0)
         assert BSplineCurve.from_dict(data["curve_3d"]) == curve_3d
 

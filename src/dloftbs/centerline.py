@@ -54,7 +54,7 @@ class Segment:
             raise InputError("a segment needs at least one point, got none")
 
     @classmethod
-    def trusted(cls, points: FloatArray, radius: FloatArray) -> Segment:
+    def _unchecked(cls, points: FloatArray, radius: FloatArray) -> Segment:
         """Wrap arrays that are known to be right and that nobody else will change."""
         segment = cls.__new__(cls)
         segment.__dict__.update(points=frozen(points), radius=frozen(radius))
@@ -72,7 +72,7 @@ class Segment:
 
     def reversed(self) -> Segment:
         """Return the segment run the other way."""
-        return self.trusted(self.points[::-1], self.radius[::-1])
+        return self._unchecked(self.points[::-1], self.radius[::-1])
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Joint:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         kind: JointKind,
         u: tuple[float, float],
@@ -157,7 +157,7 @@ class Joint:
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
         u, alternatives = (1.0 - self.u[1], 1.0 - self.u[0]), (self.alternatives[1], self.alternatives[0])
-        return self.trusted(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
+        return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,7 +200,7 @@ class Centerline:
             raise InputError(f"a closed centre line is one segment, got {len(self.segments)}")
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray | float
     ) -> Centerline:
         """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width` may be given, too."""

@@ -74,7 +74,7 @@ class BSplineCurve:
         self._set(vector, control, degree, check_flag("closed", closed))
 
     @classmethod
-    def trusted(cls, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> BSplineCurve:
+    def _unchecked(cls, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> BSplineCurve:
         """Wrap arrays that are known to be right and that nobody else will change; nothing is checked or copied."""
         curve = cls.__new__(cls)
         curve._set(frozen(knots), frozen(control_points), degree, closed)
@@ -92,7 +92,7 @@ class BSplineCurve:
         raise AttributeError(f"a curve is immutable: cannot delete {name!r}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self).trusted, (self._knots, self._control_points, self._degree, self._closed)
+        return type(self)._unchecked, (self._knots, self._control_points, self._degree, self._closed)
 
     @property
     def knots(self) -> FloatArray:
@@ -183,7 +183,7 @@ class BSplineCurve:
     def reversed(self) -> BSplineCurve:
         """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""
         knots = np.ascontiguousarray((1.0 - self._knots)[::-1])
-        return self.trusted(knots, np.ascontiguousarray(self._control_points[::-1]), self._degree, self._closed)
+        return self._unchecked(knots, np.ascontiguousarray(self._control_points[::-1]), self._degree, self._closed)
 
     def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike) -> BSplineCurve:
         """Return the curve under the affine map ``p -> matrix @ p + offset``, exactly.
@@ -203,7 +203,7 @@ class BSplineCurve:
         if turn.shape != (len(shift), self.ndim):
             raise InputError(f"matrix must have shape ({len(shift)}, {self.ndim}), got {turn.shape}")
         control = as_points("control_points", self._control_points @ turn.T + shift)
-        return self.trusted(self._knots, control, self._degree, self._closed)
+        return self._unchecked(self._knots, control, self._degree, self._closed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain lists and numbers, ready for JSON; `from_dict` takes them back without loss."""

@@ -63,7 +63,7 @@ class Detection:
         set_fields(self, inferred_3d=check_spans("inferred_3d", self.inferred_3d))
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         centerline: Centerline,
         curve: BSplineCurve,
@@ -102,7 +102,7 @@ class Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
         inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
-        return Detection.trusted(
+        return Detection._unchecked(
             self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d
         )
 
@@ -165,7 +165,7 @@ class Crossing:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls, position: Point, passes: tuple[tuple[int, float], tuple[int, float]], top: int | None, confidence: float
     ) -> Crossing:
         """Make what the constructor makes, faster."""

@@ -81,7 +81,7 @@ class FrameResult:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         detections: tuple[Detection, ...],
         tracks: tuple[Track, ...],

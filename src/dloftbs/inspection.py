@@ -55,7 +55,7 @@ def trace_stages(
 def graph_segments(patch: MaskCrop, graph: Graph) -> Segments:
     """Return the branches and loops of a graph as segments; its spurs are those too short."""
     points = patch.to_image(graph.points)
-    runs = [Segment.trusted(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
+    runs = [Segment._unchecked(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
     short = graph.spurs.tolist() + [False] * len(graph.loops)
     return (
         tuple(run for run, is_short in zip(runs, short, strict=True) if not is_short),

@@ -17,39 +17,39 @@ from dloftbs.errors import InputError
 from dloftbs.kernels import cubic_samples
 
 SAMPLES = 64
-"""Points of a curve that stand for it, at even parameters."""
+"""Number of points that represent a curve, at even parameters."""
 
 U = np.linspace(0.0, 1.0, SAMPLES)
-"""Their parameters."""
+"""Parameters of the samples."""
+
+_LONG_GAP_WIDTHS = 2.5  # a longer gap is not accepted as bridged until the track confirms it
 
 
-_GAP_WIDTHS = 2.5  # a longer gap is not taken for bridged until the past agrees
-
-
-class Seen(NamedTuple):
-    """One object in a frame, or a part of it that hangs together.
+class Observation(NamedTuple):
+    """One object in a frame, or one connected part of it.
 
     Parameters
     ----------
     curve : BSplineCurve
-        Of the object.
+        Of the whole object.
     points : numpy.ndarray, shape (SAMPLES, 2)
-        Along the part, px.
+        Samples along the part, px.
     length, width : float
-        Of the part, px; the width is NaN where it is not known.
+        Of the part, px; the width is NaN where it is unknown.
     detection : Detection or None
-    of : (float, float)
-        Stretch of the curve's ``u`` that the part is.
-    number : int
-        Of the object in the frame.
-    total : float
+        None for a bare curve.
+    curve_span : (float, float)
+        The part's interval of the curve's ``u``.
+    detection_index : int
+        Index of the object in the frame.
+    object_length : float
         Length of the whole object, px.
-    clear : bool
-        Whether the object has no long gaps.
+    contiguous : bool
+        True if the object has no long gaps.
     gaps : tuple of (float, float)
         The intervals of the curve's ``u`` that the detector inferred.
     backwards : bool
-        Whether it is run the other way than it was found.
+        True if the direction is opposite to the detector's.
     """
 
     curve: BSplineCurve
@@ -57,10 +57,10 @@ class Seen(NamedTuple):
     length: float
     width: float
     detection: Detection | None
-    of: tuple[float, float]
-    number: int
-    total: float
-    clear: bool
+    curve_span: tuple[float, float]
+    detection_index: int
+    object_length: float
+    contiguous: bool
     gaps: tuple[tuple[float, float], ...] = ()
     backwards: bool = False
 
@@ -69,32 +69,32 @@ class Seen(NamedTuple):
         """The object's curve in space."""
         return None if self.detection is None else self.detection.curve_3d
 
-    def reversed(self) -> Seen:
-        """Return the same part run the other way."""
+    def reversed(self) -> Observation:
+        """Return the same part in the opposite direction."""
         detection = None if self.detection is None else self.detection.reversed()
         curve = self.curve.reversed() if detection is None else detection.curve
         return self._replace(
             curve=curve,
             points=self.points[::-1],
             detection=detection,
-            of=(1.0 - self.of[1], 1.0 - self.of[0]),
+            curve_span=(1.0 - self.curve_span[1], 1.0 - self.curve_span[0]),
             gaps=tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.gaps)),
             backwards=not self.backwards,
         )
 
-    def parts(self) -> list[Seen]:
-        """Return what lies between the long gaps."""
-        if self.detection is None or self.clear:
+    def split_at_gaps(self) -> list[Observation]:
+        """Return the parts between the long gaps."""
+        if self.detection is None or self.contiguous:
             return [self]
-        gap = _GAP_WIDTHS * self.width / self.total
-        first, last = self.of
+        longest = _LONG_GAP_WIDTHS * self.width / self.object_length
+        first, last = self.curve_span
         cuts = [
             joint.u
             for joint in self.detection.joints
             if first <= joint.u[0]
             and joint.u[1] <= last
             and joint.kind is not JointKind.CROSSING
-            and joint.u[1] - joint.u[0] > gap
+            and joint.u[1] - joint.u[0] > longest
         ]
         if not cuts:
             return [self]
@@ -102,26 +102,28 @@ class Seen(NamedTuple):
         parts = [self.between(low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high > low]
         return [part for part in parts if part.length > 0.0]
 
-    def between(self, first: float, last: float) -> Seen:
-        """Return the part between two ``u`` of the curve."""
-        points, length = sample(self.curve, first, last)
-        return self._replace(points=points, length=length, of=(first, last))
+    def between(self, first: float, last: float) -> Observation:
+        """Return the part between two parameters of the curve."""
+        points, length = sample_curve(self.curve, first, last)
+        return self._replace(points=points, length=length, curve_span=(first, last))
 
 
-def look_at(found: Sequence[Detection | BSplineCurve], widths: Sequence[float] | None) -> list[Seen]:
-    """Return what a frame shows; what has no length is left out.
+def make_observations(
+    found: Sequence[Detection | BSplineCurve], widths: Sequence[float] | None = None
+) -> list[Observation]:
+    """Return the observations of a frame; objects of zero length are left out.
 
     Raises
     ------
     InputError
-        If something is neither, a curve is not in the image, or the widths are not one for each.
+        If an item is neither a detection nor a curve in the image, or there is not one width for each.
     """
     if widths is not None and len(widths) != len(found):
         raise InputError(f"widths must be one for each of {len(found)} curves, got {len(widths)}")
-    shown = []
-    for index, one in enumerate(found):
-        detection = one if isinstance(one, Detection) else None
-        curve = one.curve if isinstance(one, Detection) else one
+    observations = []
+    for index, item in enumerate(found):
+        detection = item if isinstance(item, Detection) else None
+        curve = item.curve if isinstance(item, Detection) else item
         if not isinstance(curve, BSplineCurve) or curve.ndim != 2:
             raise InputError(f"expected a Detection or a BSplineCurve in the image (ndim 2), got {curve!r}")
         width = math.nan if detection is None else detection.width
@@ -129,15 +131,17 @@ def look_at(found: Sequence[Detection | BSplineCurve], widths: Sequence[float] |
             given = widths[index]
             unknown = isinstance(given, float) and math.isnan(given)
             width = math.nan if unknown else check_number("a width", given, 0.0, LARGEST)
-        points, length = sample(curve)
+        points, length = sample_curve(curve)
         if length > 0.0:
             gaps = () if detection is None or not detection.joints else detection.inferred
-            clear = not any((high - low) * length > _GAP_WIDTHS * width for low, high in gaps)
-            shown.append(Seen(curve, points, length, width, detection, (0.0, 1.0), index, length, clear, gaps))
-    return shown
+            contiguous = not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
+            observations.append(
+                Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps)
+            )
+    return observations
 
 
-def sample(
+def sample_curve(
     curve: BSplineCurve, first: float = 0.0, last: float = 1.0, count: int = SAMPLES
 ) -> tuple[FloatArray, float]:
     """Return points along a curve in the plane or in space, and the length of the polygon through them."""

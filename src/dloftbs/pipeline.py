@@ -16,14 +16,15 @@ from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
 
-_SURE = 0.25  # by how much a reading must cost less than the one that follows the past, to count as clear
-_MOST_OVERRULED, _ALONE = 2, 10  # frames
+_CLEAR_OVERRIDE = 0.25  # of cost: a frame whose own best links are cheaper by more clearly contradicts its prior
+_MAX_OVERRIDES = 2  # frames in a row that may do so
+_FRAMES_WITHOUT_PRIOR = 10  # that follow then
 
 
 class Pipeline:
-    """From frames to curves, with identities and directions kept from frame to frame.
+    """Detection and tracking: from frames to curves, with identities and directions kept.
 
-    A pipeline belongs to one thread; several pipelines do not disturb each other.
+    A pipeline belongs to one thread; several pipelines are independent of each other.
 
     Parameters
     ----------
@@ -47,8 +48,8 @@ class Pipeline:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
         self._tracker = make_tracker(self._config.tracking)
-        self._overruled = 0  # frames in a row of which the past was followed against the frame's own clear reading
-        self._alone = 0  # frames that are yet to be read without the past
+        self._overrides = 0  # frames in a row whose prior prevailed over clearly cheaper links
+        self._without_prior = 0  # frames that are still to be linked without a prior
 
     @property
     def config(self) -> Config:
@@ -65,29 +66,29 @@ class Pipeline:
             no mask of the frame's size.
         """
         since = perf_counter()
-        expected = self._expected(frame.stamp)
+        predicted = self._predict(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
-        run = run_stages(frame, self._config, self._segmenter, expected)
-        self._heed(run.overruled)
+        run = run_stages(frame, self._config, self._segmenter, predicted)
+        self._suspend_prior_if_wrong(run.prior_override)
         since = perf_counter()
         tracks = self._tracker.update(run.detections, frame.stamp, frame.size)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
 
-    def _expected(self, stamp: float | None) -> tuple[tuple[BSplineCurve, float], ...]:
-        """Return the curves that ambiguous links are to follow, with how far they are to be trusted."""
-        if self._alone > 0:
-            self._alone -= 1
+    def _predict(self, stamp: float | None) -> tuple[tuple[BSplineCurve, float], ...]:
+        """Return the curves that ambiguous links should follow, with their weights in 0..1."""
+        if self._without_prior > 0:
+            self._without_prior -= 1
             return ()
         if isinstance(self._config.linking, GreedyLinkingConfig) or not isinstance(self._tracker, Tracker):
             return ()
-        return tuple((known.curve, known.confidence) for known in self._tracker.predict(stamp))
+        return tuple((track.curve, track.confidence) for track in self._tracker.predict(stamp))
 
-    def _heed(self, overruled: float) -> None:
-        """Leave the past aside for a while when frame after frame would have been read otherwise without it."""
-        self._overruled = self._overruled + 1 if overruled > _SURE else 0
-        if self._overruled >= _MOST_OVERRULED:
-            self._overruled, self._alone = 0, _ALONE
+    def _suspend_prior_if_wrong(self, override: float) -> None:
+        """Link the next frames without a prior if it has prevailed over clearly cheaper links in too many frames."""
+        self._overrides = self._overrides + 1 if override > _CLEAR_OVERRIDE else 0
+        if self._overrides >= _MAX_OVERRIDES:
+            self._overrides, self._without_prior = 0, _FRAMES_WITHOUT_PRIOR
 
     def detect(self, frame: Frame) -> FrameResult:
         """Find the objects of one frame by itself: the result has no tracks, and the pipeline's stay as they are.
@@ -102,7 +103,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks, as at the cut to another scene."""
         self._tracker.reset()
-        self._overruled = self._alone = 0
+        self._overrides = self._without_prior = 0
 
     def trace(self, frame: Frame) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.
@@ -122,7 +123,7 @@ def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | Ne
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResult:
-    return FrameResult.trusted(
+    return FrameResult._unchecked(
         run.detections,
         tracks,
         run.reason,

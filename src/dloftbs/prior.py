@@ -1,4 +1,4 @@
-"""Curves seen before, as the linking of the next frame uses them."""
+"""Temporal prior: the curves predicted for a frame, as its linking uses them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.kernels.continuity import follow, sample_curves
 from dloftbs.mask_crop import MaskCrop
 
-_STEP_WIDTHS = 0.5
-_MOST_SAMPLES = 2000  # of a curve
+_STEP_WIDTHS = 0.5  # from sample to sample
+_MAX_SAMPLES = 2000  # of a curve
 
 
-class Samples(NamedTuple):
-    """Samples of the expected curves, in the pose of a patch.
+class PriorSamples(NamedTuple):
+    """Samples of the predicted curves, in the orientation of a mask crop.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Samples(NamedTuple):
     steps, longest : numpy.ndarray, shape (c,)
         From sample to sample, on average and at most, px.
     closed : numpy.ndarray, shape (c,)
-    trust : numpy.ndarray, shape (c,)
+    weight : numpy.ndarray, shape (c,)
         In 0..1.
     """
 
@@ -40,30 +40,30 @@ class Samples(NamedTuple):
     steps: FloatArray
     longest: FloatArray
     closed: npt.NDArray[np.bool_]
-    trust: FloatArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class TemporalPrior:
-    """The curves that are expected, sampled once somebody asks for them: most frames leave nothing to ask.
+    """The predicted curves, sampled at their first use: most frames are unambiguous and never use them.
 
     Parameters
     ----------
-    expected : sequence of (BSplineCurve, float)
-        Curves in the image, each with its trust in 0..1; one or more.
+    predicted : sequence of (BSplineCurve, float)
+        Curves in the image, each with its weight in 0..1; one or more.
     patch : MaskCrop
     width : float
         Of the cables, px.
     """
 
-    expected: Sequence[tuple[BSplineCurve, float]]
+    predicted: Sequence[tuple[BSplineCurve, float]]
     patch: MaskCrop
     width: float
 
     @cached_property
-    def samples(self) -> Samples:
+    def samples(self) -> PriorSamples:
         """Samples of the curves."""
-        curves = [curve for curve, _ in self.expected]
+        curves = [curve for curve, _ in self.predicted]
         closed = np.array([curve.closed for curve in curves])
         points, first, steps, longest = sample_curves(
             np.concatenate([curve.knots for curve in curves]),
@@ -72,10 +72,10 @@ class TemporalPrior:
             closed,
             *self.patch.image_transform,
             _STEP_WIDTHS * self.width,
-            _MOST_SAMPLES,
+            _MAX_SAMPLES,
         )
-        return Samples(points, first, steps, longest, closed, np.array([trust for _, trust in self.expected]))
+        return PriorSamples(points, first, steps, longest, closed, np.array([weight for _, weight in self.predicted]))
 
     def continuity(self, arms: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:
-        """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""
+        """Return, for pairs of ends, a measure in 0..1 of continuing each other along one of the curves."""
         return follow(arms, rows, columns, *self.samples, self.width)

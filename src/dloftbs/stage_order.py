@@ -49,7 +49,7 @@ class StageRun:
     skeleton: Skeleton | None = None
     walks: Walks | None = None
     graph: Graph | None = None
-    overruled: float = 0.0
+    prior_override: float = 0.0
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Centerline, ...] = ()
@@ -70,11 +70,11 @@ class _Clock:
 
 
 def run_stages(
-    frame: Frame, config: Config, segmenter: Segmenter | None, expected: Sequence[tuple[BSplineCurve, float]] = ()
+    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[tuple[BSplineCurve, float]] = ()
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
-    Where the default method finds links ambiguous, it follows the curves expected, each with its trust in 0..1.
+    Ambiguous links of the default method follow the predicted curves, each with its weight in 0..1.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def run_stages(
         lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
         lines = _link_by_bending(
-            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, expected, frame.image
+            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, predicted, frame.image
         )
     lines, run.dropped = choose(lines, config.linking)
     clock.lap("linking")
@@ -104,7 +104,7 @@ def run_stages(
         return run
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     clock.lap("fitting")
-    run.detections = tuple(Detection.trusted(line, curve) for line, curve in zip(lines, curves, strict=True))
+    run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)
     clock.lap("crossings")
     run.detections = _lift(run.detections, run.crossings, run.patch, frame, config)
@@ -137,7 +137,7 @@ def _link_by_bending(
     config: LinkingConfig,
     most: int,
     clock: _Clock,
-    expected: Sequence[tuple[BSplineCurve, float]],
+    predicted: Sequence[tuple[BSplineCurve, float]],
     image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
@@ -146,10 +146,10 @@ def _link_by_bending(
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    prior = TemporalPrior(expected, patch, run.graph.width) if expected else None
+    prior = TemporalPrior(predicted, patch, run.graph.width) if predicted else None
     evidence = None if image is None else EvidenceMap(image, patch)
     linking = link(patch, run.graph, config, evidence, prior)
-    run.overruled = linking.pairing.overruled
+    run.prior_override = linking.pairing.overruled
     return linking.centerlines
 
 
@@ -174,7 +174,7 @@ def _lift(
     depth, camera = frame.depth, frame.camera
     if depth is None or camera is None:
         why = "the frame has no depth" if depth is None else "the frame has depth, but no camera to turn it into metres"
-        return tuple(Detection.trusted(d.centerline, d.curve, no_3d_reason=why) for d in detections)
+        return tuple(Detection._unchecked(d.centerline, d.curve, no_3d_reason=why) for d in detections)
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
         return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
@@ -203,7 +203,7 @@ def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None)
     if knots is None:  # what the curve in the image needed, or its depth does
         knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
     curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
-    return Detection.trusted(detection.centerline, detection.curve, curve, inferred_3d=lifted.inferred)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=lifted.inferred)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:

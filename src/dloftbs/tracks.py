@@ -16,11 +16,11 @@ class TrackState(str, Enum):
     """Stage of a track's life."""
 
     TENTATIVE = "tentative"
-    """Seen, but not often enough to be sure."""
+    """Seen, but in too few frames to be sure."""
     CONFIRMED = "confirmed"
     """Seen in this frame."""
-    COASTING = "coasting"
-    """Not seen in this frame; the curve is predicted."""
+    HIDDEN = "hidden"
+    """Nothing of it is seen in this frame; the curve is predicted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Track:
         Frames since it was last detected.
     detection : Detection, optional
         This frame's detection, run in the track's direction; the longest one, where several are parts of the object.
-        None while coasting, and where the tracker was given bare curves.
+        None while hidden, and where the tracker was given bare curves.
     inferred : tuple of (float, float)
         The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
     confidence : float
@@ -85,7 +85,7 @@ class Track:
         )
 
     @classmethod
-    def trusted(
+    def _unchecked(
         cls,
         number: int,
         state: TrackState,

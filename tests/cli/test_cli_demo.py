@@ -56,7 +56,7 @@ def test_the_figures_are_those_of_the_curves(folder):
     summary = json.loads((folder / "summary.json").read_text())
     rows = list(read_json_lines(folder / "curves.jsonl"))
     assert summary["frames"] == len(rows) == FRAMES
-    seen = [sum(track["state"] != "coasting" for track in row["tracks"]) for row in rows]
+    seen = [sum(track["state"] != "hidden" for track in row["tracks"]) for row in rows]
     assert [frame["curves"] for frame in summary["per_frame"]] == seen
     right = sum(count == 2 for count in seen)
     assert summary["frames_with_the_right_number_of_curves"] == right
@@ -200,8 +200,8 @@ def test_a_cable_without_a_curve_is_missing_and_not_in_the_mean():
 
 def test_tracks_that_coast_do_not_count():
     seen = found(*detections(30))
-    coasting = tuple(replace(track, detection=None, state=TrackState.COASTING) for track in seen.tracks)
-    score = score_frame(replace(seen, detections=(), tracks=coasting), scene(30))
+    hidden = tuple(replace(track, detection=None, state=TrackState.HIDDEN) for track in seen.tracks)
+    score = score_frame(replace(seen, detections=(), tracks=hidden), scene(30))
     assert score.curves == 0
     (cable,) = score.cables
     assert (cable.track_id, math.isnan(cable.l3_px)) == (None, True)

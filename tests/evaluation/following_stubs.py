@@ -86,7 +86,7 @@ def bent_where_hidden(frame):
     return {0: np.column_stack((x, 30.0 + frame.index + np.maximum(x - 100.0, 0.0) / 10.0)), 1: second}
 
 
-class Coasting:
+class HiddenTracker:
     """Publishes the first bar's track all the time, but sees it only while it shows, and after `late` frames more."""
 
     late = 0
@@ -100,15 +100,15 @@ class Coasting:
         sees = frame.index not in WHOLE and not (self.dark and frame.index < 5 + self.late)
         self.dark = self.dark or not sees
         number = self.number if frame.index < 5 else 7
-        state = TrackState.CONFIRMED if sees else TrackState.COASTING
+        state = TrackState.CONFIRMED if sees else TrackState.HIDDEN
         one = Track(number, state, bars(frame.index)[0], None, 3, 0 if sees else 1, first if sees else None)
         other = Track(9, TrackState.CONFIRMED, bars(frame.index)[1], None, 3, 0, second)
         return FrameResult((first, second) if sees else (second,), (one, other), None, frame.size)
 
 
-class Late(Coasting):
+class LateTracker(HiddenTracker):
     late = 2
 
 
-class Renaming(Coasting):
+class RenamingTracker(HiddenTracker):
     number = 3

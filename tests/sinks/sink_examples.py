@@ -35,13 +35,13 @@ def detected(index: int = 0, count: int = 2, *, in_space: bool = False) -> Frame
 
 
 def tracked(index: int = 0) -> FrameResult:
-    """Return a confirmed track, one that runs against its detection, and a coasting one."""
+    """Return a confirmed track, one that runs against its detection, and a hidden one."""
     first, second = detection(index, in_space=True), detection(index + 1)
     flipped = second.reversed()
     tracks = (
         Track(3, TrackState.CONFIRMED, first.curve, first.curve_3d, 5, 0, first),
         Track(4, TrackState.TENTATIVE, flipped.curve, None, 1, 0, flipped),
-        Track(9, TrackState.COASTING, curve(2, 12, 7), None, 4, 2, None),
+        Track(9, TrackState.HIDDEN, curve(2, 12, 7), None, 4, 2, None),
     )
     return FrameResult((second, first), tracks, None, (48, 64), {}, index, None)
 

@@ -47,7 +47,7 @@ def test_tracks(tmp_path):
         sink.write(examples.frame(), examples.tracked(1))
     rows = table(tmp_path / "a.csv")
     assert [row["object"] for row in rows] == ["3", "3", "4", "4", "9", "9"]
-    assert [row["state"] for row in rows[::2]] == ["confirmed", "tentative", "coasting"]
+    assert [row["state"] for row in rows[::2]] == ["confirmed", "tentative", "hidden"]
     assert {row["stamp"] for row in rows} == {""}
     assert [row["inferred"] for row in rows] == ["0", "0", "0", "0", "1", "1"]
 

@@ -280,7 +280,7 @@ def test_what_has_no_curve_in_space_is_left_out_and_told(tmp_path, caplog):
     assert all_of_them == "a.ply lacks 2 of 3 objects, since they have no curve in space"
 
 
-def test_tracks_have_their_ids_and_coasting_ones_are_left_out(tmp_path, caplog):
+def test_tracks_have_their_ids_and_hidden_ones_are_left_out(tmp_path, caplog):
     with GeometrySink(tmp_path / "a.ply", radius_m=0.005) as sink:
         sink.write(examples.frame(1), examples.tracked(1))
     assert set(read_ply(tmp_path / "a.ply")["vertex"]["object"]) == {3}

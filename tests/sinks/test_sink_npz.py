@@ -61,7 +61,7 @@ def test_tracks_come_back_with_their_detections(tmp_path):
     rows = read_npz(tmp_path / "a.npz")
     assert [row.track_id for row in rows] == [3, 4, 9]
     assert [row.detection for row in rows] == [1, 0, None]
-    assert [row.state for row in rows] == ["confirmed", "tentative", "coasting"]
+    assert [row.state for row in rows] == ["confirmed", "tentative", "hidden"]
     assert [row.width_px for row in rows] == [5.0, 5.0, None]
     assert [row.stamp for row in rows] == [None] * 3
     assert [row.curve for row in rows] == [track.curve for track in result.tracks]

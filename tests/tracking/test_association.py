@@ -20,13 +20,13 @@ def rows(count: int, shift: float) -> list:
 @pytest.mark.parametrize("count", [16, 144])
 def test_an_object_is_compared_with_those_beside_it_alone(monkeypatch, count):
     measured = []
-    place_all = kernels.place_all
+    align_all = kernels.align_all
 
     def counted(*given):
         measured.append(np.count_nonzero(given[-1]))
-        return place_all(*given)
+        return align_all(*given)
 
-    monkeypatch.setattr(kernels, "place_all", counted)
+    monkeypatch.setattr(kernels, "align_all", counted)
     tracker = Tracker()
     for number in range(6):  # to and fro by too much to be taken without doubt
         tracks = tracker.update(rows(count, 1.0 * (number % 2)))

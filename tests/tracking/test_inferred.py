@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.frame import Frame
-from dloftbs.observation import look_at
+from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracking.fusion import as_found, gaps, in_sight
-from dloftbs.tracking.partial_match import WHOLE, Piece
-from dloftbs.tracking.track_model import Memory
+from dloftbs.tracking.fusion import collect_new_objects, gaps_on_track, make_visible_curve
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch
+from dloftbs.tracking.track_model import TrackModel
 
 GAPS = ((0.1, 0.12), (0.3, 0.5), (0.6, 0.62), (0.8, 0.82))
 LINKED = detection_of(wave(), joints=tuple(Joint(JointKind.GAP, span, 1.0, 1.0) for span in GAPS))
@@ -51,41 +51,45 @@ def test_stretches_that_come_and_go_stay_within_their_track(shared_data: Path, n
 
 
 def test_a_part_that_goes_on_beyond_its_track_shows_all_of_it():
-    (seen,) = look_at([LINKED], None)
-    piece = Piece(seen.between(0.5, 0.9), (-0.5, 1.5), (0.5, 0.9)).on_track()
-    assert piece.at == WHOLE
-    assert piece.of == pytest.approx((0.6, 0.8))
-    assert Piece(seen, (0.25, 1.0), WHOLE).on_track() == Piece(seen, (0.25, 1.0), WHOLE)
-    assert gaps(piece) == [(pytest.approx(0.0, abs=1e-9), pytest.approx(0.1))]
+    (observation,) = make_observations([LINKED])
+    match = PartialMatch(observation.between(0.5, 0.9), (-0.5, 1.5), (0.5, 0.9)).clip_to_track()
+    assert match.track_span == WHOLE
+    assert match.curve_span == pytest.approx((0.6, 0.8))
+    assert PartialMatch(observation, (0.25, 1.0), WHOLE).clip_to_track() == PartialMatch(
+        observation, (0.25, 1.0), WHOLE
+    )
+    assert gaps_on_track(match) == [(pytest.approx(0.0, abs=1e-9), pytest.approx(0.1))]
 
 
 @given(st.tuples(SHARES, SHARES, SHARES, SHARES), st.lists(SHARES, min_size=2, max_size=2, unique=True))
 def test_rounding_leads_nowhere_beyond_the_ends(shares, of):
     low, high = sorted(shares[:2])
-    (seen,) = look_at([LINKED], None)
-    piece = Piece(seen._replace(gaps=(tuple(sorted(shares[2:])), (0.0, 1.0))), (low, high), tuple(sorted(of)))
-    assert all(0.0 <= a <= b <= 1.0 for a, b in gaps(piece))
+    (observation,) = make_observations([LINKED])
+    match = PartialMatch(
+        observation._replace(gaps=(tuple(sorted(shares[2:])), (0.0, 1.0))), (low, high), tuple(sorted(of))
+    )
+    assert all(0.0 <= a <= b <= 1.0 for a, b in gaps_on_track(match))
 
 
 def test_a_part_that_starts_a_track_has_the_gaps_that_lie_in_it():
-    (seen,) = look_at([LINKED], None)
-    parts = seen.parts()
-    assert [part.of for part in parts] == [(0.0, 0.3), (0.5, 1.0)]
-    (started,) = as_found(parts[1:], parts, [seen])
+    (observation,) = make_observations([LINKED])
+    parts = observation.split_at_gaps()
+    assert [part.curve_span for part in parts] == [(0.0, 0.3), (0.5, 1.0)]
+    (started,) = collect_new_objects(parts[1:], parts, [observation])
     assert started.gaps == (pytest.approx((0.2, 0.24)), pytest.approx((0.6, 0.64)))
 
 
 def test_a_whole_detection_has_its_own_gaps_either_way():
     (track,) = Tracker().update([LINKED])
     assert track.inferred == GAPS
-    (seen,) = look_at([LINKED], None)
-    assert seen.reversed().gaps == LINKED.reversed().inferred
+    (observation,) = make_observations([LINKED])
+    assert observation.reversed().gaps == LINKED.reversed().inferred
 
 
 def test_a_part_beyond_one_end_of_a_track_that_leaves_at_the_other_lies_within_it():
-    (seen,) = look_at([LINKED], None)
-    memory = Memory.of(1, seen)
-    at_border = seen._replace(points=seen.points + np.array([0.0, 500.0]))  # its start is
-    sight = in_sight(memory, [Piece(at_border, (0.2, 1.3), WHOLE)], (1000, 1000))
-    assert sight.inferred
-    assert all(0.0 <= edge <= 1.0 for span in sight.inferred for edge in span)
+    (observation,) = make_observations([LINKED])
+    model = TrackModel.from_observation(1, observation)
+    at_border = observation._replace(points=observation.points + np.array([0.0, 500.0]))  # its start is
+    visible = make_visible_curve(model, [PartialMatch(at_border, (0.2, 1.3), WHOLE)], (1000, 1000))
+    assert visible.inferred
+    assert all(0.0 <= edge <= 1.0 for span in visible.inferred for edge in span)

@@ -17,7 +17,7 @@ from dloftbs.detection import Detection
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track, TrackState
 
-SETTLE = TrackingConfig().settle_frames
+SETTLE = TrackingConfig().override_frames
 CLEAR = SETTLE + 4
 WIDTH = 6.0
 

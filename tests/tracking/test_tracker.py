@@ -18,7 +18,7 @@ from dloftbs.errors import InputError
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import TrackState
 
-TENTATIVE, CONFIRMED, COASTING = TrackState.TENTATIVE, TrackState.CONFIRMED, TrackState.COASTING
+TENTATIVE, CONFIRMED, HIDDEN = TrackState.TENTATIVE, TrackState.CONFIRMED, TrackState.HIDDEN
 AT_ONCE = TrackingConfig(min_hits=1)
 FRAME_S = TrackingConfig().frame_s
 
@@ -139,7 +139,7 @@ class TestLife:
         for misses in range(1, frames + 1):
             assert see(tracker) == ()
             (track,) = tracker.lost
-            assert (track.id, track.state, track.hits, track.misses) == (1, COASTING, 1, misses)
+            assert (track.id, track.state, track.hits, track.misses) == (1, HIDDEN, 1, misses)
             assert track.curve is last.curve
             assert track.detection is None
             assert track.inferred == ((0.0, 1.0),)
@@ -154,7 +154,7 @@ class TestLife:
         for hits in (3, 4):
             see(tracker)
             assert see(tracker) == ()
-            assert states(tracker.lost) == [COASTING]
+            assert states(tracker.lost) == [HIDDEN]
             (track,) = see(tracker, wave((3.0, 0.0)))
             assert (track.id, track.state, track.hits, track.misses) == (1, CONFIRMED, hits, 0)
 
@@ -177,8 +177,8 @@ class TestLife:
         assert track.detection is detection
         assert (track.curve, track.curve_3d) == (detection.curve, curve_3d)
         assert tracker.update([]) == ()
-        (coasting,) = tracker.lost
-        assert coasting.curve_3d is curve_3d
+        (hidden,) = tracker.lost
+        assert hidden.curve_3d is curve_3d
 
     def test_what_was_published_does_not_change_afterwards(self):
         tracker = Tracker(AT_ONCE)
@@ -303,8 +303,8 @@ class TestIdentity:
                     alive[cable] = [newest, 1, 0, False]
             expected = sorted((number, hits, misses) for number, hits, misses, _ in alive.values())
             assert sorted((t.id, t.hits, t.misses) for t in (*tracks, *tracker.lost)) == expected
-            assert all(t.detection is not None and t.state is not COASTING and not t.misses for t in tracks)
-            assert all(t.detection is None and t.state is COASTING and t.misses for t in tracker.lost)
+            assert all(t.detection is not None and t.state is not HIDDEN and not t.misses for t in tracks)
+            assert all(t.detection is None and t.state is HIDDEN and t.misses for t in tracker.lost)
 
 
 class TestDirection:

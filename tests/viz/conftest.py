@@ -51,8 +51,8 @@ class Build:
 
     @staticmethod
     def track(number: int, detection: Detection, state: TrackState = TrackState.CONFIRMED) -> Track:
-        coasting = state is TrackState.COASTING
-        return Track(number, state, detection.curve, None, 3, int(coasting), None if coasting else detection)
+        hidden = state is TrackState.HIDDEN
+        return Track(number, state, detection.curve, None, 3, int(hidden), None if hidden else detection)
 
     @staticmethod
     def result(

@@ -214,20 +214,20 @@ def test_tracks_come_before_detections_and_keep_their_colour(build, flat):
     assert not is_colour(picture, STYLE.colour(0)).any()
 
 
-def test_a_coasting_track_is_dashed_and_dimmer(build, flat):
-    coasting = build.track(1, build.detection(flat), TrackState.COASTING)
-    picture = viz.draw(GREY, build.result(SIZE, (), (coasting,)))
+def test_a_hidden_track_is_dashed_and_dimmer(build, flat):
+    hidden = build.track(1, build.detection(flat), TrackState.HIDDEN)
+    picture = viz.draw(GREY, build.result(SIZE, (), (hidden,)))
     row = picture[120, 100:530]
     bare = (row == 128).all(axis=1)
     assert 0.1 < bare.mean() < 0.7
     assert row[~bare].max() < max(STYLE.colour(0)) - 20
 
 
-def test_a_coasting_track_fades_and_says_since_when(build, flat):
-    coasting = build.track(1, build.detection(flat), TrackState.COASTING)
+def test_a_hidden_track_fades_and_says_since_when(build, flat):
+    hidden = build.track(1, build.detection(flat), TrackState.HIDDEN)
 
     def drawn(misses, confidence):
-        track = replace(coasting, misses=misses, confidence=confidence)
+        track = replace(hidden, misses=misses, confidence=confidence)
         picture = viz.draw(GREY, build.result(SIZE, (), (track,)))
         plate = is_touched(picture)[:105].any(axis=0)  # above the line
         return picture[120, 150:500].max(), int(plate.sum())

@@ -74,12 +74,12 @@ def test_what_was_inferred_is_dashed():
     assert gaps.max() < middle[1] + 10
 
 
-def test_tracks_have_the_colours_of_their_ids_and_coasting_ones_are_dimmer():
+def test_tracks_have_the_colours_of_their_ids_and_hidden_ones_are_dimmer():
     curves = [line((0.0, 0.0, z), (0.4, 0.1, z)) for z in (0.8, 1.0)]
     seen = detection(curves[0])
     tracks = (
         Track(3, TrackState.CONFIRMED, seen.curve, curves[0], 1, 0, seen),
-        Track(5, TrackState.COASTING, seen.curve, curves[1], 1, 4, None),
+        Track(5, TrackState.HIDDEN, seen.curve, curves[1], 1, 4, None),
     )
     above = panels(viz.draw_3d(frame(), result(seen, tracks=tracks)))[2]
     assert len(of_colour(above, 2)) > 200

@@ -32,7 +32,7 @@ def halves(sheet):
 
 @pytest.fixture
 def trace_of(build):
-    def make(size=(120, 160), image=None, found=True, coasting=False):
+    def make(size=(120, 160), image=None, found=True, hidden=False):
         mask = np.zeros(size, bool)
         if not found:
             empty = np.empty((0, 2))
@@ -44,7 +44,7 @@ def trace_of(build):
         mask[55, 30] = True
         points = build.straight((20, 60), (140, 60))
         detection = build.detection(points, ((JointKind.GAP, (0.42, 0.58)),), 7.0)
-        state = TrackState.COASTING if coasting else TrackState.CONFIRMED
+        state = TrackState.HIDDEN if hidden else TrackState.CONFIRMED
         result = build.result(size, (detection,), (build.track(2, detection, state),))
         skeleton = np.rint(np.vstack([s.points for s in detection.centerline.segments]))
         ends = np.array([s.points[i] for s in detection.centerline.segments for i in (0, -1)])
@@ -106,8 +106,8 @@ def test_wrong_traces_are_refused(build):
         viz.draw_stages(build.result((10, 10)))
 
 
-def test_a_coasting_track_is_not_linked(trace_of):
-    *_, linked, curves = halves(viz.draw_stages(trace_of(coasting=True)))
+def test_a_hidden_track_is_not_linked(trace_of):
+    *_, linked, curves = halves(viz.draw_stages(trace_of(hidden=True)))
     assert has(linked, STYLE.colour(1), 40) == 0
     assert has(curves, STYLE.colour(1), 90) > 50
 

@@ -66,7 +66,7 @@ class FrameScore:
 
 
 def score_frame(result: FrameResult, truth: Truth) -> FrameScore:
-    """Compare the detections of a frame with its truth; tracks that coast do not count.
+    """Compare the detections of a frame with its truth; hidden tracks do not count.
 
     Each true cable gets at most one curve, by the assignment with the least sum of L3, however far off it is.
     """

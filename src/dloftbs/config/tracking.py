@@ -21,7 +21,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
         Frames in a row in which an object must be seen before its track is confirmed.
     keep_lost_s : float
         Seconds for which a confirmed track of which nothing is seen can be found again under its id.
-    settle_frames : int
+    override_frames : int
         Number of frames after which contradicted evidence is dropped: a stretch that is missing at the same place of an
         object in all of them is no part of it. A stretch that was seen in as many is known well enough to read frames
         by it.
@@ -37,7 +37,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     gate: float = 0.1
     min_hits: int = 2
     keep_lost_s: float = 2.0
-    settle_frames: int = 8
+    override_frames: int = 8
     smoothing_s: float = 0.0
     frame_s: float = 1.0 / 30.0
     on_new_size: Literal["reset", "error"] = "reset"
@@ -46,7 +46,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     def __post_init__(self) -> None:
         keep_number(self, "gate", LEAST, MOST)
         keep_integer(self, "min_hits", 1, MOST)
-        keep_integer(self, "settle_frames", 1, MOST)
+        keep_integer(self, "override_frames", 1, MOST)
         keep_number(self, "keep_lost_s", 0.0, MOST)
         keep_number(self, "smoothing_s", 0.0, MOST)
         keep_number(self, "frame_s", _SHORTEST_S, MOST)

@@ -95,7 +95,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     ):
         known = abs(verdict) >= MIN_CONFIDENCE
         top, confidence = (int(verdict < 0.0), abs(verdict)) if known else (None, 0.0)
-        found.append(Crossing.trusted((place[0], place[1]), ((a, u_a), (b, u_b)), top, confidence))
+        found.append(Crossing._unchecked((place[0], place[1]), ((a, u_a), (b, u_b)), top, confidence))
     return tuple(sorted(found, key=lambda crossing: crossing.passes))
 
 

@@ -107,7 +107,7 @@ def _fit_curve(points: FloatArray, u: FloatArray, closed: bool, k: int) -> BSpli
     if not closed:
         points, u = _at_least_order(points, u)
     knots, control = _fit(points, u, closed, k)
-    return BSplineCurve.trusted(knots, control, _DEGREE, closed)
+    return BSplineCurve._unchecked(knots, control, _DEGREE, closed)
 
 
 def _fit(points: FloatArray, u: FloatArray, closed: bool, k: int) -> tuple[FloatArray, FloatArray]:

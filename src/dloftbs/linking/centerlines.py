@@ -396,7 +396,7 @@ def _line(
         is_crossing = piece.through_junction
         scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
         joints.append(
-            Joint.trusted(
+            Joint._unchecked(
                 _CROSSING if is_crossing else _GAP,
                 (u.item(at - 1), u.item(at)),
                 piece.cost,
@@ -410,7 +410,7 @@ def _line(
         )
         segments.append(Segment.cut(points, radius, at, at + count))
         at += count
-    return Centerline.trusted(
+    return Centerline._unchecked(
         tuple(segments),
         tuple(joints),
         closed=False,
@@ -444,4 +444,4 @@ def _widen(u: FloatArray, at: int, factor: float) -> None:
 
 def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float) -> Centerline:
     segment = Segment.cut(points, radius, 0, len(points))
-    return Centerline.trusted((segment,), (), closed=True, u=u, width=width)
+    return Centerline._unchecked((segment,), (), closed=True, u=u, width=width)

@@ -86,7 +86,7 @@ def _centerline(segments: list[Segment], chain: list[int], links: _Links) -> Cen
         stop += len(segment)
         _, kind, cost, margin = links[end]
         joints.append(Joint(kind, (float(u[stop - 1]), float(u[stop])), cost, margin, ratio_test(cost, margin)))
-    return Centerline.trusted(ordered, tuple(joints), closed=False, points=points, u=u)
+    return Centerline._unchecked(ordered, tuple(joints), closed=False, points=points, u=u)
 
 
 def ratio_test(cost: float, margin: float) -> float:
@@ -99,4 +99,4 @@ def ratio_test(cost: float, margin: float) -> float:
 
 def close(loop: Segment) -> Centerline:
     """Make a segment without ends a centre line."""
-    return Centerline.trusted((loop,), (), closed=True, u=frozen(arc_parameter(loop.points, True)))
+    return Centerline._unchecked((loop,), (), closed=True, u=frozen(arc_parameter(loop.points, True)))

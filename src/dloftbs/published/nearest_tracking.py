@@ -1,4 +1,4 @@
-"""Tracks as published: an object is what lies nearest to it in the next frame, and runs the way that fits better."""
+"""Tracking as published: an object keeps the nearest curve of the next frame, in the direction that fits better."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.observation import SAMPLES, Seen, look_at
+from dloftbs.observation import SAMPLES, Observation, make_observations
 from dloftbs.tracks import Track, TrackState
 
 
 class NearestTracker:
     """Gives each detection the id and the direction of the nearest curve of the last frame that showed any.
 
-    It expects no motion, keeps nothing that is not seen, and tells the linking nothing.
+    It predicts no motion, keeps no hidden object, and gives the linking no prior.
 
     Examples
     --------
@@ -33,13 +33,13 @@ class NearestTracker:
 
     def __init__(self) -> None:
         self._tracks: tuple[Track, ...] = ()  # of the last frame that showed any
-        self._shown: tuple[Track, ...] = ()
-        self._newest = 0
+        self._published: tuple[Track, ...] = ()
+        self._last_id = 0
         self._stamp: float | None = None
 
     def reset(self) -> None:
-        """Forget all tracks and the time; ids go on from where they were, so that none is used twice."""
-        self._tracks, self._shown, self._stamp = (), (), None
+        """Forget all tracks and the time; ids continue, so that none is used twice."""
+        self._tracks, self._published, self._stamp = (), (), None
 
     def update(
         self,
@@ -54,49 +54,51 @@ class NearestTracker:
         detections : sequence of Detection or BSplineCurve
             Curves are in the image, px.
         stamp : float, optional
-            Seconds. A frame with the stamp of the last one is that one once more: nothing changes.
+            Seconds. A frame with the stamp of the last one is a repetition: nothing changes.
         size : (int, int), optional
-            Makes no difference here.
+            Ignored.
 
         Raises
         ------
         InputError
-            If something is no detection or curve in the image, or the stamp is not finite.
+            If an item is neither a detection nor a curve in the image, or the stamp is not finite.
         """
         if stamp is not None and not math.isfinite(stamp):
             raise InputError(f"stamp must be a finite number of seconds, got {stamp}")
-        seen = look_at(detections, None)
+        observations = make_observations(detections)
         if stamp is not None and stamp == self._stamp:
-            return self._shown
+            return self._published
         self._stamp = stamp
-        self._shown = ()
-        if not seen:
-            return self._shown
-        known = look_at([track.curve for track in self._tracks], None)
-        points, before = (np.array([one.points for one in those]).reshape(-1, SAMPLES, 2) for those in (seen, known))
-        there, back = (_distances(points, one) for one in (before, before[:, ::-1]))
-        rows, columns = linear_sum_assignment(np.minimum(there, back))
+        self._published = ()
+        if not observations:
+            return self._published
+        known = make_observations([track.curve for track in self._tracks])
+        points, before = (
+            np.array([one.points for one in those]).reshape(-1, SAMPLES, 2) for those in (observations, known)
+        )
+        forward, backward = (_mean_distances(points, one) for one in (before, before[:, ::-1]))
+        rows, columns = linear_sum_assignment(np.minimum(forward, backward))
         nearest = dict(zip(rows.tolist(), columns.tolist(), strict=True))
         tracks = []
-        for d, one in enumerate(seen):
+        for d, one in enumerate(observations):
             if d not in nearest:
-                self._newest += 1
-                tracks.append(_track(self._newest, one, 1))
+                self._last_id += 1
+                tracks.append(_make_track(self._last_id, one, 1))
                 continue
             k = nearest[d]
-            shown = one if there[d, k] <= back[d, k] else one.reversed()
-            tracks.append(_track(self._tracks[k].id, shown, self._tracks[k].hits + 1))
-        self._tracks = self._shown = tuple(sorted(tracks, key=lambda track: track.id))
-        return self._shown
+            oriented = one if forward[d, k] <= backward[d, k] else one.reversed()
+            tracks.append(_make_track(self._tracks[k].id, oriented, self._tracks[k].hits + 1))
+        self._tracks = self._published = tuple(sorted(tracks, key=lambda track: track.id))
+        return self._published
 
 
-def _distances(ones: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the mean distances of curves (n, SAMPLES, 2) from others (k, SAMPLES, 2), point by point, as (n, k)."""
+def _mean_distances(ones: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the mean distances of curves (n, SAMPLES, 2) from others (k, SAMPLES, 2), sample by sample, as (n, k)."""
     result: FloatArray = np.linalg.norm(ones[:, None] - others[None], axis=3).mean(axis=2)
     return result
 
 
-def _track(number: int, seen: Seen, hits: int) -> Track:
-    width = None if math.isnan(seen.width) else seen.width
+def _make_track(track_id: int, one: Observation, hits: int) -> Track:
+    width = None if math.isnan(one.width) else one.width
     state = TrackState.CONFIRMED
-    return Track.trusted(number, state, seen.curve, seen.curve_3d, hits, 0, seen.detection, seen.gaps, 1.0, width)
+    return Track._unchecked(track_id, state, one.curve, one.curve_3d, hits, 0, one.detection, one.gaps, 1.0, width)

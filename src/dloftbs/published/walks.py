@@ -62,4 +62,4 @@ def make_segments(patch: MaskCrop, runs: list[FloatArray]) -> list[Segment]:
     posed = np.concatenate(runs)
     radius = tracing.measure_radius(patch.posed(patch.pixels), posed, offsets, _CHORD_REACH_PX)
     points = patch.to_image(posed)
-    return [Segment.trusted(points[start:stop], radius[start:stop]) for start, stop in pairwise(offsets.tolist())]
+    return [Segment._unchecked(points[start:stop], radius[start:stop]) for start, stop in pairwise(offsets.tolist())]

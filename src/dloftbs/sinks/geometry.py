@@ -38,7 +38,7 @@ class GeometrySink(PathSink):
     a whole or not at all, whenever the process dies.
 
     Coordinates are the camera's, metres: x right, y down, z forward. A result's objects are its tracks, or its
-    detections where it has none; tracks that coast are left out, since they are nowhere to be seen. Objects without a
+    detections where it has none; hidden tracks are left out, since nothing of them is seen. Objects without a
     curve in space are left out, too: the first one is named in a warning in the log, and closing counts all of them.
 
     PLY files are binary; their points have ``nx, ny, nz``, the colour of the object in overlays as ``red, green,

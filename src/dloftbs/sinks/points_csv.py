@@ -27,9 +27,10 @@ class CsvSink(PathSink):
     A result's objects are its tracks, or its detections where it has none. The columns: ``frame`` the index; ``stamp``
     in seconds, empty where the frame has none; ``object`` the track's id, or the detection's number from 0; ``state``
     of the track, empty for a detection; ``i`` the point's number and ``u`` its parameter; ``x_px, y_px``; ``inferred``
-    1 where the point was not seen in this frame (it lies across a gap of the mask, or the track coasts), else 0. Then
-    the same point in space, empty without a curve there: ``u_3d`` its parameter on that curve, which is the arc length
-    in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where depth was bridged, not measured.
+    1 where the point was not seen in this frame (it lies across a gap of the mask, or the track is hidden), else 0.
+    Then the same point in space, empty without a curve there: ``u_3d`` its parameter on that curve, which is the arc
+    length in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where depth was bridged, not
+    measured.
 
     Each frame's rows are on their way to the disk before `write` returns: whenever the process dies, every frame
     written is whole.

@@ -1,10 +1,10 @@
-"""Detections to tracks: identity and direction held by continuity between frames (paper: tracking).
+"""Tracking: from detections to tracks, whose identity and direction are kept from frame to frame (paper: tracking).
 
-`tracker` has the order of the steps and all memory. `association`, `partial_match` and `alignment` tell which track a
-detection shows, and which stretch of it; `routing` takes known tracks through a frame, with `sample_graph`, `extension`
-and `localization`; `track_model` holds the state of a track; `occlusion` tells hidden stretches from absent ones;
-`fusion` and `reconstruction` make a whole curve of what is seen and the shape that is remembered; `loop_start` places
-the start of a loop; `motion_filter` smooths.
+`tracker` has the order of the steps and owns the tracks; `track_model` is the state of one. `association`, with
+`partial_match` and `alignment`, assigns observations to tracks, span by span; `routing`, with `sample_graph`,
+`extension` and `localization`, leads well-known tracks through a frame. `occlusion` distinguishes hidden spans from
+absent ones; `fusion` and `reconstruction` make a whole curve from visible parts and the last shape; `loop_start` moves
+the start of a loop; `motion_filter` smooths published curves.
 """
 
 from dloftbs.tracking.track_model import Prediction

@@ -1,4 +1,4 @@
-"""Extension of the runs of a track to the ends of what is seen, as far as no other track has taken it."""
+"""Extension of a track's intervals to the ends of the visible parts, as far as no other track has claimed them."""
 
 from __future__ import annotations
 
@@ -9,114 +9,121 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.tracking.kernels import routing as kernels
-from dloftbs.tracking.sample_graph import Run, Scene
-from dloftbs.tracking.track_model import Memory
+from dloftbs.tracking.sample_graph import Interval, SampleGraph
+from dloftbs.tracking.track_model import TrackModel
 
-UNSURE = 0.15
-"""Share of the length hidden between two runs."""
+HIDDEN_UNCERTAINTY = 0.15
+"""Uncertainty of a hidden length, as a share of it."""
 
-_EVERYWHERE = 2 * kernels.STEPS  # samples that a run is led on anywhere, to the end of what is seen
+_SHORT_EXTENSION = 2 * kernels.SAMPLES_PER_NODE  # samples: two nodes, at an edge that is no end of the track
 
 
-def completed(scene: Scene, runs: list[Run], memory: Memory) -> list[Run]:
-    """Return all of one detection as runs, where it is as long as the track and all runs follow it."""
-    number, way = scene.parts[runs[0].part].number, runs[0].way
-    mine = scene.parts_of[number][::way]
-    total = scene.parts[mine[0]].total
-    gaps = total - sum(scene.parts[p].length for p in mine)
-    as_long = abs(total - memory.length) <= memory.tolerance_px + UNSURE * gaps or memory.is_as_usual(total)
-    if not as_long or not all(scene.follows(*pair) for pair in pairwise(runs)):
-        return runs
-    covered = sum(abs(run.end - run.start) + 1 for run in runs)
-    if sum(scene.count_taken(p) for p in mine) > covered:
-        return runs  # another track has a part of it
+def complete_detection(graph: SampleGraph, intervals: list[Interval], model: TrackModel) -> list[Interval]:
+    """Return intervals over all of a detection, if it is as long as the track and all given intervals follow it."""
+    detection, direction = graph.parts[intervals[0].part].detection_index, intervals[0].direction
+    parts = graph.parts_of[detection][::direction]
+    length = graph.parts[parts[0]].object_length
+    gaps = length - sum(graph.parts[p].length for p in parts)
+    tolerance = model.length_tolerance_px + HIDDEN_UNCERTAINTY * gaps
+    as_long = abs(length - model.length) <= tolerance or model.has_usual_length(length)
+    if not as_long or not all(graph.are_consecutive(*pair) for pair in pairwise(intervals)):
+        return intervals
+    covered = sum(abs(one.end - one.start) + 1 for one in intervals)
+    if sum(graph.claimed_count(p) for p in parts) > covered:
+        return intervals  # another track has a part of it
     result = []
-    for p in mine:
-        known = [run for run in runs if run.part == p]
-        start, end = scene.bounds[p][::way]
-        low, high = sorted(abs(float(u) - (way < 0)) for u in scene.parts[p].of)
-        first, last = (known[0].first, known[-1].last) if known else _nodes_at(scene, memory, low, high)
-        origin = known[0].origin if known else float(kernels.STEPS * first - way * start)
-        result.append(Run(p, start, end, first, last, origin))
-    scene.take(result)
+    for p in parts:
+        known = [one for one in intervals if one.part == p]
+        start, end = graph.bounds[p][::direction]
+        low, high = sorted(abs(float(u) - (direction < 0)) for u in graph.parts[p].curve_span)
+        first, last = (known[0].first, known[-1].last) if known else _nearest_nodes(graph, model, low, high)
+        origin = known[0].origin if known else float(kernels.SAMPLES_PER_NODE * first - direction * start)
+        result.append(Interval(p, start, end, first, last, origin))
+    graph.claim(result)
     return result
 
 
-def _nodes_at(scene: Scene, memory: Memory, low: float, high: float) -> tuple[int, int]:
-    count = scene.nodes_of(memory)
-    return round(low * count), round(high * count)
+def _nearest_nodes(graph: SampleGraph, model: TrackModel, low: float, high: float) -> tuple[int, int]:
+    last = graph.last_node(model)
+    return round(low * last), round(high * last)
 
 
-def grown(scene: Scene, runs: Sequence[Run], memory: Memory) -> list[Run]:
-    """Return runs extended to the ends of their parts: a little everywhere, and all the way at the ends of the track.
+def extend_to_ends(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[Interval]:
+    """Return intervals extended to the ends of their parts: anywhere by a little, and fully at the track's ends.
 
-    Nothing that another track has taken; and where one run goes over into another, to where they are closest.
+    Samples of other tracks end an extension; intervals of consecutive nodes meet where they are closest.
     """
-    result: list[Run] = []
-    for n, run in enumerate(runs):
-        start, end = run.start, run.end
-        if n and run.first == runs[n - 1].last + 1:
-            result[-1], start = _met(scene, result[-1], run)
+    result: list[Interval] = []
+    for n, one in enumerate(intervals):
+        start, end = one.start, one.end
+        if n and one.first == intervals[n - 1].last + 1:
+            result[-1], start = _join_at_closest(graph, result[-1], one)
         else:
-            start = _led_on(scene, run, -run.way, start, _EVERYWHERE if run.first else len(scene.points))
-        if n == len(runs) - 1 or runs[n + 1].first > run.last + 1:
-            at_end = run.last == scene.nodes_of(memory)
-            end = _led_on(scene, run, run.way, end, len(scene.points) if at_end else _EVERYWHERE)
-        result.append(run._replace(start=start, end=end))
-        scene.taken[result[-1].samples] = True
+            limit = _SHORT_EXTENSION if one.first else len(graph.points)
+            start = _extend_edge(graph, one, -one.direction, start, limit)
+        if n == len(intervals) - 1 or intervals[n + 1].first > one.last + 1:
+            limit = len(graph.points) if one.last == graph.last_node(model) else _SHORT_EXTENSION
+            end = _extend_edge(graph, one, one.direction, end, limit)
+        result.append(one._replace(start=start, end=end))
+        graph.claimed[result[-1].samples] = True
     return result
 
 
-def _led_on(scene: Scene, run: Run, way: int, edge: int, most: int) -> int:
-    """Return the end of an extended run: at its part's end, if that is near and nothing is taken before it."""
-    first, last = scene.bounds[run.part]
-    end = last if way > 0 else first
-    beyond = slice(edge + 1, end + 1) if way > 0 else slice(end, edge)
-    return end if abs(end - edge) <= most and not np.count_nonzero(scene.taken[beyond]) else edge
+def _extend_edge(graph: SampleGraph, interval: Interval, direction: int, edge: int, limit: int) -> int:
+    """Return the edge of an extended interval: its part's end, if that is near and nothing before it is claimed."""
+    first, last = graph.bounds[interval.part]
+    end = last if direction > 0 else first
+    beyond = slice(edge + 1, end + 1) if direction > 0 else slice(end, edge)
+    return end if abs(end - edge) <= limit and not np.count_nonzero(graph.claimed[beyond]) else edge
 
 
-def _met(scene: Scene, run: Run, after: Run) -> tuple[Run, int]:
-    """Return a run, and where the next one starts, so that they meet where they are closest."""
-    near = kernels.STEPS * 2
-    ends = _around(scene, run.part, run.end, near)
-    starts = _around(scene, after.part, after.start, near)
-    away = np.hypot(*(scene.points[ends][:, None] - scene.points[starts][None]).transpose(2, 0, 1))
+def _join_at_closest(graph: SampleGraph, interval: Interval, following: Interval) -> tuple[Interval, int]:
+    """Return an interval, and the start of the following one, so that they meet where they are closest."""
+    ends = _samples_around(graph, interval.part, interval.end)
+    starts = _samples_around(graph, following.part, following.start)
+    away = np.hypot(*(graph.points[ends][:, None] - graph.points[starts][None]).transpose(2, 0, 1))
     i, j = np.unravel_index(int(away.argmin()), away.shape)
     end, start = int(ends[i]), int(starts[j])
-    if (end - run.start) * run.way <= 0 or (after.end - start) * after.way <= 0:
-        return run, after.start
-    return run._replace(end=end), start
+    if (end - interval.start) * interval.direction <= 0 or (following.end - start) * following.direction <= 0:
+        return interval, following.start
+    return interval._replace(end=end), start
 
 
-def _around(scene: Scene, part: int, i: int, near: int) -> npt.NDArray[np.int64]:
-    first, last = scene.bounds[part]
+def _samples_around(graph: SampleGraph, part: int, i: int) -> npt.NDArray[np.int64]:
+    """Return the samples of a part within two nodes of one of them."""
+    first, last = graph.bounds[part]
+    near = 2 * kernels.SAMPLES_PER_NODE
     return np.arange(max(i - near, first), min(i + near, last) + 1)
 
 
-def as_long(scene: Scene, run: Run, memory: Memory) -> Run:
-    """Return a run that ends where the detection goes on as long as its track: nothing else tells where that ends.
+def fit_length(graph: SampleGraph, interval: Interval, model: TrackModel) -> Interval:
+    """Return an interval as long as its track where the detection goes on beyond: only the length tells its end.
 
-    It grows no further than to what another track has taken.
+    It is extended no further than to the samples of other tracks.
     """
-    first, last = scene.bounds[run.part][:: run.way]
-    free = [run.first == 0 and run.start != first, run.last == scene.nodes_of(memory) and run.end != last]
+    first, last = graph.bounds[interval.part][:: interval.direction]
+    free = [
+        interval.first == 0 and interval.start != first,
+        interval.last == graph.last_node(model) and interval.end != last,
+    ]
     if not any(free):
-        return run
-    lacking = round((memory.length - scene.length(run)) / scene.step(run.part) / sum(free))
-    start = _moved(scene, run.part, run.start, -run.way, lacking) if free[0] else run.start
-    end = _moved(scene, run.part, run.end, run.way, lacking) if free[1] else run.end
-    if (end - start) * run.way <= 0:
-        return run
-    result = run._replace(start=start, end=end)
-    scene.taken[result.samples] = True
+        return interval
+    missing = round((model.length - graph.length(interval)) / graph.sample_spacing(interval.part) / sum(free))
+    start, end, direction = interval.start, interval.end, interval.direction
+    start = _shift_edge(graph, interval.part, start, -direction, missing) if free[0] else start
+    end = _shift_edge(graph, interval.part, end, direction, missing) if free[1] else end
+    if (end - start) * direction <= 0:
+        return interval
+    result = interval._replace(start=start, end=end)
+    graph.claimed[result.samples] = True
     return result
 
 
-def _moved(scene: Scene, part: int, edge: int, way: int, count: int) -> int:
-    """Return the edge of a run moved by some samples, backwards where they are negative, up to the next taken one."""
+def _shift_edge(graph: SampleGraph, part: int, edge: int, direction: int, count: int) -> int:
+    """Return an edge moved outwards by some samples, up to the next claimed one; inwards if `count` is negative."""
     if count <= 0:
-        return edge + way * count
-    stop = scene.bounds[part][1 if way > 0 else 0]
-    onward = np.arange(edge + way, stop + way, way)[:count]
-    taken = np.flatnonzero(scene.taken[onward])
-    return edge + way * int(taken[0] if len(taken) else len(onward))
+        return edge + direction * count
+    stop = graph.bounds[part][1 if direction > 0 else 0]
+    onward = np.arange(edge + direction, stop + direction, direction)[:count]
+    claimed = np.flatnonzero(graph.claimed[onward])
+    return edge + direction * int(claimed[0] if len(claimed) else len(onward))

@@ -1,4 +1,4 @@
-"""Pieces of one object put together: what lies between them, what of it is inferred, and the same in space."""
+"""Fusion of the partial matches of one track: bridged gaps, inferred spans, the published curve, and that in space."""
 
 from __future__ import annotations
 
@@ -7,86 +7,92 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from dloftbs.curve import BSplineCurve
-from dloftbs.observation import Seen, sample
+from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
-from dloftbs.tracking.alignment import leaving
-from dloftbs.tracking.occlusion import trust_in
-from dloftbs.tracking.partial_match import WHOLE, Piece, Sight, follows, hidden_between
-from dloftbs.tracking.reconstruction import Stretch, assemble
-from dloftbs.tracking.track_model import TRUSTED, Memory
+from dloftbs.tracking.alignment import ends_at_border
+from dloftbs.tracking.occlusion import median_seen_frames
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, are_consecutive, hidden_spans
+from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
+from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
+
+_SAME_U = 1e-9  # parameters that differ by less are the same
 
 
-def as_found(left: Sequence[Seen], parts: Sequence[Seen], seen: Sequence[Seen]) -> list[Seen]:
-    """Return what is left over: whole objects of which all parts are, and the longest part where most of one is."""
+def collect_new_objects(
+    unassigned: Sequence[Observation], parts: Sequence[Observation], observations: Sequence[Observation]
+) -> list[Observation]:
+    """Return the objects that start tracks: those left as a whole, and the longest part of those left mostly."""
     result = []
-    counts = Counter(part.number for part in parts)
-    remaining: dict[int, list[Seen]] = {}
-    for part in left:
-        remaining.setdefault(part.number, []).append(part)
-    for one in seen:
-        mine = remaining.get(one.number, [])
-        if len(mine) == counts[one.number]:
+    counts = Counter(part.detection_index for part in parts)
+    remaining: dict[int, list[Observation]] = {}
+    for part in unassigned:
+        remaining.setdefault(part.detection_index, []).append(part)
+    for one in observations:
+        left = remaining.get(one.detection_index, [])
+        if len(left) == counts[one.detection_index]:
             result.append(one)
-        elif sum(part.length for part in mine) > 0.5 * one.length:
-            result.append(_cut(max(mine, key=lambda part: part.length)))
+        elif sum(part.length for part in left) > 0.5 * one.length:
+            result.append(_make_object(max(left, key=lambda part: part.length)))
     return result
 
 
-def _cut(part: Seen) -> Seen:
-    """Return a part as an object."""
-    if part.of == WHOLE:
+def _make_object(part: Observation) -> Observation:
+    """Return a part as an object of its own."""
+    if part.curve_span == WHOLE:
         return part
-    curve = assemble(part.curve, WHOLE, [Stretch(part.curve, WHOLE, part.of)])
-    return part._replace(curve=curve, of=WHOLE, gaps=tuple(gaps(Piece(part, WHOLE, part.of))))
+    curve = reconstruct(part.curve, WHOLE, [VisiblePart(part.curve, WHOLE, part.curve_span)])
+    gaps = gaps_on_track(PartialMatch(part, WHOLE, part.curve_span))
+    return part._replace(curve=curve, curve_span=WHOLE, gaps=tuple(gaps))
 
 
-def bridged(memory: Memory, pieces: Sequence[Piece]) -> list[Piece]:
-    """Return the pieces, with those made one between which the detector knows the way and the past does not."""
-    result = [pieces[0]]
-    for piece in pieces[1:]:
+def merge_bridged(model: TrackModel, matches: Sequence[PartialMatch]) -> list[PartialMatch]:
+    """Return the matches, merged where the detector bridges the gap between two and the track does not know better."""
+    result = [matches[0]]
+    for match in matches[1:]:
         last = result[-1]
-        hidden = (last.at[1], piece.at[0])
-        if follows(last, piece) and _is_bridge(memory, hidden, last, piece):
-            seen = last.seen.between(last.of[0], piece.of[1])
-            result[-1] = Piece(seen, (last.at[0], piece.at[1]), seen.of)
+        hidden = (last.track_span[1], match.track_span[0])
+        if are_consecutive(last, match) and _is_bridge(model, hidden, last, match):
+            merged = last.observation.between(last.curve_span[0], match.curve_span[1])
+            result[-1] = PartialMatch(merged, (last.track_span[0], match.track_span[1]), merged.curve_span)
         else:
-            result.append(piece)
+            result.append(match)
     return result
 
 
-def _is_bridge(memory: Memory, hidden: tuple[float, float], last: Piece, piece: Piece) -> bool:
-    """Tell whether to believe the detector's way between two pieces: there is no better one, or it is as long."""
-    if hidden[1] <= hidden[0] or trust_in(memory, hidden) < TRUSTED:
+def _is_bridge(model: TrackModel, hidden: tuple[float, float], last: PartialMatch, match: PartialMatch) -> bool:
+    """Return True if the detector's bridge between two matches is the only one known, or as long as the hidden span."""
+    if hidden[1] <= hidden[0] or median_seen_frames(model, hidden) < MIN_SEEN_FRAMES:
         return True
-    span = (last.of[1], piece.of[0])
-    if any(low <= span[0] + 1e-9 and span[1] <= high + 1e-9 for low, high in piece.seen.gaps):
+    span = (last.curve_span[1], match.curve_span[0])
+    gaps = match.observation.gaps
+    if any(low <= span[0] + _SAME_U and span[1] <= high + _SAME_U for low, high in gaps):
         return False
     # The length of the whole curve by that of its part.
-    bridge = (span[1] - span[0]) * piece.seen.length / (piece.of[1] - piece.of[0])
-    return abs(bridge - (hidden[1] - hidden[0]) * memory.length) < memory.slack_px
+    bridge = (span[1] - span[0]) * match.observation.length / (match.curve_span[1] - match.curve_span[0])
+    return abs(bridge - (hidden[1] - hidden[0]) * model.length) < model.position_tolerance_px
 
 
-def restarted(seen: Seen, u: float) -> Seen:
-    """Return a loop that starts where the track does."""
-    curve = loop_start.restarted(seen.curve, u)
-    if curve is seen.curve:
-        return seen
-    points, length = sample(curve)
-    detection = None if seen.detection is None else replace(seen.detection, curve=curve)
-    return seen._replace(curve=curve, points=points, length=length, detection=detection)
+def restart_loop(observation: Observation, u: float) -> Observation:
+    """Return a loop that starts at the former `u`."""
+    curve = loop_start.move_start(observation.curve, u)
+    if curve is observation.curve:
+        return observation
+    points, length = sample_curve(curve)
+    detection = None if observation.detection is None else replace(observation.detection, curve=curve)
+    return observation._replace(curve=curve, points=points, length=length, detection=detection)
 
 
-def gaps(piece: Piece) -> list[tuple[float, float]]:
-    """Return what the detector inferred of a piece, in the track's ``u``."""
-    (low, high), (first, last) = piece.at, piece.of
-    spans = [(max(a, first), min(b, last)) for a, b in piece.seen.gaps]
-    # The share comes first: it is 1 at most, and what lies at the track's end never is rounded beyond it.
+def gaps_on_track(match: PartialMatch) -> list[tuple[float, float]]:
+    """Return the spans of a match that the detector inferred, in the track's ``u``."""
+    (low, high), (first, last) = match.track_span, match.curve_span
+    spans = [(max(a, first), min(b, last)) for a, b in match.observation.gaps]
+    # The division comes first: its result is 1 at most, so that rounding never leads beyond the track's end.
     shares = [((a - first) / (last - first), (b - first) / (last - first)) for a, b in spans if b > a]
     return [(low + a * (high - low), low + b * (high - low)) for a, b in shares]
 
 
-def merged(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    """Return ascending intervals with those that touch made one."""
+def merge_spans(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Return ascending spans, those that touch merged."""
     result: list[tuple[float, float]] = []
     for low, high in spans:
         if result and low <= result[-1][1]:
@@ -96,42 +102,61 @@ def merged(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], .
     return tuple(result)
 
 
-def in_sight(memory: Memory, pieces: Sequence[Piece], size: tuple[int, int] | None) -> Sight:
+def inferred_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:
+    """Return the spans of a track that are hidden, or that the detector inferred."""
+    return merge_spans(sorted([*hidden_spans(matches), *(gap for match in matches for gap in gaps_on_track(match))]))
+
+
+def make_visible_curve(
+    model: TrackModel, matches: Sequence[PartialMatch], size: tuple[int, int] | None
+) -> VisibleCurve:
     """Return the published curve of a partly hidden track: it ends where it leaves the image."""
-    leaves = leaving(pieces[0].seen, size, memory.width)[0], leaving(pieces[-1].seen, size, memory.width)[1]
-    low, high = pieces[0].at[0] if leaves[0] else 0.0, pieces[-1].at[1] if leaves[1] else 1.0
+    first, last = matches[0], matches[-1]
+    starts_outside = ends_at_border(first.observation, size, model.width)[0]
+    ends_outside = ends_at_border(last.observation, size, model.width)[1]
+    low, high = first.track_span[0] if starts_outside else 0.0, last.track_span[1] if ends_outside else 1.0
     if (low, high) == WHOLE:
-        return Sight(memory.curve, memory.curve_3d, memory.inferred, memory.confidence)
-    if len(pieces) == 1 and (low, high) == pieces[0].at and pieces[0].of == WHOLE:
-        seen = pieces[0].seen
-        return Sight(seen.curve, seen.curve_3d, seen.gaps, 1.0)
-    scaled = [p._replace(at=((p.at[0] - low) / (high - low), (p.at[1] - low) / (high - low))) for p in pieces]
-    inside = [piece.on_track() for piece in scaled]
-    curve = assemble(memory.curve, (low, high), [Stretch(p.seen.curve, p.at, p.of) for p in inside])
-    curve_3d = in_space(memory.curve_3d, (low, high), inside)
-    hidden = merged(sorted([*hidden_between(inside), *(gap for piece in inside for gap in gaps(piece))]))
-    return Sight(curve, curve_3d, hidden, memory.confidence)
+        return VisibleCurve(model.curve, model.curve_3d, model.inferred, model.confidence)
+    if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
+        observation = first.observation
+        return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0)
+    inside = [
+        match._replace(
+            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
+        ).clip_to_track()
+        for match in matches
+    ]
+    curve = reconstruct(model.curve, (low, high), visible_parts(inside))
+    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), inside)
+    return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.confidence)
 
 
-def in_space(before: BSplineCurve | None, scope: tuple[float, float], pieces: Sequence[Piece]) -> BSplineCurve | None:
-    """Return the whole curve in space from the pieces that have one; None without those, or if it never was known.
+def visible_parts(matches: Sequence[PartialMatch]) -> list[VisiblePart]:
+    """Return the visible parts of a track, in the image."""
+    return [VisiblePart(match.observation.curve, match.track_span, match.curve_span) for match in matches]
 
-    A piece lies as far from the nearer end, in metres, as its own length and its place in the image say.
+
+def reconstruct_in_space(
+    before: BSplineCurve | None, scope: tuple[float, float], matches: Sequence[PartialMatch]
+) -> BSplineCurve | None:
+    """Return the whole curve in space from the matches that have one; None without those, or if it was never known.
+
+    The distance of a part from the nearer end, in metres, follows from its length and its place in the image.
     """
-    known = [(piece, piece.seen.curve_3d) for piece in pieces]
+    known = [(match, match.observation.curve_3d) for match in matches]
     if before is None or all(curve is None for _, curve in known):
         return None
-    length = sample(before)[1] * (scope[1] - scope[0])
-    stretches: list[Stretch] = []
-    for piece, curve in known:
+    length = sample_curve(before)[1] * (scope[1] - scope[0])
+    parts: list[VisiblePart] = []
+    for match, curve in known:
         if curve is None:
             continue
-        share = min(sample(curve)[1] * (piece.of[1] - piece.of[0]) / length, 1.0)
-        low, high = piece.at
-        room = 1.0 - (high - low)
-        start = low / room * (1.0 - share) if room > 0.0 else 0.0
-        if stretches:
-            start = max(start, stretches[-1].at[1])
+        share = min(sample_curve(curve)[1] * (match.curve_span[1] - match.curve_span[0]) / length, 1.0)
+        low, high = match.track_span
+        rest = 1.0 - (high - low)
+        start = low / rest * (1.0 - share) if rest > 0.0 else 0.0
+        if parts:
+            start = max(start, parts[-1].track_span[1])
         if start < 1.0:
-            stretches.append(Stretch(curve, (start, min(start + share, 1.0)), piece.of))
-    return assemble(before, scope, stretches)
+            parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), match.curve_span))
+    return reconstruct(before, scope, parts)

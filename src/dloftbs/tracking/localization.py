@@ -1,4 +1,4 @@
-"""Places of all runs along a track, with hidden stretches between them as long as the evidence tells."""
+"""Localisation of all intervals along a track, with hidden spans between them as long as the evidence tells."""
 
 from __future__ import annotations
 
@@ -8,90 +8,104 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from dloftbs.tracking.alignment import at_border
-from dloftbs.tracking.extension import UNSURE, as_long
+from dloftbs.tracking.alignment import is_at_border
+from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
 from dloftbs.tracking.kernels import routing as kernels
-from dloftbs.tracking.partial_match import Piece
-from dloftbs.tracking.sample_graph import Run, Scene
-from dloftbs.tracking.track_model import Memory, lookup
+from dloftbs.tracking.partial_match import PartialMatch
+from dloftbs.tracking.sample_graph import Interval, SampleGraph
+from dloftbs.tracking.track_model import TrackModel, interpolate_samples
 
-_PLACES = 33
-_MOST_BENT = 3.0  # times its span: of what is hidden and longer, the span tells nothing
+_SPAN_SAMPLES = 33
+_MAX_BEND = 3.0  # length by chord of a hidden span: beyond, the chord says nothing about the length
 
 
-def lay(scene: Scene, runs: Sequence[Run], memory: Memory, size: tuple[int, int] | None) -> list[Piece]:
-    """Lay all runs on their track together, with the hidden stretches between them."""
-    runs = [as_long(scene, runs[0], memory)] if len(runs) == 1 else runs
-    between = [_hidden(scene, a, b, memory) for a, b in pairwise(runs)]
-    lengths = [scene.length(run) for run in runs]
-    total = sum(lengths) + sum(between)
-    longer = total - memory.length
-    tolerance = memory.tolerance_px + UNSURE * sum(between)
+def localize(
+    graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, size: tuple[int, int] | None
+) -> list[PartialMatch]:
+    """Return the matches of all intervals of a track, laid along it together with the hidden spans between them."""
+    intervals = [fit_length(graph, intervals[0], model)] if len(intervals) == 1 else intervals
+    hidden = [_hidden_length(graph, *pair, model) for pair in pairwise(intervals)]
+    lengths = [graph.length(one) for one in intervals]
+    total = sum(lengths) + sum(hidden)
+    excess = total - model.length
+    tolerance = model.length_tolerance_px + HIDDEN_UNCERTAINTY * sum(hidden)
     low, high = 0.0, 1.0
-    usual = len(runs) == 1 and memory.is_as_usual(total)
-    if abs(longer) > tolerance and not usual:
-        start = _start(scene, runs, lengths, between, memory)
-        if longer < 0.0:
-            low = _shift(scene, start, -longer, runs, memory, size) / memory.length
-            high = low + total / memory.length
-        elif len(runs) == 1:  # else what is hidden may as well be shorter than it seems
-            before = min(max(-start, 0.0), longer)
-            low, high = -before / memory.length, 1.0 + (longer - before) / memory.length
-    edges = accumulate([0.0, *(px for pair in zip(lengths, between, strict=False) for px in pair), lengths[-1]])
-    at = [low + edge / total * (high - low) for edge in edges]
-    at[-1] = high
-    spans = [[first, last] for first, last in zip(at[::2], at[1::2], strict=True)]
-    for n, (run, after) in enumerate(pairwise(runs)):
-        if after.first == run.last + 1:  # it goes over from one to the other: nothing is hidden
+    usual = len(intervals) == 1 and model.has_usual_length(total)
+    if abs(excess) > tolerance and not usual:
+        start = _mean_start(graph, intervals, lengths, hidden, model)
+        if excess < 0.0:
+            low = _missing_before(graph, start, -excess, intervals, model, size) / model.length
+            high = low + total / model.length
+        elif len(intervals) == 1:  # of several, a hidden span may as well be shorter than it seems
+            before = min(max(-start, 0.0), excess)
+            low, high = -before / model.length, 1.0 + (excess - before) / model.length
+    edges = accumulate([0.0, *(px for pair in zip(lengths, hidden, strict=False) for px in pair), lengths[-1]])
+    u = [low + edge / total * (high - low) for edge in edges]
+    u[-1] = high
+    spans = [[first, last] for first, last in zip(u[::2], u[1::2], strict=True)]
+    for n, (one, following) in enumerate(pairwise(intervals)):
+        if following.first == one.last + 1:  # the track changes from one to the other: nothing is hidden
             spans[n][1] = spans[n + 1][0] = 0.5 * (spans[n][1] + spans[n + 1][0])
-    stretches = [scene.stretch(run) for run in runs]
-    return [Piece(seen, (first, last), seen.of) for seen, (first, last) in zip(stretches, spans, strict=True)]
+    observed = [graph.observe(one) for one in intervals]
+    return [
+        PartialMatch(one, (first, last), one.curve_span) for one, (first, last) in zip(observed, spans, strict=True)
+    ]
 
 
-def _hidden(scene: Scene, run: Run, after: Run, memory: Memory) -> float:
-    """Return the length hidden between two runs, px: as the detector has it, or as bent as it last was."""
-    span = math.dist(scene.points[run.end], scene.points[after.start])
-    if after.first == run.last + 1:
-        return span
-    if scene.follows(run, after):
-        (_, low), (high, _) = scene.span(run), scene.span(after)
-        return (high - low) * scene.parts[run.part].total
-    # By most of their nodes: those beside what is hidden lie closer together, to be seen.
-    low, high = (r.origin + r.way * i for r, i in ((run, run.end), (after, after.start)))
-    stretch = lookup(memory.shape, np.linspace(low, high, _PLACES) / (kernels.STEPS * scene.nodes_of(memory)))
-    steps = float(np.hypot(*np.diff(stretch, axis=0).T).sum())
-    spanned = math.dist(stretch[0], stretch[-1])
-    return span * steps / spanned if steps < _MOST_BENT * spanned else max(steps, span)
+def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, model: TrackModel) -> float:
+    """Return the hidden length between two intervals, px: the detector's, or as bent as it was last seen."""
+    chord = math.dist(graph.points[interval.end], graph.points[following.start])
+    if following.first == interval.last + 1:
+        return chord
+    if graph.are_consecutive(interval, following):
+        (_, low), (high, _) = graph.curve_span(interval), graph.curve_span(following)
+        return (high - low) * graph.parts[interval.part].object_length
+    # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
+    low, high = (one.origin + one.direction * i for one, i in ((interval, interval.end), (following, following.start)))
+    u = np.linspace(low, high, _SPAN_SAMPLES) / (kernels.SAMPLES_PER_NODE * graph.last_node(model))
+    shape = interpolate_samples(model.shape, u)
+    length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
+    shape_chord = math.dist(shape[0], shape[-1])
+    return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)
 
 
-def _start(
-    scene: Scene, runs: Sequence[Run], lengths: Sequence[float], between: Sequence[float], memory: Memory
+def _mean_start(
+    graph: SampleGraph,
+    intervals: Sequence[Interval],
+    lengths: Sequence[float],
+    hidden: Sequence[float],
+    model: TrackModel,
 ) -> float:
-    """Return where runs begin along their track as it is expected, px: the mean over all their nodes."""
-    step = memory.length / (scene.nodes_of(memory) * kernels.STEPS)
-    done = away = nodes = 0.0
-    for run, length, gap in zip(runs, lengths, [*between, 0.0], strict=True):
-        size = run.last - run.first + 1
-        away += size * ((run.origin + run.way * run.start) * step - done)
-        nodes += size
+    """Return the start of the intervals along the predicted track, px: the mean over all their nodes."""
+    step = model.length / (graph.last_node(model) * kernels.SAMPLES_PER_NODE)
+    done = offset = nodes = 0.0
+    for one, length, gap in zip(intervals, lengths, [*hidden, 0.0], strict=True):
+        count = one.last - one.first + 1
+        offset += count * ((one.origin + one.direction * one.start) * step - done)
+        nodes += count
         done += length + gap
-    return away / nodes
+    return offset / nodes
 
 
-def _shift(
-    scene: Scene, start: float, missing: float, runs: Sequence[Run], memory: Memory, size: tuple[int, int] | None
+def _missing_before(
+    graph: SampleGraph,
+    start: float,
+    missing: float,
+    intervals: Sequence[Interval],
+    model: TrackModel,
+    size: tuple[int, int] | None,
 ) -> float:
-    """Return the missing length before the runs, px: all of it or nothing, unless it clearly differs.
+    """Return the missing length before the intervals, px: all or nothing of it, unless it clearly differs.
 
-    `start` is where the runs lie by the motion so far.
+    `start` is the intervals' start by the motion so far, px.
     """
     start = min(max(start, 0.0), missing)
     after = missing - start
     if size is not None:
-        ends = scene.points[[runs[0].start, runs[-1].end]]
-        leaves = [at_border(end, size, memory.width) for end in ends]
-        if leaves[0] != leaves[1] and (after if leaves[0] else start) < 2.0 * memory.slack_px:
-            return missing if leaves[0] else 0.0
-    if min(start, after) > memory.slack_px:
+        ends = graph.points[[intervals[0].start, intervals[-1].end]]
+        cut = [is_at_border(end, size, model.width) for end in ends]
+        if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
+            return missing if cut[0] else 0.0
+    if min(start, after) > model.position_tolerance_px:
         return start
     return 0.0 if start <= after else missing

@@ -1,4 +1,4 @@
-"""Start of a loop: the same curve with ``u = 0`` at another place."""
+"""Start of a loop: the same closed curve with ``u = 0`` at another place."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 
 _DEGREE = 3
-_SAME = 1e-9
+_SAME_U = 1e-9  # parameters that differ by less are the same
 
 
-def restarted(curve: BSplineCurve, u: float) -> BSplineCurve:
-    """Return the same loop, exactly, with its start where `u` in 0..1 was: a knot is inserted there (Boehm, 1980).
+def move_start(curve: BSplineCurve, u: float) -> BSplineCurve:
+    """Return exactly the same loop, starting at the former `u` in 0..1: a knot is inserted there (Boehm, 1980).
 
-    Loops of another degree than 3 stay as they are.
+    Loops of another degree than 3 are returned unchanged.
     """
-    if curve.degree != _DEGREE or min(u, 1.0 - u) < _SAME:
+    if curve.degree != _DEGREE or min(u, 1.0 - u) < _SAME_U:
         return curve
     spans = len(curve.control_points) - _DEGREE
-    k = int(np.searchsorted(curve.knots[: _DEGREE + spans + 1], u + _SAME, side="right")) - 1
-    at = np.arange(k - 3, k + spans + 5)  # enough of the endless, periodic sequences
-    knots = _endless(curve.knots, spans, at)
-    control = curve.control_points[at % spans]
-    if abs(u - knots[3]) < _SAME:  # there is a knot already: it comes first
-        return _trusted(knots[: spans + 7] - u, control[:spans])
-    share = ((u - knots[1:4]) / (knots[4:7] - knots[1:4]))[:, None]
-    mixed = (1.0 - share) * control[:3] + share * control[1:4]
+    k = int(np.searchsorted(curve.knots[: _DEGREE + spans + 1], u + _SAME_U, side="right")) - 1
+    indices = np.arange(k - 3, k + spans + 5)  # enough of the infinite, periodic sequences
+    knots = _periodic_knots(curve.knots, spans, indices)
+    control = curve.control_points[indices % spans]
+    if abs(u - knots[3]) < _SAME_U:  # there is a knot already: it becomes the first
+        return _make_loop(knots[: spans + 7] - u, control[:spans])
+    weight = ((u - knots[1:4]) / (knots[4:7] - knots[1:4]))[:, None]
+    mixed = (1.0 - weight) * control[:3] + weight * control[1:4]
     breaks = np.concatenate((knots[1:4], [u], knots[4 : 4 + spans], [u + 1.0], knots[4:7] + 1.0))
-    return _trusted(breaks - u, np.vstack((mixed, control[3 : spans + 1])))
+    return _make_loop(breaks - u, np.vstack((mixed, control[3 : spans + 1])))
 
 
-def _endless(knots: FloatArray, spans: int, at: np.ndarray) -> FloatArray:
-    """Return knots at any places of the periodic sequence."""
-    rounds, rest = np.divmod(at - _DEGREE, spans)
-    result: FloatArray = knots[_DEGREE + rest] + rounds
+def _periodic_knots(knots: FloatArray, spans: int, indices: np.ndarray) -> FloatArray:
+    """Return knots of the infinite periodic sequence."""
+    turns, rest = np.divmod(indices - _DEGREE, spans)
+    result: FloatArray = knots[_DEGREE + rest] + turns
     return result
 
 
-def _trusted(knots: FloatArray, control: FloatArray) -> BSplineCurve:
-    """Return the loop of these control points, the first three of which come again at its end."""
-    return BSplineCurve.trusted(knots, np.vstack((control, control[:_DEGREE])), _DEGREE, True)
+def _make_loop(knots: FloatArray, control: FloatArray) -> BSplineCurve:
+    """Return the loop of these control points, the first three of which are repeated at its end."""
+    return BSplineCurve._unchecked(knots, np.vstack((control, control[:_DEGREE])), _DEGREE, True)

@@ -1,4 +1,4 @@
-"""Curves that move smoothly, and later: a first-order filter, which lags behind a steady motion by its constant."""
+"""Temporal smoothing of published curves: a first-order filter, whose lag behind steady motion is its time constant."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.kernels import least_squares
 
-_PLACES = 129
-_KNOTS = 33
+_SAMPLES = 129  # along a curve, at even parameters
+_KNOTS = 33  # distinct knots of a filtered curve: four samples a span
 
 
-class Smoother:
-    """One curve's filter.
+class CurveFilter:
+    """First-order low-pass filter of one curve.
 
     Parameters
     ----------
@@ -27,17 +27,17 @@ class Smoother:
         self._closed = False
 
     def __call__(self, curve: BSplineCurve, dt: float) -> BSplineCurve:
-        """Return the smooth curve, `dt` seconds after the last one."""
-        u = np.linspace(0.0, 1.0, _PLACES)[: -1 if curve.closed else None]
+        """Return the filtered curve, `dt` seconds after the previous one."""
+        u = np.linspace(0.0, 1.0, _SAMPLES)[: -1 if curve.closed else None]
         points = curve(u)
         if self._points is None or self._closed != curve.closed:
             self._points, self._closed = points, curve.closed
             return curve
-        # The share of the new that makes the lag of steady motion exact at any interval.
+        # This weight makes the lag behind steady motion exact at any interval.
         self._points = self._points + dt / (self._lag_s + dt) * (points - self._points)
         if not curve.closed:
             knots = least_squares.open_knots(u, _KNOTS)
-            return BSplineCurve.trusted(knots, least_squares.fit_open(u, self._points, knots), 3, False)
+            return BSplineCurve._unchecked(knots, least_squares.fit_open(u, self._points, knots), 3, False)
         breaks = np.linspace(0.0, 1.0, _KNOTS)
         knots = np.concatenate((breaks[-4:-1] - 1.0, breaks, breaks[1:4] + 1.0))
-        return BSplineCurve.trusted(knots, least_squares.fit_closed(u, self._points, knots), 3, True)
+        return BSplineCurve._unchecked(knots, least_squares.fit_closed(u, self._points, knots), 3, True)

@@ -1,4 +1,4 @@
-"""Hidden and absent parts of a track: a past that frames contradict is given up within a few of them."""
+"""Hidden and absent spans of a track: a span that frames contradict is given up within a few of them."""
 
 from __future__ import annotations
 
@@ -8,60 +8,66 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.observation import U
-from dloftbs.tracking.alignment import at_border
-from dloftbs.tracking.partial_match import WHOLE, Piece, follows, hidden_between
-from dloftbs.tracking.track_model import TRUSTED, Memory
+from dloftbs.tracking.alignment import is_at_border
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, are_consecutive, hidden_spans
+from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
 
-_SAME = 1e-9
+_SAME_U = 1e-9  # parameters that differ by less are the same
+_SPAN_SAMPLES = 9
 
 
-def believe(
-    memory: Memory, pieces: Sequence[Piece], size: tuple[int, int] | None
-) -> tuple[list[Piece], list[Piece], tuple[float, float]]:
-    """Return which pieces are parts of a track, which are not, and which stretch of the former ``u`` the track now is.
+def drop_absent_spans(
+    model: TrackModel, matches: Sequence[PartialMatch], size: tuple[int, int] | None
+) -> tuple[list[PartialMatch], list[PartialMatch], tuple[float, float]]:
+    """Return the matches that belong to a track, those that do not, and the span of the former ``u`` that remains.
 
-    A stretch that is not seen is believed to be hidden while it was seen in some frames before. Beyond the image
-    anything may be, and of a gap that the detector bridges there is no doubt. Pieces that only such a stretch would
-    join, which is not believed, are no parts of one track: the longest stays.
+    A span that is not seen is assumed hidden if it was seen in enough frames before. Beyond the image's border it may
+    always go on, and a gap that the detector bridges is not questioned. Matches that are connected by an absent span
+    only are no parts of one track: the longest group stays.
     """
-    doubted = [stretch for stretch in hidden_between(pieces) if not _is_sure(memory, pieces, stretch, size)]
-    gone = [stretch for stretch in doubted if trust_in(memory, stretch) < TRUSTED]
-    if not gone:
-        return list(pieces), [], WHOLE
-    groups = _split(pieces, gone)
-    kept = max(groups, key=lambda group: sum(p.at[1] - p.at[0] for p in group))
-    low = max((high for _, high in gone if high <= kept[0].at[0] + _SAME), default=0.0)
-    high = min((low for low, _ in gone if low >= kept[-1].at[1] - _SAME), default=1.0)
-    memory.remap(low + U * (high - low))
-    memory.length *= high - low
-    moved = [p._replace(at=((p.at[0] - low) / (high - low), (p.at[1] - low) / (high - low))) for p in kept]
-    return moved, [piece for group in groups if group is not kept for piece in group], (low, high)
+    questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, size)]
+    absent = [span for span in questioned if median_seen_frames(model, span) < MIN_SEEN_FRAMES]
+    if not absent:
+        return list(matches), [], WHOLE
+    groups = _split_at(matches, absent)
+    kept = max(groups, key=lambda group: sum(m.track_span[1] - m.track_span[0] for m in group))
+    low = max((high for _, high in absent if high <= kept[0].track_span[0] + _SAME_U), default=0.0)
+    high = min((low for low, _ in absent if low >= kept[-1].track_span[1] - _SAME_U), default=1.0)
+    model.resample(low + U * (high - low))
+    model.length *= high - low
+    moved = [
+        match._replace(
+            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
+        )
+        for match in kept
+    ]
+    return moved, [match for group in groups if group is not kept for match in group], (low, high)
 
 
-def _split(pieces: Sequence[Piece], gone: Sequence[tuple[float, float]]) -> list[list[Piece]]:
-    """Return the pieces in groups, with the parts between them that are gone."""
-    groups: list[list[Piece]] = [[]]
-    for piece in pieces:
-        if groups[-1] and any(abs(piece.at[0] - high) < _SAME for _, high in gone):
+def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, float]]) -> list[list[PartialMatch]]:
+    """Return the matches in groups, split where a span is absent."""
+    groups: list[list[PartialMatch]] = [[]]
+    for match in matches:
+        if groups[-1] and any(abs(match.track_span[0] - high) < _SAME_U for _, high in absent):
             groups.append([])
-        groups[-1].append(piece)
+        groups[-1].append(match)
     return groups
 
 
-def trust_in(memory: Memory, stretch: tuple[float, float]) -> float:
-    """Return in how many frames a stretch was seen, up to a bound."""
-    return statistics.median(np.interp(np.linspace(*stretch, 9), U, memory.trust).tolist())
+def median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
+    """Return the median number of frames, bounded, in which the samples of a span were seen."""
+    return statistics.median(np.interp(np.linspace(*span, _SPAN_SAMPLES), U, model.seen_frames).tolist())
 
 
-def _is_sure(
-    memory: Memory, pieces: Sequence[Piece], stretch: tuple[float, float], size: tuple[int, int] | None
+def _is_certainly_hidden(
+    model: TrackModel, matches: Sequence[PartialMatch], span: tuple[float, float], size: tuple[int, int] | None
 ) -> bool:
-    """Tell whether a hidden stretch begins at the border of the image, or the detector says that something is there."""
-    if stretch[0] > 0.0 and stretch[1] < 1.0:
-        before = next(p for p in pieces if abs(p.at[1] - stretch[0]) < _SAME)
-        after = next(p for p in pieces if abs(p.at[0] - stretch[1]) < _SAME)
-        return follows(before, after)
+    """Return True if a span begins at the image's border, or the detector itself bridges it."""
+    if span[0] > 0.0 and span[1] < 1.0:
+        before = next(m for m in matches if abs(m.track_span[1] - span[0]) < _SAME_U)
+        after = next(m for m in matches if abs(m.track_span[0] - span[1]) < _SAME_U)
+        return are_consecutive(before, after)
     if size is None:
         return False
-    end = pieces[0].seen.points[0] if stretch[0] <= 0.0 else pieces[-1].seen.points[-1]
-    return at_border(end, size, memory.width)
+    end = matches[0].observation.points[0] if span[0] <= 0.0 else matches[-1].observation.points[-1]
+    return is_at_border(end, size, model.width)

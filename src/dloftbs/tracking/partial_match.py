@@ -1,4 +1,4 @@
-"""Matches of a frame's detections with tracks, stretch by stretch."""
+"""Matches of a frame's observations with tracks, span by span."""
 
 from __future__ import annotations
 
@@ -7,83 +7,90 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from dloftbs.curve import BSplineCurve
-from dloftbs.observation import Seen
+from dloftbs.observation import Observation
 
 WHOLE = (0.0, 1.0)
+"""The span of a whole curve."""
+
+_EMPTY_SPAN = 1e-9  # of u: a shorter span is a rounding error
 
 
-class Piece(NamedTuple):
-    """A stretch of a track that a detection shows.
+class PartialMatch(NamedTuple):
+    """A span of a track that is seen on a span of an observation.
 
     Parameters
     ----------
-    seen : Seen
-        Run in the track's direction.
-    at : (float, float)
-        Place on the track, in its ``u``; beyond 0 or 1 where it is longer than was known.
-    of : (float, float)
-        Stretch of the detection, in its ``u``; of a loop, once round from where the track starts.
+    observation : Observation
+        In the track's direction.
+    track_span : (float, float)
+        Interval of the track's ``u``; beyond 0 or 1 where the object is longer than was known.
+    curve_span : (float, float)
+        Interval of the observed curve's ``u``; of a loop, one turn from the track's start.
     """
 
-    seen: Seen
-    at: tuple[float, float]
-    of: tuple[float, float]
+    observation: Observation
+    track_span: tuple[float, float]
+    curve_span: tuple[float, float]
 
     @property
-    def shows_all(self) -> bool:
-        """True if the piece is a whole detection, and nothing of the track is missing."""
-        return self.seen.curve.closed or (self.of == WHOLE and self.at[0] <= 0.0 and self.at[1] >= 1.0)
+    def is_complete(self) -> bool:
+        """True if the match is a whole detection, and nothing of the track is missing."""
+        covers_track = self.track_span[0] <= 0.0 and self.track_span[1] >= 1.0
+        return self.observation.curve.closed or (self.curve_span == WHOLE and covers_track)
 
-    def on_track(self) -> Piece:
-        """Return what the piece shows of the track as it is known, without what goes on beyond its ends."""
-        (low, high), (first, last) = self.at, self.of
-        at = (max(low, 0.0), min(high, 1.0))
-        if at == self.at:
+    def clip_to_track(self) -> PartialMatch:
+        """Return the match without the parts beyond the known ends of the track."""
+        (low, high), (first, last) = self.track_span, self.curve_span
+        span = (max(low, 0.0), min(high, 1.0))
+        if span == self.track_span:
             return self
         scale = (last - first) / (high - low)
-        return self._replace(at=at, of=(first + (at[0] - low) * scale, last - (high - at[1]) * scale))
+        return self._replace(
+            track_span=span, curve_span=(first + (span[0] - low) * scale, last - (high - span[1]) * scale)
+        )
 
 
 @dataclass(slots=True, eq=False)
-class Shown:
-    """Parts of a frame's detections that show one track.
+class TrackObservation:
+    """The parts of a frame's observations that show one track.
 
     Parameters
     ----------
-    pieces : list of Piece
+    matches : list of PartialMatch
         In the track's order.
-    joined : bool
-        Whether it is only taken for a part of a detection, which may as well be one object.
-    apart : bool
-        Whether it is taken for a part of a detection, and known to be another object than the rest of it.
-    shadow : bool
-        Whether it lies where another track took a detection for itself, and beside what that one was.
-    ended : bool
-        Whether it was but a part of another track.
+    merged : bool
+        True if the track shares a detection with another one, and the two may be one object.
+    known_separate : bool
+        True if the track shares a detection with another one, and the two are known to be different objects.
+    overlapped : bool
+        True if the track lies on a detection that another track took, where that track was not before.
+    absorbed : bool
+        True if the track turned out to be a part of another one.
     """
 
-    pieces: list[Piece] = field(default_factory=list)
-    joined: bool = False
-    apart: bool = False
-    shadow: bool = False
-    ended: bool = False
+    matches: list[PartialMatch] = field(default_factory=list)
+    merged: bool = False
+    known_separate: bool = False
+    overlapped: bool = False
+    absorbed: bool = False
 
     @property
-    def numbers(self) -> set[int]:
-        """Numbers of the detections that show the track."""
-        return {piece.seen.number for piece in self.pieces}
+    def detection_indices(self) -> set[int]:
+        """Indices of the detections that show the track."""
+        return {match.observation.detection_index for match in self.matches}
 
 
-class Sight(NamedTuple):
-    """Published part of a track that may not be all of it: it ends with the part in sight.
+class VisibleCurve(NamedTuple):
+    """Published curve of a track that may not be all of it: it ends where the visible part ends.
 
     Parameters
     ----------
     curve : BSplineCurve
     curve_3d : BSplineCurve or None
     inferred : tuple of (float, float)
-        Intervals of its ``u`` between the parts in sight.
+        The intervals of its ``u`` that are hidden or bridged.
     confidence : float
+        In 0..1.
     """
 
     curve: BSplineCurve
@@ -92,13 +99,14 @@ class Sight(NamedTuple):
     confidence: float
 
 
-def hidden_between(pieces: Sequence[Piece]) -> tuple[tuple[float, float], ...]:
-    """Return the stretches of a track's ``u`` that no piece shows, ascending."""
-    edges = [0.0, *(edge for piece in pieces for edge in piece.at), 1.0]
-    return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > 1e-9)
+def hidden_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:
+    """Return the spans of a track's ``u`` that no match covers, ascending."""
+    edges = [0.0, *(edge for match in matches for edge in match.track_span), 1.0]
+    return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > _EMPTY_SPAN)
 
 
-def follows(one: Piece, other: Piece) -> bool:
-    """Tell whether the detector, too, has one piece after the other, in this direction."""
-    same = one.seen.number == other.seen.number and one.seen.backwards == other.seen.backwards
-    return same and one.of[1] <= other.of[0]
+def are_consecutive(first: PartialMatch, second: PartialMatch) -> bool:
+    """Return True if the detector also has the second match after the first, in the same direction."""
+    one, other = first.observation, second.observation
+    same = one.detection_index == other.detection_index and one.backwards == other.backwards
+    return same and first.curve_span[1] <= second.curve_span[0]

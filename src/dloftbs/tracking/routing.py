@@ -1,7 +1,7 @@
-"""Tracks known for a while, routed through a frame: every stretch of one is seen on some detection, or hidden.
+"""Routing of known tracks through a frame: each span of a track is seen on some observation, or hidden.
 
-A detector may take a wrong turn at a crossing, or end one object where another one goes on. Each track is therefore
-laid through all that the frame shows, and may go over from one detection to another where they pass each other.
+A detector may take a wrong turn at a crossing, or end one object where another one begins. Each track is therefore
+laid through all observations, and may change from one to another where they pass each other.
 """
 
 from __future__ import annotations
@@ -12,63 +12,63 @@ from typing import NamedTuple
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.observation import Seen
-from dloftbs.tracking.association import Known
-from dloftbs.tracking.extension import completed, grown
-from dloftbs.tracking.kernels.alignment import box_gaps
-from dloftbs.tracking.localization import lay
-from dloftbs.tracking.partial_match import Piece
-from dloftbs.tracking.sample_graph import Run, Scene, spacing_of
-from dloftbs.tracking.track_model import Memory
+from dloftbs.observation import Observation
+from dloftbs.tracking.association import PredictedTracks
+from dloftbs.tracking.extension import complete_detection, extend_to_ends
+from dloftbs.tracking.kernels.alignment import box_distances
+from dloftbs.tracking.localization import localize
+from dloftbs.tracking.partial_match import PartialMatch
+from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
+from dloftbs.tracking.track_model import TrackModel
 
-_OVERLAP = 2  # nodes that two tracks may share, where they cross
-_FREE = 0.5  # of a part is taken at most, or it is not left over
-_MOSTLY = 0.8  # of a track that is seen, or it may have leapt
-_ELSEWHERE = 0.4  # of all tracks is less seen, and it is another scene
-_LEAST_SHARE = 0.25  # of a track is seen, or it is not routed
+_MAX_SHARED_NODES = 2  # where two tracks cross
+_MAX_CLAIMED_SHARE = 0.5  # of a part that still counts as unassigned
+_JUMP_SEEN_SHARE = 0.8  # of a track: if less is seen, it may have jumped
+_NEW_SCENE_SHARE = 0.4  # of all tracks: if less is seen, it may be another scene
+_MIN_SEEN_SHARE = 0.25  # of a track that is routed
 
 
-class Routed(NamedTuple):
+class RoutingResult(NamedTuple):
     """Result of routing.
 
     Parameters
     ----------
-    pieces : dict of int to list of Piece
-        By the track's number.
-    left : list of Seen
-        The parts of detections that no track takes most of.
-    parts : list of Seen
-        All parts that the detections fall into at their long gaps.
-    elsewhere : bool
-        Whether hardly anything of the tracks is where they are expected, although as much is seen as of them.
+    matches : dict of int to list of PartialMatch
+        By the track's index.
+    unassigned : list of Observation
+        Parts of observations that no track claims most of.
+    parts : list of Observation
+        All parts, after the observations are split at their long gaps.
+    scene_changed : bool
+        True if hardly anything of the tracks is where it is predicted, although about as much is visible.
     """
 
-    pieces: dict[int, list[Piece]]
-    left: list[Seen]
-    parts: list[Seen]
-    elsewhere: bool
+    matches: dict[int, list[PartialMatch]]
+    unassigned: list[Observation]
+    parts: list[Observation]
+    scene_changed: bool
 
 
-def route(
-    memories: Sequence[Memory],
-    known: Known,
+def route_tracks(
+    models: Sequence[TrackModel],
+    predicted: PredictedTracks,
     rows: Sequence[int],
-    seen: Sequence[Seen],
+    observations: Sequence[Observation],
     dt: float,
     gate: float,
     size: tuple[int, int] | None,
-) -> Routed:
+) -> RoutingResult:
     """Route tracks through a frame.
 
     Parameters
     ----------
-    memories : sequence of Memory
-    known : Known
-        Their predicted places.
+    models : sequence of TrackModel
+    predicted : PredictedTracks
+        Of all the models.
     rows : sequence of int
-        Those to be routed.
-    seen : sequence of Seen
-        The detections to route them through.
+        Tracks to route.
+    observations : sequence of Observation
+        The observations to route them through.
     dt : float
         Seconds since the last frame.
     gate : float
@@ -76,43 +76,51 @@ def route(
     size : (int, int) or None
         ``(H, W)`` of the image.
     """
-    parts = [part for one in seen for part in one.parts()]
-    scene = Scene(parts, max(spacing_of(memories[t]) for t in rows))
-    ways = {t: scene.way_of(memories[t], known.points[t], dt) for t in rows}
-    gaps = box_gaps(known.points, np.array([one.points for one in seen]))
-    for t, way in list(ways.items()):
-        near = [seen[d] for d in np.flatnonzero(gaps[t] < gate * memories[t].length).tolist()]
-        if way.share < _MOSTLY and any(_may_be_all(memories[t], known.points[t], one, gate) for one in near):
-            del ways[t]  # a leap: it is somewhere else as a whole
-    length, shown = (sum(one.length for one in those) for those in ([memories[t] for t in rows], seen))
-    there = sum(ways[t].share * memories[t].length for t in ways) / length
-    elsewhere = len(ways) == len(rows) and there < _ELSEWHERE and shown > (1.0 - _ELSEWHERE) * length
-    taken: dict[int, list[Run]] = {}
-    for t in sorted(ways, key=lambda t: (ways[t].price, t)):
-        if scene.overlap(ways[t].runs) > _OVERLAP:
-            ways[t] = scene.way_of(memories[t], known.points[t], dt)
-        if ways[t].share >= _LEAST_SHARE:
-            taken[t] = ways[t].runs
-            scene.take(taken[t])
-    places = {one.number: d for d, one in enumerate(seen)}
-    for one in [part for p, part in enumerate(parts) if part.clear and scene.share_taken(p) < _FREE]:
-        around = gaps[:, places[one.number]] < gate * known.lengths
-        for t in [t for t in taken if around[t] and (ways[t].share < 1.0 or len(taken[t]) > 1)]:
-            if _may_be_all(memories[t], known.points[t], one, gate):
-                scene.give_back(taken.pop(t))  # it is there as a whole, and not where its pieces seemed to be
+    parts = [part for one in observations for part in one.split_at_gaps()]
+    graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
+    routes = {t: graph.find_route(models[t], predicted.points[t], dt) for t in rows}
+    distances = box_distances(predicted.points, np.array([one.points for one in observations]))
+    for t, route in list(routes.items()):
+        near = [observations[d] for d in np.flatnonzero(distances[t] < gate * models[t].length).tolist()]
+        if route.seen_share < _JUMP_SEEN_SHARE and any(
+            _may_be_whole(models[t], predicted.points[t], one, gate) for one in near
+        ):
+            del routes[t]  # it jumped: it is somewhere else as a whole
+    length, visible = (sum(one.length for one in those) for those in ([models[t] for t in rows], observations))
+    seen_share = sum(routes[t].seen_share * models[t].length for t in routes) / length
+    scene_changed = (
+        len(routes) == len(rows) and seen_share < _NEW_SCENE_SHARE and visible > (1.0 - _NEW_SCENE_SHARE) * length
+    )
+    claimed: dict[int, list[Interval]] = {}
+    for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
+        if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
+            routes[t] = graph.find_route(models[t], predicted.points[t], dt)
+        if routes[t].seen_share >= _MIN_SEEN_SHARE:
+            claimed[t] = routes[t].intervals
+            graph.claim(claimed[t])
+    row_of = {one.detection_index: d for d, one in enumerate(observations)}
+    for one in [part for p, part in enumerate(parts) if part.contiguous and _is_free(graph, p)]:
+        is_near = distances[:, row_of[one.detection_index]] < gate * predicted.lengths
+        for t in [t for t in claimed if is_near[t] and (routes[t].seen_share < 1.0 or len(claimed[t]) > 1)]:
+            if _may_be_whole(models[t], predicted.points[t], one, gate):
+                graph.release(claimed.pop(t))  # it is there as a whole, and not where its parts seemed to be
                 break
-    pieces = {}
-    for t, runs in taken.items():
-        whole = completed(scene, runs, memories[t])
-        pieces[t] = lay(scene, grown(scene, whole, memories[t]), memories[t], size)
-    left = [part for p, part in enumerate(parts) if scene.share_taken(p) < _FREE]
-    return Routed(pieces, left, parts, elsewhere)
+    matches = {}
+    for t, intervals in claimed.items():
+        complete = complete_detection(graph, intervals, models[t])
+        matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], size)
+    unassigned = [part for p, part in enumerate(parts) if _is_free(graph, p)]
+    return RoutingResult(matches, unassigned, parts, scene_changed)
 
 
-def _may_be_all(memory: Memory, expected: FloatArray, one: Seen, gate: float) -> bool:
-    """Tell whether a detection without gaps, as long as a track, is near enough to be all of it."""
-    as_long = abs(one.length - memory.length) <= memory.slack_px or memory.is_as_usual(one.length)
-    if not one.clear or one.curve.closed or not as_long:
+def _is_free(graph: SampleGraph, part: int) -> bool:
+    return graph.claimed_share(part) < _MAX_CLAIMED_SHARE
+
+
+def _may_be_whole(model: TrackModel, predicted: FloatArray, one: Observation, gate: float) -> bool:
+    """Return True if an observation without long gaps, as long as a track, is near enough to be all of it."""
+    as_long = abs(one.length - model.length) <= model.position_tolerance_px or model.has_usual_length(one.length)
+    if not one.contiguous or one.curve.closed or not as_long:
         return False
-    away = min(np.hypot(*(points - expected).T).mean() for points in (one.points, one.points[::-1]))
-    return bool(away < gate * memory.length)
+    away = min(np.hypot(*(points - predicted).T).mean() for points in (one.points, one.points[::-1]))
+    return bool(away < gate * model.length)

@@ -12,29 +12,29 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
-from dloftbs.observation import SAMPLES, Seen, U
+from dloftbs.observation import SAMPLES, Observation, U
 from dloftbs.tracking.kernels.curve_motion import move_control_points
-from dloftbs.tracking.partial_match import Sight
+from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracks import Track, TrackState
 
-TRUSTED = 3
-"""Number of frames in which a stretch must have been seen to be believed once it is gone."""
+MIN_SEEN_FRAMES = 3
+"""Number of frames in which a span must have been seen to be assumed hidden, not absent, once it is missing."""
 
-REMEMBERED = 32
-"""Frames for which the places of the ends are kept."""
+HISTORY_FRAMES = 32
+"""Number of frames for which the ends and the lengths are recorded."""
 
-LEAP = 0.1
-"""Of the length: a sample that has gone farther, or a length that changed by more, tells of no motion."""
+JUMP_SHARE = 0.1
+"""Of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion."""
 
-_MOST_TRUST = 8.0
-_LENGTH_GAIN = 0.05
-_VELOCITY_GAIN = 0.8
-_MOTION_S = 0.1  # for so long a motion goes on by itself
-_HALF_LIFE_S = 0.5  # of the confidence in what is not seen
+_MAX_SEEN_FRAMES = 8.0  # bound of the count, so that old spans can be given up
+_LENGTH_GAIN = 0.05  # of a small change of the length, a frame
+_VELOCITY_GAIN = 0.8  # of the last step
+_MOTION_S = 0.1  # time for which a motion is extrapolated
+_HALF_LIFE_S = 0.5  # of the confidence in a hidden sample
 
 
 class Prediction(NamedTuple):
-    """Predicted place of a track.
+    """Predicted curve of a track.
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ class Prediction(NamedTuple):
     curve : BSplineCurve
         In the image, px, in the track's direction.
     width : float or None
-        Of the object, px; None where no detection told it.
+        Of the object, px; None if it was never observed.
     confidence : float
-        As the track's was, in 0..1.
+        The track's, in 0..1.
     """
 
     id: int
@@ -54,47 +54,59 @@ class Prediction(NamedTuple):
 
 
 @dataclass(slots=True, eq=False)
-class Memory:
-    """A track, with all that following it needs; samples are `SAMPLES` points at even ``u``.
+class TrackModel:
+    """A track, with everything needed to follow it; samples are `SAMPLES` points at even ``u``.
 
     Parameters
     ----------
     id : int
     curve : BSplineCurve
-        The whole object as it was last put together, before any smoothing.
+        The whole object as last reconstructed, before any smoothing.
     curve_3d : BSplineCurve or None
     points, velocity : numpy.ndarray, shape (SAMPLES, 2)
-        Along the curve, px, and how they move, px a second.
+        Samples of the curve, px, and their velocities, px/s.
     length, width : float
-        px; the length is the usual one, the width NaN where it is not known.
-    trust : numpy.ndarray, shape (SAMPLES,)
-        In how many frames each sample was seen, up to a bound.
+        px; the length is filtered, the width NaN while it is unknown.
+    seen_frames : numpy.ndarray, shape (SAMPLES,)
+        Number of frames in which each sample was seen, bounded.
     unseen_s : numpy.ndarray, shape (SAMPLES,)
         Seconds since each sample was last seen.
-    since_s : float
-        Seconds since any was.
+    state : TrackState
+    hits, misses : int
+        Number of frames in which the object was seen, and since it was last seen.
+    missing_s : float
+        Seconds since anything of the object was last seen.
     hidden : tuple of (float, float)
         The intervals of ``u`` that the last frame did not show.
     shape : numpy.ndarray, shape (SAMPLES, 2)
-        The samples when all of the object was last seen.
-    shape_s : float
+        The samples when the whole object was last seen.
+    shape_age_s : float
         Seconds since then.
-    contested_px, shown_px : float
-        Length of the detection that seems to be all of the object, but is not what it is taken for, and of all
-        detections that showed parts of it then.
-    contested, joined, shadowed : int
-        Frames in which there was such a one, less those in which it was another; frames in a row in which the track
-        was a part of a detection that may be one object, and in which it lay on one that another track had taken.
-    apart : bool
-        Whether it is a part of a detection, and known to be another object than the rest of it.
-    ends, lengths : numpy.ndarray, shapes (REMEMBERED, 2, 2) and (REMEMBERED,)
-        Places of the two ends, and the length, in the last frames, px; NaN before there were any.
-    totals : numpy.ndarray, shape (REMEMBERED,)
-        Its length in the last frames that showed all of it, px; NaN before there were any.
-    usual_px : float or None
-        The median of these, NaN where they are too few; None until it is asked for.
-    sight : Sight or None
-        Curve published in place of the track's own, where only a part of it is seen.
+    conflict_length_px, conflict_visible_px : float
+        Length of the detection that seems to be the whole object but contradicts the model, and of all detections that
+        showed parts of the object then.
+    conflict_frames : int
+        Number of frames with that contradiction, less those without it.
+    merged_frames : int
+        Number of consecutive frames in which the track was part of a detection that may be one object.
+    overlapped_frames : int
+        Number of consecutive frames in which the track lay on a detection that another track took.
+    known_separate : bool
+        True if the track is a part of a detection, and known to be another object than the rest of it.
+    recent_ends, recent_lengths : numpy.ndarray, shapes (HISTORY_FRAMES, 2, 2) and (HISTORY_FRAMES,)
+        Positions of the two ends, and the length, in the last frames, px; ring buffers, NaN where empty.
+    full_lengths : numpy.ndarray, shape (HISTORY_FRAMES,)
+        Length in the last frames that showed the whole object without long gaps, px; a ring buffer, NaN where empty.
+    usual_length_px : float or None
+        Median of these, NaN if they are too few; None until it is computed.
+    visible : VisibleCurve or None
+        Curve published instead of the track's own while only a part of it is visible.
+    detection : Detection or None
+        The last frame's, in the track's direction.
+    inferred : tuple of (float, float)
+        The intervals of ``u`` that are published as inferred.
+    confidence : float
+        In 0..1.
     """
 
     id: int
@@ -104,216 +116,224 @@ class Memory:
     length: float
     width: float
     velocity: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
-    trust: FloatArray = field(default_factory=lambda: np.ones(SAMPLES))
+    seen_frames: FloatArray = field(default_factory=lambda: np.ones(SAMPLES))
     unseen_s: FloatArray = field(default_factory=lambda: np.zeros(SAMPLES))
     state: TrackState = TrackState.TENTATIVE
-    hits: int = 1
+    hits: int = 0
     misses: int = 0
-    since_s: float = 0.0
+    missing_s: float = 0.0
     hidden: tuple[tuple[float, float], ...] = ()
     shape: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
-    shape_s: float = 0.0
-    contested_px: float = 0.0
-    shown_px: float = 0.0
-    contested: int = 0
-    joined: int = 0
-    shadowed: int = 0
-    apart: bool = False
-    ends: FloatArray = field(default_factory=lambda: np.full((REMEMBERED, 2, 2), np.nan))
-    lengths: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
-    totals: FloatArray = field(default_factory=lambda: np.full(REMEMBERED, np.nan))
-    usual_px: float | None = None
-    sight: Sight | None = None
+    shape_age_s: float = 0.0
+    conflict_length_px: float = 0.0
+    conflict_visible_px: float = 0.0
+    conflict_frames: int = 0
+    merged_frames: int = 0
+    overlapped_frames: int = 0
+    known_separate: bool = False
+    recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
+    recent_lengths: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
+    full_lengths: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
+    usual_length_px: float | None = None
+    visible: VisibleCurve | None = None
     detection: Detection | None = None
     inferred: tuple[tuple[float, float], ...] = ()
     confidence: float = 1.0
 
     @classmethod
-    def of(cls, number: int, seen: Seen) -> Memory:
-        """Start a track."""
-        memory = cls(number, seen.curve, seen.curve_3d, seen.points, seen.length, seen.width)
-        memory.detection = seen.detection
-        memory.inferred = seen.gaps
-        memory.shape = seen.points
-        return memory
+    def from_observation(cls, track_id: int, observation: Observation) -> TrackModel:
+        """Start a track; the frame that starts it is yet to be counted."""
+        model = cls(
+            track_id,
+            observation.curve,
+            observation.curve_3d,
+            observation.points,
+            observation.length,
+            observation.width,
+        )
+        model.detection = observation.detection
+        model.inferred = observation.gaps
+        model.shape = observation.points
+        return model
 
     @property
-    def tolerance_px(self) -> float:
+    def length_tolerance_px(self) -> float:
         """Largest difference from the usual length at which nothing counts as hidden or new."""
         return 0.004 * self.length + 0.3 * self._width_or_0
 
     @property
-    def slack_px(self) -> float:
-        """Uncertainty of a part's place along the object."""
+    def position_tolerance_px(self) -> float:
+        """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self._width_or_0
 
     @property
     def _width_or_0(self) -> float:
         return 0.0 if math.isnan(self.width) else self.width
 
-    def see_whole(self, seen: Seen, points: FloatArray, velocity: FloatArray) -> None:
-        """Take a detection, run in the track's direction, as it is."""
-        self.curve, self.curve_3d, self.detection = seen.curve, seen.curve_3d, seen.detection
+    def update_whole(self, observation: Observation, points: FloatArray, velocity: FloatArray) -> None:
+        """Adopt an observation of the whole object, in the track's direction."""
+        self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
         self.points, self.velocity = points, velocity
-        self.shape, self.shape_s = points, 0.0
-        # Small changes count slowly, or what disappears little by little would never be missed.
-        change = seen.length - self.length
-        if self.hits < TRUSTED or abs(change) > self.tolerance_px:
-            self.length = seen.length
+        self.shape, self.shape_age_s = points, 0.0
+        # Small changes are filtered, or an end that disappears gradually would never count as missing.
+        change = observation.length - self.length
+        if self.hits < MIN_SEEN_FRAMES or abs(change) > self.length_tolerance_px:
+            self.length = observation.length
         else:
             self.length += _LENGTH_GAIN * change
-        if seen.width == seen.width:  # not NaN
-            self.width = seen.width
-        if seen.clear:
-            self.totals[self.hits % REMEMBERED] = seen.length
-            self.usual_px = None
-        self.inferred, self.confidence = seen.gaps, 1.0
-        self.trust = np.minimum(self.trust + 1.0, _MOST_TRUST)
+        if not math.isnan(observation.width):
+            self.width = observation.width
+        if observation.contiguous:
+            self.full_lengths[self.hits % HISTORY_FRAMES] = observation.length
+            self.usual_length_px = None
+        self.inferred, self.confidence = observation.gaps, 1.0
+        self.seen_frames = np.minimum(self.seen_frames + 1.0, _MAX_SEEN_FRAMES)
         if self.hidden or self.misses:
             self.unseen_s = np.zeros(SAMPLES)
             self.hidden = ()
-        self.contested = self.joined = 0
-        self.sight = None
+        self.conflict_frames = self.merged_frames = 0
+        self.visible = None
 
-    def see_parts(
+    def update_partly(
         self, curve: BSplineCurve, points: FloatArray, length: float, hidden: tuple[tuple[float, float], ...], dt: float
     ) -> None:
-        """Take a curve of which some stretches are remembered rather than seen."""
-        dark = inside(hidden)
-        self.velocity = blend(self, points, dt)
-        far = np.abs(points - self.points).max(axis=1) > LEAP * length
-        if self.misses or far.any():
+        """Adopt a reconstructed curve, some spans of which are hidden."""
+        is_hidden = samples_within(hidden)
+        self.velocity = filter_velocity(self.velocity, points - self.points, dt)
+        jumped = np.abs(points - self.points).max(axis=1) > JUMP_SHARE * length
+        if self.misses or jumped.any():
             self.velocity[:] = 0.0
         self.curve, self.points, self.length, self.hidden = curve, points, length, hidden
-        self.shape_s += dt
-        self.unseen_s = np.where(dark, self.unseen_s + dt, 0.0)
-        # What was seen for a while stays, and what was seen in some frames only is forgotten within as many.
-        fading = np.where(self.trust < _MOST_TRUST, self.trust - 1.0, self.trust)
-        self.trust = np.where(dark, fading, np.minimum(self.trust + 1.0, _MOST_TRUST))
-        self.confidence = self._confidence()
-        self.sight = None
+        self.shape_age_s += dt
+        self.unseen_s = np.where(is_hidden, self.unseen_s + dt, 0.0)
+        # Spans seen up to the bound are kept; those seen in a few frames are forgotten within as many.
+        fading = np.where(self.seen_frames < _MAX_SEEN_FRAMES, self.seen_frames - 1.0, self.seen_frames)
+        self.seen_frames = np.where(is_hidden, fading, np.minimum(self.seen_frames + 1.0, _MAX_SEEN_FRAMES))
+        self.confidence = self._compute_confidence()
+        self.visible = None
 
-    def contest(self, seen: Seen, shown_px: float) -> None:
-        """Count a frame in which a detection, a part of the object or more than that, is not what it is taken for.
+    def update_conflict(self, observation: Observation, visible_px: float) -> None:
+        """Count a frame in which an observation, part of the object or more than it, contradicts the model.
 
-        Only where all that is shown of the object, so many px, is as long as it was: an occluder may move.
+        It counts only if the total visible length of the object stays the same: an occluder may move.
         """
-        same = self._is_as_contested(seen) and abs(shown_px - self.shown_px) < 0.01 * shown_px + 0.75 * self._width_or_0
-        if seen.clear and (same or self.contested == 0):
-            if self.contested == 0:
-                self.contested_px, self.shown_px = seen.total, shown_px
-            little = abs(seen.total - self.length) < self.slack_px  # more likely a false end that was seen before
-            self.contested += 2 if little else 1
+        same = (
+            self._matches_conflict(observation)
+            and abs(visible_px - self.conflict_visible_px) < 0.01 * visible_px + 0.75 * self._width_or_0
+        )
+        if observation.contiguous and (same or self.conflict_frames == 0):
+            if self.conflict_frames == 0:
+                self.conflict_length_px, self.conflict_visible_px = observation.object_length, visible_px
+            # Hardly another length: a wrong end was probably adopted before, and is corrected in half the time.
+            small = abs(observation.object_length - self.length) < self.position_tolerance_px
+            self.conflict_frames += 2 if small else 1
         else:
-            self.contested = max(self.contested - 1, 0)
+            self.conflict_frames = max(self.conflict_frames - 1, 0)
 
-    def is_overruled_by(self, seen: Seen, settle_frames: int) -> bool:
-        """Tell whether a detection contradicted what was believed for so long that it is right."""
-        return self.contested >= settle_frames and seen.of == (0.0, 1.0) and self._is_as_contested(seen)
+    def is_overridden_by(self, observation: Observation, override_frames: int) -> bool:
+        """Return True if an observation has contradicted the model for long enough to replace it."""
+        long_enough = self.conflict_frames >= override_frames
+        return long_enough and observation.curve_span == WHOLE and self._matches_conflict(observation)
 
-    def is_as_usual(self, length: float) -> bool:
-        """Tell whether a length is what it was in most frames that showed all of the object."""
-        if self.usual_px is None:
-            known = [total for total in self.totals.tolist() if not math.isnan(total)]
-            self.usual_px = statistics.median(known) if len(known) >= TRUSTED else math.nan
-        return abs(length - self.usual_px) <= self.tolerance_px
+    def has_usual_length(self, length: float) -> bool:
+        """Return True if a length agrees with most frames that showed the whole object."""
+        if self.usual_length_px is None:
+            known = [total for total in self.full_lengths.tolist() if not math.isnan(total)]
+            self.usual_length_px = statistics.median(known) if len(known) >= MIN_SEEN_FRAMES else math.nan
+        return abs(length - self.usual_length_px) <= self.length_tolerance_px
 
-    def _is_as_contested(self, seen: Seen) -> bool:
-        return abs(seen.total - self.contested_px) < 0.01 * seen.total + 0.75 * self._width_or_0
+    def _matches_conflict(self, observation: Observation) -> bool:
+        length = observation.object_length
+        return abs(length - self.conflict_length_px) < 0.01 * length + 0.75 * self._width_or_0
 
-    def hit(self, min_hits: int) -> None:
-        """Count a frame in which something of the object was seen."""
+    def count_hit(self, min_hits: int) -> None:
+        """Count a frame in which a part of the object was seen, and record its ends and its length."""
         self.hits += 1
-        self.misses = self.shadowed = 0
-        self.since_s = 0.0
+        self.misses = self.overlapped_frames = 0
+        self.missing_s = 0.0
         if self.state is not TrackState.TENTATIVE or self.hits >= min_hits:
             self.state = TrackState.CONFIRMED
-        self.ends[self.hits % REMEMBERED] = self.points[:: SAMPLES - 1]
-        self.lengths[self.hits % REMEMBERED] = self.length
+        self.recent_ends[self.hits % HISTORY_FRAMES] = self.points[:: SAMPLES - 1]
+        self.recent_lengths[self.hits % HISTORY_FRAMES] = self.length
 
-    def miss(self, dt: float) -> None:
-        """Go on unseen."""
-        if not self.misses:  # it goes on as a whole: the shape is kept
+    def advance_unseen(self, dt: float) -> None:
+        """Extrapolate by a frame in which nothing of the object was seen."""
+        if not self.misses:  # from now on it moves rigidly: the shape is kept
             self.velocity = np.broadcast_to(self.velocity.mean(axis=0), self.velocity.shape)
-        self._move(dt)
+        self._extrapolate(dt)
         self.velocity = self.velocity * math.exp(-dt / _MOTION_S)
-        self.state = TrackState.COASTING
+        self.state = TrackState.HIDDEN
         self.misses += 1
-        self.since_s += dt
-        self.shape_s += dt
+        self.missing_s += dt
+        self.shape_age_s += dt
         self.unseen_s = self.unseen_s + dt
-        self.hidden = self.inferred = ((0.0, 1.0),)
-        self.contested = self.joined = 0
-        self.sight = self.detection = None
-        self.confidence = self._confidence()
+        self.hidden = self.inferred = (WHOLE,)
+        self.conflict_frames = self.merged_frames = 0
+        self.visible = self.detection = None
+        self.confidence = self._compute_confidence()
 
-    def _move(self, dt: float) -> None:
+    def _extrapolate(self, dt: float) -> None:
         if self.velocity.any():
-            ahead = horizon(dt)
-            self.curve = moved(self.curve, self.velocity, ahead)
-            self.points = self.points + ahead * self.velocity
+            duration = extrapolated_time(dt)
+            self.curve = move_curve(self.curve, self.velocity, duration)
+            self.points = self.points + duration * self.velocity
 
-    def remap(self, u: FloatArray) -> None:
-        """Let the samples be those that lie at these parameters (`SAMPLES`,); what is outside of 0..1 is new."""
+    def resample(self, u: FloatArray) -> None:
+        """Make the points at these parameters (SAMPLES,) the samples; parameters outside of 0..1 are new."""
         new = (u < 0.0) | (u > 1.0)
-        at = np.clip(u, 0.0, 1.0)
-        self.points = lookup(self.points, at)
-        self.velocity = lookup(self.velocity, at)
-        self.shape = lookup(self.shape, at)
-        self.trust = np.where(new, 0.0, np.interp(at, U, self.trust))
-        self.unseen_s = np.where(new, 0.0, np.interp(at, U, self.unseen_s))
+        inner = np.clip(u, 0.0, 1.0)
+        self.points = interpolate_samples(self.points, inner)
+        self.velocity = interpolate_samples(self.velocity, inner)
+        self.shape = interpolate_samples(self.shape, inner)
+        self.seen_frames = np.where(new, 0.0, np.interp(inner, U, self.seen_frames))
+        self.unseen_s = np.where(new, 0.0, np.interp(inner, U, self.unseen_s))
 
-    def published(self) -> Track:
-        """Return the track as it stands."""
-        width = self.width if self.width == self.width else None
-        sight = self.sight or Sight(self.curve, self.curve_3d, self.inferred, self.confidence)
-        return Track.trusted(
+    def to_track(self) -> Track:
+        """Return the track as published."""
+        width = None if math.isnan(self.width) else self.width
+        visible = self.visible or VisibleCurve(self.curve, self.curve_3d, self.inferred, self.confidence)
+        return Track._unchecked(
             self.id,
             self.state,
-            sight.curve,
-            sight.curve_3d,
+            visible.curve,
+            visible.curve_3d,
             self.hits,
             self.misses,
             self.detection,
-            tuple((float(low), float(high)) for low, high in sight.inferred),
-            sight.confidence,
+            tuple((float(low), float(high)) for low, high in visible.inferred),
+            visible.confidence,
             width,
         )
 
-    def _confidence(self) -> float:
+    def _compute_confidence(self) -> float:
         return float(np.exp2(self.unseen_s / -_HALF_LIFE_S).mean())
 
 
-def horizon(dt: float) -> float:
-    """Return the part of a time, in seconds, for which a motion is thought to go on."""
+def extrapolated_time(dt: float) -> float:
+    """Return the part of a time, in seconds, for which a motion is extrapolated."""
     return min(dt, _MOTION_S)
 
 
-def blend(memory: Memory, points: FloatArray, dt: float) -> FloatArray:
-    """Return the velocity after samples came to lie at `points`, most of it that of the last step."""
-    return blended(memory.velocity, points - memory.points, dt)
-
-
-def blended(velocity: FloatArray, step: FloatArray, dt: float) -> FloatArray:
-    """Return velocities (..., 2) after a step, px, of a time in seconds."""
+def filter_velocity(velocity: FloatArray, step: FloatArray, dt: float) -> FloatArray:
+    """Return velocities (..., 2), px/s, updated by a step, px, of `dt` seconds; the step has most of the weight."""
     result: FloatArray = (1.0 - _VELOCITY_GAIN) * velocity + (_VELOCITY_GAIN / dt) * step
     return result
 
 
-def inside(intervals: tuple[tuple[float, float], ...]) -> np.ndarray:
-    """Return which samples lie in intervals of ``u``, shape (SAMPLES,)."""
+def samples_within(spans: tuple[tuple[float, float], ...]) -> np.ndarray:
+    """Return a mask (SAMPLES,) of the samples that lie in spans of ``u``."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
-    for low, high in intervals:
+    for low, high in spans:
         result |= (low <= U) & (high >= U)
     return result
 
 
-def lookup(samples: FloatArray, u: FloatArray) -> FloatArray:
-    """Return samples (SAMPLES, d) at other parameters (n,), as (n, d)."""
+def interpolate_samples(samples: FloatArray, u: FloatArray) -> FloatArray:
+    """Interpolate samples (SAMPLES, d) at parameters (n,), as (n, d)."""
     return np.stack([np.interp(u, U, column) for column in samples.T], axis=1)
 
 
-def moved(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:
-    """Return a curve moved by the velocities (SAMPLES, 2) of its samples: each control point where it weighs most."""
+def move_curve(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:
+    """Return a curve moved by its samples' velocities (SAMPLES, 2): each control point at its Greville parameter."""
     control = move_control_points(curve.knots, curve.control_points, velocity, seconds, curve.degree, curve.closed)
-    return BSplineCurve.trusted(curve.knots, control, curve.degree, curve.closed)
+    return BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)

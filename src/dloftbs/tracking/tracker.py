@@ -1,4 +1,4 @@
-"""The only place with memory: tracks, from frame to frame."""
+"""The tracker: the order of its steps, and the tracks from frame to frame."""
 
 from __future__ import annotations
 
@@ -15,23 +15,44 @@ from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
-from dloftbs.observation import SAMPLES, Seen, U, look_at, sample
-from dloftbs.tracking.alignment import in_plain_sight, leaving
-from dloftbs.tracking.association import Known, bring_together, find_joined, match_at_once, pair_last
-from dloftbs.tracking.fusion import as_found, bridged, gaps, in_sight, in_space, merged, restarted
-from dloftbs.tracking.motion_filter import Smoother
-from dloftbs.tracking.occlusion import believe
-from dloftbs.tracking.partial_match import WHOLE, Piece, Shown, follows, hidden_between
-from dloftbs.tracking.reconstruction import Stretch, assemble
-from dloftbs.tracking.routing import route
-from dloftbs.tracking.track_model import LEAP, Memory, Prediction, blend, blended, horizon, moved
+from dloftbs.observation import SAMPLES, Observation, U, make_observations, sample_curve
+from dloftbs.tracking.alignment import ends_at_border, find_whole_view
+from dloftbs.tracking.association import (
+    PredictedTracks,
+    associate,
+    find_merged,
+    match_remaining_pair,
+    match_unambiguous,
+)
+from dloftbs.tracking.fusion import (
+    collect_new_objects,
+    inferred_spans,
+    make_visible_curve,
+    merge_bridged,
+    reconstruct_in_space,
+    restart_loop,
+    visible_parts,
+)
+from dloftbs.tracking.motion_filter import CurveFilter
+from dloftbs.tracking.occlusion import drop_absent_spans
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
+from dloftbs.tracking.reconstruction import reconstruct
+from dloftbs.tracking.routing import route_tracks
+from dloftbs.tracking.track_model import (
+    JUMP_SHARE,
+    Prediction,
+    TrackModel,
+    extrapolated_time,
+    filter_velocity,
+    move_curve,
+)
 from dloftbs.tracks import Track, TrackState
 
-_ROUNDING_S = 1e-6
+_ROUNDING_S = 1e-6  # stamps that differ by less are the same
 
 
 class Tracker:
-    """Holds identity and direction over a stream of detections, or of bare curves from any detector.
+    """Keeps identities and directions over a stream of detections, or of bare curves from any detector.
 
     Parameters
     ----------
@@ -39,7 +60,7 @@ class Tracker:
 
     Examples
     --------
-    A detector that starts at either end, and curves without anything else:
+    A detector that may start at either end, and bare curves:
 
     >>> cable = BSplineCurve([0, 0, 0, 0, 1, 1, 1, 1], [(10, 20), (40, 25), (70, 25), (100, 20)])
     >>> tracker = Tracker()
@@ -49,39 +70,39 @@ class Tracker:
     >>> track.id, track.state.value, track.curve(0.0).tolist()
     (1, 'confirmed', [104.0, 20.0])
 
-    Nothing of it is seen: it is not published, and kept for a while to be found again.
+    When nothing of it is seen, it is not published, but kept for a while to be found again:
 
     >>> tracker.update([], stamp=3 / 30)
     ()
     >>> (track,) = tracker.lost
     >>> track.id, track.state.value, track.inferred, track.confidence < 1.0
-    (1, 'coasting', ((0.0, 1.0),), True)
+    (1, 'hidden', ((0.0, 1.0),), True)
     """
 
     def __init__(self, config: TrackingConfig | None = None) -> None:
         self._config = TrackingConfig() if config is None else config
-        self._memories: list[Memory] = []
+        self._models: list[TrackModel] = []
         self._tracks: tuple[Track, ...] = ()
         self._lost: tuple[Track, ...] = ()
-        self._smoothers: dict[int, tuple[Smoother, Smoother]] = {}
+        self._filters: dict[int, tuple[CurveFilter, CurveFilter]] = {}  # in the image and in space, by id
         self._next_id = 1
         self._stamp: float | None = None
         self._size: tuple[int, int] | None = None
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """The tracks as they were last published."""
+        """The tracks as last published."""
         return self._tracks
 
     @property
     def lost(self) -> tuple[Track, ...]:
-        """The tracks that the last frame shows nothing of, each where it is expected; found again, it has its id."""
+        """The tracks of which the last frame shows nothing, each at its predicted place; found again, it has its id."""
         return self._lost
 
     def reset(self) -> None:
-        """Forget all tracks, the time and the size; ids go on from where they were, so that none is used twice."""
-        self._memories, self._tracks, self._lost = [], (), ()
-        self._smoothers = {}
+        """Forget all tracks, the time and the size; ids continue, so that none is used twice."""
+        self._models, self._tracks, self._lost = [], (), ()
+        self._filters = {}
         self._stamp = self._size = None
 
     def update(
@@ -92,10 +113,10 @@ class Tracker:
         *,
         widths: Sequence[float] | None = None,
     ) -> tuple[Track, ...]:
-        """Take one frame's detections and return the tracks as they stand after it.
+        """Update the tracks by one frame's detections, and return them.
 
-        An object that is seen as a whole has its detection's curve. Of one that is partly hidden, the rest is inferred;
-        its parts may be several detections, and several objects that touch may be parts of one.
+        An object that is seen as a whole has its detection's curve. The rest of a partly hidden object is inferred; its
+        parts may be several detections, and several objects that touch may be parts of one.
 
         Parameters
         ----------
@@ -103,11 +124,11 @@ class Tracker:
             Curves are in the image, px.
         stamp : float, optional
             Seconds. Without stamps, `TrackingConfig.frame_s` has passed. A frame with the stamp of the last one, to a
-            microsecond, is that one once more: nothing changes.
+            microsecond, is a repetition: nothing changes.
         size : (int, int), optional
-            ``(H, W)`` of the frame, px: what leaves the image is then known to go on outside.
+            ``(H, W)`` of the frame, px: an object that leaves the image is then known to continue outside.
         widths : sequence of float, optional
-            Of the objects, px, NaN where not known, for curves; detections have their own.
+            Of the objects, px, NaN if unknown, for bare curves; detections have their own.
 
         Returns
         -------
@@ -117,42 +138,42 @@ class Tracker:
         Raises
         ------
         InputError
-            If something is no detection or curve in the image, a stamp, size or width is none, or, where the
-            configuration says so, if the size is not the last frame's or the stamp lies before it.
+            If an item is neither a detection nor a curve in the image; if a stamp, size or width is invalid; or, if so
+            configured, if the size differs from the last frame's or the stamp lies before its.
         """
-        seen = look_at(detections, widths)
+        observations = make_observations(detections, widths)
         dt = self._advance(stamp, size)
         if dt == 0.0:
             return self._tracks
-        if self._memories:
-            self._follow(seen, dt)
+        if self._models:
+            self._update_tracks(observations, dt)
         else:
-            self._start(seen)
-        seen_now = [memory for memory in self._memories if not memory.misses]
-        self._smoothers = {m.id: self._smoothers[m.id] for m in seen_now if m.id in self._smoothers}
-        self._tracks = tuple(self._publish(memory, dt) for memory in seen_now)
-        self._lost = tuple(memory.published() for memory in self._memories if memory.misses)
+            self._start_tracks(observations)
+        seen = [model for model in self._models if not model.misses]
+        self._filters = {m.id: self._filters[m.id] for m in seen if m.id in self._filters}
+        self._tracks = tuple(self._publish(model, dt) for model in seen)
+        self._lost = tuple(model.to_track() for model in self._models if model.misses)
         return self._tracks
 
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
-        """Return where confirmed and coasting tracks are expected at a time, or in the next frame; changes nothing."""
+        """Predict the curves of confirmed and hidden tracks at a time, or in the next frame; nothing changes."""
         dt, stamp = self._config.frame_s, check_stamp(stamp)
         if stamp is not None and self._stamp is not None:
             dt = max(stamp - self._stamp, 0.0)
-        ahead = horizon(dt)
+        duration = extrapolated_time(dt)
         return tuple(
             Prediction(
-                m.id,
-                moved(m.curve, m.velocity, ahead),
-                None if math.isnan(m.width) else m.width,
-                m.confidence,
+                model.id,
+                move_curve(model.curve, model.velocity, duration),
+                None if math.isnan(model.width) else model.width,
+                model.confidence,
             )
-            for m in self._memories
-            if m.state is not TrackState.TENTATIVE
+            for model in self._models
+            if model.state is not TrackState.TENTATIVE
         )
 
     def _advance(self, stamp: float | None, size: tuple[int, int] | None) -> float:
-        """Return the seconds since the last frame; forget the tracks where this frame does not follow on that."""
+        """Return the seconds since the last frame; forget the tracks if this frame does not continue the stream."""
         stamp, size = check_stamp(stamp), None if size is None else check_size("size", size, 0)
         if size is not None and self._size is not None and size != self._size:
             if self._config.on_new_size == "error":
@@ -178,157 +199,178 @@ class Tracker:
         self._size = size or self._size
         return dt
 
-    def _start(self, seen: Sequence[Seen]) -> None:
-        for one in seen:
-            memory = Memory.of(self._next_id, one)
-            memory.hits = 0
-            memory.hit(self._config.min_hits)
-            self._memories.append(memory)
+    def _start_tracks(self, observations: Sequence[Observation]) -> None:
+        for one in observations:
+            model = TrackModel.from_observation(self._next_id, one)
+            model.count_hit(self._config.min_hits)
+            self._models.append(model)
             self._next_id += 1
 
-    def _follow(self, seen: Sequence[Seen], dt: float) -> None:
-        """Bring the tracks up to a frame."""
-        known = Known.of(self._memories, horizon(dt))
-        partner = match_at_once(self._memories, known, seen)
-        self._see_sure([(m, p) for m, p in zip(self._memories, partner, strict=True) if p], seen, dt)
-        taken = {abs(p) - 1 for p in partner}
-        rest = [t for t, p in enumerate(partner) if not p]
-        doubtful = [one for d, one in enumerate(seen) if d not in taken]
-        if not rest:
-            self._start(doubtful)
+    def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
+        """Update the tracks by a frame's observations, and start tracks of new objects."""
+        predicted = PredictedTracks.extrapolate(self._models, extrapolated_time(dt))
+        partner = match_unambiguous(self._models, predicted, observations)
+        self._update_unambiguous([(m, p) for m, p in zip(self._models, partner, strict=True) if p], observations, dt)
+        matched = {abs(p) - 1 for p in partner}
+        rows = [t for t, p in enumerate(partner) if not p]
+        ambiguous = [one for d, one in enumerate(observations) if d not in matched]
+        if not rows:
+            self._start_tracks(ambiguous)
             return
-        memories = [self._memories[t] for t in rest]
-        shown, left, parts = self._explain(memories, known.some(rest), doubtful, dt, alone=not any(partner))
-        claims = Counter(number for one in shown for number in one.numbers)
-        for memory, one, expected in zip(memories, shown, known.points[rest], strict=True):
-            alone = len(one.numbers) == 1 and claims[one.pieces[0].seen.number] == 1
-            if alone and all(follows(*pair) for pair in pairwise(one.pieces)):
-                whole = in_plain_sight(memory, expected, one.pieces[0].seen, self._size)
-                one.pieces = one.pieces if whole is None else [Piece(whole, WHOLE, WHOLE)]
-            if one.pieces:
-                left += self._see(memory, one, dt)
-        left = [part for part in left if claims[part.number] != 1]  # all of it is one track's
-        gone = {m.id for m, one in zip(memories, shown, strict=True) if not self._goes_on(m, one, dt)}
-        self._memories = [m for m in self._memories if m.id not in gone]
-        self._start(as_found(left, parts, doubtful))
+        models = [self._models[t] for t in rows]
+        track_observations, unassigned, parts = self._observe_tracks(
+            models, predicted.subset(rows), ambiguous, dt, is_all=not any(partner)
+        )
+        claims = Counter(index for one in track_observations for index in one.detection_indices)
+        for model, one, points in zip(models, track_observations, predicted.points[rows], strict=True):
+            alone = len(one.detection_indices) == 1 and claims[one.matches[0].observation.detection_index] == 1
+            if alone and all(are_consecutive(*pair) for pair in pairwise(one.matches)):
+                whole = find_whole_view(model, points, one.matches[0].observation, self._size)
+                one.matches = one.matches if whole is None else [PartialMatch(whole, WHOLE, WHOLE)]
+            if one.matches:
+                unassigned += self._update_track(model, one, dt)
+        # A detection of one track only is all that track's.
+        unassigned = [part for part in unassigned if claims[part.detection_index] != 1]
+        ended = {m.id for m, one in zip(models, track_observations, strict=True) if not self._continues(m, one, dt)}
+        self._models = [m for m in self._models if m.id not in ended]
+        self._start_tracks(collect_new_objects(unassigned, parts, ambiguous))
 
-    def _explain(
-        self, memories: Sequence[Memory], known: Known, doubtful: Sequence[Seen], dt: float, *, alone: bool
-    ) -> tuple[list[Shown], list[Seen], list[Seen]]:
-        """Return what doubtful detections show of tracks, which parts of them are left over, and all their parts.
+    def _observe_tracks(
+        self,
+        models: Sequence[TrackModel],
+        predicted: PredictedTracks,
+        ambiguous: Sequence[Observation],
+        dt: float,
+        *,
+        is_all: bool,
+    ) -> tuple[list[TrackObservation], list[Observation], list[Observation]]:
+        """Return what ambiguous observations show of each track, their unassigned parts, and all their parts.
 
-        `alone` says that no other track was found: then it may be another scene.
+        `is_all` is True if these are all tracks: then the frame may show another scene.
         """
-        shown, left, parts = [Shown() for _ in memories], list(doubtful), list(doubtful)
-        rows = [k for k, memory in enumerate(memories) if self._is_routed(memory)]
-        elsewhere = False
-        if doubtful and rows:
-            routed = route(memories, known, rows, doubtful, dt, self._config.gate, self._size)
-            left, parts = routed.left, routed.parts
-            for k, pieces in routed.pieces.items():
-                shown[k] = Shown(pieces)
-            elsewhere = routed.elsewhere and alone
-        if elsewhere:  # nothing in it is theirs
-            shown, left, parts = [Shown() for _ in memories], list(doubtful), list(doubtful)
-        others = [k for k in range(len(memories)) if not (shown[k].pieces or (elsewhere and k in rows))]
-        if left and others:
-            matching = bring_together([memories[k] for k in others], known.some(others), left, self._config, self._size)
-            again = {id(one) for one in left}
-            parts = [part for part in parts if id(part) not in again] + list(matching.seen)
-            left = [matching.seen[d] for d in matching.left]
-            for k, one in zip(others, matching.shown, strict=True):
-                shown[k] = one
-        left = pair_last(memories, known, shown, left)
-        find_joined(memories, shown)
-        return shown, left, parts
+        observed, unassigned, parts = [TrackObservation() for _ in models], list(ambiguous), list(ambiguous)
+        rows = [t for t, model in enumerate(models) if self._is_routed(model)]
+        new_scene = False
+        if ambiguous and rows:
+            routed = route_tracks(models, predicted, rows, ambiguous, dt, self._config.gate, self._size)
+            new_scene = routed.scene_changed and is_all
+            if not new_scene:  # else nothing in it belongs to them
+                unassigned, parts = routed.unassigned, routed.parts
+                for t, matches in routed.matches.items():
+                    observed[t] = TrackObservation(matches)
+        others = [t for t in range(len(models)) if not (observed[t].matches or (new_scene and t in rows))]
+        if unassigned and others:
+            association = associate(
+                [models[t] for t in others], predicted.subset(others), unassigned, self._config, self._size
+            )
+            split_again = {id(one) for one in unassigned}
+            parts = [part for part in parts if id(part) not in split_again] + list(association.observations)
+            unassigned = [association.observations[d] for d in association.unassigned]
+            for t, one in zip(others, association.track_observations, strict=True):
+                observed[t] = one
+        unassigned = match_remaining_pair(models, predicted, observed, unassigned)
+        find_merged(models, observed)
+        return observed, unassigned, parts
 
-    def _is_routed(self, memory: Memory) -> bool:
-        """Tell whether a track is known so well that a frame is read by it, rather than it by the frame."""
-        settle = self._config.settle_frames
-        sure = memory.hits >= settle and not memory.misses and not memory.curve.closed
-        return sure and memory.contested < settle and memory.joined < settle
+    def _is_routed(self, model: TrackModel) -> bool:
+        """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame."""
+        least = self._config.override_frames
+        well_known = model.hits >= least and not model.misses and not model.curve.closed
+        return well_known and model.conflict_frames < least and model.merged_frames < least
 
-    def _see_sure(self, pairs: Sequence[tuple[Memory, int]], seen: Sequence[Seen], dt: float) -> None:
-        """Take detections that show tracks as a whole, without doubt."""
+    def _update_unambiguous(
+        self, pairs: Sequence[tuple[TrackModel, int]], observations: Sequence[Observation], dt: float
+    ) -> None:
+        """Update tracks by observations that unambiguously show them as a whole."""
         if not pairs:
             return
-        shown = [seen[p - 1] if p > 0 else seen[-p - 1].reversed() for _, p in pairs]
-        points = np.array([one.points for one in shown])
+        oriented = [observations[p - 1] if p > 0 else observations[-p - 1].reversed() for _, p in pairs]
+        points = np.array([one.points for one in oriented])
         before = np.array([m.points for m, _ in pairs])
-        velocity = blended(np.array([m.velocity for m, _ in pairs]), points - before, dt)
-        for (memory, _), one, place, speed in zip(pairs, shown, points, velocity, strict=True):
-            memory.see_whole(one, place, speed)
-            memory.hit(self._config.min_hits)
+        velocities = filter_velocity(np.array([m.velocity for m, _ in pairs]), points - before, dt)
+        for (model, _), one, position, velocity in zip(pairs, oriented, points, velocities, strict=True):
+            model.update_whole(one, position, velocity)
+            model.count_hit(self._config.min_hits)
 
-    def _see(self, memory: Memory, shown: Shown, dt: float) -> list[Seen]:
-        """Take what a frame shows of a track; return the detections that turn out to be no part of it."""
-        pieces: list[Piece] = shown.pieces
-        rejected: list[Piece] = []
+    def _update_track(self, model: TrackModel, observed: TrackObservation, dt: float) -> list[Observation]:
+        """Update a track by what a frame shows of it; return the observations that turn out to be no part of it."""
+        matches: list[PartialMatch] = observed.matches
+        rejected: list[PartialMatch] = []
         scope = WHOLE
-        if hidden_between(pieces):
-            pieces, rejected, scope = believe(memory, pieces, self._size)
-        pieces = bridged(memory, pieces)
-        joined = memory.joined + 1 if shown.joined else 0
-        if len(pieces) == 1 and pieces[0].shows_all:
-            self._see_whole(memory, pieces[0], dt)
+        if hidden_spans(matches):
+            matches, rejected, scope = drop_absent_spans(model, matches, self._size)
+        matches = merge_bridged(model, matches)
+        merged_frames = model.merged_frames + 1 if observed.merged else 0
+        if len(matches) == 1 and matches[0].is_complete:
+            self._update_whole(model, matches[0], dt)
         else:
-            self._see_parts(memory, pieces, scope, dt, shared=shown.apart)
-            memory.sight = in_sight(memory, pieces, self._size)
-        memory.joined, memory.apart = joined, shown.apart
-        memory.hit(self._config.min_hits)
-        return [piece.seen for piece in rejected]
+            self._update_partly(model, matches, scope, dt, shared=observed.known_separate)
+            model.visible = make_visible_curve(model, matches, self._size)
+        model.merged_frames, model.known_separate = merged_frames, observed.known_separate
+        model.count_hit(self._config.min_hits)
+        return [match.observation for match in rejected]
 
-    def _see_whole(self, memory: Memory, piece: Piece, dt: float) -> None:
-        seen = piece.seen
-        if seen.curve.closed:
-            seen = restarted(seen, piece.of[0])
-        overruled = memory.is_overruled_by(piece.seen, self._config.settle_frames)
-        if overruled:
-            memory.trust = np.full(SAMPLES, float(memory.contested))
-        grown = piece.at != WHOLE
-        if grown:
-            memory.remap(piece.at[0] + U * (piece.at[1] - piece.at[0]))
-        other = abs(seen.length - memory.length) > LEAP * memory.length or seen.curve.closed != memory.curve.closed
-        still = grown or overruled or bool(memory.misses) or other
-        velocity = np.zeros((SAMPLES, 2)) if still else blend(memory, seen.points, dt)
-        memory.see_whole(seen, seen.points, velocity)
+    def _update_whole(self, model: TrackModel, match: PartialMatch, dt: float) -> None:
+        observation = match.observation
+        if observation.curve.closed:
+            observation = restart_loop(observation, match.curve_span[0])
+        overridden = model.is_overridden_by(match.observation, self._config.override_frames)
+        if overridden:
+            model.seen_frames = np.full(SAMPLES, float(model.conflict_frames))
+        longer = match.track_span != WHOLE
+        if longer:
+            model.resample(match.track_span[0] + U * (match.track_span[1] - match.track_span[0]))
+        other_shape = (
+            abs(observation.length - model.length) > JUMP_SHARE * model.length
+            or observation.curve.closed != model.curve.closed
+        )
+        velocity = np.zeros((SAMPLES, 2))
+        if not (longer or overridden or model.misses or other_shape):
+            velocity = filter_velocity(model.velocity, observation.points - model.points, dt)
+        model.update_whole(observation, observation.points, velocity)
 
-    def _see_parts(
-        self, memory: Memory, pieces: Sequence[Piece], scope: tuple[float, float], dt: float, *, shared: bool
+    def _update_partly(
+        self,
+        model: TrackModel,
+        matches: Sequence[PartialMatch],
+        scope: tuple[float, float],
+        dt: float,
+        *,
+        shared: bool,
     ) -> None:
-        # A part of a detection does not make its track longer: it may be another object that goes on there.
-        pieces = [piece.on_track() for piece in pieces]
-        curve = assemble(memory.curve, scope, [Stretch(p.seen.curve, p.at, p.of) for p in pieces])
-        memory.curve_3d = in_space(memory.curve_3d, scope, pieces)
-        memory.detection = max(pieces, key=lambda p: p.seen.length).seen.detection
-        hidden = hidden_between(pieces)
-        points, _ = sample(curve)
-        memory.see_parts(curve, points, memory.length, hidden, dt)
-        longest = max(pieces, key=lambda p: p.seen.length).seen
-        if not any(leaving(longest, self._size, memory.width)) and not shared:
-            memory.contest(longest, sum({p.seen.number: p.seen.total for p in pieces}.values()))
-        memory.inferred = merged(sorted([*hidden, *(gap for piece in pieces for gap in gaps(piece))]))
+        # A part of a detection does not make its track longer: another object may continue there.
+        matches = [match.clip_to_track() for match in matches]
+        curve = reconstruct(model.curve, scope, visible_parts(matches))
+        model.curve_3d = reconstruct_in_space(model.curve_3d, scope, matches)
+        longest = max(matches, key=lambda m: m.observation.length).observation
+        model.detection = longest.detection
+        points, _ = sample_curve(curve)
+        model.update_partly(curve, points, model.length, hidden_spans(matches), dt)
+        if not any(ends_at_border(longest, self._size, model.width)) and not shared:
+            lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
+            model.update_conflict(longest, sum(lengths.values()))
+        model.inferred = inferred_spans(matches)
 
-    def _goes_on(self, memory: Memory, shown: Shown, dt: float) -> bool:
-        """Let a track that was not seen coast, and tell whether there still is one."""
-        if shown.pieces:
+    def _continues(self, model: TrackModel, observed: TrackObservation, dt: float) -> bool:
+        """Extrapolate a track that was not seen; return False if it has ended."""
+        if observed.matches:
             return True
-        if memory.state is TrackState.TENTATIVE or shown.ended:
+        if model.state is TrackState.TENTATIVE or observed.absorbed:
             return False
-        memory.shadowed = memory.shadowed + 1 if shown.shadow else 0
+        model.overlapped_frames = model.overlapped_frames + 1 if observed.overlapped else 0
         if (
-            memory.since_s + dt > self._config.keep_lost_s + _ROUNDING_S
-            or memory.shadowed >= self._config.settle_frames
+            model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S
+            or model.overlapped_frames >= self._config.override_frames
         ):
             return False
-        memory.miss(dt)
+        model.advance_unseen(dt)
         return True
 
-    def _publish(self, memory: Memory, dt: float) -> Track:
-        track = memory.published()
+    def _publish(self, model: TrackModel, dt: float) -> Track:
+        track = model.to_track()
         if self._config.smoothing_s <= 0.0:
             return track
         lag = self._config.smoothing_s
-        plane, space = self._smoothers.setdefault(memory.id, (Smoother(lag), Smoother(lag)))
-        curve_3d = None if track.curve_3d is None else space(track.curve_3d, dt)
-        return replace(track, curve=plane(track.curve, dt), curve_3d=curve_3d)
+        in_image, in_space = self._filters.setdefault(model.id, (CurveFilter(lag), CurveFilter(lag)))
+        curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
+        return replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d)

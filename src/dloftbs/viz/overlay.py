@@ -24,7 +24,7 @@ from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import Colour, Style, dimmed, is_light
 from dloftbs.viz.view import View
 
-_DIM, _DIMMER = 0.3, 0.65  # of coasting tracks, where they are sure and where they are not at all
+_DIM, _DIMMER = 0.3, 0.65  # of hidden tracks, where they are sure and where they are not at all
 _WINDOW = 0.05  # of a curve, in which to look for a place on it
 
 
@@ -44,7 +44,7 @@ class Item:
         The intervals of ``u`` that were inferred rather than seen.
     width : float, optional
         Of the object, px; None where it is not known.
-    coasting : bool
+    hidden : bool
         Whether the whole curve is remembered rather than seen.
     crossed : tuple of float
         The ``u`` of all crossings with itself and others.
@@ -60,7 +60,7 @@ class Item:
     joints: tuple[Joint, ...] = ()
     inferred: tuple[tuple[float, float], ...] = ()
     width: float | None = None
-    coasting: bool = False
+    hidden: bool = False
     crossed: tuple[float, ...] = ()
     below: tuple[float, ...] = ()
     unordered: tuple[float, ...] = ()
@@ -83,7 +83,7 @@ def draw(
     Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
     place in the order. A dot is the start (``u = 0``), a ring the end, arrows point from the one to the other. Dashed
     is what was inferred: across gaps of the mask, where a track knows of a part that is hidden, and the whole of a
-    coasting track. That one is dimmer, too, the more the less sure it is, and has the number of frames since it was
+    hidden track. That one is dimmer, too, the more the less sure it is, and has the number of frames since it was
     last seen in brackets behind its own. Where
     curves cross, the one below is interrupted, as in drawings of knots; a small white ring marks where it is not known
     which that is. A diamond is another junction that the curve was linked through.
@@ -180,9 +180,9 @@ def _lower(crossing: Crossing) -> int:
 
 def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
     label, colour = f"#{track.id}", style.colour(track.id - 1)
-    if track.detection is None or track.state is TrackState.COASTING:
+    if track.detection is None or track.state is TrackState.HIDDEN:
         faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
-        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width, coasting=True)
+        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width, hidden=True)
     seen = track.detection
     item = _of_seen(seen, result, label, colour)
     if track.curve == seen.curve:
@@ -262,7 +262,7 @@ def _line_width(item: Item, pen: Style) -> float:
 
 def _line(item: Item, path: Path, pen: Style) -> list[Shape]:
     width = _line_width(item, pen)
-    unseen = [(0.0, path.length)] if item.coasting else _unseen(item, path)
+    unseen = [(0.0, path.length)] if item.hidden else _unseen(item, path)
     # The ring at the end stays hollow.
     end = path.length if item.curve.closed else max(path.length - _ring_radius(pen), 0.0)
     unseen = [(low, min(high, end)) for low, high in unseen if low < end]

@@ -44,7 +44,7 @@ class _Solid:
     label: str
     colour: Colour
     inferred: tuple[tuple[float, float], ...] = ()
-    coasting: bool = False
+    hidden: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def draw_3d(
 
     The picture with its curves, as `draw` does it; the depth in colours, hatched where it is missing; the curves in
     metres from above and from the side, both at one scale, on a grid. There, as in `draw`, colours are those of the
-    ids, a dot is the start, a ring the end, and dashed is what was inferred rather than measured, coasting tracks
+    ids, a dot is the start, a ring the end, and dashed is what was inferred rather than measured, hidden tracks
     included. Objects without a curve in space are named with the reason.
 
     Parameters
@@ -163,9 +163,9 @@ def _solids_of(result: FrameResult, style: Style) -> tuple[list[_Solid], list[st
             why = detection.no_3d_reason if detection is not None else None
             absent.append(f"{label}: no curve in space" + (f", {why}" if why else ""))
             continue
-        coasting = detection is None or (isinstance(item, Track) and item.state is TrackState.COASTING)
-        if coasting or detection is None:
-            solids.append(_Solid(item.curve_3d, label, dimmed(colour, style.ink, 0.3), coasting=True))
+        hidden = detection is None or (isinstance(item, Track) and item.state is TrackState.HIDDEN)
+        if hidden or detection is None:
+            solids.append(_Solid(item.curve_3d, label, dimmed(colour, style.ink, 0.3), hidden=True))
         else:
             solids.append(_Solid(item.curve_3d, label, colour, detection.inferred_3d))
     return solids, absent
@@ -198,7 +198,7 @@ def _view(
             solid.label,
             solid.colour,
             inferred=solid.inferred,
-            coasting=solid.coasting,
+            hidden=solid.hidden,
         )
         for solid in solids
     ]

@@ -107,7 +107,7 @@ def test_the_error_is_split_into_what_shows_and_what_is_hidden(tmp_path):
             assert (row.track_px, row.hidden_px) == (pytest.approx(0.0, abs=1e-6), None)
 
 
-@pytest.mark.parametrize(("tracker", "after"), [(stubs.Coasting, 0), (stubs.Late, 2)])
+@pytest.mark.parametrize(("tracker", "after"), [(stubs.HiddenTracker, 0), (stubs.LateTracker, 2)])
 def test_a_hidden_object_and_its_track_do_not_count_and_it_is_found_again(tmp_path, tracker, after):
     part = followed(tmp_path, tracker, Hidden(hidden=WHOLE))
     scores = part.following.scores
@@ -122,7 +122,7 @@ def test_a_hidden_object_and_its_track_do_not_count_and_it_is_found_again(tmp_pa
 
 
 def test_another_name_afterwards_is_a_switch_and_never_found_again(tmp_path):
-    part = followed(tmp_path, stubs.Renaming, Hidden(hidden=WHOLE))
+    part = followed(tmp_path, stubs.RenamingTracker, Hidden(hidden=WHOLE))
     assert part.following.scores.switches == 1
     row = table_row(part)
     assert (row["frames until re-found"], row["never re-found"]) == (None, 1)

@@ -30,11 +30,11 @@ def at(points: np.ndarray, u: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(u, U, column) for column in points.T], axis=1)
 
 
-def slow_misfit(short: np.ndarray, whole: np.ndarray, share: float, start: float, kept: float) -> float:
+def slow_misfit(short: np.ndarray, whole: np.ndarray, share: float, start: float, shift_weight: float) -> float:
     """Return what `misfit_at` should."""
     t = np.linspace(0.0, 1.0, max(8, int(share * (M - 1)) // 2 + 1))
     apart = at(short, t) - at(whole, start + share * t)
-    return float(np.linalg.norm(apart - (1.0 - kept) * apart.mean(axis=0), axis=1).mean())
+    return float(np.linalg.norm(apart - (1.0 - shift_weight) * apart.mean(axis=0), axis=1).mean())
 
 
 @pytest.mark.parametrize("ndim", [2, 3])
@@ -50,11 +50,11 @@ def test_samples_lie_on_the_curve(seed, closed, ndim):
 
 
 @given(st.integers(0, 1000), st.floats(0.1, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_the_misfit_is_that_of_its_slow_twin(seed, share, where, kept):
+def test_the_misfit_is_that_of_its_slow_twin(seed, share, where, shift_weight):
     short, whole = samples(random_curve(seed)), samples(random_curve(seed + 1))
     start = where * (1.0 - share)
-    fast = kernels.misfit_at(short, whole, share, start, kept)
-    assert fast == pytest.approx(slow_misfit(short, whole, share, start, kept), rel=1e-9, abs=1e-9)
+    fast = kernels.misfit_at(short, whole, share, start, shift_weight)
+    assert fast == pytest.approx(slow_misfit(short, whole, share, start, shift_weight), rel=1e-9, abs=1e-9)
 
 
 @given(st.floats(0.0, 0.6), st.floats(0.15, 0.4), st.booleans(), st.floats(0.0, 2.0 * np.pi))
@@ -64,30 +64,30 @@ def test_a_part_is_found_where_it_was_cut_out(start, share, flip, angle):
     piece = part(curve, start, start + share)
     shown = samples(piece.reversed() if flip else piece)
     share = length_of(shown) / length_of(samples(curve))
-    misfit, found, backwards = kernels.place_between(shown, samples(curve), share, 0.0, 1.0 - share, 0, FAR)
+    misfit, found, backwards = kernels.align_in_range(shown, samples(curve), share, 0.0, 1.0 - share, 0, FAR)
     assert backwards == flip
     assert found == pytest.approx(start, abs=0.02)
     assert misfit < 3.0
-    only, _, way = kernels.place_between(shown, samples(curve), share, 0.0, 1.0 - share, -1 if flip else 1, FAR)
+    only, _, way = kernels.align_in_range(shown, samples(curve), share, 0.0, 1.0 - share, -1 if flip else 1, FAR)
     assert (only, way) == (misfit, flip)
 
 
 def test_a_part_stays_in_its_range():
     piece = part(wave(), 0.1, 0.4)
-    _, found, _ = kernels.place_between(samples(piece), samples(wave()), 0.3, 0.5, 0.6, 0, FAR)
+    _, found, _ = kernels.align_in_range(samples(piece), samples(wave()), 0.3, 0.5, 0.6, 0, FAR)
     assert 0.5 <= found <= 0.6
 
 
-def place_all(tracks: list[BSplineCurve], found: list[BSplineCurve], cap: float = FAR):
+def align_all(tracks: list[BSplineCurve], found: list[BSplineCurve], cap: float = FAR):
     a, b = np.array([samples(c) for c in tracks]), np.array([samples(c) for c in found])
     lengths = [np.array([length_of(p) for p in points]) for points in (a, b)]
     closed = [np.array([c.closed for c in curves]) for curves in (tracks, found)]
-    return kernels.place_all(a, lengths[0], closed[0], b, lengths[1], closed[1], np.full((len(a), len(b)), cap))
+    return kernels.align_all(a, lengths[0], closed[0], b, lengths[1], closed[1], np.full((len(a), len(b)), cap))
 
 
 def test_all_pairs_are_those_one_by_one():
     curves = [wave(), wave((30.0, 90.0), phase=1.0).reversed(), part(wave(), 0.2, 0.7)]
-    misfit, start, backwards = place_all(curves, curves)
+    misfit, start, backwards = align_all(curves, curves)
     np.testing.assert_allclose(np.diag(misfit), 0.0, atol=1e-9)
     assert backwards.tolist() == [[False, True, False], [True, False, True], [False, True, False]]
     assert start[0, 2] == pytest.approx(0.2, abs=0.01)
@@ -99,7 +99,7 @@ def test_all_pairs_are_those_one_by_one():
 def test_the_seam_of_a_loop_is_found(seam, flip):
     squashed = [[1.5, 0.0], [0.0, 0.7]]
     ring, other = (loop(60.0, start=a).transformed(squashed, [0.0, 0.0]) for a in (0.0, 2.0 * np.pi * seam))
-    misfit, start, backwards = place_all([ring], [other.reversed() if flip else other])
+    misfit, start, backwards = align_all([ring], [other.reversed() if flip else other])
     assert misfit[0, 0] < 1.0
     assert backwards[0, 0] == flip
     expected = ring(start[0, 0] % 1.0)
@@ -107,13 +107,13 @@ def test_the_seam_of_a_loop_is_found(seam, flip):
 
 
 def test_a_sample_counts_no_more_than_the_cap():
-    misfit, _, _ = place_all([wave()], [wave((0.0, 500.0))], cap=20.0)
+    misfit, _, _ = align_all([wave()], [wave((0.0, 500.0))], cap=20.0)
     assert misfit[0, 0] == pytest.approx(20.0)
 
 
 def test_a_pair_that_is_not_asked_for_does_not_fit():
     track, ones = samples(wave())[None], np.ones(1)
-    misfit, _, _ = kernels.place_all(track, ones, ones < 0.0, track, ones, ones < 0.0, np.zeros((1, 1)))
+    misfit, _, _ = kernels.align_all(track, ones, ones < 0.0, track, ones, ones < 0.0, np.zeros((1, 1)))
     assert misfit[0, 0] == np.inf
 
 
@@ -121,7 +121,7 @@ def test_a_pair_that_is_not_asked_for_does_not_fit():
 def test_boxes_lie_as_far_apart_as_their_nearest_corners(seed, ndim):
     rng = np.random.default_rng(seed)
     ones, others = (rng.normal(0.0, 30.0, (n, 5, ndim)) + rng.normal(0.0, 90.0, (n, 1, ndim)) for n in (3, 4))
-    found = kernels.box_gaps(ones, others)
+    found = kernels.box_distances(ones, others)
     for one, row in zip(ones, found, strict=True):
         for other, gap in zip(others, row, strict=True):
             between = np.maximum(one.min(axis=0) - other.max(axis=0), other.min(axis=0) - one.max(axis=0))
@@ -134,7 +134,7 @@ def match(tracks: list[BSplineCurve], found: list[BSplineCurve]) -> list[int]:
     lengths = [np.array([length_of(p) for p in points]) for points in (a, b)]
     closed = [np.array([c.closed for c in curves]) for curves in (tracks, found)]
     slack = 0.02 * lengths[0]
-    return kernels.match_as_they_stand(
+    return kernels.match_unambiguous(
         a, lengths[0], ~closed[0], b, lengths[1], closed[1], slack, 0.02, 0.03, 3.0
     ).tolist()
 

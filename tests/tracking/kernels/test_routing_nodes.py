@@ -18,7 +18,7 @@ PART = np.repeat(np.arange(len(LENGTHS)), LENGTHS)
 def test_nodes_lie_on_the_lines_between_samples(samples: int, count: int) -> None:
     points = np.random.default_rng(count).normal(size=(samples, 3))
     nodes = np.empty((count, 3))
-    routing.interpolate(points, nodes)
+    routing.interpolate_evenly(points, nodes)
     u, known = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, samples)
     expected = np.stack([np.interp(u, known, column) for column in points.T], axis=1)
     np.testing.assert_allclose(nodes, expected, rtol=0.0, atol=1e-12)
@@ -48,12 +48,12 @@ def goes_on(at: list[int], run: list[int], node: int) -> bool:
 @given(st.lists(st.integers(-len(PART), len(PART)), min_size=1, max_size=24), st.integers(1, 3))
 def test_runs_are_those_found_node_by_node(at: list[int], fewest: int) -> None:
     found = np.empty((len(at), 6), np.int64)
-    count = routing.find_runs(np.array(at), PART, fewest, found)
+    count = routing.find_intervals(np.array(at), PART, fewest, found)
     expected = []
     for run in runs_by_hand(at, fewest):
         samples = [abs(at[node]) - 1 for node in run]
         way = 1 if samples[-1] >= samples[0] else -1
-        origin = np.median([routing.STEPS * node - way * i for node, i in zip(run, samples, strict=True)])
+        origin = np.median([routing.SAMPLES_PER_NODE * node - way * i for node, i in zip(run, samples, strict=True)])
         expected.append([PART[samples[0]], samples[0], samples[-1], run[0], run[-1], round(2.0 * origin)])
     assert found[:count].tolist() == expected
 
@@ -61,5 +61,5 @@ def test_runs_are_those_found_node_by_node(at: list[int], fewest: int) -> None:
 def test_a_run_ends_where_nothing_is_seen_and_where_it_goes_over() -> None:
     at = np.array([1, 4, 7, 0, 8, 9, 10, 13, 12, 11, 10])
     found = np.empty((len(at), 6), np.int64)
-    count = routing.find_runs(at, PART, 2, found)
+    count = routing.find_intervals(at, PART, 2, found)
     assert found[:count, :5].tolist() == [[0, 0, 6, 0, 2], [0, 7, 8, 4, 5], [1, 9, 12, 6, 7]]

@@ -38,8 +38,8 @@ def tracking_table(parts: Sequence[Part]) -> Table:
         "MOTA",
     )
     note = (
-        "A track is that of an object while its L3 is within 50 px in HD, and as much of smaller images. Tracks that "
-        "only coast do not count."
+        "A track is that of an object while its L3 is within 50 px in HD, and as much of smaller images. Hidden "
+        "tracks do not count."
     )
     return Table("tracking", "Tracking", columns, tuple(made), note)
 

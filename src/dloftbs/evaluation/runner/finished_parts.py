@@ -145,7 +145,7 @@ class TrackRow:
 
 @dataclass(frozen=True)
 class Following:
-    """Scores of the tracks of a sequence, coasting tracks and hidden objects included.
+    """Scores of the tracks of a sequence, hidden tracks and hidden objects included.
 
     Parameters
     ----------

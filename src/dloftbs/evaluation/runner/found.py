@@ -108,7 +108,7 @@ def samples(curve: Curve) -> FloatArray:
 
 
 def _of_result(result: FrameResult) -> Found:
-    # What merely coasts is a memory of an earlier frame, not a finding in this one.
+    # A hidden track is predicted from earlier frames: it is no finding in this one.
     seen = [(track, track.detection) for track in result.tracks if track.detection is not None]
     of = [track for track, _ in seen] if result.tracks else list(result.detections)
     detections = tuple(detection for _, detection in seen) if result.tracks else result.detections

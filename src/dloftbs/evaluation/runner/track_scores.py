@@ -1,4 +1,4 @@
-"""Scores of tracks through a sequence: all published tracks, coasting ones too, against the whole truth."""
+"""Scores of tracks through a sequence: all published tracks, hidden ones too, against the whole truth."""
 
 from __future__ import annotations
 

@@ -11,9 +11,11 @@ from numba import boolean, float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read
 
 _STRIDE = 4  # of the samples that tell whether two curves are alike as they stand
-_KEPT = 0.5  # of a shift as a whole, where places are compared: a cable is carried rather than slid along itself
-_LEAST = 8  # samples of a short curve
-_STEP = 2.0  # samples from place to place; then halved
+_SHIFT_WEIGHT = (
+    0.5  # of a shift as a whole, where places are compared: a cable is carried rather than slid along itself
+)
+_MIN_SAMPLES = 8  # samples of a short curve
+_SEARCH_STEP = 2.0  # samples from place to place; then halved
 _HALVINGS = 7
 
 
@@ -32,7 +34,7 @@ def _boxes(curves: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 @helper
-def _box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the distances between the boxes of curves (n, m, d) and of others (k, m, d), as (n, k)."""
     first, second = _boxes(ones), _boxes(others)
     result = np.empty((len(ones), len(others)))
@@ -47,7 +49,7 @@ def _box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) ->
 
 
 @kernel(read(float64, 3), read(float64, 3))
-def box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Measure how far the boxes around curves lie apart: no two of their points are nearer to each other.
 
     Parameters
@@ -61,7 +63,7 @@ def box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> 
     (n, k) float64
         0 where they overlap.
     """
-    return _box_gaps(ones, others)
+    return _box_distances(ones, others)
 
 
 @kernel(
@@ -76,7 +78,7 @@ def box_gaps(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> 
     float64,
     float64,
 )
-def match_as_they_stand(
+def match_unambiguous(
     tracks: npt.NDArray[np.float64],
     track_lengths: npt.NDArray[np.float64],
     whole: npt.NDArray[np.bool_],
@@ -125,7 +127,7 @@ def match_as_they_stand(
     distance = np.empty((count, others))
     largest = np.empty((count, others))
     way = np.zeros((count, others), dtype=np.int64)
-    gap = _box_gaps(tracks, found)
+    gap = _box_distances(tracks, found)
     farthest_asked = apart * near * track_lengths.max()
     for t in range(count):
         for f in range(others):
@@ -169,7 +171,7 @@ def match_as_they_stand(
 
 
 @helper
-def _at(points: npt.NDArray[np.float64], where: float, cyclic: bool, d: int) -> float:
+def _interpolate(points: npt.NDArray[np.float64], where: float, cyclic: bool, d: int) -> float:
     """Return a coordinate between samples (m, ...), the last of which is the first again where it is a loop."""
     last = len(points) - 1
     if cyclic:
@@ -188,7 +190,7 @@ def _misfit(
     backwards: bool,
     cyclic: bool,
     cap: float,
-    kept: float,
+    shift_weight: float,
     count: int,
 ) -> float:
     """Return the mean distance, at most `cap` each, of a part laid at a place along a whole.
@@ -206,7 +208,7 @@ def _misfit(
     cyclic : bool
         Whether the whole is a loop.
     cap : float
-    kept : float
+    shift_weight : float
         Share of the whole shift that counts.
     count : int
         Number of places where the distance is taken.
@@ -219,26 +221,26 @@ def _misfit(
         at = (1.0 - t if backwards else t) * (len(part) - 1)
         where = (start + t * share) * (len(whole) - 1)
         for d in range(dims):
-            apart[k, d] = _at(part, at, False, d) - _at(whole, where, cyclic, d)
+            apart[k, d] = _interpolate(part, at, False, d) - _interpolate(whole, where, cyclic, d)
             mean[d] += apart[k, d] / count
     total = 0.0
     for k in range(count):
         squared = 0.0
         for d in range(dims):
-            squared += (apart[k, d] - (1.0 - kept) * mean[d]) ** 2
+            squared += (apart[k, d] - (1.0 - shift_weight) * mean[d]) ** 2
         total += min(math.sqrt(squared), cap)
     return total / count
 
 
 @helper
-def _place(
+def _align(
     part: npt.NDArray[np.float64],
     whole: npt.NDArray[np.float64],
     share: float,
     low: float,
     high: float,
     cyclic: bool,
-    ways: int,
+    direction: int,
     cap: float,
 ) -> tuple[float, float, bool]:
     """Return the least mean distance of a part along a whole, where it starts there, and whether it runs backwards.
@@ -251,20 +253,20 @@ def _place(
     low, high : float
         Between which shares of the whole it starts.
     cyclic : bool
-    ways : int
+    direction : int
         0 for both, 1 forwards, -1 backwards.
     cap : float
     """
-    steps = math.ceil((high - low) * (len(whole) - 1) / _STEP - 1e-9) if high > low else 0
-    count = max(_LEAST, int(share * (len(whole) - 1)) // 2 + 1)
+    steps = math.ceil((high - low) * (len(whole) - 1) / _SEARCH_STEP - 1e-9) if high > low else 0
+    count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
     best, at, flipped = math.inf, low, False
     for way in range(2):
         backwards = way == 1
-        if (backwards and ways > 0) or (not backwards and ways < 0):
+        if (backwards and direction > 0) or (not backwards and direction < 0):
             continue
         for k in range(steps + (0 if cyclic and steps else 1)):
             start = low + (high - low) * k / steps if steps else low
-            misfit = _misfit(part, whole, share, start, backwards, cyclic, cap, _KEPT, count)
+            misfit = _misfit(part, whole, share, start, backwards, cyclic, cap, _SHIFT_WEIGHT, count)
             if misfit < best:
                 best, at, flipped = misfit, start, backwards
     if steps:  # between the steps
@@ -275,7 +277,7 @@ def _place(
                 start = at + side * step
                 if not cyclic:
                     start = min(max(start, low), high)
-                misfit = _misfit(part, whole, share, start, flipped, cyclic, cap, _KEPT, count)
+                misfit = _misfit(part, whole, share, start, flipped, cyclic, cap, _SHIFT_WEIGHT, count)
                 if misfit < best:
                     best, at = misfit, start
     return _misfit(part, whole, share, at, flipped, cyclic, cap, 1.0, count), at, flipped
@@ -283,7 +285,7 @@ def _place(
 
 @kernel(read(float64, 2), read(float64, 2), float64, float64, float64)
 def misfit_at(
-    part: npt.NDArray[np.float64], whole: npt.NDArray[np.float64], share: float, start: float, kept: float
+    part: npt.NDArray[np.float64], whole: npt.NDArray[np.float64], share: float, start: float, shift_weight: float
 ) -> float:
     """Return the mean distance of a part laid along an open whole at a place, in its own direction.
 
@@ -296,21 +298,21 @@ def misfit_at(
         The length of the part by that of the whole.
     start : float
         Start of the part, as a share of the whole.
-    kept : float
+    shift_weight : float
         Share of the whole shift that counts, in 0..1.
     """
-    count = max(_LEAST, int(share * (len(whole) - 1)) // 2 + 1)
-    return _misfit(part, whole, share, start, False, False, math.inf, kept, count)
+    count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
+    return _misfit(part, whole, share, start, False, False, math.inf, shift_weight, count)
 
 
 @kernel(read(float64, 2), read(float64, 2), float64, float64, float64, int64, float64)
-def place_between(
+def align_in_range(
     part: npt.NDArray[np.float64],
     whole: npt.NDArray[np.float64],
     share: float,
     low: float,
     high: float,
-    ways: int,
+    direction: int,
     cap: float,
 ) -> tuple[float, float, bool]:
     """Find where along an open whole a part of it lies, in a range of places.
@@ -324,7 +326,7 @@ def place_between(
         The length of the part by that of the whole.
     low, high : float
         Between which shares of the whole the part starts.
-    ways : int
+    direction : int
         0 where it may run either way, 1 forwards, -1 backwards.
     cap : float
         A sample's distance counts no more than this.
@@ -337,7 +339,7 @@ def place_between(
         As a share of the whole.
     backwards : bool
     """
-    return _place(part, whole, share, low, max(low, high), False, ways, cap)
+    return _align(part, whole, share, low, max(low, high), False, direction, cap)
 
 
 @kernel(
@@ -349,7 +351,7 @@ def place_between(
     read(boolean, 1),
     read(float64, 2),
 )
-def place_all(
+def align_all(
     tracks: npt.NDArray[np.float64],
     track_lengths: npt.NDArray[np.float64],
     track_closed: npt.NDArray[np.bool_],
@@ -405,8 +407,8 @@ def place_all(
             cyclic = track_closed[t] or found_closed[f]
             high = 1.0 if cyclic else 1.0 - share
             if track_is_whole:
-                result = _place(found[f], tracks[t], share, 0.0, high, cyclic, 0, cap[t, f])
+                result = _align(found[f], tracks[t], share, 0.0, high, cyclic, 0, cap[t, f])
             else:
-                result = _place(tracks[t], found[f], share, 0.0, high, cyclic, 0, cap[t, f])
+                result = _align(tracks[t], found[f], share, 0.0, high, cyclic, 0, cap[t, f])
             misfit[t, f], start[t, f], backwards[t, f] = result
     return misfit, start, backwards

@@ -10,23 +10,28 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
 
-STEPS = 4
+SAMPLES_PER_NODE = 4
 """Samples of a frame's curves from one node of the remembered one to the next."""
 
-_MOST = 64  # samples near a node that are looked at: the cheapest
-_COS = 0.5  # of the angle between a node's heading and a sample's, at least
-_ALONG = 0.25  # of a distance along the curve counts: how far a cable has slid is known the least
-_TURNED = 1.0  # price of a right angle between the headings, by that of being out of reach
-_SLIP = (0.6, 0.15, 0.0, 0.15, 0.6)  # prices of going on by 2 to 6 samples from node to node
-_SWITCH = 2.0  # price of going on along another curve
-_LEAVE, _BREAK = 0.3, 3.0  # of being hidden from where a curve ends on, and from anywhere else
-_LONGER, _BENT = 1.15, 0.5  # how far the ends of what is hidden may lie apart, and from where they were, by its length
-_LEAP = 6  # samples from node to node, at most
-_FAR_COST = 8.0  # what costs so much more than the cheapest state of a node is not followed
+_MAX_CANDIDATES = 64  # samples near a node that are looked at: the cheapest
+_MIN_COSINE = 0.5  # of the angle between a node's heading and a sample's, at least
+_ALONG_WEIGHT = 0.25  # of a distance along the curve counts: how far a cable has slid is known the least
+_TURN_COST = 1.0  # price of a right angle between the headings, by that of being out of reach
+_SLIP_COST = (0.6, 0.15, 0.0, 0.15, 0.6)  # prices of going on by 2 to 6 samples from node to node
+_SWITCH_COST = 2.0  # price of going on along another curve
+_HIDE_AT_END_COST, _HIDE_INSIDE_COST = 0.3, 3.0  # of being hidden from where a curve ends on, and from anywhere else
+_MAX_BRIDGE, _MAX_BRIDGE_CHANGE = (
+    1.15,
+    0.5,
+)  # how far the ends of what is hidden may lie apart, and from where they were, by its length
+_MAX_STEP = 6  # samples from node to node, at most
+_PRUNE_COST = 8.0  # what costs so much more than the cheapest state of a node is not followed
 
 
 @helper
-def _direction(points: npt.NDArray[np.float64], first: int, last: int, i: int, into: npt.NDArray[np.float64]) -> None:
+def _write_tangent(
+    points: npt.NDArray[np.float64], first: int, last: int, i: int, into: npt.NDArray[np.float64]
+) -> None:
     """Write the unit tangent at a point of a curve that lies from `first` to `last`; 0 where it stands still."""
     before, after = max(i - 1, first), min(i + 1, last)
     x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
@@ -35,7 +40,7 @@ def _direction(points: npt.NDArray[np.float64], first: int, last: int, i: int, i
 
 
 @helper
-def _near(
+def _find_candidates(
     x: float,
     y: float,
     heading: npt.NDArray[np.float64],
@@ -61,23 +66,23 @@ def _near(
                 i += int(max(1.0, min((far - reach) / step, last + 1.0 - i)))
                 continue
             if tangents[i, 0] == math.inf:
-                _direction(samples, bounds[p, 0], last, i, tangents[i])
+                _write_tangent(samples, bounds[p, 0], last, i, tangents[i])
             cosine = tangents[i, 0] * towards_x + tangents[i, 1] * towards_y
-            if abs(cosine) >= _COS:
+            if abs(cosine) >= _MIN_COSINE:
                 along = dx * towards_x + dy * towards_y
-                squared = dx * dx + dy * dy - (1.0 - _ALONG) * along * along
-                cost = squared / (reach * reach) + _TURNED * (1.0 - abs(cosine)) + extra[i]
-                at = count if count < _MOST else int(np.argmax(price))
-                if count < _MOST or cost < price[at]:
+                squared = dx * dx + dy * dy - (1.0 - _ALONG_WEIGHT) * along * along
+                cost = squared / (reach * reach) + _TURN_COST * (1.0 - abs(cosine)) + extra[i]
+                at = count if count < _MAX_CANDIDATES else int(np.argmax(price))
+                if count < _MAX_CANDIDATES or cost < price[at]:
                     found[at] = i + 1 if cosine > 0.0 else -(i + 1)
                     price[at] = cost
-                    count = min(count + 1, _MOST)
+                    count = min(count + 1, _MAX_CANDIDATES)
             i += 1
     return count
 
 
 @helper
-def _nearby(
+def _reachable_boxes(
     nodes: npt.NDArray[np.float64], reach: npt.NDArray[np.float64], boxes: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.int64]:
     """Return the numbers of the boxes that some node may reach."""
@@ -94,7 +99,7 @@ def _nearby(
 
 
 @kernel(read(float64, 2), read(int64, 2), write(float64, 2))
-def box_curves(
+def bounding_boxes(
     samples: npt.NDArray[np.float64], bounds: npt.NDArray[np.int64], boxes: npt.NDArray[np.float64]
 ) -> float:
     """Find the boxes around curves.
@@ -141,7 +146,7 @@ def box_curves(
     float64,
     write(int64, 1),
 )
-def route(
+def find_route(
     nodes: npt.NDArray[np.float64],
     reach: npt.NDArray[np.float64],
     unseen: npt.NDArray[np.float64],
@@ -170,7 +175,7 @@ def route(
     unseen : (k,) float64
         Price of each being hidden; a sample at the limit of its reach costs 1.
     samples : (n, 2) float64
-        Along the frame's curves, one after the other, `STEPS` times as dense as the nodes.
+        Along the frame's curves, one after the other, `SAMPLES_PER_NODE` times as dense as the nodes.
     tangents : (n, 2) float64
         Unit tangents at the samples, infinite where they are not known yet; written where they are asked for.
     part : (n,) int64
@@ -178,7 +183,7 @@ def route(
     bounds : (p, 2) int64
         First and last sample of each curve.
     boxes : (p, 4) float64
-        As `box_curves` writes them.
+        As `bounding_boxes` writes them.
     longest : float
         From sample to sample of a curve: a short curve's samples lie closer together.
     extra : (n,) float64
@@ -197,14 +202,14 @@ def route(
         The mean price of the nodes that are seen; infinite where none is.
     """
     count = len(nodes)
-    step = spacing / STEPS
+    step = spacing / SAMPLES_PER_NODE
     room = int(slack / step)
-    nearby = _nearby(nodes, reach, boxes)
+    nearby = _reachable_boxes(nodes, reach, boxes)
     heading = np.empty((count, 2))
-    found = np.empty((count, _MOST), dtype=np.int64)
-    price = np.empty((count, _MOST))
-    value = np.empty((count, _MOST))
-    back = np.empty((count, _MOST), dtype=np.int64)  # -1: hidden before
+    found = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)
+    price = np.empty((count, _MAX_CANDIDATES))
+    value = np.empty((count, _MAX_CANDIDATES))
+    back = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)  # -1: hidden before
     size = np.empty(count, dtype=np.int64)
     place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among those that the node before may be
     dark = np.empty(count)  # the cheapest way that is hidden at a node, where it comes from, and where it was seen
@@ -214,22 +219,22 @@ def route(
     longest = max(longest, step)
     for k in range(count):
         x, y = nodes[k, 0], nodes[k, 1]
-        _direction(nodes, 0, count - 1, k, heading[k])
-        size[k] = _near(
+        _write_tangent(nodes, 0, count - 1, k, heading[k])
+        size[k] = _find_candidates(
             x, y, heading[k], reach[k], longest, samples, tangents, bounds, nearby, extra, found[k], price[k]
         )
     for c in range(size[0]):
         i = abs(found[0, c]) - 1
         first, last = bounds[part[i], 0], bounds[part[i], 1]
         before = i - first if found[0, c] > 0 else last - i
-        value[0, c] = price[0, c] + (_LEAVE if before <= room else _BREAK)
+        value[0, c] = price[0, c] + (_HIDE_AT_END_COST if before <= room else _HIDE_INSIDE_COST)
     dark[0] = unseen[0]
     for k in range(1, count):
         cheapest = math.inf
         for p in range(size[k - 1]):
             cheapest = min(cheapest, value[k - 1, p])
             place[abs(found[k - 1, p]) - 1] = p
-        most = min(dark[k - 1], cheapest) + _FAR_COST
+        most = min(dark[k - 1], cheapest) + _PRUNE_COST
         for c in range(size[k]):
             signed = found[k, c]
             i = abs(signed) - 1
@@ -240,26 +245,26 @@ def route(
             for gone in range(2, min(before, 6) + 1):
                 p = place[i - way * gone]
                 if p >= 0 and value[k - 1, p] <= most and way * found[k - 1, p] > 0:
-                    cost = value[k - 1, p] + _SLIP[gone - 2]
+                    cost = value[k - 1, p] + _SLIP_COST[gone - 2]
                     if cost < least or (cost == least and p < source):
                         least, source = cost, p
-            cost = dark[k - 1] + (_LEAVE if before <= room else _BREAK)
+            cost = dark[k - 1] + (_HIDE_AT_END_COST if before <= room else _HIDE_INSIDE_COST)
             if cost < least:
                 fits, a = True, seen_at[k - 1]
                 if a >= 0:
                     j = abs(seen_as[k - 1]) - 1
                     dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
                     hidden = (k - a) * spacing
-                    fits = math.sqrt(dx * dx + dy * dy) <= _LONGER * hidden + slack
+                    fits = math.sqrt(dx * dx + dy * dy) <= _MAX_BRIDGE * hidden + slack
                     dx -= nodes[k, 0] - nodes[a, 0]
                     dy -= nodes[k, 1] - nodes[a, 1]
-                    fits &= math.sqrt(dx * dx + dy * dy) <= _BENT * hidden + slack
+                    fits &= math.sqrt(dx * dx + dy * dy) <= _MAX_BRIDGE_CHANGE * hidden + slack
                     # Nothing is seen twice.
                     fits &= part[i] != part[j] or way * seen_as[k - 1] < 0 or way * (i - j) > 0
                 if fits:
                     least, source = cost, -1
-            for p in range(size[k - 1] if cheapest + _SWITCH <= least else 0):
-                cost = value[k - 1, p] + _SWITCH
+            for p in range(size[k - 1] if cheapest + _SWITCH_COST <= least else 0):
+                cost = value[k - 1, p] + _SWITCH_COST
                 if cost > least or value[k - 1, p] > most or (cost == least and 0 <= source <= p):
                     continue
                 other = found[k - 1, p]
@@ -279,7 +284,7 @@ def route(
             i = abs(found[k - 1, p]) - 1
             first, last = bounds[part[i], 0], bounds[part[i], 1]
             after = last - i if found[k - 1, p] > 0 else i - first
-            cost = value[k - 1, p] + (_LEAVE if after <= room else _BREAK) + unseen[k]
+            cost = value[k - 1, p] + (_HIDE_AT_END_COST if after <= room else _HIDE_INSIDE_COST) + unseen[k]
             if cost < dark[k]:
                 dark[k], dark_back[k], seen_at[k], seen_as[k] = cost, p, k - 1, found[k - 1, p]
     state, least = -1, dark[count - 1]
@@ -287,7 +292,7 @@ def route(
         i = abs(found[count - 1, c]) - 1
         first, last = bounds[part[i], 0], bounds[part[i], 1]
         after = last - i if found[count - 1, c] > 0 else i - first
-        cost = value[count - 1, c] + (_LEAVE if after <= room else _BREAK)
+        cost = value[count - 1, c] + (_HIDE_AT_END_COST if after <= room else _HIDE_INSIDE_COST)
         if cost < least:
             state, least = c, cost
     total, seen = 0.0, 0
@@ -304,7 +309,7 @@ def route(
 
 
 @kernel(read(float64, 2), write(float64, 2))
-def interpolate(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]) -> None:
+def interpolate_evenly(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]) -> None:
     """Write what lies between samples, at evenly spaced places from the first to the last.
 
     Parameters
@@ -329,13 +334,15 @@ def interpolate(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]
 
 
 @kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
-def find_runs(at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: int, runs: npt.NDArray[np.int64]) -> int:
+def find_intervals(
+    at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: int, runs: npt.NDArray[np.int64]
+) -> int:
     """Find what of a way goes on along one curve in one direction, without a gap or a leap.
 
     Parameters
     ----------
     at : (k,) int64
-        As `route` writes it.
+        As `find_route` writes it.
     part : (n,) int64
         Curve that each sample is of.
     fewest : int
@@ -359,7 +366,7 @@ def find_runs(at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: in
         node += 1
         while node < len(at) and at[node] != 0:
             i, sign = abs(at[node]) - 1, 1 if at[node] > 0 else -1
-            if part[i] != part[start] or way not in (0, sign) or not 0 < (i - end) * sign <= _LEAP:
+            if part[i] != part[start] or way not in (0, sign) or not 0 < (i - end) * sign <= _MAX_STEP:
                 break
             end, way = i, sign
             node += 1
@@ -368,7 +375,7 @@ def find_runs(at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: in
         way = 1 if end >= start else -1
         origins = np.empty(node - first, dtype=np.int64)
         for k in range(first, node):
-            origins[k - first] = STEPS * k - way * (abs(at[k]) - 1)
+            origins[k - first] = SAMPLES_PER_NODE * k - way * (abs(at[k]) - 1)
         origins.sort()
         middle = origins[(node - first) // 2] + origins[(node - first - 1) // 2]
         runs[count, 0], runs[count, 1], runs[count, 2] = part[start], start, end
