@@ -1,4 +1,4 @@
-"""Curves laid along each other, point by point in their order: what tells a track's detection from others'."""
+"""Alignment of curves with each other, sample by sample in their order: the distance of a track from a detection."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-_STRIDE = 4  # of the samples that tell whether two curves are alike as they stand
+_STRIDE = 4  # one sample in so many is compared for an unambiguous match
 _SHIFT_WEIGHT = (
-    0.5  # of a shift as a whole, where places are compared: a cable is carried rather than slid along itself
+    0.5  # of the mean shift, where starts are compared: a cable rather moves as a whole than slides along itself
 )
-_MIN_SAMPLES = 8  # samples of a short curve
-_SEARCH_STEP = 2.0  # samples from place to place; then halved
+_MIN_SAMPLES = 8  # compared, of a short curve
+_SEARCH_STEP = 2.0  # samples from start to start; then halved
 _HALVINGS = 7
 
 
@@ -66,6 +66,44 @@ def box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]
     return _box_distances(ones, others)
 
 
+@helper
+def _distances_as_they_lie(
+    tracks: npt.NDArray[np.float64], found: npt.NDArray[np.float64], margin_ratio: float, limit: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Return the mean and the largest distances of tracks (t, m, d) from curves (f, m, d), and their directions.
+
+    A direction is 1 or -1, 0 if one is not clearly better than the other. Distances are infinite if the boxes of the
+    two lie farther apart than `limit`.
+    """
+    count, m, dims = tracks.shape
+    others = len(found)
+    distance, largest = np.empty((count, others)), np.empty((count, others))
+    way = np.zeros((count, others), dtype=np.int64)
+    gap = _box_distances(tracks, found)
+    for t in range(count):
+        for f in range(others):
+            if gap[t, f] > limit:
+                distance[t, f] = largest[t, f] = math.inf
+                continue
+            there, back, most_there, most_back, used = 0.0, 0.0, 0.0, 0.0, 0
+            for k in range(0, m, _STRIDE):
+                one, other = 0.0, 0.0
+                for d in range(dims):
+                    one += (tracks[t, k, d] - found[f, k, d]) ** 2
+                    other += (tracks[t, k, d] - found[f, m - 1 - k, d]) ** 2
+                there += math.sqrt(one)
+                back += math.sqrt(other)
+                most_there, most_back = max(most_there, one), max(most_back, other)
+                used += 1
+            distance[t, f] = min(there, back) / used
+            largest[t, f] = math.sqrt(most_there if there <= back else most_back)
+            if there * margin_ratio < back:
+                way[t, f] = 1
+            elif back * margin_ratio < there:
+                way[t, f] = -1
+    return distance, largest, way
+
+
 @kernel(
     read(float64, 3),
     read(float64, 1),
@@ -86,70 +124,42 @@ def match_unambiguous(
     found_lengths: npt.NDArray[np.float64],
     found_closed: npt.NDArray[np.bool_],
     slack: npt.NDArray[np.float64],
-    near: float,
-    farthest: float,
-    apart: float,
+    max_mean: float,
+    max_anywhere: float,
+    margin_ratio: float,
 ) -> npt.NDArray[np.int64]:
-    """Match curves to tracks where there is no doubt: they are near to each other as a whole, and far from all others.
+    """Match curves with tracks unambiguously: the two are near to each other as a whole, and far from all others.
 
     Parameters
     ----------
     tracks : (t, m, d) float64
-        Samples along each track's predicted curve.
+        Samples of each track's predicted curve.
     track_lengths : (t,) float64
     whole : (t,) bool
-        Whether a track is open, and was seen as a whole; no other is matched.
+        True if the track is open and was seen as a whole; no other is matched.
     found : (f, m, d) float64
-        Along the curves found; one or more.
+        Samples of the curves found; one or more.
     found_lengths : (f,) float64
     found_closed : (f,) bool
     slack : (t,) float64
         Largest difference of the lengths.
-    near : float
-        Largest mean distance that counts as near, as a share of the length.
-    farthest : float
-        And at any place.
-    apart : float
-        Ratio by which its partner must be nearer than any other; and no other may be near.
-
-    Notes
-    -----
-    A pair whose boxes lie farther apart than any distance that is asked for is not measured.
+    max_mean : float
+        Largest mean distance of a match, as a share of the length; no other curve or track may be as near.
+    max_anywhere : float
+        Largest distance at any sample, as a share of the length.
+    margin_ratio : float
+        Ratio of the mean distance of any other to that of the match, at least.
 
     Returns
     -------
     (t,) int64
-        One more than the index of the curve found, negative where that runs the other way; 0 where there is any doubt.
+        One more than the index of the curve found, negative if that is reversed; 0 if it is ambiguous.
     """
-    count, m, dims = tracks.shape
-    others = len(found)
+    count, others = len(tracks), len(found)
     partner = np.zeros(count, dtype=np.int64)
-    distance = np.empty((count, others))
-    largest = np.empty((count, others))
-    way = np.zeros((count, others), dtype=np.int64)
-    gap = _box_distances(tracks, found)
-    farthest_asked = apart * near * track_lengths.max()
-    for t in range(count):
-        for f in range(others):
-            if gap[t, f] > farthest_asked:
-                distance[t, f] = largest[t, f] = math.inf
-                continue
-            there, back, most_there, most_back, used = 0.0, 0.0, 0.0, 0.0, 0
-            for k in range(0, m, _STRIDE):
-                one, other = 0.0, 0.0
-                for d in range(dims):
-                    one += (tracks[t, k, d] - found[f, k, d]) ** 2
-                    other += (tracks[t, k, d] - found[f, m - 1 - k, d]) ** 2
-                there += math.sqrt(one)
-                back += math.sqrt(other)
-                most_there, most_back = max(most_there, one), max(most_back, other)
-                used += 1
-            distance[t, f] = min(there, back) / used
-            largest[t, f] = math.sqrt(most_there if there <= back else most_back)
-            if there * apart < back:
-                way[t, f] = 1
-            elif back * apart < there:
-                way[t, f] = -1
+    distance, largest, way = _distances_as_they_lie(
+        tracks, found, margin_ratio, margin_ratio * max_mean * track_lengths.max()
+    )
     for t in range(count):
         if not whole[t]:
             continue
@@ -157,9 +167,9 @@ def match_unambiguous(
         for f in range(1, others):
             if distance[t, f] < distance[t, best]:
                 best = f
-        limit = max(apart * distance[t, best], near * track_lengths[t])
-        sure = not found_closed[best] and distance[t, best] <= near * track_lengths[t]
-        sure &= largest[t, best] <= farthest * track_lengths[t]
+        limit = max(margin_ratio * distance[t, best], max_mean * track_lengths[t])
+        sure = not found_closed[best] and distance[t, best] <= max_mean * track_lengths[t]
+        sure &= largest[t, best] <= max_anywhere * track_lengths[t]
         sure &= abs(found_lengths[best] - track_lengths[t]) <= slack[t]
         for f in range(others):
             sure &= f == best or distance[t, f] >= limit
@@ -172,7 +182,7 @@ def match_unambiguous(
 
 @helper
 def _interpolate(points: npt.NDArray[np.float64], where: float, cyclic: bool, d: int) -> float:
-    """Return a coordinate between samples (m, ...), the last of which is the first again where it is a loop."""
+    """Interpolate a coordinate between samples (m, ...); the last sample of a loop is the first again."""
     last = len(points) - 1
     if cyclic:
         where -= last * math.floor(where / last)
@@ -193,25 +203,25 @@ def _misfit(
     shift_weight: float,
     count: int,
 ) -> float:
-    """Return the mean distance, at most `cap` each, of a part laid at a place along a whole.
+    """Return the mean distance, at most `cap` each, of a part from a whole along which it lies.
 
     Parameters
     ----------
     part : (n, d) float64
     whole : (m, d) float64
     share : float
-        Of the length of the whole that the part has.
+        Length of the part, as a share of the whole's.
     start : float
         Its start, as a share of the whole.
     backwards : bool
-        Whether the part runs the other way.
+        True if the part is reversed.
     cyclic : bool
-        Whether the whole is a loop.
+        True if the whole is a loop.
     cap : float
     shift_weight : float
-        Share of the whole shift that counts.
+        Share of the mean shift that counts.
     count : int
-        Number of places where the distance is taken.
+        Number of points that are compared.
     """
     dims = part.shape[1]
     mean = np.zeros(dims)
@@ -243,7 +253,7 @@ def _align(
     direction: int,
     cap: float,
 ) -> tuple[float, float, bool]:
-    """Return the least mean distance of a part along a whole, where it starts there, and whether it runs backwards.
+    """Return the least mean distance of a part along a whole, its start there, and True if it is reversed.
 
     Parameters
     ----------
@@ -251,10 +261,10 @@ def _align(
     whole : (m, d) float64
     share : float
     low, high : float
-        Between which shares of the whole it starts.
+        Range of its start, as shares of the whole.
     cyclic : bool
     direction : int
-        0 for both, 1 forwards, -1 backwards.
+        1 forwards, -1 backwards, 0 for both.
     cap : float
     """
     steps = math.ceil((high - low) * (len(whole) - 1) / _SEARCH_STEP - 1e-9) if high > low else 0
@@ -287,7 +297,7 @@ def _align(
 def misfit_at(
     part: npt.NDArray[np.float64], whole: npt.NDArray[np.float64], share: float, start: float, shift_weight: float
 ) -> float:
-    """Return the mean distance of a part laid along an open whole at a place, in its own direction.
+    """Return the mean distance of a part from an open whole along which it lies, in its own direction.
 
     Parameters
     ----------
@@ -299,7 +309,7 @@ def misfit_at(
     start : float
         Start of the part, as a share of the whole.
     shift_weight : float
-        Share of the whole shift that counts, in 0..1.
+        Share of the mean shift that counts, in 0..1.
     """
     count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
     return _misfit(part, whole, share, start, False, False, math.inf, shift_weight, count)
@@ -315,7 +325,7 @@ def align_in_range(
     direction: int,
     cap: float,
 ) -> tuple[float, float, bool]:
-    """Find where along an open whole a part of it lies, in a range of places.
+    """Find the start of a part along an open whole, in a range.
 
     Parameters
     ----------
@@ -325,9 +335,9 @@ def align_in_range(
     share : float
         The length of the part by that of the whole.
     low, high : float
-        Between which shares of the whole the part starts.
+        Range of the part's start, as shares of the whole.
     direction : int
-        0 where it may run either way, 1 forwards, -1 backwards.
+        1 forwards, -1 backwards, 0 for both.
     cap : float
         A sample's distance counts no more than this.
 
@@ -360,9 +370,9 @@ def align_all(
     found_closed: npt.NDArray[np.bool_],
     cap: npt.NDArray[np.float64],
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-    """Lay the shorter of each track and each curve found along the longer one, where it fits best.
+    """Align the shorter of each track and each curve found with the longer one, where it fits best.
 
-    Of an open curve and a loop, the loop is the whole, and an open one that is longer counts as once round.
+    Of an open curve and a loop, the loop is the whole; a longer open one counts as one turn of it.
 
     Parameters
     ----------
@@ -375,16 +385,16 @@ def align_all(
         Positive.
     found_closed : (f,) bool
     cap : (t, f) float64
-        A sample's distance counts no more than this; a pair with 0 is not asked for.
+        A sample's distance counts no more than this; a pair with 0 is not measured.
 
     Returns
     -------
     misfit : (t, f) float64
-        The mean distance; infinite where it is not asked for.
+        Mean distance; infinite if it is not measured.
     start : (t, f) float64
         Start of the shorter one, as a share of the longer one; of two loops, of the track.
     backwards : (t, f) bool
-        Whether the curve found runs the other way.
+        True if the curve found is reversed.
     """
     shape = (len(tracks), len(found))
     misfit = np.empty(shape)

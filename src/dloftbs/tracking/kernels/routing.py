@@ -1,4 +1,4 @@
-"""The way of a remembered curve through what one frame shows: point by point, seen somewhere or hidden."""
+"""Routes of a known curve through the curves of one frame: each of its nodes is seen on one of them, or hidden."""
 
 from __future__ import annotations
 
@@ -8,31 +8,29 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64, int64
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 
 SAMPLES_PER_NODE = 4
-"""Samples of a frame's curves from one node of the remembered one to the next."""
+"""Number of samples of a frame's curves from one node of the known curve to the next."""
 
-_MAX_CANDIDATES = 64  # samples near a node that are looked at: the cheapest
-_MIN_COSINE = 0.5  # of the angle between a node's heading and a sample's, at least
-_ALONG_WEIGHT = 0.25  # of a distance along the curve counts: how far a cable has slid is known the least
-_TURN_COST = 1.0  # price of a right angle between the headings, by that of being out of reach
-_SLIP_COST = (0.6, 0.15, 0.0, 0.15, 0.6)  # prices of going on by 2 to 6 samples from node to node
-_SWITCH_COST = 2.0  # price of going on along another curve
-_HIDE_AT_END_COST, _HIDE_INSIDE_COST = 0.3, 3.0  # of being hidden from where a curve ends on, and from anywhere else
-_MAX_BRIDGE, _MAX_BRIDGE_CHANGE = (
-    1.15,
-    0.5,
-)  # how far the ends of what is hidden may lie apart, and from where they were, by its length
-_MAX_STEP = 6  # samples from node to node, at most
-_PRUNE_COST = 8.0  # what costs so much more than the cheapest state of a node is not followed
+_MAX_CANDIDATES = 64  # samples near a node, the cheapest
+_MIN_COSINE = 0.5  # of the angle between a node's heading and a sample's
+_ALONG_WEIGHT = 0.25  # of a squared distance along the curve: the motion in that direction is known the least
+_TURN_COST = 1.0  # of a right angle between the headings; a distance at the limit of reach costs 1
+_SLIP_COST = (0.6, 0.15, 0.0, 0.15, 0.6)  # of advancing by 2 to 6 samples from node to node
+_SWITCH_COST = 2.0  # of changing to another curve
+_HIDE_AT_END_COST, _HIDE_INSIDE_COST = 0.3, 3.0  # of a hidden span that begins or ends there
+_MAX_BRIDGE, _MAX_BRIDGE_CHANGE = 1.15, 0.5  # of a hidden length: chord between its ends, and the change of that
+_MAX_STEP = 6  # samples from node to node
+_MAX_SWITCH_STEP, _MIN_SWITCH_ADVANCE = 1.75, 0.2  # node spacings, from one curve to another
+_PRUNE_COST = 8.0  # states that cost more than a node's cheapest by this are not continued
 
 
 @helper
 def _write_tangent(
     points: npt.NDArray[np.float64], first: int, last: int, i: int, into: npt.NDArray[np.float64]
 ) -> None:
-    """Write the unit tangent at a point of a curve that lies from `first` to `last`; 0 where it stands still."""
+    """Write the unit tangent at a point of a curve that lies from `first` to `last`; 0 if its neighbours coincide."""
     before, after = max(i - 1, first), min(i + 1, last)
     x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
     size = math.sqrt(x * x + y * y)
@@ -52,9 +50,9 @@ def _find_candidates(
     nearby: npt.NDArray[np.int64],
     extra: npt.NDArray[np.float64],
     found: npt.NDArray[np.int64],
-    price: npt.NDArray[np.float64],
+    costs: npt.NDArray[np.float64],
 ) -> int:
-    """Write the samples that a node may be, negative where it runs backwards, and their prices; return how many."""
+    """Write the samples that a node may be seen at, negative if reversed, and their costs; return their number."""
     count, towards_x, towards_y = 0, heading[0], heading[1]
     for p in nearby:
         i, last = bounds[p, 0], bounds[p, 1]
@@ -72,10 +70,10 @@ def _find_candidates(
                 along = dx * towards_x + dy * towards_y
                 squared = dx * dx + dy * dy - (1.0 - _ALONG_WEIGHT) * along * along
                 cost = squared / (reach * reach) + _TURN_COST * (1.0 - abs(cosine)) + extra[i]
-                at = count if count < _MAX_CANDIDATES else int(np.argmax(price))
-                if count < _MAX_CANDIDATES or cost < price[at]:
+                at = count if count < _MAX_CANDIDATES else int(np.argmax(costs))
+                if count < _MAX_CANDIDATES or cost < costs[at]:
                     found[at] = i + 1 if cosine > 0.0 else -(i + 1)
-                    price[at] = cost
+                    costs[at] = cost
                     count = min(count + 1, _MAX_CANDIDATES)
             i += 1
     return count
@@ -85,7 +83,7 @@ def _find_candidates(
 def _reachable_boxes(
     nodes: npt.NDArray[np.float64], reach: npt.NDArray[np.float64], boxes: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.int64]:
-    """Return the numbers of the boxes that some node may reach."""
+    """Return the indices of the boxes that a node may reach."""
     most = reach.max()
     left, right = nodes[:, 0].min() - most, nodes[:, 0].max() + most
     top, bottom = nodes[:, 1].min() - most, nodes[:, 1].max() + most
@@ -131,6 +129,183 @@ def bounding_boxes(
     return longest
 
 
+@inlined
+def _hiding_cost(
+    signed: int, after: bool, part: npt.NDArray[np.int64], bounds: npt.NDArray[np.int64], room: int
+) -> float:
+    """Return the cost of a hidden span that begins after a sample, or ends before it."""
+    i = abs(signed) - 1
+    first, last = bounds[part[i], 0], bounds[part[i], 1]
+    beyond = last - i if (signed > 0) == after else i - first
+    return _HIDE_AT_END_COST if beyond <= room else _HIDE_INSIDE_COST
+
+
+@inlined
+def _follow_curve(
+    signed: int,
+    part: npt.NDArray[np.int64],
+    bounds: npt.NDArray[np.int64],
+    place: npt.NDArray[np.int64],
+    found: npt.NDArray[np.int64],
+    total: npt.NDArray[np.float64],
+    limit: float,
+) -> tuple[float, int]:
+    """Return the least cost of reaching a sample along its curve, and the former node's candidate that has it."""
+    i, way = abs(signed) - 1, 1 if signed > 0 else -1
+    first, last = bounds[part[i], 0], bounds[part[i], 1]
+    before = i - first if way > 0 else last - i
+    least, source = math.inf, -1
+    for advance in range(2, min(before, _MAX_STEP) + 1):
+        p = place[i - way * advance]
+        if p >= 0 and total[p] <= limit and way * found[p] > 0:
+            cost = total[p] + _SLIP_COST[advance - 2]
+            if cost < least or (cost == least and p < source):
+                least, source = cost, p
+    return least, source
+
+
+@inlined
+def _may_reappear(
+    signed: int,
+    node: int,
+    last_signed: int,
+    last_node: int,
+    nodes: npt.NDArray[np.float64],
+    samples: npt.NDArray[np.float64],
+    part: npt.NDArray[np.int64],
+    spacing: float,
+    slack: float,
+) -> bool:
+    """Return True if a curve that was last seen at a node may be seen again at a sample, by the hidden length."""
+    if last_node < 0:
+        return True
+    i, j, way = abs(signed) - 1, abs(last_signed) - 1, 1 if signed > 0 else -1
+    dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
+    hidden = (node - last_node) * spacing
+    if math.sqrt(dx * dx + dy * dy) > _MAX_BRIDGE * hidden + slack:
+        return False
+    dx -= nodes[node, 0] - nodes[last_node, 0]
+    dy -= nodes[node, 1] - nodes[last_node, 1]
+    if math.sqrt(dx * dx + dy * dy) > _MAX_BRIDGE_CHANGE * hidden + slack:
+        return False
+    return part[i] != part[j] or way * last_signed < 0 or way * (i - j) > 0  # nothing is seen twice
+
+
+@inlined
+def _switch_curve(
+    signed: int,
+    heading: npt.NDArray[np.float64],
+    samples: npt.NDArray[np.float64],
+    part: npt.NDArray[np.int64],
+    found: npt.NDArray[np.int64],
+    total: npt.NDArray[np.float64],
+    count: int,
+    spacing: float,
+    limit: float,
+    least: float,
+    source: int,
+) -> tuple[float, int]:
+    """Return the least cost of reaching a sample, and its source, if it may also be reached from another curve."""
+    i, way = abs(signed) - 1, 1 if signed > 0 else -1
+    for p in range(count):
+        cost = total[p] + _SWITCH_COST
+        if cost > least or total[p] > limit or (cost == least and 0 <= source <= p):
+            continue
+        other = found[p]
+        j = abs(other) - 1
+        if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= _MAX_STEP:
+            continue
+        dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
+        squared = dx * dx + dy * dy
+        ahead = dx * heading[0] + dy * heading[1]
+        if squared <= (_MAX_SWITCH_STEP * spacing) ** 2 and ahead >= _MIN_SWITCH_ADVANCE * spacing:
+            least, source = cost, p
+    return least, source
+
+
+@helper
+def _trace_back(
+    state: int,
+    found: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    back: npt.NDArray[np.int64],
+    hidden_back: npt.NDArray[np.int64],
+    assignment: npt.NDArray[np.int64],
+) -> float:
+    """Write the assignment that ends in a state, negative if hidden; return the mean cost of the visible nodes."""
+    total, seen = 0.0, 0
+    for k in range(len(assignment) - 1, -1, -1):
+        if state < 0:
+            assignment[k] = 0
+            state = hidden_back[k]
+        else:
+            assignment[k] = found[k, state]
+            total += costs[k, state]
+            seen += 1
+            state = back[k, state]
+    return total / seen if seen else math.inf
+
+
+@helper
+def _accumulate_costs(
+    nodes: npt.NDArray[np.float64],
+    headings: npt.NDArray[np.float64],
+    hidden_cost: npt.NDArray[np.float64],
+    samples: npt.NDArray[np.float64],
+    part: npt.NDArray[np.int64],
+    bounds: npt.NDArray[np.int64],
+    spacing: float,
+    slack: float,
+    found: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    sizes: npt.NDArray[np.int64],
+    back: npt.NDArray[np.int64],
+    hidden_back: npt.NDArray[np.int64],
+) -> int:
+    """Accumulate the least costs of all states, node by node; write their sources, and return the cheapest last state.
+
+    A state is a candidate of a node, or -1 for being hidden.
+    """
+    count = len(nodes)
+    room = int(slack / (spacing / SAMPLES_PER_NODE))
+    total = np.empty((count, _MAX_CANDIDATES))
+    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among the candidates of the former node
+    hidden_total, last_node, last_signed = hidden_cost[0], -1, 0  # cheapest hidden state, and where it was last seen
+    for c in range(sizes[0]):
+        total[0, c] = costs[0, c] + _hiding_cost(found[0, c], False, part, bounds, room)
+    for k in range(1, count):
+        former, former_total, former_size = found[k - 1], total[k - 1], sizes[k - 1]
+        cheapest = math.inf
+        for p in range(former_size):
+            cheapest = min(cheapest, former_total[p])
+            place[abs(former[p]) - 1] = p
+        limit = min(hidden_total, cheapest) + _PRUNE_COST
+        for c in range(sizes[k]):
+            signed = found[k, c]
+            least, source = _follow_curve(signed, part, bounds, place, former, former_total, limit)
+            cost = hidden_total + _hiding_cost(signed, False, part, bounds, room)
+            if cost < least and _may_reappear(signed, k, last_signed, last_node, nodes, samples, part, spacing, slack):
+                least, source = cost, -1
+            if cheapest + _SWITCH_COST <= least:
+                least, source = _switch_curve(
+                    signed, headings[k], samples, part, former, former_total, former_size, spacing, limit, least, source
+                )
+            total[k, c], back[k, c] = least + costs[k, c], source
+        for p in range(former_size):
+            place[abs(former[p]) - 1] = -1
+        hidden_total += hidden_cost[k]
+        for p in range(former_size):
+            cost = former_total[p] + _hiding_cost(former[p], True, part, bounds, room) + hidden_cost[k]
+            if cost < hidden_total:
+                hidden_total, hidden_back[k], last_node, last_signed = cost, p, k - 1, former[p]
+    state, least = -1, hidden_total
+    for c in range(sizes[count - 1]):
+        cost = total[count - 1, c] + _hiding_cost(found[count - 1, c], True, part, bounds, room)
+        if cost < least:
+            state, least = c, cost
+    return state
+
+
 @kernel(
     read(float64, 2),
     read(float64, 1),
@@ -149,168 +324,90 @@ def bounding_boxes(
 def find_route(
     nodes: npt.NDArray[np.float64],
     reach: npt.NDArray[np.float64],
-    unseen: npt.NDArray[np.float64],
+    hidden_cost: npt.NDArray[np.float64],
     samples: npt.NDArray[np.float64],
     tangents: npt.NDArray[np.float64],
     part: npt.NDArray[np.int64],
     bounds: npt.NDArray[np.int64],
     boxes: npt.NDArray[np.float64],
-    longest: float,
-    extra: npt.NDArray[np.float64],
+    longest_step: float,
+    extra_cost: npt.NDArray[np.float64],
     spacing: float,
     slack: float,
-    at: npt.NDArray[np.int64],
+    assignment: npt.NDArray[np.int64],
 ) -> float:
-    """Find the cheapest way of a curve's nodes through a frame's curves, by dynamic programming.
+    """Find the cheapest route of a known curve's nodes through a frame's curves, by dynamic programming.
 
-    A node is a sample that lies near and runs its way, or hidden. The next one goes on along the same curve, or for a
-    price along another one that passes there. What is hidden ends where its length lets it.
+    A node is seen at a sample that lies near in its direction, or hidden. The next one continues along the same curve,
+    or at a cost along another one that passes there. A hidden span may end where its length allows.
 
     Parameters
     ----------
     nodes : (k, 2) float64
-        Predicted points of the remembered curve, evenly spaced; two or more.
+        Predicted points of the known curve, evenly spaced; two or more.
     reach : (k,) float64
-        Largest distance from each.
-    unseen : (k,) float64
-        Price of each being hidden; a sample at the limit of its reach costs 1.
+        Largest distance of a sample from each.
+    hidden_cost : (k,) float64
+        Cost of each being hidden; a sample at the limit of its reach costs 1.
     samples : (n, 2) float64
         Along the frame's curves, one after the other, `SAMPLES_PER_NODE` times as dense as the nodes.
     tangents : (n, 2) float64
-        Unit tangents at the samples, infinite where they are not known yet; written where they are asked for.
+        Unit tangents at the samples, infinite while they are unknown; written when they are used.
     part : (n,) int64
-        Curve that each is of: 0, 1, ...
+        Curve of each sample: 0, 1, ...
     bounds : (p, 2) int64
         First and last sample of each curve.
     boxes : (p, 4) float64
         As `bounding_boxes` writes them.
-    longest : float
-        From sample to sample of a curve: a short curve's samples lie closer together.
-    extra : (n,) float64
-        Added to the price of each.
+    longest_step : float
+        Longest distance from sample to sample: those of a short curve lie closer together.
+    extra_cost : (n,) float64
+        Added to the cost of each sample.
     spacing : float
         From node to node.
     slack : float
-        Distance from the end of a curve within which a sample is at it.
-    at : (k,) int64
-        Written: one more than the index of the sample that the node is, negative where the curve runs the other way,
-        0 where it is hidden.
+        Distance from the end of a curve within which a sample is at the end.
+    assignment : (k,) int64
+        Written: one more than the index of the sample at which the node is seen, negative if the curve is reversed
+        there, 0 if the node is hidden.
 
     Returns
     -------
     float
-        The mean price of the nodes that are seen; infinite where none is.
+        Mean cost of the nodes that are seen; infinite if none is.
     """
     count = len(nodes)
-    step = spacing / SAMPLES_PER_NODE
-    room = int(slack / step)
+    headings, sizes = np.empty((count, 2)), np.empty(count, dtype=np.int64)
+    found, costs = np.empty((count, _MAX_CANDIDATES), dtype=np.int64), np.empty((count, _MAX_CANDIDATES))
     nearby = _reachable_boxes(nodes, reach, boxes)
-    heading = np.empty((count, 2))
-    found = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)
-    price = np.empty((count, _MAX_CANDIDATES))
-    value = np.empty((count, _MAX_CANDIDATES))
-    back = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)  # -1: hidden before
-    size = np.empty(count, dtype=np.int64)
-    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among those that the node before may be
-    dark = np.empty(count)  # the cheapest way that is hidden at a node, where it comes from, and where it was seen
-    dark_back = np.full(count, -1, dtype=np.int64)
-    seen_at = np.full(count, -1, dtype=np.int64)
-    seen_as = np.zeros(count, dtype=np.int64)
-    longest = max(longest, step)
+    step = max(longest_step, spacing / SAMPLES_PER_NODE)
     for k in range(count):
-        x, y = nodes[k, 0], nodes[k, 1]
-        _write_tangent(nodes, 0, count - 1, k, heading[k])
-        size[k] = _find_candidates(
-            x, y, heading[k], reach[k], longest, samples, tangents, bounds, nearby, extra, found[k], price[k]
+        _write_tangent(nodes, 0, count - 1, k, headings[k])
+        sizes[k] = _find_candidates(
+            nodes[k, 0],
+            nodes[k, 1],
+            headings[k],
+            reach[k],
+            step,
+            samples,
+            tangents,
+            bounds,
+            nearby,
+            extra_cost,
+            found[k],
+            costs[k],
         )
-    for c in range(size[0]):
-        i = abs(found[0, c]) - 1
-        first, last = bounds[part[i], 0], bounds[part[i], 1]
-        before = i - first if found[0, c] > 0 else last - i
-        value[0, c] = price[0, c] + (_HIDE_AT_END_COST if before <= room else _HIDE_INSIDE_COST)
-    dark[0] = unseen[0]
-    for k in range(1, count):
-        cheapest = math.inf
-        for p in range(size[k - 1]):
-            cheapest = min(cheapest, value[k - 1, p])
-            place[abs(found[k - 1, p]) - 1] = p
-        most = min(dark[k - 1], cheapest) + _PRUNE_COST
-        for c in range(size[k]):
-            signed = found[k, c]
-            i = abs(signed) - 1
-            way = 1 if signed > 0 else -1
-            first, last = bounds[part[i], 0], bounds[part[i], 1]
-            before = i - first if way > 0 else last - i
-            least, source = math.inf, -1
-            for gone in range(2, min(before, 6) + 1):
-                p = place[i - way * gone]
-                if p >= 0 and value[k - 1, p] <= most and way * found[k - 1, p] > 0:
-                    cost = value[k - 1, p] + _SLIP_COST[gone - 2]
-                    if cost < least or (cost == least and p < source):
-                        least, source = cost, p
-            cost = dark[k - 1] + (_HIDE_AT_END_COST if before <= room else _HIDE_INSIDE_COST)
-            if cost < least:
-                fits, a = True, seen_at[k - 1]
-                if a >= 0:
-                    j = abs(seen_as[k - 1]) - 1
-                    dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
-                    hidden = (k - a) * spacing
-                    fits = math.sqrt(dx * dx + dy * dy) <= _MAX_BRIDGE * hidden + slack
-                    dx -= nodes[k, 0] - nodes[a, 0]
-                    dy -= nodes[k, 1] - nodes[a, 1]
-                    fits &= math.sqrt(dx * dx + dy * dy) <= _MAX_BRIDGE_CHANGE * hidden + slack
-                    # Nothing is seen twice.
-                    fits &= part[i] != part[j] or way * seen_as[k - 1] < 0 or way * (i - j) > 0
-                if fits:
-                    least, source = cost, -1
-            for p in range(size[k - 1] if cheapest + _SWITCH_COST <= least else 0):
-                cost = value[k - 1, p] + _SWITCH_COST
-                if cost > least or value[k - 1, p] > most or (cost == least and 0 <= source <= p):
-                    continue
-                other = found[k - 1, p]
-                j = abs(other) - 1
-                if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= 6:
-                    continue
-                dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
-                far = dx * dx + dy * dy
-                ahead = dx * heading[k, 0] + dy * heading[k, 1]
-                if far <= (1.75 * spacing) ** 2 and ahead >= 0.2 * spacing:
-                    least, source = cost, p
-            value[k, c], back[k, c] = least + price[k, c], source
-        for p in range(size[k - 1]):
-            place[abs(found[k - 1, p]) - 1] = -1
-        dark[k], seen_at[k], seen_as[k] = dark[k - 1] + unseen[k], seen_at[k - 1], seen_as[k - 1]
-        for p in range(size[k - 1]):
-            i = abs(found[k - 1, p]) - 1
-            first, last = bounds[part[i], 0], bounds[part[i], 1]
-            after = last - i if found[k - 1, p] > 0 else i - first
-            cost = value[k - 1, p] + (_HIDE_AT_END_COST if after <= room else _HIDE_INSIDE_COST) + unseen[k]
-            if cost < dark[k]:
-                dark[k], dark_back[k], seen_at[k], seen_as[k] = cost, p, k - 1, found[k - 1, p]
-    state, least = -1, dark[count - 1]
-    for c in range(size[count - 1]):
-        i = abs(found[count - 1, c]) - 1
-        first, last = bounds[part[i], 0], bounds[part[i], 1]
-        after = last - i if found[count - 1, c] > 0 else i - first
-        cost = value[count - 1, c] + (_HIDE_AT_END_COST if after <= room else _HIDE_INSIDE_COST)
-        if cost < least:
-            state, least = c, cost
-    total, seen = 0.0, 0
-    for k in range(count - 1, -1, -1):
-        if state < 0:
-            at[k] = 0
-            state = dark_back[k]
-        else:
-            at[k] = found[k, state]
-            total += price[k, state]
-            seen += 1
-            state = back[k, state]
-    return total / seen if seen else math.inf
+    back = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)  # state of the former node; -1: hidden
+    hidden_back = np.full(count, -1, dtype=np.int64)
+    state = _accumulate_costs(
+        nodes, headings, hidden_cost, samples, part, bounds, spacing, slack, found, costs, sizes, back, hidden_back
+    )
+    return _trace_back(state, found, costs, back, hidden_back, assignment)
 
 
 @kernel(read(float64, 2), write(float64, 2))
 def interpolate_evenly(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]) -> None:
-    """Write what lies between samples, at evenly spaced places from the first to the last.
+    """Interpolate samples linearly at evenly spaced parameters from the first to the last.
 
     Parameters
     ----------
@@ -335,50 +432,50 @@ def interpolate_evenly(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.f
 
 @kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
 def find_intervals(
-    at: npt.NDArray[np.int64], part: npt.NDArray[np.int64], fewest: int, runs: npt.NDArray[np.int64]
+    assignment: npt.NDArray[np.int64], part: npt.NDArray[np.int64], min_nodes: int, intervals: npt.NDArray[np.int64]
 ) -> int:
-    """Find what of a way goes on along one curve in one direction, without a gap or a leap.
+    """Find the intervals of a route that follow one curve in one direction, without a gap or a leap.
 
     Parameters
     ----------
-    at : (k,) int64
+    assignment : (k,) int64
         As `find_route` writes it.
     part : (n,) int64
-        Curve that each sample is of.
-    fewest : int
-        Nodes of a run.
-    runs : (k, 6) int64
+        Curve of each sample.
+    min_nodes : int
+        Least number of nodes of an interval.
+    intervals : (k, 6) int64
         Written: the curve, the first and the last sample, the first and the last node, and twice the median over all
-        nodes of where sample 0 would lie along the nodes, in samples.
+        nodes of the place of sample 0 along the nodes, in samples.
 
     Returns
     -------
     int
-        How many there are.
+        Number of intervals.
     """
     count, node = 0, 0
-    while node < len(at):
-        if at[node] == 0:
+    while node < len(assignment):
+        if assignment[node] == 0:
             node += 1
             continue
         first, way = node, 0
-        start = end = abs(at[node]) - 1
+        start = end = abs(assignment[node]) - 1
         node += 1
-        while node < len(at) and at[node] != 0:
-            i, sign = abs(at[node]) - 1, 1 if at[node] > 0 else -1
+        while node < len(assignment) and assignment[node] != 0:
+            i, sign = abs(assignment[node]) - 1, 1 if assignment[node] > 0 else -1
             if part[i] != part[start] or way not in (0, sign) or not 0 < (i - end) * sign <= _MAX_STEP:
                 break
             end, way = i, sign
             node += 1
-        if node - first < fewest:
+        if node - first < min_nodes:
             continue
         way = 1 if end >= start else -1
         origins = np.empty(node - first, dtype=np.int64)
         for k in range(first, node):
-            origins[k - first] = SAMPLES_PER_NODE * k - way * (abs(at[k]) - 1)
+            origins[k - first] = SAMPLES_PER_NODE * k - way * (abs(assignment[k]) - 1)
         origins.sort()
         middle = origins[(node - first) // 2] + origins[(node - first - 1) // 2]
-        runs[count, 0], runs[count, 1], runs[count, 2] = part[start], start, end
-        runs[count, 3], runs[count, 4], runs[count, 5] = first, node - 1, middle
+        intervals[count, 0], intervals[count, 1], intervals[count, 2] = part[start], start, end
+        intervals[count, 3], intervals[count, 4], intervals[count, 5] = first, node - 1, middle
         count += 1
     return count
