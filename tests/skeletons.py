@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from dloftbs.kernels.bitmask import ROWS, as_bytes
+from dloftbs.kernels.bitmask import as_bytes
+from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 from dloftbs.skeleton.kernels.thinning import EAST, NORTH, SOUTH, WEST, thin
 
 ORDER = (NORTH, SOUTH, WEST, EAST)
@@ -25,7 +26,7 @@ def striped(mask: np.ndarray) -> np.ndarray:
     n = -(-(w + 2) // 64)
     grid = np.zeros((h + 2, 64 * n), dtype=np.uint8)
     grid[1 : h + 1, 1 : w + 1] = mask
-    framed = np.zeros((n + 2, -(-h // ROWS) * ROWS + 2), dtype=np.uint64)
+    framed = np.zeros((n + 2, -(-h // TILE_ROWS) * TILE_ROWS + 2), dtype=np.uint64)
     framed[1:-1, : h + 2] = np.packbits(grid, axis=1, bitorder="little").view(np.uint64).T
     return framed
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from skeletons import as_pixels, as_words, padded, pasted, slow_degrees, striped
 
-from dloftbs.kernels.bitmask import ROWS, as_bytes, cut, frame, list_pixels
+from dloftbs.kernels.bitmask import as_bytes, cut, frame, list_pixels
+from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 
 
 def sparse(seed: int) -> np.ndarray:
@@ -103,4 +104,4 @@ def test_listed_pixels_agree_with_their_slow_twin(mask: np.ndarray, how: tuple[i
 
 def test_rows_of_frames_come_in_whole_tiles() -> None:
     for height in (1, 7, 8, 9):
-        assert frame(np.pad(striped(np.ones((height, 5))), ((1, 1), (0, 0))))[1].shape[1] % ROWS == 2
+        assert frame(np.pad(striped(np.ones((height, 5))), ((1, 1), (0, 0))))[1].shape[1] % TILE_ROWS == 2

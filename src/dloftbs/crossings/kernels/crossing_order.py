@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 ACROSS = 7
 ALONG = 6
@@ -171,7 +172,7 @@ def _level(values: _Floats) -> float:
 def _roughness(sides: _Floats) -> float:
     """Return the standard deviation of the noise in sides (2, ALONG, n); second differences do not show a slope."""
     second = np.abs(sides[:, 2:] - 2.0 * sides[:, 1:-1] + sides[:, :-2]).copy().reshape(-1)
-    return _median(second, 1) / (0.6745 * np.sqrt(6.0))
+    return _median(second, 1) / (MEDIAN_DEVIATION * np.sqrt(6.0))
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)

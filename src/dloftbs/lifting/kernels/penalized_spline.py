@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 _ORDER = 4
 _PAD = _ORDER - 1
@@ -19,7 +20,6 @@ _PRICES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coe
 _STIFF = 4  # the price to begin with: waves of twenty knots or more
 _STARTS, _ROUNDS = 2, 3
 _TUKEY = 4.685
-_MAD = 0.6745  # of a Gaussian's standard deviation
 # Neighbouring residuals of depth are alike, which cross-validation takes for a shape; this makes up for it.
 _CAUTION = 1.2
 
@@ -228,7 +228,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
                 k += 1
         if turn == _STARTS + _ROUNDS:
             break
-        scale = max(np.median(misses) / _MAD, floor * abs(mean))
+        scale = max(np.median(misses) / MEDIAN_DEVIATION, floor * abs(mean))
         k = 0
         for i in range(n):
             if prior[i] > 0.0:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 DEPTH_TYPES = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
 """Of depth images that `find_surface` takes."""
@@ -22,7 +23,6 @@ _KEEP = 3.0  # of the length of that crowd: how far from its middle depth still 
 _KEEP_RADII = 0.1  # and this in any case
 _AROUND = 3  # changes of depth to either side tell what is usual
 _STEP_SIGMAS = 6.0
-_MAD = 0.6745  # of a Gaussian's standard deviation
 _LEAST_SHARE = 0.25  # of a section's pixels: so many must have depth
 
 _Floats = npt.NDArray[np.float64]
@@ -181,7 +181,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
         _sort(around, count)
         usual = 0.5 * (around[_AROUND - 1] + around[_AROUND])
         excess[k] = surface_m[own[k + 1]] - surface_m[own[k]] - usual
-    noise = np.median(np.abs(excess)) / _MAD
+    noise = np.median(np.abs(excess)) / MEDIAN_DEVIATION
     came, sign = -1, 0.0
     for k in range(known - 1):
         radius = slenderness[own[k]] * min(surface_m[own[k]], surface_m[own[k + 1]])
