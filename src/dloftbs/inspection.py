@@ -18,7 +18,7 @@ from dloftbs.published import Walks, make_segments
 def trace_stages(
     frame: Frame,
     mask: AnyArray,
-    patch: MaskCrop | None,
+    crop: MaskCrop | None,
     skeleton: Skeleton | None,
     walks: Walks | None,
     graph: Graph | None,
@@ -26,16 +26,16 @@ def trace_stages(
 ) -> StageTrace:
     """Gather the trace of one frame; stages that were not reached leave empty arrays."""
     cleaned = np.zeros(frame.size, dtype=np.bool_)
-    if patch is None or skeleton is None or (walks is None and graph is None):
+    if crop is None or skeleton is None or (walks is None and graph is None):
         nothing = np.empty((0, 2))
         return StageTrace(frame, mask != 0, cleaned, nothing, nothing, nothing, (), (), result)
-    (x, y), (h, w) = patch.origin, patch.size
-    cleaned[y : y + h, x : x + w] = patch.pixels[1 : h + 1, 1 : w + 1]
+    (x, y), (h, w) = crop.origin, crop.size
+    cleaned[y : y + h, x : x + w] = crop.pixels[1 : h + 1, 1 : w + 1]
 
     def points(which: Any) -> FloatArray:
-        return patch.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
+        return crop.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
 
-    kept, short = _segments(patch, walks, graph)
+    kept, short = _segments(crop, walks, graph)
     return StageTrace(
         frame,
         mask != 0,
@@ -50,13 +50,13 @@ def trace_stages(
 
 
 def _segments(
-    patch: MaskCrop, walks: Walks | None, graph: Graph | None
+    crop: MaskCrop, walks: Walks | None, graph: Graph | None
 ) -> tuple[tuple[Segment, ...], tuple[Segment, ...]]:
     """Return the segments that the linking looked at, and those that were too short for it."""
     if graph is None:
         assert walks is not None  # one method or the other has run
-        return tuple(make_segments(patch, walks.open + walks.loops)), tuple(make_segments(patch, walks.short))
-    points = patch.to_image(graph.points)
+        return tuple(make_segments(crop, walks.open + walks.loops)), tuple(make_segments(crop, walks.short))
+    points = crop.to_image(graph.points)
     runs = [Segment.trusted(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
     short = graph.spurs.tolist() + [False] * len(graph.loops)
     return (

@@ -114,10 +114,10 @@ def test_a_highlight_along_a_cable_leaves_it_one(width: int, size: tuple[int, in
 @pytest.mark.parametrize("how", EIGHT_VERSIONS)
 def test_all_eight_versions_are_filled_alike(how: tuple[bool, bool, bool]) -> None:
     mask, _, _ = glossy(12, (301, 403))
-    patch, other = clean(mask, CleaningConfig()), clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig())
-    assert patch is not None
+    crop, other = clean(mask, CleaningConfig()), clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig())
+    assert crop is not None
     assert other is not None
-    np.testing.assert_array_equal(patch.posed(patch.pixels), other.posed(other.pixels))
+    np.testing.assert_array_equal(crop.oriented(crop.pixels), other.oriented(other.pixels))
 
 
 @pytest.mark.parametrize("gap", [2, 4, 6])

@@ -1,8 +1,8 @@
 """A mask as a bitmask, a bit a pixel, 64 to a word: cut out of the image, framed, and listed.
 
-A bitmask is an array (n, R) of words: bit j of word ``[k, r]`` is the pixel in column ``64 k + j`` of row r, so that the
+A bitmask is an array (n, R) of words: bit j of word ``[k, r]`` is the pixel in column ``64 k + j`` of row r. So the
 words of the same 64 columns lie below each other in memory, and the same can be done to several rows at once. The first
-and the last words of each row are empty, and so are the first and the last row.
+and the last word of each row are empty, and so are the first and the last row.
 """
 
 from __future__ import annotations
@@ -259,7 +259,7 @@ def _degrees(framed: _Words, k: int, r: int) -> tuple[int, int, int, int]:
 def list_pixels(
     framed: _Words, h: int, w: int, flip_x: bool, flip_y: bool, transpose: bool
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.uint8]]:
-    """List the pixels of a framed bitmask as ``(row, column)`` of an orientation, in ascending order there, by counting.
+    """List the pixels of a framed bitmask as ``(row, column)`` of an orientation, in ascending order, by counting.
 
     Parameters
     ----------
@@ -306,7 +306,7 @@ def list_pixels(
                 count += 1
     for i in range(1, len(starts)):
         starts[i] += starts[i - 1]
-    # Within a line of the orientation the pixels come in ascending order, or in descending order where that axis is flipped.
+    # Within a line of the orientation the pixels come in ascending order, or in descending order on a flipped axis.
     backwards = flip_y if transpose else flip_x
     pixels_rc = np.empty((total, 2), dtype=np.int32)
     degrees = np.empty(total, dtype=np.uint8)

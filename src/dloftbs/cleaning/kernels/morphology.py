@@ -158,7 +158,7 @@ def _joins(piece: _Queue, size: int, rows: int, mask: _Words, touched: npt.NDArr
                     count += 1
     if count < 2:
         return False
-    reached = 1  # the first so many hang together with the first
+    reached = 1  # number of leading entries that hang together with the first
     done = 0
     while done < reached:
         for i in range(reached, count):
@@ -187,7 +187,7 @@ def _non_zero(words: _Words) -> _Queue:
 
 @helper
 def _holes(added: _Words, closed: _Words, rows: int) -> _Words:
-    """Return what of the pixels that a closing has added is no part of the background around it."""
+    """Return the pixels added by a closing that are no part of the background around them."""
     one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     holes = added.copy()
     stack = np.empty(_FIRST_QUEUE, dtype=np.int64)
@@ -215,7 +215,7 @@ def _ones(words: _Words) -> int:
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
 def close(bitmask: _Words, inside: _Words, reach: int, most: int) -> _Words:
-    """Close a mask by a square, and keep of what that adds what fills a whole hole, or a small notch.
+    """Close a mask by a square, and keep the added pixels that fill a whole hole or a small notch.
 
     A hole is background that hangs together by its sides, as goes with foreground that hangs together by its corners
     too: to fill one joins nothing but what it encloses, and leaves every other hole as it is. What touches the image's
@@ -263,9 +263,9 @@ def close(bitmask: _Words, inside: _Words, reach: int, most: int) -> _Words:
 def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) -> _Words:
     """Open a mask by a square, and put back the large 8-connected pieces that it has lost.
 
-    So are smaller ones that join what is left: at 2.5 px a cable is wide enough for the square in some places only.
-    Pieces do not touch each other, so their order does not matter. The cost grows with the pixels lost, beside some
-    looks at all words.
+    Smaller ones are put back, too, if they join parts of the rest: at 2.5 px a cable is wide enough for the square in
+    some places only. Pieces do not touch each other, so their order does not matter. The cost grows with the pixels
+    lost, beside some looks at all words.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Selection of the intersections of curves that are crossings of objects.
 
-Two curves that share a stretch weave around each other there at random: what their intersections along it say is only
+Two curves that share a stretch weave around each other there at random: their intersections along it tell only
 whether they leave it on other sides than they entered it, that is, whether their number is odd.
 """
 

@@ -1,4 +1,4 @@
-"""Sections across a curve in the image, the rays through them, and which of them are seen in the end."""
+"""Sections across a curve in the image, the rays through them, and those of them that are seen."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def find_rays(
 
 
 @kernel(read(boolean, 1), boolean, int64, read(float64, 1))
-def settle(
+def confirm_sections(
     explained: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
 ) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
     """Strike off single sections that have no neighbour, and list the stretches without any.

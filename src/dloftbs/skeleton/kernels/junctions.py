@@ -174,9 +174,9 @@ def prune_spurs(
 ) -> npt.NDArray[np.bool_]:
     """Find the runs that are spurs: they end freely, and stick out of their junction by little.
 
-    A run sticks out by how much farther the mask reaches with its tip than around the junction. The shortest goes
-    first, and a junction keeps one run; where only one is left, its end is free from then on and may be the tip of a
-    spur itself.
+    A run sticks out by the distance that the mask reaches farther with its tip than around the junction. The shortest
+    goes first, and a junction keeps one run. Where only one is left, its end is free from then on and may be the tip of
+    a spur itself.
 
     Parameters
     ----------
@@ -369,11 +369,8 @@ def settle_ends(
     settled = np.empty_like(nodes)
     for end in range(len(nodes)):
         run, node = end // 2, nodes[end]
-        if (
-            _is_inner(run, nodes, clear, alive, least)
-            or not (alive[run] or spurs[run])
-            or (spurs[run] and node == FREE)
-        ):
+        left_out = not (alive[run] or spurs[run]) or (spurs[run] and node == FREE)
+        if left_out or _is_inner(run, nodes, clear, alive, least):
             settled[end] = UNAVAILABLE
         else:
             settled[end] = group[node] if node >= 0 else node

@@ -18,7 +18,7 @@ NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
 
 _Words = npt.NDArray[np.uint64]
 
-_TURNS = 4  # a tile rests when so many, one from each side, have taken nothing of it and of what touches it
+_TURNS = 4  # one from each side; a tile rests when these have taken nothing of it and of the tiles that touch it
 
 
 @inlined
