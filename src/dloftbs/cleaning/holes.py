@@ -44,7 +44,7 @@ class _Ground(NamedTuple):
 
     @property
     def runs(self) -> tuple[_Ints, _Ints, _Ints, _Ints]:
-        """Where the runs of each row start, their first columns, their ends, and their parts."""
+        """The first run of each row; first column, end and part of each run."""
         return self[:4]
 
 

@@ -71,7 +71,7 @@ def measure_depths(
         The runs of ground.
     narrow : (parts,) bool
     deepest : float
-        Limit of what is measured, px.
+        Largest distance to measure, px.
 
     Returns
     -------
