@@ -107,11 +107,11 @@ def look_at(mask: Mask) -> Look:
     config = Config()
     assert isinstance(config.linking, LinkingConfig)
     run = run_stages(Frame(mask=mask), config, None)
-    assert run.patch is not None  # the scenes have cables
+    assert run.crop is not None  # the scenes have cables
     assert run.graph is not None
-    paired = pair(run.patch, run.graph, config.linking.max_gap_widths)
-    settled = link(run.patch, run.graph, config.linking).pairing
-    return Look(mask, run.patch, run.graph, paired, settled, run.detections)
+    paired = pair(run.crop, run.graph, config.linking.max_gap_widths)
+    settled = link(run.crop, run.graph, config.linking).pairing
+    return Look(mask, run.crop, run.graph, paired, settled, run.detections)
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
     graph, identity = look.graph, _identity(pairing)
     config = Config().linking
     assert isinstance(config, LinkingConfig)
-    mask = look.patch.posed(look.patch.pixels)
+    mask = look.patch.oriented(look.patch.pixels)
     costs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points] = bending.pair_costs(
         np.array(pairing.nodes),
         identity,
@@ -276,7 +276,7 @@ def _sharing_price(look: Look) -> float:
     if not shared:
         return 0.0
     graph, nothing = look.graph, np.empty(0, dtype=np.int64)
-    mask = look.patch.posed(look.patch.pixels)
+    mask = look.patch.oriented(look.patch.pixels)
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
     at = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)

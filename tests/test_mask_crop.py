@@ -1,4 +1,4 @@
-"""The canonical pose: all eight versions of a mask come to the same view, and points find back to the image."""
+"""The canonical orientation: all eight versions of a mask come to the same view, and points find back to the image."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
-from dloftbs.mask_crop import MaskCrop, Pose, Skeleton
+from dloftbs.mask_crop import MaskCrop, Orientation, Skeleton
 
 AS_IT_IS = CleaningConfig(open_px=1, close_px=1, fill_holes=False)
-POSES = [Pose(*flags) for flags in product((False, True), repeat=3)]
+ORIENTATIONS = [Orientation(*flags) for flags in product((False, True), repeat=3)]
 
 TIES = {
     "dot": "#",
@@ -35,15 +35,15 @@ TIES = {
 seeds = st.integers(0, 100_000)
 
 
-def patch_of(mask: np.ndarray) -> MaskCrop:
-    patch = clean(mask, AS_IT_IS)
-    assert patch is not None
-    return patch
+def crop_of(mask: np.ndarray) -> MaskCrop:
+    crop = clean(mask, AS_IT_IS)
+    assert crop is not None
+    return crop
 
 
 def view_of(mask: np.ndarray) -> np.ndarray:
-    patch = patch_of(mask)
-    return patch.posed(patch.pixels)
+    crop = crop_of(mask)
+    return crop.oriented(crop.pixels)
 
 
 def assert_all_versions_agree(mask: np.ndarray) -> None:
@@ -111,68 +111,68 @@ class TestCanonicalPose:
         mask = some_mask(seed)
         moved = np.pad(mask, ((3, 1), (2, 5)))
         np.testing.assert_array_equal(view_of(moved), view_of(mask))
-        assert patch_of(moved).pose == patch_of(mask).pose
+        assert crop_of(moved).orientation == crop_of(mask).orientation
 
 
 class TestPose:
-    @pytest.mark.parametrize("pose", POSES)
-    def test_a_pose_is_a_view(self, pose):
+    @pytest.mark.parametrize("orientation", ORIENTATIONS)
+    def test_an_orientation_is_a_view(self, orientation):
         array = np.arange(6, dtype=np.uint8).reshape(2, 3)
-        view = pose.view(array)
+        view = orientation.view(array)
         assert np.shares_memory(view, array)
-        assert view.shape == ((3, 2) if pose.transpose else (2, 3))
+        assert view.shape == ((3, 2) if orientation.transpose else (2, 3))
 
     def test_the_eight_poses_are_the_eight_versions(self):
         array = np.arange(6, dtype=np.uint8).reshape(2, 3)
-        assert len({(v.shape, v.tobytes()) for v in (pose.view(array) for pose in POSES)}) == 8
+        assert len({(v.shape, v.tobytes()) for v in (orientation.view(array) for orientation in ORIENTATIONS)}) == 8
         expected = {(v.shape, v.tobytes()) for v in versions(array)}
-        assert {(v.shape, v.tobytes()) for v in (pose.view(array) for pose in POSES)} == expected
+        assert {(v.shape, v.tobytes()) for v in (orientation.view(array) for orientation in ORIENTATIONS)} == expected
 
     def test_columns_and_rows_are_flipped_before_they_are_exchanged(self):
         array = np.array([[1, 2, 3], [4, 5, 6]], dtype=np.uint8)
-        np.testing.assert_array_equal(Pose(True, False, False).view(array), [[3, 2, 1], [6, 5, 4]])
-        np.testing.assert_array_equal(Pose(False, True, False).view(array), [[4, 5, 6], [1, 2, 3]])
-        np.testing.assert_array_equal(Pose(True, False, True).view(array), [[3, 6], [2, 5], [1, 4]])
+        np.testing.assert_array_equal(Orientation(True, False, False).view(array), [[3, 2, 1], [6, 5, 4]])
+        np.testing.assert_array_equal(Orientation(False, True, False).view(array), [[4, 5, 6], [1, 2, 3]])
+        np.testing.assert_array_equal(Orientation(True, False, True).view(array), [[3, 6], [2, 5], [1, 4]])
 
 
 class TestCoordinates:
-    @given(seeds, st.sampled_from(POSES))
-    def test_posed_points_find_back_to_the_image(self, seed, pose):
+    @given(seeds, st.sampled_from(ORIENTATIONS))
+    def test_oriented_points_find_back_to_the_image(self, seed, orientation):
         mask = some_mask(seed)
-        patch = replace(patch_of(mask), pose=pose)
-        posed_rc = np.argwhere(patch.posed(patch.pixels))
-        xy = patch.to_image(posed_rc[:, ::-1].astype(np.float64))
+        crop = replace(crop_of(mask), orientation=orientation)
+        oriented_rc = np.argwhere(crop.oriented(crop.pixels))
+        xy = crop.to_image(oriented_rc[:, ::-1].astype(np.float64))
         expected = np.argwhere(mask)[:, ::-1]
         assert sorted(map(tuple, xy.tolist())) == sorted(map(tuple, expected.tolist()))
 
-    @given(seeds, st.sampled_from(POSES))
-    def test_a_posed_point_keeps_to_its_pixel(self, seed, pose):
+    @given(seeds, st.sampled_from(ORIENTATIONS))
+    def test_an_oriented_point_keeps_to_its_pixel(self, seed, orientation):
         mask = np.pad(some_mask(seed), 1)
-        patch = replace(patch_of(mask), pose=pose)
-        numbers = np.zeros(patch.pixels.shape, np.uint8)
-        (h, w), (x0, y0) = patch.size, patch.origin
+        crop = replace(crop_of(mask), orientation=orientation)
+        numbers = np.zeros(crop.pixels.shape, np.uint8)
+        (h, w), (x0, y0) = crop.size, crop.origin
         row, column = seed % (h + 2), (seed // 7) % (w + 2)
         numbers[row, column] = 1
-        posed_rc = np.argwhere(patch.posed(numbers))
+        oriented_rc = np.argwhere(crop.oriented(numbers))
         np.testing.assert_array_equal(
-            patch.to_image(posed_rc[:, ::-1].astype(np.float64)), [[x0 + column - 1, y0 + row - 1]]
+            crop.to_image(oriented_rc[:, ::-1].astype(np.float64)), [[x0 + column - 1, y0 + row - 1]]
         )
 
     @given(seeds)
     def test_the_transform_is_rigid_and_the_same_for_all_points(self, seed):
-        patch = patch_of(some_mask(seed))
-        matrix, offset = patch.image_transform
+        crop = crop_of(some_mask(seed))
+        matrix, offset = crop.image_transform
         np.testing.assert_array_equal(matrix @ matrix.T, np.eye(2))
         points = np.random.default_rng(seed).normal(size=(4, 2))
-        np.testing.assert_array_equal(patch.to_image(points), points @ matrix.T + offset)
+        np.testing.assert_array_equal(crop.to_image(points), points @ matrix.T + offset)
 
     @given(seeds)
     def test_a_posed_view_has_an_empty_margin_of_one(self, seed):
-        patch = patch_of(some_mask(seed))
-        view = patch.posed(patch.pixels)
-        assert np.shares_memory(view, patch.pixels)
+        crop = crop_of(some_mask(seed))
+        view = crop.oriented(crop.pixels)
+        assert np.shares_memory(view, crop.pixels)
         inner = view[1:-1, 1:-1]
-        assert view.sum() == inner.sum() == patch.pixels.sum()
+        assert view.sum() == inner.sum() == crop.pixels.sum()
         assert inner[[0, -1]].any(axis=1).all()
         assert inner[:, [0, -1]].any(axis=0).all()
 

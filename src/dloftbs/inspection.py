@@ -22,21 +22,21 @@ Segments = tuple[tuple[Segment, ...], tuple[Segment, ...]]
 def trace_stages(
     frame: Frame,
     mask: AnyArray,
-    patch: MaskCrop | None,
+    crop: MaskCrop | None,
     skeleton: Skeleton | None,
     segments: Segments | None,
     result: FrameResult,
 ) -> StageTrace:
     """Gather the trace of one frame; stages that were not reached leave empty arrays."""
     cleaned = np.zeros(frame.size, dtype=np.bool_)
-    if patch is None or skeleton is None or segments is None:
+    if crop is None or skeleton is None or segments is None:
         nothing = np.empty((0, 2))
         return StageTrace(frame, mask != 0, cleaned, nothing, nothing, nothing, (), (), result)
-    (x, y), (h, w) = patch.origin, patch.size
-    cleaned[y : y + h, x : x + w] = patch.pixels[1 : h + 1, 1 : w + 1]
+    (x, y), (h, w) = crop.origin, crop.size
+    cleaned[y : y + h, x : x + w] = crop.pixels[1 : h + 1, 1 : w + 1]
 
     def points(which: Any) -> FloatArray:
-        return patch.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
+        return crop.to_image(skeleton.pixels_rc[which][:, ::-1].astype(np.float64))
 
     kept, short = segments
     return StageTrace(
@@ -52,9 +52,9 @@ def trace_stages(
     )
 
 
-def graph_segments(patch: MaskCrop, graph: Graph) -> Segments:
+def graph_segments(crop: MaskCrop, graph: Graph) -> Segments:
     """Return the branches and loops of a graph as segments; its spurs are those too short."""
-    points = patch.to_image(graph.points)
+    points = crop.to_image(graph.points)
     runs = [Segment._unchecked(points[a:b], graph.radius[a:b]) for a, b in pairwise(graph.offsets.tolist())]
     short = graph.spurs.tolist() + [False] * len(graph.loops)
     return (

@@ -1,10 +1,10 @@
-"""The part of the mask that holds the objects, cut out and turned into a canonical pose, and its skeleton.
+"""The part of the mask that holds the objects, cut out in a canonical orientation, and its skeleton.
 
 A skeleton depends on the order in which the sides are peeled, and greedy choices depend on the order in which equal
 candidates come. To make the result move along when a mask is transposed, flipped or rotated by 90 degrees, everything
-from the skeleton to the order of the segments is decided in a pose that is chosen from the mask itself, so that all
-eight versions of a mask become one and the same problem. No pixel is moved for this: the pose is a view with other
-strides.
+from the skeleton to the order of the segments is decided in an orientation that is chosen from the mask itself, so that
+all eight versions of a mask become one and the same problem. No pixel is moved for this: the orientation is a view with
+other strides.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True)
-class Pose:
+class Orientation:
     """One of the eight symmetries of the square: flip the columns, flip the rows, then transpose."""
 
     flip_x: bool
@@ -32,7 +32,7 @@ class Pose:
     transpose: bool
 
     def view(self, array: npt.NDArray[_Scalar]) -> npt.NDArray[_Scalar]:
-        """Return the array in this pose, as a view."""
+        """Return the array in this orientation, as a view."""
         turned = array[:: -1 if self.flip_y else 1, :: -1 if self.flip_x else 1]
         return turned.T if self.transpose else turned
 
@@ -41,59 +41,59 @@ class Pose:
 class MaskCrop:
     """A cleaned, non-empty mask, cut to its bounding box with an empty margin of one pixel.
 
-    Made by the cleaning stage; nothing is checked. Coordinates in the patch's pose are called "posed".
+    Made by the cleaning stage; nothing is checked. Points and arrays in the orientation of the crop are "oriented".
 
     Parameters
     ----------
     pixels : numpy.ndarray, shape (h + 2, stride), uint8
         0 and 1, C-contiguous, with a stride that is a multiple of 8; column and row 1 hold the box's first pixels.
-    words : numpy.ndarray, shape (n, R), uint64
-        The same as stripes, 64 pixels a word, see `dloftbs.kernels.bitmask.frame`.
+    bitmask : numpy.ndarray, shape (n, R), uint64
+        The same, 64 pixels a word, see `dloftbs.kernels.bitmask.frame`.
     size : (int, int)
         ``(h, w)`` of the bounding box.
     origin : (int, int)
         ``(x, y)`` in the image of the box's top left pixel.
-    pose : Pose
+    orientation : Orientation
     image_size : (int, int)
         ``(H, W)`` of the image.
     """
 
     pixels: npt.NDArray[np.uint8]
-    words: npt.NDArray[np.uint64]
+    bitmask: npt.NDArray[np.uint64]
     size: tuple[int, int]
     origin: tuple[int, int]
-    pose: Pose
+    orientation: Orientation
     image_size: tuple[int, int]
 
-    def posed(self, pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-        """Return an array with the shape of `pixels` in the patch's pose, cut to the box and its margin; a view."""
+    def oriented(self, pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+        """Return a view of an array of the shape of `pixels`: oriented, cut to the box and its margin."""
         h, w = self.size
-        return self.pose.view(pixels[: h + 2, : w + 2])
+        return self.orientation.view(pixels[: h + 2, : w + 2])
 
     @cached_property
     def image_transform(self) -> tuple[FloatArray, FloatArray]:
-        """Matrix (2, 2) and offset (2,) that turn a posed ``(x, y)`` into the image's: ``matrix @ p + offset``."""
+        """Matrix (2, 2) and offset (2,) that turn an oriented ``(x, y)`` into the image's: ``matrix @ p + offset``."""
         (h, w), (x0, y0) = self.size, self.origin
-        sign_x, sign_y = (-1.0 if self.pose.flip_x else 1.0), (-1.0 if self.pose.flip_y else 1.0)
-        matrix = [[0.0, sign_x], [sign_y, 0.0]] if self.pose.transpose else [[sign_x, 0.0], [0.0, sign_y]]
-        offset_x = x0 + w if self.pose.flip_x else x0 - 1
-        offset_y = y0 + h if self.pose.flip_y else y0 - 1
+        sign_x, sign_y = (-1.0 if self.orientation.flip_x else 1.0), (-1.0 if self.orientation.flip_y else 1.0)
+        matrix = [[0.0, sign_x], [sign_y, 0.0]] if self.orientation.transpose else [[sign_x, 0.0], [0.0, sign_y]]
+        offset_x = x0 + w if self.orientation.flip_x else x0 - 1
+        offset_y = y0 + h if self.orientation.flip_y else y0 - 1
         return np.array(matrix), np.array([offset_x, offset_y], dtype=np.float64)
 
     def to_image(self, points: FloatArray) -> FloatArray:
-        """Turn posed points ``(x, y)`` into the image's, shape (n, 2)."""
+        """Turn oriented points ``(x, y)`` into the image's, shape (n, 2)."""
         matrix, offset = self.image_transform
         return points @ matrix.T + offset
 
-    def to_posed(self, points: FloatArray) -> FloatArray:
-        """Turn the image's points ``(x, y)`` into posed ones, shape (n, 2)."""
+    def to_oriented(self, points: FloatArray) -> FloatArray:
+        """Turn the image's points ``(x, y)`` into oriented ones, shape (n, 2)."""
         matrix, offset = self.image_transform
         return (points - offset) @ matrix  # the inverse of a signed permutation is its transpose
 
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """The skeleton of a patch, in its pose.
+    """The skeleton of a crop, in its orientation.
 
     Parameters
     ----------
@@ -120,12 +120,12 @@ class Skeleton:
         return self.degrees > 2
 
 
-def canonical_pose(pixels: npt.NDArray[np.uint8], moments: tuple[int, ...]) -> Pose:
-    """Choose the pose of a mask: all eight versions of a mask look the same in theirs.
+def canonical_orientation(pixels: npt.NDArray[np.uint8], moments: tuple[int, ...]) -> Orientation:
+    """Choose the orientation of a mask: all eight versions of a mask look the same in theirs.
 
     Moments of the border pixels about the middle of the box decide: the wider side becomes the columns, the heavier
-    half the high coordinates. Where they do not tell the sides apart, the remaining poses are compared pixel by pixel;
-    poses that are equal even then show the same mask, so any will do.
+    half the high coordinates. Where they do not tell the sides apart, the remaining orientations are compared pixel by
+    pixel; those that are equal even then show the same mask, so any will do.
 
     Parameters
     ----------
@@ -140,13 +140,13 @@ def canonical_pose(pixels: npt.NDArray[np.uint8], moments: tuple[int, ...]) -> P
     odd_y = sy or syxx or syyy
     wide = w - h or sxx - syy or abs(odd_x) - abs(odd_y)
     if odd_x and odd_y and wide:
-        return Pose(odd_x < 0, odd_y < 0, wide < 0)
-    candidates = _poses(odd_x, odd_y, wide)
-    return max(candidates, key=lambda pose: np.packbits(pose.view(pixels)).tobytes())
+        return Orientation(odd_x < 0, odd_y < 0, wide < 0)
+    candidates = _orientations(odd_x, odd_y, wide)
+    return max(candidates, key=lambda one: np.packbits(one.view(pixels)).tobytes())
 
 
-def _poses(odd_x: int, odd_y: int, wide: int) -> Iterator[Pose]:
-    """Yield the poses that the signs of the moments leave open; 0 leaves both choices open."""
+def _orientations(odd_x: int, odd_y: int, wide: int) -> Iterator[Orientation]:
+    """Yield the orientations that the signs of the moments leave open; 0 leaves both choices open."""
     choices = [(False, True) if sign == 0 else (sign < 0,) for sign in (odd_x, odd_y, wide)]
     for flip_x, flip_y, transpose in product(*choices):
-        yield Pose(flip_x, flip_y, transpose)
+        yield Orientation(flip_x, flip_y, transpose)

@@ -114,7 +114,7 @@ class Pipeline:
             As `process`.
         """
         run = run_stages(frame, self._config, self._segmenter)
-        return trace_stages(frame, run.mask, run.patch, run.skeleton, _segments(run), _result(frame, run, ()))
+        return trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
 
 
 def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:
@@ -139,9 +139,9 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResu
 
 def _segments(run: StageRun) -> Segments | None:
     """Return the segments of whichever method ran; None where the stages did not come so far."""
-    if run.patch is None:
+    if run.crop is None:
         return None
     if run.walks is not None:
         kept, short = run.walks.open + run.walks.loops, run.walks.short
-        return tuple(make_segments(run.patch, kept)), tuple(make_segments(run.patch, short))
-    return None if run.graph is None else graph_segments(run.patch, run.graph)
+        return tuple(make_segments(run.crop, kept)), tuple(make_segments(run.crop, short))
+    return None if run.graph is None else graph_segments(run.crop, run.graph)

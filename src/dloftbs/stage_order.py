@@ -45,7 +45,7 @@ class StageRun:
 
     mask: AnyArray
     stage_ms: dict[str, float] = field(default_factory=dict)
-    patch: MaskCrop | None = None
+    crop: MaskCrop | None = None
     skeleton: Skeleton | None = None
     walks: Walks | None = None
     graph: Graph | None = None
@@ -84,18 +84,18 @@ def run_stages(
     clock = _Clock()
     run = StageRun(_mask(frame, segmenter), clock.stage_ms)
     clock.lap("segmentation")
-    run.patch = clean(run.mask, config.cleaning)
+    run.crop = clean(run.mask, config.cleaning)
     clock.lap("cleaning")
-    if run.patch is None:
+    if run.crop is None:
         run.reason = _why_nothing_is_left(run.mask, config)
         return run
-    run.skeleton = skeletonize(run.patch)
+    run.skeleton = skeletonize(run.crop)
     clock.lap("skeleton")
     if isinstance(config.linking, GreedyLinkingConfig):
-        lines = _link_as_published(run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock)
+        lines = _link_as_published(run, run.crop, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
         lines = _link_by_bending(
-            run, run.patch, run.skeleton, config.linking, config.segments.max_segments, clock, predicted, frame.image
+            run, run.crop, run.skeleton, config.linking, config.segments.max_segments, clock, predicted, frame.image
         )
     lines, run.dropped = choose(lines, config.linking)
     clock.lap("linking")
@@ -107,13 +107,13 @@ def run_stages(
     run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)
     clock.lap("crossings")
-    run.detections = _lift(run.detections, run.crossings, run.patch, frame, config)
+    run.detections = _lift(run.detections, run.crossings, run.crop, frame, config)
     clock.lap("lifting")
     return run
 
 
 def _link_as_published(
-    run: StageRun, patch: MaskCrop, skeleton: Skeleton, config: GreedyLinkingConfig, most: int, clock: _Clock
+    run: StageRun, crop: MaskCrop, skeleton: Skeleton, config: GreedyLinkingConfig, most: int, clock: _Clock
 ) -> list[Centerline]:
     """Return the centre lines of the published method; where there are none, the run says why."""
     run.walks = walk(skeleton, config)
@@ -126,13 +126,13 @@ def _link_as_published(
         longest = max((len(short) for short in run.walks.short), default=0)
         run.reason = f"the longest segment has {longest} px, fewer than linking.min_length_px = {config.min_length_px}"
         return []
-    lines = link_segments(patch, make_segments(patch, run.walks.open), config)
-    return lines + [close(loop) for loop in make_segments(patch, run.walks.loops)]
+    lines = link_segments(crop, make_segments(crop, run.walks.open), config)
+    return lines + [close(loop) for loop in make_segments(crop, run.walks.loops)]
 
 
 def _link_by_bending(
     run: StageRun,
-    patch: MaskCrop,
+    crop: MaskCrop,
     skeleton: Skeleton,
     config: LinkingConfig,
     most: int,
@@ -141,14 +141,14 @@ def _link_by_bending(
     image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
-    run.graph, found = build_graph(patch, skeleton, most)
+    run.graph, found = build_graph(crop, skeleton, most)
     clock.lap("segments")
     if run.graph is None:
         run.reason = _too_many(found, most)
         return []
-    prior = TemporalPrior(predicted, patch, run.graph.width) if predicted else None
-    evidence = None if image is None else EvidenceMap(image, patch)
-    linking = link(patch, run.graph, config, evidence, prior)
+    prior = TemporalPrior(predicted, crop, run.graph.width) if predicted else None
+    evidence = None if image is None else EvidenceMap(image, crop)
+    linking = link(crop, run.graph, config, evidence, prior)
     run.prior_override = linking.pairing.overruled
     return linking.centerlines
 
@@ -168,7 +168,7 @@ def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
 
 
 def _lift(
-    detections: tuple[Detection, ...], crossings: tuple[Crossing, ...], patch: MaskCrop, frame: Frame, config: Config
+    detections: tuple[Detection, ...], crossings: tuple[Crossing, ...], crop: MaskCrop, frame: Frame, config: Config
 ) -> tuple[Detection, ...]:
     """Return the detections with their curves in space, or with the reason why there is none."""
     depth, camera = frame.depth, frame.camera
@@ -178,7 +178,7 @@ def _lift(
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
         return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
-    lifted = lift(detections, crossings, patch, depth, camera, config.lifting)
+    lifted = lift(detections, crossings, crop, depth, camera, config.lifting)
     return tuple(_fit_in_space(*one, config.fitting.knots) for one in zip(detections, lifted, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""Mask to patch."""
+"""Mask to crop."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from dloftbs.synthetic import NOISY, Degradation, draw_tube_mask, random_curve
 PAPER = Config.paper().cleaning
 
 
-def to_image(patch: MaskCrop | None, size: tuple[int, int]) -> np.ndarray:
-    """Put a patch back into an image of `size`."""
+def to_image(crop: MaskCrop | None, size: tuple[int, int]) -> np.ndarray:
+    """Put a crop back into an image of `size`."""
     image = np.zeros(size, dtype=np.uint8)
-    if patch is not None:
-        (x, y), (h, w) = patch.origin, patch.size
-        image[y : y + h, x : x + w] = patch.pixels[1 : h + 1, 1 : w + 1]
+    if crop is not None:
+        (x, y), (h, w) = crop.origin, crop.size
+        image[y : y + h, x : x + w] = crop.pixels[1 : h + 1, 1 : w + 1]
     return image
 
 
@@ -40,17 +40,17 @@ def with_opencv(mask: np.ndarray, open_px: int, close_px: int) -> np.ndarray:
 
 @given(random_masks, st.sampled_from([1, 3, 5]), st.sampled_from([1, 3, 7]))
 def test_cleaning_the_box_is_cleaning_the_image(mask: np.ndarray, open_px: int, close_px: int) -> None:
-    patch = clean(mask, CleaningConfig(open_px=open_px, close_px=close_px, thin_px=0, fill_holes=False))
-    np.testing.assert_array_equal(to_image(patch, mask.shape), with_opencv(mask, open_px, close_px))
+    crop = clean(mask, CleaningConfig(open_px=open_px, close_px=close_px, thin_px=0, fill_holes=False))
+    np.testing.assert_array_equal(to_image(crop, mask.shape), with_opencv(mask, open_px, close_px))
 
 
 @given(random_masks)
 def test_the_box_is_tight_and_the_margin_empty(mask: np.ndarray) -> None:
-    patch = clean(mask, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
-    if patch is None:
+    crop = clean(mask, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+    if crop is None:
         assert not mask.any()
         return
-    (h, w), pixels = patch.size, patch.pixels
+    (h, w), pixels = crop.size, crop.pixels
     inner = pixels[1 : h + 1, 1 : w + 1]
     assert inner[0].any()
     assert inner[-1].any()
@@ -66,16 +66,16 @@ def test_any_non_zero_of_any_integer_type_is_cable(dtype: type) -> None:
     if dtype is not np.bool_:
         mask *= np.array(-7 if np.issubdtype(dtype, np.signedinteger) else 200).astype(dtype)
     before = mask.copy()
-    patch = clean(mask, PAPER)
-    np.testing.assert_array_equal(to_image(patch, mask.shape), with_opencv(mask, 3, 1))
+    crop = clean(mask, PAPER)
+    np.testing.assert_array_equal(to_image(crop, mask.shape), with_opencv(mask, 3, 1))
     np.testing.assert_array_equal(mask, before)
 
 
 def test_values_that_are_multiples_of_256_are_cable() -> None:
     mask = np.full((9, 9), 256, dtype=np.uint16)
-    patch = clean(mask, CleaningConfig())
-    assert patch is not None
-    assert patch.pixels.sum() == 81
+    crop = clean(mask, CleaningConfig())
+    assert crop is not None
+    assert crop.pixels.sum() == 81
 
 
 def test_masks_that_are_not_contiguous() -> None:
@@ -92,9 +92,9 @@ def test_nothing_left_is_none(mask: np.ndarray) -> None:
 def test_a_closing_fills_pin_holes() -> None:
     mask = np.ones((11, 11), dtype=np.uint8)
     mask[5, 5] = 0
-    patch = clean(mask, CleaningConfig(close_px=3))
-    assert patch is not None
-    assert patch.pixels.sum() == 121
+    crop = clean(mask, CleaningConfig(close_px=3))
+    assert crop is not None
+    assert crop.pixels.sum() == 121
 
 
 @pytest.mark.parametrize("gap", [1, 2])
@@ -121,11 +121,11 @@ def test_pepper_leaves_no_hole_and_splits_no_end_of_a_skeleton() -> None:
 def test_all_eight_versions_of_a_mask_come_into_one_pose(mask: np.ndarray) -> None:
     config = CleaningConfig(open_px=1, close_px=1, fill_holes=False)
     first, *others = (clean(version, config) for version in versions(mask))
-    for patch in others:
-        if first is None or patch is None:
-            assert first is patch is None
+    for crop in others:
+        if first is None or crop is None:
+            assert first is crop is None
         else:
-            np.testing.assert_array_equal(patch.posed(patch.pixels), first.posed(first.pixels))
+            np.testing.assert_array_equal(crop.oriented(crop.pixels), first.oriented(first.pixels))
 
 
 @pytest.mark.parametrize(
@@ -141,19 +141,19 @@ def test_symmetric_masks_come_into_one_pose(text: str) -> None:
     mask = mask_from_text(text)
     views = set()
     for version in versions(mask):
-        patch = clean(version, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
-        assert patch is not None
-        views.add((patch.posed(patch.pixels).shape, patch.posed(patch.pixels).tobytes()))
+        crop = clean(version, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+        assert crop is not None
+        views.add((crop.oriented(crop.pixels).shape, crop.oriented(crop.pixels).tobytes()))
     assert len(views) == 1
 
 
 @given(random_masks)
 def test_posed_pixels_find_back_to_the_image(mask: np.ndarray) -> None:
-    patch = clean(mask, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
-    if patch is None:
+    crop = clean(mask, CleaningConfig(open_px=1, close_px=1, fill_holes=False))
+    if crop is None:
         return
-    posed_rc = np.argwhere(patch.posed(patch.pixels))
-    x, y = patch.to_image(posed_rc[:, ::-1].astype(np.float64)).astype(int).T
+    oriented_rc = np.argwhere(crop.oriented(crop.pixels))
+    x, y = crop.to_image(oriented_rc[:, ::-1].astype(np.float64)).astype(int).T
     image = np.zeros_like(mask)
     image[y, x] = 1
     np.testing.assert_array_equal(image, mask)

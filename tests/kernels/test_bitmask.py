@@ -1,4 +1,4 @@
-"""Masks as stripes: cut out, framed, measured and listed."""
+"""Masks as bitmasks: cut out, framed, measured and listed."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import pytest
 from drawings import EIGHT_VERSIONS, random_mask, random_masks, turn
 from hypothesis import given
 from hypothesis import strategies as st
-from skeletons import as_pixels, as_words, padded, pasted, slow_degrees, striped
+from skeletons import as_pixels, as_words, framed_bitmask, padded, pasted, slow_degrees
 
-from dloftbs.kernels.bitmask import ROWS, as_bytes, cut, frame, list_pixels
+from dloftbs.kernels.bitmask import as_bytes, cut, frame, list_pixels
+from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 
 
 def sparse(seed: int) -> np.ndarray:
@@ -27,25 +28,25 @@ def test_what_is_cut_out_is_the_mask_with_its_margin(margin: int) -> None:
     for seed in range(300):
         mask = sparse(seed)
         h, w = mask.shape
-        stripes, inside, x0, y0, cells = cut(as_words(mask), w, margin)
+        bitmask, inside, x0, y0, area = cut(as_words(mask), w, margin)
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
-            assert stripes.shape == (0, 0)
+            assert bitmask.shape == (0, 0)
             continue
-        np.testing.assert_array_equal(pasted(stripes, x0, y0, mask.shape), mask)
-        pixels = as_pixels(stripes)
+        np.testing.assert_array_equal(pasted(bitmask, x0, y0, mask.shape), mask)
+        pixels = as_pixels(bitmask)
         assert not pixels[[0, -1]].any()
-        assert not stripes[[0, -1]].any()
+        assert not bitmask[[0, -1]].any()
         # All of the margin is there, as far as the image goes.
         assert y0 + 1 == max(rows.min() - margin, 0)
-        assert y0 + stripes.shape[1] - 1 == min(rows.max() + 1 + margin, h)
+        assert y0 + bitmask.shape[1] - 1 == min(rows.max() + 1 + margin, h)
         assert x0 + 64 <= columns.min() - margin
-        assert x0 + 64 * (len(stripes) - 1) > columns.max() + margin
+        assert x0 + 64 * (len(bitmask) - 1) > columns.max() + margin
         image_columns = x0 + np.arange(pixels.shape[1])
         np.testing.assert_array_equal(as_pixels(inside[:, None])[0], (image_columns >= 0) & (image_columns < w))
         left, right = columns.min() // 8 * 8, (columns.max() // 8 + 1) * 8
         across = min(right + margin, w) - max(left - margin, 0)
-        assert cells == across * (stripes.shape[1] - 2)
+        assert area == across * (bitmask.shape[1] - 2)
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (0, 3), (5, 0)])
@@ -56,9 +57,9 @@ def test_masks_without_rows_or_columns_are_empty(shape: tuple[int, int]) -> None
 def test_frames_agree_with_their_slow_twin_on_thousands_of_masks() -> None:
     for seed in range(2000):
         mask = sparse(seed)
-        stripes = np.zeros((-(-mask.shape[1] // 64) + 2, len(mask) + 2), dtype=np.uint64)
-        stripes[1:-1, 1:-1] = as_words(mask).T
-        pixels, framed, box, moments = frame(stripes)
+        bitmask = np.zeros((-(-mask.shape[1] // 64) + 2, len(mask) + 2), dtype=np.uint64)
+        bitmask[1:-1, 1:-1] = as_words(mask).T
+        pixels, framed, box, moments = frame(bitmask)
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
             assert pixels.shape == framed.shape == (0, 0)
@@ -66,7 +67,7 @@ def test_frames_agree_with_their_slow_twin_on_thousands_of_masks() -> None:
         cropped = mask[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
         assert box == (columns.min() + 64, rows.min() + 1, *cropped.shape)
         np.testing.assert_array_equal(pixels, padded(cropped))
-        np.testing.assert_array_equal(framed, striped(cropped))
+        np.testing.assert_array_equal(framed, framed_bitmask(cropped))
         assert moments == slow_moments(cropped), f"seed {seed}"
 
 
@@ -80,7 +81,7 @@ def slow_moments(mask: np.ndarray) -> tuple[int, ...]:
 
 def test_mirrored_masks_have_opposite_odd_moments() -> None:
     mask = random_mask(7, 90)
-    a, b = (frame(np.pad(striped(one), ((1, 1), (0, 0))))[3] for one in (mask, mask[:, ::-1]))
+    a, b = (frame(np.pad(framed_bitmask(one), ((1, 1), (0, 0))))[3] for one in (mask, mask[:, ::-1]))
     assert (b[0], b[2], b[4]) == (-a[0], -a[2], -a[4])
     assert (b[1], b[3], b[5:]) == (a[1], a[3], a[5:])
 
@@ -88,13 +89,13 @@ def test_mirrored_masks_have_opposite_odd_moments() -> None:
 @given(random_masks)
 def test_bytes_are_the_pixels(mask: np.ndarray) -> None:
     wide = np.tile(mask, (1, 4))
-    np.testing.assert_array_equal(as_bytes(striped(wide), *wide.shape), padded(wide))
+    np.testing.assert_array_equal(as_bytes(framed_bitmask(wide), *wide.shape), padded(wide))
 
 
 @given(random_masks, st.sampled_from(EIGHT_VERSIONS))
 def test_listed_pixels_agree_with_their_slow_twin(mask: np.ndarray, how: tuple[int, int, int]) -> None:
     wide = np.tile(mask, (1, 3))
-    pixels_rc, degrees = list_pixels(striped(wide), *wide.shape, *map(bool, how))
+    pixels_rc, degrees = list_pixels(framed_bitmask(wide), *wide.shape, *map(bool, how))
     posed = turn(np.pad(wide, 1), *how)
     np.testing.assert_array_equal(pixels_rc, np.argwhere(posed))
     np.testing.assert_array_equal(degrees, slow_degrees(posed)[tuple(pixels_rc.T)])
@@ -103,4 +104,4 @@ def test_listed_pixels_agree_with_their_slow_twin(mask: np.ndarray, how: tuple[i
 
 def test_rows_of_frames_come_in_whole_tiles() -> None:
     for height in (1, 7, 8, 9):
-        assert frame(np.pad(striped(np.ones((height, 5))), ((1, 1), (0, 0))))[1].shape[1] % ROWS == 2
+        assert frame(np.pad(framed_bitmask(np.ones((height, 5))), ((1, 1), (0, 0))))[1].shape[1] % TILE_ROWS == 2

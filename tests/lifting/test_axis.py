@@ -27,9 +27,9 @@ def lift_all(
     config = LiftingConfig() if config is None else config
     found = sorted(detect(mask), key=lambda detection: -detection.curve.length)
     crossings = find_crossings(found, Frame(mask=mask, depth=depth), config)
-    patch = clean(mask, CleaningConfig())
-    assert patch is not None
-    return found, lift(found, crossings, patch, depth, camera, config)
+    crop = clean(mask, CleaningConfig())
+    assert crop is not None
+    return found, lift(found, crossings, crop, depth, camera, config)
 
 
 def lift_first(mask: np.ndarray, depth: np.ndarray, **how: object) -> Lifted:
@@ -60,7 +60,7 @@ class TestPerfectDepth:
         np.testing.assert_allclose(np.diff(lifted.u), steps / steps.sum())
         assert (lifted.u[0], lifted.u[-1]) == (0.0, pytest.approx(1.0))
 
-    def test_a_transposed_image_gives_the_transposed_points(self, axis: np.ndarray) -> None:
+    def test_a_transposed_image_gives_the_transoriented_points(self, axis: np.ndarray) -> None:
         mask, depth = draw_tubes([axis])
         turned = PinholeCamera(CAMERA.fy, CAMERA.fx, CAMERA.cy, CAMERA.cx)
         expected = lift_first(mask, depth).points_m
@@ -194,10 +194,10 @@ class TestHidden:
     def test_where_it_is_not_known_which_is_on_top_both_are_inferred(self) -> None:
         mask, depth = draw_tubes([LYING, OVER])
         found, _ = lift_all(mask, depth)
-        patch = clean(mask, CleaningConfig())
-        assert patch is not None
+        crop = clean(mask, CleaningConfig())
+        assert crop is not None
         unknown = find_crossings(found, Frame(mask=mask), LiftingConfig())
-        lifted = lift(found, unknown, patch, depth, CAMERA, LiftingConfig())
+        lifted = lift(found, unknown, crop, depth, CAMERA, LiftingConfig())
         assert len(lifted) == 2
         for one in lifted:
             assert isinstance(one, Lifted)

@@ -16,9 +16,9 @@ THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0, fill_holes=False)
 
 
 def walks_of(mask: np.ndarray, min_length_px: int) -> tuple[MaskCrop, Walks]:
-    patch = clean(mask, THIN)
-    assert patch is not None
-    return patch, walk(skeletonize(patch), GreedyLinkingConfig(min_length_px=min_length_px))
+    crop = clean(mask, THIN)
+    assert crop is not None
+    return crop, walk(skeletonize(crop), GreedyLinkingConfig(min_length_px=min_length_px))
 
 
 PLUS = mask_from_text(
@@ -68,10 +68,10 @@ def test_a_short_loop_is_dropped() -> None:
 
 @given(random_masks)
 def test_no_pixel_is_lost_but_the_branch_points(mask: np.ndarray) -> None:
-    patch = clean(mask, THIN)
-    if patch is None:
+    crop = clean(mask, THIN)
+    if crop is None:
         return
-    skeleton = skeletonize(patch)
+    skeleton = skeletonize(crop)
     walks = walk(skeleton, GreedyLinkingConfig(min_length_px=3))
     walked = [tuple(p) for run in walks.open + walks.loops + walks.short for p in run.astype(int).tolist()]
     kept = skeleton.pixels_rc[~skeleton.is_branch_point][:, ::-1]
@@ -82,11 +82,11 @@ def test_radius_belongs_to_its_own_segment() -> None:
     mask = np.zeros((60, 100), dtype=np.uint8)
     mask[10:13, 5:95] = 1  # 3 px wide
     mask[30:45, 5:95] = 1  # 15 px wide
-    patch, walks = walks_of(mask, 20)
-    widths = sorted(2 * float(np.median(segment.radius)) for segment in make_segments(patch, walks.open))
+    crop, walks = walks_of(mask, 20)
+    widths = sorted(2 * float(np.median(segment.radius)) for segment in make_segments(crop, walks.open))
     np.testing.assert_allclose(widths, [3.0, 15.0], atol=0.5)
 
 
 def test_no_runs_make_no_segments() -> None:
-    patch, _ = walks_of(PLUS, 2)
-    assert make_segments(patch, []) == []
+    crop, _ = walks_of(PLUS, 2)
+    assert make_segments(crop, []) == []

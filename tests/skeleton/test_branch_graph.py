@@ -24,23 +24,23 @@ def arms_at(graph: Graph) -> list[int]:
 
 @pytest.mark.parametrize("width", [3.0, 7.0, 12.0, 40.0])
 def test_a_cable_is_one_run_with_two_free_ends(width: float) -> None:
-    patch, graph = graph_of(draw(LINE, width=width))
+    crop, graph = graph_of(draw(LINE, width=width))
     assert (graph.runs, graph.loops) == (1, [])
     assert graph.nodes.tolist() == [FREE, FREE]
     assert graph.spans.tolist() == [[0, len(graph.points)]]
     assert graph.width == pytest.approx(width, abs=0.5)
-    away = np.abs(patch.to_image(graph.points) @ (-10.0 / 360, 1.0) - (120.0 - 20 / 36)) / np.hypot(1, 1 / 36)
+    away = np.abs(crop.to_image(graph.points) @ (-10.0 / 360, 1.0) - (120.0 - 20 / 36)) / np.hypot(1, 1 / 36)
     inner = slice(int(width), -int(width))
     assert away[inner].max() < 0.6
 
 
 @pytest.mark.parametrize("angle", [90, 60, 40])
 def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> None:
-    patch, graph = graph_of(draw(*cross(angle)))
+    crop, graph = graph_of(draw(*cross(angle)))
     assert arms_at(graph) == [4]
     arms = graph.arms[graph.nodes >= 0]
-    to_centre = np.array([200.0, 120.0]) - patch.to_image(arms[:, :2])
-    matrix, _ = patch.image_transform
+    to_centre = np.array([200.0, 120.0]) - crop.to_image(arms[:, :2])
+    matrix, _ = crop.image_transform
     pointing = arms[:, 2:4] @ matrix.T
     cosines = np.einsum("ij,ij->i", pointing, to_centre) / np.linalg.norm(to_centre, axis=1)
     assert cosines.min() > 0.97
@@ -106,31 +106,31 @@ def test_the_end_that_a_slanting_cut_leaves_points_along_the_cable(slant: float)
     mask = draw([(20, 120), (380, 120)], width=13)
     yy, xx = np.indices(mask.shape)
     mask[xx > 250 + slant * (yy - 120)] = 0
-    patch, graph = graph_of(mask)
-    tips = patch.to_image(graph.arms[:, :2])
+    crop, graph = graph_of(mask)
+    tips = crop.to_image(graph.arms[:, :2])
     right = int(np.argmax(tips[:, 0]))
-    ahead = patch.to_image(graph.arms[:, :2] + graph.arms[:, 2:4])[right] - tips[right]
+    ahead = crop.to_image(graph.arms[:, :2] + graph.arms[:, 2:4])[right] - tips[right]
     assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) < 15.0
     assert abs(tips[right, 1] - 120.0) < 3.0
     assert graph.caps[right] < 0.6
 
 
 def test_more_runs_than_allowed_make_no_graph() -> None:
-    patch = clean(draw(*cross(90)), Config().cleaning)
-    assert patch is not None
-    skeleton = skeletonize(patch)
-    graph, runs = build_graph(patch, skeleton, 1000)
+    crop = clean(draw(*cross(90)), Config().cleaning)
+    assert crop is not None
+    skeleton = skeletonize(crop)
+    graph, runs = build_graph(crop, skeleton, 1000)
     assert graph is not None
-    assert build_graph(patch, skeleton, runs)[0] is not None
-    assert build_graph(patch, skeleton, runs - 1) == (None, runs)
+    assert build_graph(crop, skeleton, runs)[0] is not None
+    assert build_graph(crop, skeleton, runs - 1) == (None, runs)
 
 
 @given(random_masks)
 def test_every_graph_fits_together(mask: np.ndarray) -> None:
-    patch = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
-    if patch is None:
+    crop = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
+    if crop is None:
         return
-    graph, _ = build_graph(patch, skeletonize(patch), 10_000)
+    graph, _ = build_graph(crop, skeletonize(crop), 10_000)
     if graph is None:
         return
     n, total = graph.runs, len(graph.points)

@@ -1,4 +1,4 @@
-"""Stage 2: mask to patch: bounding box, morphology, pose (paper: open and skeletonise)."""
+"""Stage 2: mask to crop: morphology, holes, bounding box, orientation (paper: open and skeletonise)."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.cleaning.holes import fill_holes
 from dloftbs.cleaning.kernels import morphology
-from dloftbs.cleaning.kernels.holes import fill_holes
 from dloftbs.config import CleaningConfig
-from dloftbs.kernels import bitmask
-from dloftbs.mask_crop import MaskCrop, canonical_pose
+from dloftbs.kernels.bitmask import cut, frame
+from dloftbs.mask_crop import MaskCrop, canonical_orientation
 
 _WORD_BYTES = 8
 _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise
@@ -33,30 +33,30 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> MaskCrop | None:
 
     Returns
     -------
-    Patch or None
+    MaskCrop or None
         None where nothing is left.
     """
     close, opening = config.close_px // 2, config.open_px // 2
     # A closing grows first, then looks as far again; so that only the image's own border acts as one.
     margin = opening + 2 * close
-    words, inside, x0, y0, cells = bitmask.cut(_as_words(mask), mask.shape[1], margin)
-    most = cells // _NOISE + _MOST_CHANGED
-    if close > 0 and len(words):
-        words = morphology.close(words, inside, close, most)
-    if opening > 0 and len(words):
-        words = morphology.open_up(words, inside, opening, config.thin_px, most)
-    pixels, framed, (left, top, h, w), moments = bitmask.frame(words)
+    bitmask, inside, x0, y0, area = cut(_packed(mask), mask.shape[1], margin)
+    most = area // _NOISE + _MOST_CHANGED
+    if close > 0 and len(bitmask):
+        bitmask = morphology.close(bitmask, inside, close, most)
+    if opening > 0 and len(bitmask):
+        bitmask = morphology.open_up(bitmask, inside, opening, config.thin_px, most)
+    pixels, framed, (left, top, h, w), moments = frame(bitmask)
     if len(pixels) == 0:
         return None
-    pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
-    filled = fill_holes(framed, h, w, pose.flip_x, pose.flip_y) if config.fill_holes else framed[:0]
+    orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
+    filled = fill_holes(framed, h, w, orientation.flip_x, orientation.flip_y) if config.fill_holes else framed[:0]
     if len(filled):  # the box is the same
-        pixels, framed, _, moments = bitmask.frame(filled)
-        pose = canonical_pose(pixels[1 : h + 1, 1 : w + 1], moments)
-    return MaskCrop(pixels, framed, (h, w), (x0 + left, y0 + top), pose, (mask.shape[0], mask.shape[1]))
+        pixels, framed, _, moments = frame(filled)
+        orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
+    return MaskCrop(pixels, framed, (h, w), (x0 + left, y0 + top), orientation, (mask.shape[0], mask.shape[1]))
 
 
-def _as_words(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:
+def _packed(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:
     """Return the mask with 64 pixels a word, shape (H, words)."""
     if mask.dtype not in (np.bool_, np.uint8):
         mask = mask != 0

@@ -22,11 +22,11 @@ class EvidenceMap:
     ----------
     image : numpy.ndarray, shape (H, W, 3), uint8
         BGR.
-    patch : MaskCrop
+    crop : MaskCrop
     """
 
     image: npt.NDArray[np.uint8]
-    patch: MaskCrop
+    crop: MaskCrop
 
     def across(self, points: FloatArray, spans: _Ints, arms: FloatArray, pairs: _Ints, width: float) -> FloatArray:
         """Return what lies between pairs of ends.
@@ -34,11 +34,11 @@ class EvidenceMap:
         Parameters
         ----------
         points : numpy.ndarray, shape (m, 2)
-            Of all runs, posed.
+            Of all runs, oriented.
         spans : numpy.ndarray, shape (n, 2)
             The points of each run that lie clear of its junctions.
         arms : numpy.ndarray, shape (2 n, 6)
-            Of the runs' ends, posed.
+            Of the runs' ends, oriented.
         pairs : numpy.ndarray, shape (k, 2)
             Ends.
         width : float
@@ -49,12 +49,12 @@ class EvidenceMap:
         numpy.ndarray, shape (k, 3)
             How much of each way looks like the ground beside the cables, like the cables, and like neither, in widths.
         """
-        patch = self.patch
-        (h, w), (x0, y0) = patch.size, patch.origin
-        mask = patch.pixels[1 : h + 1, 1 : w + 1]
+        crop = self.crop
+        (h, w), (x0, y0) = crop.size, crop.origin
+        mask = crop.pixels[1 : h + 1, 1 : w + 1]
         image = self.image[y0 : y0 + h, x0 : x0 + w]
         ends, index = np.unique(pairs, return_inverse=True)
-        matrix, offset = patch.image_transform
+        matrix, offset = crop.image_transform
         origin = offset - np.array([x0, y0], dtype=np.float64)
         placed = points @ matrix.T + origin
         known = np.column_stack((arms[ends, :2] @ matrix.T + origin, arms[ends, 2:4] @ matrix.T))

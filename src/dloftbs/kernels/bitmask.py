@@ -1,8 +1,8 @@
-"""A mask as stripes 64 columns wide, a bit a pixel: cut out of the image, framed, and listed.
+"""A mask as a bitmask, a bit a pixel, 64 to a word: cut out of the image, framed, and listed.
 
-Stripes are an array (n, R) of words: bit j of word ``[k, r]`` is the pixel in column ``64 k + j`` of row r, so that the
-words of a stripe lie below each other in memory, and the same can be done to several rows at once. The first and last
-stripe and the first and last row are empty.
+A bitmask is an array (n, R) of words: bit j of word ``[k, r]`` is the pixel in column ``64 k + j`` of row r. So the
+words of the same 64 columns lie below each other in memory, and the same can be done to several rows at once. The first
+and the last word of each row are empty, and so are the first and the last row.
 """
 
 from __future__ import annotations
@@ -12,13 +12,8 @@ import numpy.typing as npt
 from numba import boolean, int64, uint64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS, WORD_BITS
 from dloftbs.kernels.shared.popcount import count_ones, lowest_one
-
-BITS = 64
-"""Columns of a stripe."""
-
-ROWS = 16
-"""The number of rows of framed stripes, but for the first and the last, is a multiple of this."""
 
 _Words = npt.NDArray[np.uint64]
 
@@ -36,13 +31,13 @@ def _length(word: int) -> int:
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def cut(words: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int, int, int]:
-    """Cut out the rows and stripes that are not empty, with a margin as far as the image goes.
+def cut(packed: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int, int, int]:
+    """Cut out the rows and columns of words that are not empty, with a margin as far as the image goes.
 
     Parameters
     ----------
-    words : (H, n) uint64
-        A mask, 64 pixels a word, the first one in the lowest bit; 0 beyond the image.
+    packed : (H, n) uint64
+        A mask row after row, 64 pixels a word, the first one in the lowest bit; 0 beyond the image.
     columns : int
         Of the image.
     margin : int
@@ -50,25 +45,25 @@ def cut(words: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int, 
 
     Returns
     -------
-    stripes : (k, R) uint64
+    bitmask : (k, R) uint64
         (0, 0) where the mask is empty.
     inside : (k,) uint64
         The columns that lie in the image.
     x0, y0 : int
-        The image's column and row that are 0 in the stripes.
-    cells : int
-        Pixels of the box, widened to whole bytes and by the margin, as far as the image goes.
+        The image's column and row that are 0 in the bitmask.
+    area : int
+        Number of pixels of the box, widened to whole bytes and by the margin, as far as the image goes.
     """
-    rows, count = words.shape
+    rows, count = packed.shape
     across = np.zeros(count, dtype=np.uint64)
     top, bottom = 0, 0
     for row in range(rows):
         together = np.uint64(0)
         for k in range(count):
-            together |= words[row, k]
+            together |= packed[row, k]
         if together != 0:
             for k in range(count):
-                across[k] |= words[row, k]
+                across[k] |= packed[row, k]
             if bottom == 0:
                 top = row
             bottom = row + 1
@@ -79,42 +74,42 @@ def cut(words: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int, 
         first += 1
     while across[last] == 0:
         last -= 1
-    left = BITS * first + lowest_one(across[first]) // _BYTE * _BYTE
-    right = BITS * last + (_length(across[last]) + _BYTE - 1) // _BYTE * _BYTE
+    left = WORD_BITS * first + lowest_one(across[first]) // _BYTE * _BYTE
+    right = WORD_BITS * last + (_length(across[last]) + _BYTE - 1) // _BYTE * _BYTE
     above, below = max(top - margin, 0), min(bottom + margin, rows)
-    cells = (below - above) * (min(right + margin, columns) - max(left - margin, 0))
-    pad = (margin + BITS - 1) // BITS + 1
-    stripes = np.zeros((last - first + 1 + 2 * pad, below - above + 2), dtype=np.uint64)
+    area = (below - above) * (min(right + margin, columns) - max(left - margin, 0))
+    pad = (margin + WORD_BITS - 1) // WORD_BITS + 1
+    bitmask = np.zeros((last - first + 1 + 2 * pad, below - above + 2), dtype=np.uint64)
     for row in range(top, bottom):
         for k in range(first, last + 1):
-            stripes[k - first + pad, row - above + 1] = words[row, k]
-    x0 = BITS * (first - pad)
-    inside = np.zeros(len(stripes), dtype=np.uint64)
-    for k in range(len(stripes)):
-        start = x0 + BITS * k
+            bitmask[k - first + pad, row - above + 1] = packed[row, k]
+    x0 = WORD_BITS * (first - pad)
+    inside = np.zeros(len(bitmask), dtype=np.uint64)
+    for k in range(len(bitmask)):
+        start = x0 + WORD_BITS * k
         if 0 <= start < columns:
-            inside[k] = ~np.uint64(0) >> np.uint64(max(BITS - (columns - start), 0))
-    return stripes, inside, x0, above - 1, cells
+            inside[k] = ~np.uint64(0) >> np.uint64(max(WORD_BITS - (columns - start), 0))
+    return bitmask, inside, x0, above - 1, area
 
 
 @helper
-def _box(stripes: _Words) -> tuple[int, int, int, int]:
+def _box(bitmask: _Words) -> tuple[int, int, int, int]:
     """Return the first and last column and row that are not empty; the last is -1 where all are."""
-    n, rows = stripes.shape
+    n, rows = bitmask.shape
     first, last = n, -1
     left, right = 0, 0
     along = np.zeros(rows, dtype=np.uint64)
     for k in range(n):
         together = np.uint64(0)
         for r in range(rows):
-            together |= stripes[k, r]
-            along[r] |= stripes[k, r]
+            together |= bitmask[k, r]
+            along[r] |= bitmask[k, r]
         if together != 0:
             if last < 0:
                 first = k
-                left = BITS * first + lowest_one(together)
+                left = WORD_BITS * first + lowest_one(together)
             last = k
-            right = BITS * last + _length(together) - 1
+            right = WORD_BITS * last + _length(together) - 1
     top, bottom = 0, rows - 1
     while top < rows and along[top] == 0:
         top += 1
@@ -124,23 +119,23 @@ def _box(stripes: _Words) -> tuple[int, int, int, int]:
 
 
 @helper
-def _moved(stripes: _Words, left: int, right: int, top: int, bottom: int) -> _Words:
-    """Return a part of the stripes with its first pixel in column 1 of stripe 1, and in row 1."""
-    n = len(stripes)
+def _moved(bitmask: _Words, left: int, right: int, top: int, bottom: int) -> _Words:
+    """Return a part of a bitmask with its first pixel in bit 1 of the second word of row 1."""
+    n = len(bitmask)
     h, w = bottom - top + 1, right - left + 1
-    framed = np.zeros((-(-(w + 2) // BITS) + 2, -(-h // ROWS) * ROWS + 2), dtype=np.uint64)
+    framed = np.zeros((-(-(w + 2) // WORD_BITS) + 2, -(-h // TILE_ROWS) * TILE_ROWS + 2), dtype=np.uint64)
     for k in range(len(framed) - 2):
-        start = BITS * k + left - 1
-        source = start // BITS
-        low = np.uint64(start % BITS)
-        high = np.uint64(BITS) - low
+        start = WORD_BITS * k + left - 1
+        source = start // WORD_BITS
+        low = np.uint64(start % WORD_BITS)
+        high = np.uint64(WORD_BITS) - low
         here = framed[k + 1, 1 : h + 1]
         if source < n:
-            words = stripes[source, top : bottom + 1]
+            words = bitmask[source, top : bottom + 1]
             for r in range(h):
                 here[r] = words[r] >> low
         if source + 1 < n and low > 0:
-            words = stripes[source + 1, top : bottom + 1]
+            words = bitmask[source + 1, top : bottom + 1]
             for r in range(h):
                 here[r] |= words[r] << high
     return framed
@@ -148,7 +143,7 @@ def _moved(stripes: _Words, left: int, right: int, top: int, bottom: int) -> _Wo
 
 @kernel(read(uint64, 2, "C"), int64, int64)
 def as_bytes(framed: _Words, h: int, w: int) -> npt.NDArray[np.uint8]:
-    """Return framed stripes as bytes, 0 and 1, the margin included.
+    """Return a framed bitmask as bytes, 0 and 1, the margin included.
 
     Parameters
     ----------
@@ -178,7 +173,7 @@ def as_bytes(framed: _Words, h: int, w: int) -> npt.NDArray[np.uint8]:
 def _border_moments(framed: _Words, h: int, w: int) -> tuple[int, int, int, int, int, int, int, int]:
     """Return the moments of the border pixels, see `frame`."""
     sx = sy = sxyy = syxx = sxxx = syyy = sxx = syy = 0
-    one, last = np.uint64(1), np.uint64(BITS - 1)
+    one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     for k in range(1, len(framed) - 1):
         for r in range(1, h + 1):
             word = framed[k, r]
@@ -188,7 +183,7 @@ def _border_moments(framed: _Words, h: int, w: int) -> tuple[int, int, int, int,
             right = (word >> one) | (framed[k + 1, r] << last)
             edge = word & ~(left & right & framed[k, r - 1] & framed[k, r + 1])
             y = 2 * r - h - 1
-            first = 2 * BITS * (k - 1) - w - 1
+            first = 2 * WORD_BITS * (k - 1) - w - 1
             n = sum_x = sum_xx = sum_xxx = 0
             while edge != 0:
                 x = first + 2 * lowest_one(edge)
@@ -211,37 +206,37 @@ def _border_moments(framed: _Words, h: int, w: int) -> tuple[int, int, int, int,
 
 @kernel(read(uint64, 2, "C"))
 def frame(
-    stripes: _Words,
+    bitmask: _Words,
 ) -> tuple[npt.NDArray[np.uint8], _Words, tuple[int, int, int, int], tuple[int, int, int, int, int, int, int, int]]:
-    """Cut stripes to their bounding box, with an empty margin of a pixel, and measure it.
+    """Cut a bitmask to its bounding box, with an empty margin of a pixel, and measure it.
 
     Returns
     -------
     pixels : (h + 2, W) uint8
         0 and 1; the box's first pixel is ``[1, 1]``, W a multiple of 8. (0, 0) where there is nothing.
     framed : (n + 2, R) uint64
-        The same as stripes: column 0 of `pixels` is that of stripe 1, and row 0 row 0. R is 2 more than a multiple of
-        `ROWS`.
+        The same as a bitmask: column 0 of `pixels` is the first bit of the second word, and row 0 is row 0. R is 2 more
+        than a multiple of `TILE_ROWS`.
     box : left, top, h, w
-        Of the box, in the stripes' columns and rows, and its size.
+        Of the box, in the columns and rows of `bitmask`, and its size.
     moments : tuple of int
         The sums of x, y, x y^2, y x^2, x^3, y^3, x^2 and y^2 over the pixels that have background on a side, measured
         from the middle of the box in half pixels, so that all are whole numbers and equal sums are exactly equal, also
         where they overflow.
     """
-    left, right, top, bottom = _box(stripes)
+    left, right, top, bottom = _box(bitmask)
     if bottom < 0:
         nothing = (0, 0, 0, 0, 0, 0, 0, 0)
         return np.empty((0, 0), dtype=np.uint8), np.empty((0, 0), dtype=np.uint64), (0, 0, 0, 0), nothing
     h, w = bottom - top + 1, right - left + 1
-    framed = _moved(stripes, left, right, top, bottom)
+    framed = _moved(bitmask, left, right, top, bottom)
     return as_bytes(framed, h, w), framed, (left, top, h, w), _border_moments(framed, h, w)
 
 
 @inlined
 def _row_sums(framed: _Words, k: int, r: int, middle: int) -> tuple[int, int]:
     """Return how many of three pixels in a row are set, in binary: those beside each pixel of a word, and `middle`."""
-    one, last = np.uint64(1), np.uint64(BITS - 1)
+    one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     left = (framed[k, r] << one) | (framed[k - 1, r] >> last)
     right = (framed[k, r] >> one) | (framed[k + 1, r] << last)
     either = left ^ right
@@ -264,7 +259,7 @@ def _degrees(framed: _Words, k: int, r: int) -> tuple[int, int, int, int]:
 def list_pixels(
     framed: _Words, h: int, w: int, flip_x: bool, flip_y: bool, transpose: bool
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.uint8]]:
-    """List the pixels of framed stripes as ``(row, column)`` of a pose, in ascending order there, by counting.
+    """List the pixels of a framed bitmask as ``(row, column)`` of an orientation, in ascending order, by counting.
 
     Parameters
     ----------
@@ -273,7 +268,7 @@ def list_pixels(
     h, w : int
         Size of the box; with its margin, rows run from 0 to ``h + 1`` and columns to ``w + 1``.
     flip_x, flip_y, transpose : bool
-        The pose: flip the columns, flip the rows, then transpose.
+        The orientation: flip the columns, flip the rows, then transpose.
 
     Returns
     -------
@@ -287,7 +282,7 @@ def list_pixels(
     for k in range(1, n - 1):
         for r in range(1, h + 1):
             total += np.int64(count_ones(framed[k, r]))
-    unsorted = np.empty((total, 3), dtype=np.int32)  # line and place in the pose, and degree
+    unsorted = np.empty((total, 3), dtype=np.int32)  # line and place in the orientation, and degree
     starts = np.zeros((w if transpose else h) + 3, dtype=np.int64)
     count = 0
     for k in range(1, n - 1):
@@ -300,7 +295,7 @@ def list_pixels(
             while word != 0:
                 j = lowest_one(word)
                 word &= word - one
-                column = BITS * (k - 1) + j
+                column = WORD_BITS * (k - 1) + j
                 x = w + 1 - column if flip_x else column
                 line, place = (x, y) if transpose else (y, x)
                 bit = np.uint64(j)
@@ -311,7 +306,7 @@ def list_pixels(
                 count += 1
     for i in range(1, len(starts)):
         starts[i] += starts[i - 1]
-    # Within a line of the pose the pixels come in ascending order, or in descending order where that axis is flipped.
+    # Within a line of the orientation the pixels come in ascending order, or in descending order on a flipped axis.
     backwards = flip_y if transpose else flip_x
     pixels_rc = np.empty((total, 2), dtype=np.int32)
     degrees = np.empty(total, dtype=np.uint8)

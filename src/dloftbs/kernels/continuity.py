@@ -7,37 +7,14 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.cubic import basis_functions
+from dloftbs.kernels.shared.polyline import polyline_length
 
 _NEAR_WIDTHS = 1.5  # farther from a curve, an end has nothing to do with it
 _ALONG = 0.6  # least cosine between an end and the curve
 _AHEAD_CHORDS, _AHEAD_WIDTHS = 1.6, 2.0  # a joint follows the curve for no longer
 _LEAST_SAMPLES = 8
 _MOST_CELLS = 64  # to a side
-
-
-@helper
-def _evaluate(
-    knots: npt.NDArray[np.float64], control: npt.NDArray[np.float64], span: int, u: float
-) -> tuple[float, float]:
-    """Return a point of a cubic by the recursion of Cox and de Boor, unrolled, in the order that scipy has, too."""
-    a, b, c = knots[span - 2], knots[span - 1], knots[span]
-    d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
-    share = 1.0 / (d - c)
-    first, second = share * (d - u), share * (u - c)
-    share = first / (d - b)
-    first, carry = share * (d - u), share * (u - b)
-    share = second / (e - c)
-    second, third = carry + share * (e - u), share * (u - c)
-    share = first / (d - a)
-    first, carry = share * (d - u), share * (u - a)
-    share = second / (e - b)
-    second, after = carry + share * (e - u), share * (u - b)
-    share = third / (f - c)
-    third, fourth = after + share * (f - u), share * (u - c)
-    low = span - 3
-    x = control[low, 0] * first + control[low + 1, 0] * second + control[low + 2, 0] * third
-    y = control[low, 1] * first + control[low + 1, 1] * second + control[low + 2, 1] * third
-    return x + control[span, 0] * fourth, y + control[span, 1] * fourth
 
 
 @helper
@@ -94,9 +71,7 @@ def sample_curves(
     first = np.zeros(n_curves + 1, dtype=np.int64)
     start = 0
     for c in range(n_curves):
-        about = 0.0  # the polygon of the control points is somewhat longer than the curve, and at hand
-        for i in range(start + 1, start + counts[c]):
-            about += np.hypot(control[i, 0] - control[i - 1, 0], control[i, 1] - control[i - 1, 1])
+        about = polyline_length(control[start : start + counts[c]])  # somewhat longer than the curve, and at hand
         count = min(max(np.ceil(about / step_px), float(_LEAST_SAMPLES)), float(most))
         first[c + 1] = first[c] + int(count)
         start += counts[c]
@@ -114,7 +89,11 @@ def sample_curves(
                 u, span = 0.0, 3
             while span < counts[c] - 1 and u >= own_knots[span + 1]:
                 span += 1
-            x, y = _evaluate(own_knots, own_control, span, u)
+            basis = basis_functions(own_knots, span, u)
+            x, y = 0.0, 0.0
+            for k in range(4):
+                x += own_control[span - 3 + k, 0] * basis[k]
+                y += own_control[span - 3 + k, 1] * basis[k]
             x, y = x - offset[0], y - offset[1]
             own[i, 0], own[i, 1] = x * xx + y * yx, x * xy + y * yy
         total = 0.0

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import float64
 
 from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.shared.cubic import basis_functions
 
 _ORDER = 4
 
@@ -42,26 +43,17 @@ def sample_cubic(
     m, dims = points.shape
     highest = len(control) - 1
     span = _ORDER - 1
-    value = np.empty(_ORDER)
     length = 0.0
     for k in range(m):
         u = first + (last - first) * k / (m - 1)
         while span < highest and u >= knots[span + 1]:
             span += 1
-        value[0] = 1.0
-        for degree in range(1, _ORDER):
-            carry = 0.0
-            for r in range(degree):
-                high, low = knots[span + r + 1], knots[span + r + 1 - degree]
-                share = value[r] / (high - low) if high > low else 0.0
-                value[r] = carry + (high - u) * share
-                carry = (u - low) * share
-            value[degree] = carry
+        basis = basis_functions(knots, span, u)
         squared = 0.0
         for d in range(dims):
             total = 0.0
             for r in range(_ORDER):
-                total += value[r] * control[span - _ORDER + 1 + r, d]
+                total += basis[r] * control[span - _ORDER + 1 + r, d]
             points[k, d] = total
             if k:
                 squared += (total - points[k - 1, d]) ** 2

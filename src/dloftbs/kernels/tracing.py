@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int32, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.shared.polyline import chord_direction
 
 RADIUS_SPACING = 4
 """Pixels of a run from one measured radius to the next."""
@@ -159,13 +160,7 @@ def measure_radius(
             if (i - first) % RADIUS_SPACING != 0 and i != last:
                 continue
             before, after = max(i - reach, first), min(i + reach, last)
-            dx = points[after, 0] - points[before, 0]
-            dy = points[after, 1] - points[before, 1]
-            norm = np.sqrt(dx * dx + dy * dy)
-            if norm == 0.0:
-                dx, norm = 1.0, 1.0
-            dx /= norm
-            dy /= norm
+            dx, dy = chord_direction(points, before, after)
             x, y = points[i, 0], points[i, 1]
             radius[i] = 0.5 * (_reach(mask, x, y, -dy, dx) + _reach(mask, x, y, dy, -dx))
             for j in range(measured + 1, i):

@@ -1,4 +1,4 @@
-"""Stage 7: depth to the axis of each object, in metres (not in the paper, which lifts every pixel by itself)."""
+"""Stage 8: depth to the axis of each object, in metres (not in the paper, which lifts every pixel by itself)."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from dloftbs.detection import Crossing, Detection
 from dloftbs.lifting.kernels import sections as kernels
 from dloftbs.lifting.kernels.penalized_spline import smooth
 from dloftbs.lifting.kernels.surfaces import DEPTH_TYPES, find_surface
-from dloftbs.lifting.kernels.tubes import hide, lead_to_axis
+from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.mask_crop import MaskCrop
 
 _STEP_WIDTHS = 0.6  # from section to section
 _LEAST_PIXELS = 9.0  # of a section
 _LEAST_SECTIONS = 8
 _SPAN_WIDTHS = 2.4  # from knot to knot of the smooth line
-_BLOCK_WIDTHS = 8.0  # over which the width is levelled
+_BLOCK_WIDTHS = 8.0  # over which the width is averaged
 # How far from the middle line a section looks, in radii, and how far it stays off the border, px: the pixels there mix
 # with what is behind.
 _SHARE, _BORDER_PX, _LEAST_SHARE = 0.6, 1.0, 0.3
 _MIXED_PX = 2.0  # along the curve, off what hides it
 _FLOOR_WIDTHS = 0.05  # no cable's surface is known, or need be, better than this
 _STRETCH_WIDTHS = 6.0  # what covers a cable for longer shows in the mask
-_INFERRED_WIDTHS = 1.0  # a shorter stretch between two that are seen is not worth a word
+_INFERRED_WIDTHS = 1.0  # a shorter stretch between two that are seen is not reported
 
-_MOST_TIMES = 2.0  # as far as the farthest depth that was seen, where the line is led on
+_MOST_TIMES = 2.0  # the farthest extrapolated depth over the farthest that was seen
 
 LEAST_SEEN = 0.3
 """Share of a curve that must have depth of its own."""
-MOST_LED_ON = 0.2
+MOST_EXTRAPOLATED = 0.2
 """Largest share of a curve's length that is extended straight beyond the last depth at an end."""
 
 _Interval = tuple[float, float]
@@ -85,7 +85,7 @@ class _Sections(NamedTuple):
 def lift(
     detections: Sequence[Detection],
     crossings: Sequence[Crossing],
-    patch: MaskCrop,
+    crop: MaskCrop,
     depth: npt.NDArray[Any],
     camera: PinholeCamera,
     config: LiftingConfig,
@@ -93,9 +93,9 @@ def lift(
     """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
 
     Depth is looked at in sections across the middle of the object, where no other pass covers it and the mask is not
-    interrupted. A robust smooth line through it, in 1 / depth, for which a straight cable is straight, bridges what is
-    missing and what it does not explain: that is inferred. The radius, one for the whole object, comes from the width
-    in the image.
+    interrupted. A robust smooth line is laid through it, in 1 / depth, for which a straight cable is straight. It
+    bridges the sections without depth and those that it does not explain: they are inferred. The radius, one for the
+    whole object, comes from the width in the image.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def lift(
         Their curves in the image count, not those in space.
     crossings : sequence of Crossing
         Of the detections. A pass that is not known to be on top is not looked at where the other one may cover it.
-    patch : MaskCrop
+    crop : MaskCrop
         The mask that they were found in.
     depth : numpy.ndarray, shape (H, W)
         Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
@@ -115,24 +115,24 @@ def lift(
     list of Lifted or str
         For each detection; text says why its depth is too little.
     """
-    laid = [_lay(detection) for detection in detections]
+    sections = [_lay_sections(detection) for detection in detections]
     for crossing in crossings:
-        for own, (a, u_a) in enumerate(crossing.passes):
-            b, u_b = crossing.passes[1 - own]
-            if crossing.top == own:
+        for number, (a, u_a) in enumerate(crossing.passes):
+            b, u_b = crossing.passes[1 - number]
+            if crossing.top == number:
                 continue
-            mine, other = laid[a], laid[b]
+            mine, other = sections[a], sections[b]
             closed_a, closed_b = detections[a].curve.closed, detections[b].curve.closed
             at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
             reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
-            hide(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
+            mask_occluded(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
     return [
-        _lift_one(detection, sections, patch, depth, camera, config)
-        for detection, sections in zip(detections, laid, strict=True)
+        _lift_one(detection, own, crop, depth, camera, config)
+        for detection, own in zip(detections, sections, strict=True)
     ]
 
 
-def _lay(detection: Detection) -> _Sections:
+def _lay_sections(detection: Detection) -> _Sections:
     curve, line, width = detection.curve, detection.centerline, detection.width
     half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _LEAST_SHARE * 0.5 * width)
     step = max(_STEP_WIDTHS * width, _LEAST_PIXELS / (2 * int(half) + 1))
@@ -150,25 +150,27 @@ def _lay(detection: Detection) -> _Sections:
 def _lift_one(
     detection: Detection,
     sections: _Sections,
-    patch: MaskCrop,
+    crop: MaskCrop,
     depth: npt.NDArray[Any],
     camera: PinholeCamera,
     config: LiftingConfig,
 ) -> Lifted | str:
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    inverse, counts, led, known = _surface(sections, focal_px, patch, depth, config)
+    inverse, counts, shift, known = _surface(sections, focal_px, crop, depth, config)
     if _is_too_few(known, n):
         return _too_few(known, n)
     spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
     line, explained, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
     least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
-    seen, stretches, known, first, last, lowest, lowest_seen = kernels.settle(explained, closed, least, line)
+    seen, stretches, known, first, last, lowest, lowest_seen = kernels.confirm_sections(explained, closed, least, line)
     if _is_too_few(known, n):
         return _too_few(known, n)
     beyond = max(first, n - 1 - last) / (n - 1)
-    if not closed and beyond > MOST_LED_ON:
-        return f"the last {100.0 * beyond:.0f} % of the curve have no depth, more than {100.0 * MOST_LED_ON:.0f} %"
+    if not closed and beyond > MOST_EXTRAPOLATED:
+        return (
+            f"the last {100.0 * beyond:.0f} % of the curve have no depth, more than {100.0 * MOST_EXTRAPOLATED:.0f} %"
+        )
     if lowest * _MOST_TIMES < lowest_seen:
         return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
     rays = kernels.find_rays(
@@ -179,16 +181,16 @@ def _lift_one(
         beyond_lens = int(np.isnan(rays).any(axis=(0, 2)).sum())
         if beyond_lens:
             return f"{beyond_lens} of {n} sections of the curve lie beyond the field of the lens model"
-    points, u, radius = lead_to_axis(rays, line, led, seen, closed)
+    points, u, radius = surface_to_axis(rays, line, shift, seen, closed)
     inferred = _intervals(stretches.tolist(), u, closed) if len(stretches) else ()
     return Lifted(points, u, inferred, radius, freedom)
 
 
 def _surface(
-    sections: _Sections, focal_px: float, patch: MaskCrop, depth: npt.NDArray[Any], config: LiftingConfig
+    sections: _Sections, focal_px: float, crop: MaskCrop, depth: npt.NDArray[Any], config: LiftingConfig
 ) -> tuple[FloatArray, FloatArray, float, int]:
     """Return 1 / depth of the surface in each section, and more, as `find_surface` does."""
-    (h, w), (left, top) = patch.size, patch.origin
+    (h, w), (left, top) = crop.size, crop.origin
     box = depth[top : top + h, left : left + w]
     if box.dtype not in DEPTH_TYPES:
         box = box.astype(np.float64)
@@ -197,7 +199,7 @@ def _surface(
         sections.tangents,
         sections.radius,
         sections.used,
-        patch.pixels[1 : h + 1, 1 : w + 1],
+        crop.pixels[1 : h + 1, 1 : w + 1],
         box,
         left,
         top,

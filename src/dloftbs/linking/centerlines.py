@@ -101,7 +101,7 @@ def assemble(patch: MaskCrop, graph: Graph, pairing: Pairing, least_widths: floa
             lacking[i] = lacking[j] = amount
     gone: set[int] = set()
     offsets, degree = graph.offsets.tolist(), _degrees(pairing)
-    mask = patch.posed(patch.pixels)
+    mask = patch.oriented(patch.pixels)
     for chain, is_ring in pairing.chains():
         if _is_left_over(pairing, chain, gone):
             gone |= {end // 2 for end in chain}

@@ -72,7 +72,7 @@ def pair(
     -------
     Pairing
     """
-    mask = patch.posed(patch.pixels)
+    mask = patch.oriented(patch.pixels)
     passes = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
     copies, partial, saved, reach, raw = _find_shared(graph, mask, passes)
     original, nodes, spurs, arms, caps = np.arange(graph.runs), graph.nodes, graph.spurs, graph.arms, graph.caps

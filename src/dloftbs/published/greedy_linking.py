@@ -1,4 +1,4 @@
-"""Stage 5: segments to centre lines: the published, greedy linking (paper: filter and order)."""
+"""Stage 5, as published: segments to centre lines, by greedy linking (paper: filter and order)."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from dloftbs.published.kernels import greedy_linking as kernels
 _Links = dict[int, tuple[int, JointKind, float, float]]  # from an end to its partner, the kind, cost and margin
 
 
-def link_segments(patch: MaskCrop, segments: list[Segment], config: GreedyLinkingConfig) -> list[Centerline]:
+def link_segments(crop: MaskCrop, segments: list[Segment], config: GreedyLinkingConfig) -> list[Centerline]:
     """Join segments end to end, cheapest pair first, while ``J < J_th``; what stays unconnected is another object.
 
     Parameters
     ----------
-    patch : MaskCrop
+    crop : MaskCrop
         Its mask tells whether a joint runs over foreground.
     segments : list of Segment
-        Open ones, in the patch's order, so that of equal costs the same one wins in every pose.
+        Open ones, in the order of the crop, so that of equal costs the same one wins in every orientation.
     config : GreedyLinkingConfig
 
     Returns
@@ -38,8 +38,8 @@ def link_segments(patch: MaskCrop, segments: list[Segment], config: GreedyLinkin
     ends, directions = _ends(segments, config.direction_px)
     most = math.inf if config.max_cost is None else config.max_cost
     pairs, costs, margins = kernels.link_greedily(ends, directions, config.distance_weight, most)
-    posed = patch.to_posed(ends)
-    covered = are_covered(patch.posed(patch.pixels), posed[pairs[:, 0]], posed[pairs[:, 1]])
+    oriented = crop.to_oriented(ends)
+    covered = are_covered(crop.oriented(crop.pixels), oriented[pairs[:, 0]], oriented[pairs[:, 1]])
     links: _Links = {}
     for (i, j), seen, cost, margin in zip(
         pairs.tolist(), covered.tolist(), costs.tolist(), margins.tolist(), strict=True

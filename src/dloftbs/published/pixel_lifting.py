@@ -1,4 +1,4 @@
-"""Stage 7, as published: each pixel of the centre line brings its depth (paper: extension to 3D)."""
+"""Stage 8, as published: each pixel of the centre line brings its depth (paper: extension to 3D)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 4: skeleton to segments: branch points removed, walks from end to end (paper: walk along segments)."""
+"""Stage 4, as published: branch points removed, the rest walked from end to end (paper: walk along segments)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CHORD_REACH_PX = 4  # of the chord that the width is measured across: beyond th
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """Paths of the walks, as arrays of points (n, 2), posed ``(x, y)``.
+    """Paths of the walks, as arrays of points (n, 2), oriented ``(x, y)``.
 
     Parameters
     ----------
@@ -51,15 +51,15 @@ def walk(skeleton: Skeleton, config: GreedyLinkingConfig) -> Walks:
     )
 
 
-def make_segments(patch: MaskCrop, runs: list[FloatArray]) -> list[Segment]:
-    """Give each run its radius, and turn it from the patch's pose into the image.
+def make_segments(crop: MaskCrop, runs: list[FloatArray]) -> list[Segment]:
+    """Give each run its radius, and turn it from the orientation of the crop into the image.
 
     The radius is half the distance between the edges of the mask to both sides of the run.
     """
     if not runs:
         return []
     offsets = np.cumsum([0, *map(len, runs)])
-    posed = np.concatenate(runs)
-    radius = tracing.measure_radius(patch.posed(patch.pixels), posed, offsets, _CHORD_REACH_PX)
-    points = patch.to_image(posed)
+    oriented = np.concatenate(runs)
+    radius = tracing.measure_radius(crop.oriented(crop.pixels), oriented, offsets, _CHORD_REACH_PX)
+    points = crop.to_image(oriented)
     return [Segment._unchecked(points[start:stop], radius[start:stop]) for start, stop in pairwise(offsets.tolist())]

@@ -36,7 +36,7 @@ def build_graph(patch: MaskCrop, skeleton: Skeleton, max_runs: int) -> tuple[Gra
     runs : int
         The number of runs.
     """
-    mask = patch.posed(patch.pixels)
+    mask = patch.oriented(patch.pixels)
     pixels, offsets, n = tracing.trace(skeleton.grid, skeleton.pixels_rc, skeleton.degrees)
     runs = len(offsets) - 1
     if runs == 0 or runs > max_runs:

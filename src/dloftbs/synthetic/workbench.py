@@ -44,8 +44,8 @@ def draw_wood(rng: np.random.Generator, size: tuple[int, int], scale: float) -> 
     late = part**3 * np.clip((1.0 - part) / 0.12, 0.0, 1.0)
     fibre = smooth_noise(rng, size, (1.1 * scale, 70.0 * scale))
     pore = np.maximum(smooth_noise(rng, size, (1.4 * scale, 16.0 * scale)) - 0.55, 0.0)
-    patch = smooth_noise(rng, size, (120.0 * scale, 300.0 * scale))
-    dark = np.clip(0.20 + 0.52 * late + 0.10 * fibre + 0.55 * pore + 0.12 * patch, 0.0, 1.0)
+    crop = smooth_noise(rng, size, (120.0 * scale, 300.0 * scale))
+    dark = np.clip(0.20 + 0.52 * late + 0.10 * fibre + 0.55 * pore + 0.12 * crop, 0.0, 1.0)
     tint = (1.0 + rng.uniform(-0.09, 0.07, int(plank.max()) + 1))[plank]
     edge = np.minimum(y % _PLANK, _PLANK - y % _PLANK)
     seam = 1.0 - 0.72 * np.exp(-((edge / 1.5) ** 2)) - 0.10 * np.exp(-edge / 7.0)

@@ -23,13 +23,13 @@ def opened(mask: np.ndarray) -> np.ndarray:
 
 
 def with_kernel(mask: np.ndarray, least: int, most: int = 10**9) -> np.ndarray:
-    stripes, inside, x0, y0, _ = cut(as_words(mask), mask.shape[1], 1)
-    return pasted(open_up(stripes, inside, 1, least, most), x0, y0, mask.shape) if len(stripes) else mask
+    bitmask, inside, x0, y0, _ = cut(as_words(mask), mask.shape[1], 1)
+    return pasted(open_up(bitmask, inside, 1, least, most), x0, y0, mask.shape) if len(bitmask) else mask
 
 
 def filled(mask: np.ndarray, side: int = 3, most: int = 10**9) -> np.ndarray:
-    stripes, inside, x0, y0, _ = cut(as_words(mask), mask.shape[1], 2 * (side // 2))
-    return pasted(close(stripes, inside, side // 2, most), x0, y0, mask.shape) if len(stripes) else mask
+    bitmask, inside, x0, y0, _ = cut(as_words(mask), mask.shape[1], 2 * (side // 2))
+    return pasted(close(bitmask, inside, side // 2, most), x0, y0, mask.shape) if len(bitmask) else mask
 
 
 def slow_closed(mask: np.ndarray, side: int = 3) -> np.ndarray:
@@ -190,8 +190,8 @@ def test_morphology_agrees_with_opencv_where_stripes_meet(width: int, side: int)
         rng = np.random.default_rng(seed)
         mask = (cv2.GaussianBlur(rng.random((70, width)), (0, 0), 2.0) > 0.5).astype(np.uint8)
         np.testing.assert_array_equal(filled(mask, side), slow_filled(mask, side))
-        stripes, inside, x0, y0, _ = cut(as_words(mask), width, side // 2)
+        bitmask, inside, x0, y0, _ = cut(as_words(mask), width, side // 2)
         square = np.ones((side, side), np.uint8)
         expected = cv2.morphologyEx(mask, cv2.MORPH_OPEN, square)
-        opened_up = open_up(stripes, inside, side // 2, 0, 0)
+        opened_up = open_up(bitmask, inside, side // 2, 0, 0)
         np.testing.assert_array_equal(pasted(opened_up, x0, y0, mask.shape), expected)

@@ -8,7 +8,7 @@ from builders import random_curve
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.lifting.kernels.sections import find_rays, lay_sections, settle
+from dloftbs.lifting.kernels.sections import confirm_sections, find_rays, lay_sections
 
 
 @given(st.integers(0, 2**31), st.booleans())
@@ -49,7 +49,7 @@ def test_rays_lie_the_radius_to_either_side() -> None:
     assert (rays[..., 2] == 1.0).all()
 
 
-def literal_settle(explained: list[bool], closed: bool, least: int) -> tuple[list[bool], list[tuple[int, int]]]:
+def literally_confirmed(explained: list[bool], closed: bool, least: int) -> tuple[list[bool], list[tuple[int, int]]]:
     n = len(explained)
     near = [[k % n for k in (i - 1, i + 1) if closed or 0 <= k < n] for i in range(n)]
     seen = [explained[i] and any(explained[k] for k in near[i]) for i in range(n)]
@@ -69,8 +69,10 @@ def literal_settle(explained: list[bool], closed: bool, least: int) -> tuple[lis
 @given(st.lists(st.booleans(), min_size=3, max_size=30), st.booleans(), st.integers(1, 4))
 def test_stretches_agree_with_the_literal_twin(explained: list[bool], closed: bool, least: int) -> None:
     line = np.cos(np.arange(float(len(explained))))
-    seen, stretches, count, first, last, lowest, lowest_seen = settle(np.array(explained), closed, least, line)
-    expected_seen, expected = literal_settle(explained, closed, least)
+    seen, stretches, count, first, last, lowest, lowest_seen = confirm_sections(
+        np.array(explained), closed, least, line
+    )
+    expected_seen, expected = literally_confirmed(explained, closed, least)
     assert seen.tolist() == expected_seen
     assert (count, lowest) == (sum(expected_seen), line.min())
     assert lowest_seen == line[seen].min(initial=np.inf)

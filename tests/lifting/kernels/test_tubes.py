@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from dloftbs.centerline import arc_parameter
-from dloftbs.lifting.kernels.tubes import hide, lead_to_axis
+from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 
 
 @given(st.floats(0.5, 2.6), st.floats(0.0, 2.0 * math.pi), st.floats(0.002, 0.02), st.floats(-0.3, 0.3))
@@ -35,7 +35,7 @@ def test_a_cylinder_s_axis_is_found_from_its_surface(lean: float, turn: float, r
             np.cos(tilt)[:, None] * toward + side * np.sin(tilt)[:, None] * normal
         )
         borders.append(border / border[:, 2:])
-    points, _, found = lead_to_axis(
+    points, _, found = surface_to_axis(
         np.stack((rays, *borders)), 1.0 / surface[:, 2], 0.0, np.ones(len(axis), bool), False
     )
     assert found == pytest.approx(radius, rel=0.02)
@@ -47,7 +47,7 @@ def test_the_radius_is_that_of_the_sections_that_are_seen() -> None:
     rays = np.stack((x, np.zeros(21), np.ones(21)), axis=1)
     half = np.where(np.arange(21) < 15, 0.5, 0.01)
     borders = [rays + np.array([0.0, 1.0, 0.0]) * (side * half)[:, None] for side in (-1.0, 1.0)]
-    points, _, radius = lead_to_axis(np.stack((rays, *borders)), np.full(21, 1.0), 0.0, np.arange(21) >= 15, False)
+    points, _, radius = surface_to_axis(np.stack((rays, *borders)), np.full(21, 1.0), 0.0, np.arange(21) >= 15, False)
     assert radius == pytest.approx(0.01, rel=0.02)
     np.testing.assert_allclose(points[:, 2], 1.0 + radius, rtol=1e-3)
 
@@ -56,7 +56,7 @@ def test_around_a_loop_the_ends_are_neighbours() -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
     rays = np.stack((0.2 * np.cos(angle), 0.2 * np.sin(angle), np.ones(40)), axis=1)
     borders = [rays * (factor, factor, 1.0) for factor in (0.95, 1.05)]
-    points, u, _ = lead_to_axis(np.stack((rays, *borders)), np.ones(40), 0.0, np.ones(40, bool), True)
+    points, u, _ = surface_to_axis(np.stack((rays, *borders)), np.ones(40), 0.0, np.ones(40, bool), True)
     np.testing.assert_allclose(points[:, 2], points[0, 2], atol=1e-9)
     np.testing.assert_allclose(u, angle / (2.0 * np.pi), atol=1e-9)
 
@@ -66,7 +66,7 @@ def test_the_parameter_is_the_arc_length_along_the_axis(seed: int, n: int, close
     rng = np.random.default_rng(seed)
     rays = np.stack((np.linspace(-0.3, 0.3, n), rng.uniform(-0.1, 0.1, n), np.ones(n)), axis=1)
     borders = [rays + np.array([0.0, side * 0.01, 0.0]) for side in (-1.0, 1.0)]
-    points, u, _ = lead_to_axis(np.stack((rays, *borders)), rng.uniform(0.5, 2.0, n), 0.1, np.ones(n, bool), closed)
+    points, u, _ = surface_to_axis(np.stack((rays, *borders)), rng.uniform(0.5, 2.0, n), 0.1, np.ones(n, bool), closed)
     np.testing.assert_allclose(u, arc_parameter(points, closed), atol=1e-12)
 
 
@@ -78,7 +78,7 @@ def line(angle: float, n: int = 81) -> np.ndarray:
 def test_what_lies_on_a_straight_pass_is_hidden(angle: float, reach: float) -> None:
     own, other = line(0.0), line(angle)
     used = np.ones(81, bool)
-    hide(used, own, False, 40, other, False, 40, reach)
+    mask_occluded(used, own, False, 40, other, False, 40, reach)
     # Points of the other pass are a pixel apart.
     distance = np.sqrt(((own[:, None] - other[None]) ** 2).sum(axis=2)).min(axis=1)
     np.testing.assert_array_equal(used, distance > reach)
@@ -87,7 +87,7 @@ def test_what_lies_on_a_straight_pass_is_hidden(angle: float, reach: float) -> N
 def test_a_pass_that_ends_there_is_hidden_up_to_its_end() -> None:
     own, other = line(0.0)[38:], line(1.5)
     used = np.ones(len(own), bool)
-    hide(used, own, False, 2, other, False, 40, 5.0)
+    mask_occluded(used, own, False, 2, other, False, 40, 5.0)
     assert not used[:7].any()
     assert used[8:].all()
 
@@ -97,12 +97,12 @@ def test_on_a_loop_hiding_goes_on_through_the_seam() -> None:
     loop = 30.0 * np.stack((np.cos(angle), np.sin(angle)), axis=1)
     other = np.linspace((10.0, 0.5), (50.0, 0.5), 41)
     used = np.ones(60, bool)
-    hide(used, loop, True, 0, other, False, 20, 5.0)
+    mask_occluded(used, loop, True, 0, other, False, 20, 5.0)
     assert np.flatnonzero(~used).tolist() == [0, 1, 59]
 
 
 def test_passes_that_run_together_are_hidden_wholly() -> None:
     used = np.ones(81, bool)
     beside = line(0.0) + np.array([0.0, 1.0])
-    hide(used, line(0.0), False, 40, beside, False, 40, 5.0)
+    mask_occluded(used, line(0.0), False, 40, beside, False, 40, 5.0)
     assert not used.any()

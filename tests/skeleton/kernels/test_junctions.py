@@ -30,17 +30,17 @@ EIGHT = np.ones((3, 3))
 
 
 def skeleton_of(mask: np.ndarray) -> tuple[MaskCrop, Skeleton]:
-    patch = clean(mask, THIN)
-    assert patch is not None
-    return patch, skeletonize(patch)
+    crop = clean(mask, THIN)
+    assert crop is not None
+    return crop, skeletonize(crop)
 
 
 def found_in(mask: np.ndarray) -> tuple[MaskCrop, Skeleton, np.ndarray, np.ndarray, int, tuple[np.ndarray, ...]]:
-    patch, skeleton = skeleton_of(mask)
+    crop, skeleton = skeleton_of(mask)
     points, offsets, n = tracing.trace(skeleton.grid, skeleton.pixels_rc, skeleton.degrees)
-    posed = patch.posed(patch.pixels)
-    result = find_junctions(skeleton.grid, skeleton.pixels_rc, skeleton.degrees, points, offsets, n, posed)
-    return patch, skeleton, points, offsets, n, result
+    oriented = crop.oriented(crop.pixels)
+    result = find_junctions(skeleton.grid, skeleton.pixels_rc, skeleton.degrees, points, offsets, n, oriented)
+    return crop, skeleton, points, offsets, n, result
 
 
 @given(random_masks)
@@ -69,10 +69,10 @@ def test_clusters_are_those_of_an_independent_labelling(mask: np.ndarray) -> Non
 def test_the_skeleton_is_as_it_was(mask: np.ndarray) -> None:
     if not mask.any():
         return
-    patch, skeleton = skeleton_of(mask)
+    crop, skeleton = skeleton_of(mask)
     before = skeleton.grid.copy()
     points, offsets, n = tracing.trace(skeleton.grid, skeleton.pixels_rc, skeleton.degrees)
-    find_junctions(skeleton.grid, skeleton.pixels_rc, skeleton.degrees, points, offsets, n, patch.posed(patch.pixels))
+    find_junctions(skeleton.grid, skeleton.pixels_rc, skeleton.degrees, points, offsets, n, crop.oriented(crop.pixels))
     np.testing.assert_array_equal(skeleton.grid, before)
 
 

@@ -34,11 +34,11 @@ def tube(width: float, seed: int, *, noisy: bool = False) -> tuple[np.ndarray, B
     mask = draw_tube_mask(curve, width, SIZE)
     if noisy:
         mask = NOISY.apply(mask, [curve], (seed,))
-    patch = clean(mask, CleaningConfig(close_px=3, open_px=3 if width > 3.0 else 1))
-    assert patch is not None
+    crop = clean(mask, CleaningConfig(close_px=3, open_px=3 if width > 3.0 else 1))
+    assert crop is not None
     mask = np.zeros(SIZE)
-    (x, y), (h, w) = patch.origin, patch.size
-    mask[y : y + h, x : x + w] = patch.pixels[1 : h + 1, 1 : w + 1]
+    (x, y), (h, w) = crop.origin, crop.size
+    mask[y : y + h, x : x + w] = crop.pixels[1 : h + 1, 1 : w + 1]
     return mask.astype(np.uint8), curve.transformed(np.eye(2), (1.0, 1.0))
 
 

@@ -12,8 +12,6 @@ from hypothesis import given
 from scipy import ndimage
 from skeletons import ORDER, fast_skeleton, padded
 
-from dloftbs.kernels import bitmask
-from dloftbs.skeleton.kernels import thinning
 from dloftbs.skeleton.kernels.thinning import _may_go
 
 NEIGHBOURS = [(-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1)]
@@ -78,15 +76,11 @@ def test_thinning_agrees_for_any_order_of_sides(order: tuple[int, ...]) -> None:
 
 
 @pytest.mark.parametrize("width", [62, 63, 64, 126, 200])
-def test_thinning_agrees_where_stripes_and_tiles_meet(width: int) -> None:
+def test_thinning_agrees_where_words_and_tiles_meet(width: int) -> None:
     for seed in range(6):
         rng = np.random.default_rng(seed)
         for mask in (wide_blobs(rng, (90, width)), rng.random((40, width)) < 0.7):
             np.testing.assert_array_equal(fast_skeleton(mask)[:, : width + 2], slow_skeleton(mask)[:, : width + 2])
-
-
-def test_frames_hold_whole_tiles() -> None:
-    assert bitmask.ROWS % thinning._ROWS == 0
 
 
 def test_what_is_thin_waits_for_what_is_thick() -> None:

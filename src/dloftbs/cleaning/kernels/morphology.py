@@ -1,6 +1,6 @@
 """Corrections of closing and opening: closing fills holes alone, and opening takes specks alone.
 
-Masks are stripes, as `dloftbs.kernels.bitmask` cuts them out: bit j of word ``[k, r]`` is the pixel in column
+Masks are bitmasks, as `dloftbs.kernels.bitmask` cuts them out: bit j of word ``[k, r]`` is the pixel in column
 ``64 k + j`` of row r. A pixel's number is that of its word, ``k R + r``, times 64, plus j.
 """
 
@@ -11,12 +11,12 @@ import numpy.typing as npt
 from numba import int64, uint64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, write
+from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.popcount import count_ones, lowest_one
 
 _Words = npt.NDArray[np.uint64]
 _Queue = npt.NDArray[np.int64]
 
-_BITS = 64
 _FIRST_QUEUE = 1024
 _AROUND = 8
 _NOTCH = 9  # pixels
@@ -27,7 +27,7 @@ _MOST_TOUCHED = 64  # by a piece that may be a joint; one of n pixels has up to 
 def _grow(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
     """Add to the foreground its eight neighbours inside the image; with `flip` all ones, to the background."""
     n, rows = source.shape
-    one, last = np.uint64(1), np.uint64(_BITS - 1)
+    one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     line = np.zeros(rows, dtype=np.uint64)
     up, middle, down = line[:-2], line[1:-1], line[2:]
     for k in range(1, n - 1):
@@ -43,11 +43,11 @@ def _grow(source: _Words, target: _Words, inside: _Words, flip: int) -> None:
 
 
 @helper
-def _grow_and_shrink(stripes: _Words, inside: _Words, reach: int, first: int) -> _Words:
+def _grow_and_shrink(bitmask: _Words, inside: _Words, reach: int, first: int) -> _Words:
     """Grow the foreground `reach` times and shrink it as often, or with `first` all ones the other way around."""
-    n, rows = stripes.shape
+    n, rows = bitmask.shape
     buffers = np.zeros((2, n, rows), dtype=np.uint64)
-    source = stripes
+    source = bitmask
     for step in range(2 * reach):
         target = buffers[step % 2]
         _grow(source, target, inside, first if step < reach else ~first)
@@ -101,7 +101,7 @@ def _recede(seed: int, stride: int, added: _Words, stack: _Queue) -> _Queue:
         p = stack[count]
         if count + _AROUND > len(stack):
             stack = _longer(stack)
-        for q in (p - _BITS, _left(p, stride), _right(p, stride), p + _BITS):
+        for q in (p - WORD_BITS, _left(p, stride), _right(p, stride), p + WORD_BITS):
             if _get(added, q):
                 _clear(added, q)
                 stack[count] = q
@@ -128,7 +128,7 @@ def _collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue
         done += 1
         if count + _AROUND > len(queue):
             queue = _longer(queue)
-        for line in (p - _BITS, p, p + _BITS):
+        for line in (p - WORD_BITS, p, p + WORD_BITS):
             for q in (_left(line, stride), line, _right(line, stride)):
                 if _get(kept, q):
                     touches += 1
@@ -143,13 +143,13 @@ def _collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue
 def _joins(piece: _Queue, size: int, rows: int, mask: _Words, touched: npt.NDArray[np.int64]) -> bool:
     """Tell whether a small piece is all that joins parts of a mask: it touches two sets of pixels or more."""
     count = 0
-    stride = _BITS * rows
+    stride = WORD_BITS * rows
     for i in range(size):
-        for line in (piece[i] - _BITS, piece[i], piece[i] + _BITS):
+        for line in (piece[i] - WORD_BITS, piece[i], piece[i] + WORD_BITS):
             for q in (_left(line, stride), line, _right(line, stride)):
                 if not _get(mask, q) or count == _MOST_TOUCHED:
                     continue
-                row, column = (q >> 6) % rows, (q >> 6) // rows * _BITS + (q & 63)
+                row, column = (q >> 6) % rows, (q >> 6) // rows * WORD_BITS + (q & 63)
                 known = False
                 for k in range(count):
                     known |= touched[k, 0] == row and touched[k, 1] == column
@@ -158,7 +158,7 @@ def _joins(piece: _Queue, size: int, rows: int, mask: _Words, touched: npt.NDArr
                     count += 1
     if count < 2:
         return False
-    reached = 1  # the first so many hang together with the first
+    reached = 1  # number of leading entries that hang together with the first
     done = 0
     while done < reached:
         for i in range(reached, count):
@@ -187,8 +187,8 @@ def _non_zero(words: _Words) -> _Queue:
 
 @helper
 def _holes(added: _Words, closed: _Words, rows: int) -> _Words:
-    """Return what of the pixels that a closing has added is no part of the background around it."""
-    one, last = np.uint64(1), np.uint64(_BITS - 1)
+    """Return the pixels added by a closing that are no part of the background around them."""
+    one, last = np.uint64(1), np.uint64(WORD_BITS - 1)
     holes = added.copy()
     stack = np.empty(_FIRST_QUEUE, dtype=np.int64)
     for i in _non_zero(added):
@@ -197,10 +197,10 @@ def _holes(added: _Words, closed: _Words, rows: int) -> _Words:
         right = (word >> one) | (closed[i + rows] << last)
         edge = added[i] & ~(left & right & closed[i - 1] & closed[i + 1])
         while edge != 0:
-            p = _BITS * i + lowest_one(edge)
+            p = WORD_BITS * i + lowest_one(edge)
             edge &= edge - one
             if _get(holes, p):
-                stack = _recede(p, _BITS * rows, holes, stack)
+                stack = _recede(p, WORD_BITS * rows, holes, stack)
     return holes
 
 
@@ -214,8 +214,8 @@ def _ones(words: _Words) -> int:
 
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
-def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
-    """Close a mask by a square, and keep of what that adds what fills a whole hole, or a small notch.
+def close(bitmask: _Words, inside: _Words, reach: int, most: int) -> _Words:
+    """Close a mask by a square, and keep the added pixels that fill a whole hole or a small notch.
 
     A hole is background that hangs together by its sides, as goes with foreground that hangs together by its corners
     too: to fill one joins nothing but what it encloses, and leaves every other hole as it is. What touches the image's
@@ -225,8 +225,8 @@ def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
 
     Parameters
     ----------
-    stripes : (n, R) uint64
-        With a margin that is wider than `reach`, and one empty stripe more to both sides.
+    bitmask : (n, R) uint64
+        With a margin that is wider than `reach`, and one empty word more to both sides of each row.
     inside : (n,) uint64
         The columns that lie in the image.
     reach : int
@@ -238,9 +238,9 @@ def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
     -------
     (n, R) uint64
     """
-    rows = stripes.shape[1]
-    closed = _grow_and_shrink(stripes, inside, reach, np.uint64(0)).ravel()
-    result = stripes.copy()
+    rows = bitmask.shape[1]
+    closed = _grow_and_shrink(bitmask, inside, reach, np.uint64(0)).ravel()
+    result = bitmask.copy()
     mask = result.ravel()
     added = closed & ~mask
     if _ones(added) > most:
@@ -252,7 +252,7 @@ def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
     touched = np.empty((_MOST_TOUCHED, 2), dtype=np.int64)
     for i in _non_zero(pieces):
         while pieces[i] != 0:
-            size, _, queue = _collect(_BITS * i + lowest_one(pieces[i]), _BITS * rows, pieces, mask, queue)
+            size, _, queue = _collect(WORD_BITS * i + lowest_one(pieces[i]), WORD_BITS * rows, pieces, mask, queue)
             if size <= _NOTCH and not _joins(queue, size, rows, mask, touched):
                 for k in range(size):
                     _set(mask, queue[k])
@@ -260,16 +260,16 @@ def close(stripes: _Words, inside: _Words, reach: int, most: int) -> _Words:
 
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64, int64)
-def open_up(stripes: _Words, inside: _Words, reach: int, least: int, most: int) -> _Words:
+def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) -> _Words:
     """Open a mask by a square, and put back the large 8-connected pieces that it has lost.
 
-    So are smaller ones that join what is left: at 2.5 px a cable is wide enough for the square in some places only.
-    Pieces do not touch each other, so their order does not matter. The cost grows with the pixels lost, beside some
-    looks at all words.
+    Smaller ones are put back, too, if they join parts of the rest: at 2.5 px a cable is wide enough for the square in
+    some places only. Pieces do not touch each other, so their order does not matter. The cost grows with the pixels
+    lost, beside some looks at all words.
 
     Parameters
     ----------
-    stripes : (n, R) uint64
+    bitmask : (n, R) uint64
         With a margin that is wider than `reach`.
     inside : (n,) uint64
         The columns that lie in the image.
@@ -284,19 +284,21 @@ def open_up(stripes: _Words, inside: _Words, reach: int, least: int, most: int) 
     -------
     (n, R) uint64
     """
-    rows = stripes.shape[1]
-    opened = _grow_and_shrink(stripes, inside, reach, ~np.uint64(0))
+    rows = bitmask.shape[1]
+    opened = _grow_and_shrink(bitmask, inside, reach, ~np.uint64(0))
     if least == 0:
         return opened
     kept = opened.ravel()
-    pieces = stripes.ravel() & ~kept
+    pieces = bitmask.ravel() & ~kept
     if _ones(pieces) > most:
         return opened
     queue = np.empty(_FIRST_QUEUE, dtype=np.int64)
     touched = np.empty((_MOST_TOUCHED, 2), dtype=np.int64)
     for i in _non_zero(pieces):
         while pieces[i] != 0:
-            size, touches, queue = _collect(_BITS * i + lowest_one(pieces[i]), _BITS * rows, pieces, kept, queue)
+            size, touches, queue = _collect(
+                WORD_BITS * i + lowest_one(pieces[i]), WORD_BITS * rows, pieces, kept, queue
+            )
             if size >= least or (touches > 1 and _joins(queue, size, rows, kept, touched)):
                 for k in range(size):
                     _set(kept, queue[k])

@@ -1,6 +1,6 @@
 """Selection of the intersections of curves that are crossings of objects.
 
-Two curves that share a stretch weave around each other there at random: what their intersections along it say is only
+Two curves that share a stretch weave around each other there at random: their intersections along it tell only
 whether they leave it on other sides than they entered it, that is, whether their number is odd.
 """
 
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.union_find import find_root
 
 _LEFT, _ENDED = -1, -2  # how a walk along a curve ended that did not come to another intersection
 
@@ -146,13 +147,6 @@ def _find_hits(lines: _Lines, chords: _Ints, shares: _Floats) -> _Hits:
 
 
 @helper
-def _root(parent: _Ints, i: int) -> int:
-    while parent[i] != i:
-        i = parent[i]
-    return i
-
-
-@helper
 def _are_close(lines: _Lines, hits: _Hits, i: int, j: int, near: float) -> bool:
     """Tell whether two intersections of the same curves lie close together along both passes."""
     a, b = hits.curves[i]
@@ -176,16 +170,16 @@ def _group(lines: _Lines, hits: _Hits, near: float, reach: float) -> tuple[_Ints
         for i in range(low, high):
             for j in range(i + 1, high):
                 if _are_close(lines, hits, i, j, near):
-                    parent[_root(parent, j)] = _root(parent, i)
+                    parent[find_root(parent, j)] = find_root(parent, i)
             for side in range(2):
                 for step in (1, -1):
                     found = _walk(lines, hits, low, high, i, side, step, reach)
                     if found >= 0:
-                        parent[_root(parent, found)] = _root(parent, i)
+                        parent[find_root(parent, found)] = find_root(parent, i)
                     ended[i] |= found == _ENDED
         low = high
     for i in range(n):
-        parent[i] = _root(parent, i)
+        parent[i] = find_root(parent, i)
     return parent, ended
 
 

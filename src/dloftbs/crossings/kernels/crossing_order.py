@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 ACROSS = 7
 ALONG = 6
@@ -22,9 +23,9 @@ _HALF, _BORDER_PX, _LEAST_HALF = 0.42, 1.0, 0.15
 _STEP = 0.3  # in widths: from one row of a side to the next
 _CLEAR = 0.4  # in widths: from the other object to the first row
 _CHORD = 0.75  # in widths: how far to either side the direction at a crossing is taken
-_LEAST_SINE = 0.3  # more oblique crossings are too long for the sides to foretell them
+_LEAST_SINE = 0.3  # more oblique crossings are too long to be predicted from the sides
 _CORE = 2  # of the places across, how many to either side of the axis tell the depth
-_LEAST_KNOWN = 6  # of the places that tell a depth, so many must have one: holes are as large as crossings
+_LEAST_KNOWN = 6  # least number of places with depth behind a median: holes are as large as crossings
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
@@ -171,16 +172,16 @@ def _level(values: _Floats) -> float:
 def _roughness(sides: _Floats) -> float:
     """Return the standard deviation of the noise in sides (2, ALONG, n); second differences do not show a slope."""
     second = np.abs(sides[:, 2:] - 2.0 * sides[:, 1:-1] + sides[:, :-2]).copy().reshape(-1)
-    return _median(second, 1) / (0.6745 * np.sqrt(6.0))
+    return _median(second, 1) / (MEDIAN_DEVIATION * np.sqrt(6.0))
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)
 def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Floats:
     """Tell from depth which pass is on top.
 
-    For each pass the depth at the crossing is foretold from its two sides, from places that are as far from it on the
+    For each pass the depth at the crossing is predicted from its two sides, from places that are as far from it on the
     one as on the other, so that a slope does not matter, whatever is missing. The one that the depth measured there
-    agrees with is on top; where the two foretell the same within three times the noise, neither is.
+    agrees with is on top; where the two predictions agree within three times the noise, neither is.
 
     Parameters
     ----------
@@ -198,7 +199,7 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
     """
     result = np.zeros(len(values))
     low, high = ACROSS // 2 - _CORE, ACROSS // 2 + _CORE + 1
-    expected = np.empty(2)
+    predicted = np.empty(2)
     for k in range(len(values)):
         grid = values[k, : ACROSS * ACROSS].copy().reshape((ACROSS, ACROSS))
         sides = values[k, ACROSS * ACROSS :].copy().reshape((2, 2, ALONG, ACROSS))
@@ -208,14 +209,14 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
         for p in range(2):
             pairs = 0.5 * (sides[p, 0, :, low:high] + sides[p, 1, :, low:high])
             known = pairs.size - np.isnan(pairs).sum()
-            expected[p] = _median(pairs.copy().reshape(-1), _LEAST_KNOWN)
+            predicted[p] = _median(pairs.copy().reshape(-1), _LEAST_KNOWN)
             # A median's variance is pi / 2 times that of the mean, and a pair's is half that of one.
             share = 1.0 / min(max(pixels[k], 1.0), float(max(known, 1)))
             variance += share * (np.pi / 4.0) * _roughness(sides[p, :, :, low:high]) ** 2
         noise = np.sqrt(variance)
-        if not abs(expected[1] - expected[0]) > 3.0 * noise:  # not, so that NaN is unknown too
+        if not abs(predicted[1] - predicted[0]) > 3.0 * noise:  # not, so that NaN is unknown too
             continue
-        miss = np.abs(expected - measured)
+        miss = np.abs(predicted - measured)
         if np.isnan(measured):
             continue
         result[k] = (miss[1] - miss[0]) / (max(miss[0], miss[1]) + noise)
@@ -226,9 +227,9 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
 def judge_image(values: _Floats) -> _Floats:
     """Tell from colours which pass is on top.
 
-    For each pass its look across is foretold from its two sides: its colour, its shading and its darker borders. At the
-    crossing only the one on top looks like that. So where the two differ in colour, the colour decides, and where they
-    do not, whose borders and highlights run on.
+    For each pass its look across is predicted from its two sides: its colour, its shading and its darker borders. At
+    the crossing only the one on top looks like that. So where the two differ in colour, the colour decides, and where
+    they do not, the borders and highlights that run on.
 
     Parameters
     ----------

@@ -7,25 +7,13 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.cubic import point_and_slope
+from dloftbs.kernels.shared.polyline import polyline_length
 
 _CHUNK = 8  # chords that share a box
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
-
-
-@helper
-def _evaluate(knots: _Floats, control: _Floats, span: int, u: float, point: _Floats) -> None:
-    """Write the point of a cubic at `u` by de Boor's recursion, unrolled; ``knots[span] <= u <= knots[span + 1]``."""
-    a, b, c = knots[span - 2], knots[span - 1], knots[span]
-    d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
-    early, middle, late = (u - a) / (d - a), (u - b) / (e - b), (u - c) / (f - c)
-    before, after, last = (u - b) / (d - b), (u - c) / (e - c), (u - c) / (d - c)
-    for axis in range(2):
-        p, q, r, s = control[span - 3, axis], control[span - 2, axis], control[span - 1, axis], control[span, axis]
-        p, q, r = p + early * (q - p), q + middle * (r - q), r + late * (s - r)
-        p, q = p + before * (q - p), q + after * (r - q)
-        point[axis] = p + last * (q - p)
 
 
 @kernel(read(float64, 1), read(float64, 2), read(int64, 1), read(float64, 1), int64)
@@ -62,9 +50,7 @@ def flatten(
     first = np.zeros(n_curves + 1, dtype=np.int64)
     start = 0
     for c in range(n_curves):
-        length = 0.0  # of the control polygon, which no curve exceeds
-        for i in range(start + 1, start + counts[c]):
-            length += np.hypot(control[i, 0] - control[i - 1, 0], control[i, 1] - control[i - 1, 1])
+        length = polyline_length(control[start : start + counts[c]])
         chords = int(min(max(np.ceil(length / chords_px[c]), float(_CHUNK)), float(most)))
         first[c + 1] = first[c] + chords + 1
         start += counts[c]
@@ -81,7 +67,7 @@ def flatten(
             u[p] = i / (n - 1)
             while span < counts[c] - 1 and u[p] >= own_knots[span + 1]:
                 span += 1
-            _evaluate(own_knots, own_control, span, u[p], points[p])
+            points[p, 0], points[p, 1], _, _ = point_and_slope(own_knots, own_control, span, u[p])
         knot += counts[c] + 4
         start += counts[c]
     return points, u, first

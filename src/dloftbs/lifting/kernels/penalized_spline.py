@@ -1,8 +1,8 @@
 """A smooth line through noisy, interrupted and partly wrong values: a penalised B-spline, weighted over and over.
 
-Penalised splines as of Eilers and Marx (1996): equally spaced knots, more than needed, and a price on the second
+Penalised splines as of Eilers and Marx (1996): equally spaced knots, more than needed, and a penalty on the second
 differences of the coefficients. Where nothing is known the line goes on as smoothly as it can, straight at the ends.
-The price is that of the least generalised cross-validation (Craven and Wahba, 1979) under the present weights.
+The penalty is that of the least generalised cross-validation (Craven and Wahba, 1979) under the present weights.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 _ORDER = 4
 _PAD = _ORDER - 1
-_PRICES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coefficient has
-_STIFF = 4  # the price to begin with: waves of twenty knots or more
+_PENALTIES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coefficient has
+_STIFF = 4  # the penalty to begin with: waves of twenty knots or more
 _STARTS, _ROUNDS = 2, 3
 _TUKEY = 4.685
-_MAD = 0.6745  # of a Gaussian's standard deviation
-# Neighbouring residuals of depth are alike, which cross-validation takes for a shape; this makes up for it.
+# Neighbouring residuals of depth are alike, and cross-validation mistakes them for a shape; this makes up for it.
 _CAUTION = 1.2
 
 _Floats = npt.NDArray[np.float64]
@@ -105,17 +105,17 @@ def _gather(
 
 
 @helper
-def _solve_at(price: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
-    """Write the coefficients for a price, and the factor of their matrix."""
+def _solve_at(penalty: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
+    """Write the coefficients for a penalty, and the factor of their matrix."""
     m = len(normal) - _PAD
     factor[:] = normal
     for i in range(m - 2):
-        factor[i, 0] += price
-        factor[i, 1] -= 2.0 * price
-        factor[i, 2] += price
-        factor[i + 1, 0] += 4.0 * price
-        factor[i + 1, 1] -= 2.0 * price
-        factor[i + 2, 0] += price
+        factor[i, 0] += penalty
+        factor[i, 1] -= 2.0 * penalty
+        factor[i, 2] += penalty
+        factor[i + 1, 0] += 4.0 * penalty
+        factor[i + 1, 1] -= 2.0 * penalty
+        factor[i + 2, 0] += penalty
     _factor(factor)
     coefficients[:] = right
     _solve(factor, coefficients)
@@ -152,7 +152,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     spans : int
         Knot spans over all values.
     floor : float
-        Noise that may be taken for granted, as a share of the mean value; 0 or more.
+        Least noise to expect, as a share of the mean value; 0 or more.
 
     Returns
     -------
@@ -190,8 +190,8 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     normal, factor, inverse = np.empty((rows, _ORDER)), np.empty((rows, _ORDER)), np.zeros((rows, _ORDER))
     right, coefficients, best = np.zeros(rows), np.zeros(rows), np.zeros(rows)
     line, weight, misses = np.empty(n), prior.copy(), np.empty(known)
-    scores, tried = np.empty(len(_PRICES)), np.empty(len(_PRICES), dtype=np.bool_)
-    price = _STIFF
+    scores, tried = np.empty(len(_PENALTIES)), np.empty(len(_PENALTIES), dtype=np.bool_)
+    penalty = _STIFF
     for turn in range(_STARTS + _ROUNDS + 1):
         _gather(cells, basis, value, weight, normal, right)
         unit, squared, heaviest = 0.0, 0.0, 0.0
@@ -201,12 +201,12 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
             heaviest = max(heaviest, weight[i])
         if turn >= _STARTS and turn < _STARTS + _ROUNDS:
             tried[:] = False
-            at = price
-            for step in (0, -1, 1):  # from the price so far on, as long as it gets better
-                p = price + step
-                while 0 <= p < len(_PRICES) and not tried[p]:  # whatever a score is, each price is tried once
+            at = penalty
+            for step in (0, -1, 1):  # from the penalty so far on, as long as it gets better
+                p = penalty + step
+                while 0 <= p < len(_PENALTIES) and not tried[p]:  # whatever a score is, each penalty is tried once
                     tried[p] = True
-                    _solve_at(_PRICES[p] * unit / m, normal, right, factor, coefficients)
+                    _solve_at(_PENALTIES[p] * unit / m, normal, right, factor, coefficients)
                     free = unit / heaviest - _CAUTION * _trace(factor, normal, inverse)
                     scores[p] = _misfit(normal, right, squared, coefficients) / free**2 if free > 0.0 else np.inf
                     if step != 0 and not scores[p] < scores[at]:
@@ -214,10 +214,10 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
                     at = p
                     best[:] = coefficients
                     p += step
-            price = at
+            penalty = at
             coefficients[:] = best
         else:
-            _solve_at(_PRICES[price] * unit / m, normal, right, factor, coefficients)
+            _solve_at(_PENALTIES[penalty] * unit / m, normal, right, factor, coefficients)
         k = 0
         for i in range(n):
             line[i] = 0.0
@@ -228,7 +228,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
                 k += 1
         if turn == _STARTS + _ROUNDS:
             break
-        scale = max(np.median(misses) / _MAD, floor * abs(mean))
+        scale = max(np.median(misses) / MEDIAN_DEVIATION, floor * abs(mean))
         k = 0
         for i in range(n):
             if prior[i] > 0.0:

@@ -1,4 +1,4 @@
-"""Sections across a curve in the image, the rays through them, and which of them are seen in the end."""
+"""Sections across a curve in the image, the rays through them, and those of them that are seen."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.cubic import point_and_slope
+from dloftbs.kernels.shared.polyline import polyline_length
 
 _MOST_IN_BLOCK = 20  # points that tell a block's radius
 
@@ -69,32 +71,18 @@ def lay_sections(
         Of the control polygon, px: a little more than the curve's.
     """
     m = len(control)
-    length = 0.0
-    for i in range(1, m):
-        length += np.hypot(control[i, 0] - control[i - 1, 0], control[i, 1] - control[i - 1, 1])
+    length = polyline_length(control)
     n = max(int(np.rint(length / step)), least)
     at = np.arange(n) / (n if closed else n - 1)
     points, tangents = np.empty((n, 2)), np.zeros((n, 2))
-    speed = np.empty(2)
     span = 3
     for i in range(n):
         while span < m - 1 and at[i] >= knots[span + 1]:
             span += 1
-        # De Boor's recursion, unrolled.
-        a, b, c = knots[span - 2], knots[span - 1], knots[span]
-        d, e, f = knots[span + 1], knots[span + 2], knots[span + 3]
-        place = at[i]
-        early, middle, late = (place - a) / (d - a), (place - b) / (e - b), (place - c) / (f - c)
-        before, after, last = (place - b) / (d - b), (place - c) / (e - c), (place - c) / (d - c)
-        for axis in range(2):
-            p, q, r = control[span - 3, axis], control[span - 2, axis], control[span - 1, axis]
-            p, q, r = p + early * (q - p), q + middle * (r - q), r + late * (control[span, axis] - r)
-            p, q = p + before * (q - p), q + after * (r - q)
-            speed[axis] = q - p  # the ends of the last step lie along the tangent
-            points[i, axis] = p + last * (q - p)
-        norm = np.hypot(speed[0], speed[1])
+        points[i, 0], points[i, 1], dx, dy = point_and_slope(knots, control, span, at[i])
+        norm = np.hypot(dx, dy)
         if norm > 0.0:
-            tangents[i, 0], tangents[i, 1] = speed[0] / norm, speed[1] / norm
+            tangents[i, 0], tangents[i, 1] = dx / norm, dy / norm
     return at, points, tangents, _level_radius(u, radius, at, block), length
 
 
@@ -128,7 +116,7 @@ def find_rays(
 
 
 @kernel(read(boolean, 1), boolean, int64, read(float64, 1))
-def settle(
+def confirm_sections(
     explained: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
 ) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
     """Strike off single sections that have no neighbour, and list the stretches without any.

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 DEPTH_TYPES = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
 """Of depth images that `find_surface` takes."""
@@ -16,14 +17,13 @@ DEPTH_TYPES = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
 _MOST_ACROSS = 2  # pixels to either side of the axis
 _ENOUGH = 15  # pixels in a section
 _WIRES = 16  # of the network that sorts them
-_WIDEST = 0.95  # of the radius: how far off the axis the round surface is still foretold
-_CROWD = 3  # one of so many of a section's pixels shows the surface, or more
+_WIDEST = 0.95  # of the radius: largest distance from the axis at which the round surface is predicted
+_CROWD = 3  # more than one in three pixels of a section show the surface
 _KEEP = 3.0  # of the length of that crowd: how far from its middle depth still belongs to the surface
 _KEEP_RADII = 0.1  # and this in any case
 _AROUND = 3  # changes of depth to either side tell what is usual
 _STEP_SIGMAS = 6.0
-_MAD = 0.6745  # of a Gaussian's standard deviation
-_LEAST_SHARE = 0.25  # of a section's pixels: so many must have depth
+_LEAST_SHARE = 0.25  # least share of a section's pixels that have depth
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
@@ -106,7 +106,7 @@ def _sort(values: _Floats, count: int) -> None:
 
 @helper
 def _sort_few(values: _Floats, count: int) -> None:
-    """Sort the first few of values (16,), in place, by a network: it has no branches to be foretold."""
+    """Sort the first few of values (16,), in place, by a network: it has no branches to be predicted."""
     values[count:] = np.inf
     for k in range(len(_NETWORK)):
         low, high = _NETWORK[k]
@@ -116,11 +116,11 @@ def _sort_few(values: _Floats, count: int) -> None:
 
 @helper
 def _level(values: _Floats, known: int, slenderness: float) -> tuple[float, int]:
-    """Return the depth that the first few values, which are sorted here, crowd around, and how many it is the mean of.
+    """Return the mean depth of a section's surface, and the number of its pixels; sorts the values.
 
-    What a section's depths crowd around is the surface: the shortest interval that holds more than a third of them, the
-    nearer of two. What flies between the surface and what is behind it, or belongs to something else, is thinly spread,
-    and is left out of the mean, which noise then does not bias.
+    The surface is the shortest interval that holds more than a third of the depths, the nearer of two. Flying pixels,
+    between the surface and the ground behind it, and those of other objects are thinly spread. They are left out of the
+    mean, so that they do not bias it.
     """
     _sort_few(values, known)
     crowd = known // _CROWD + 1
@@ -145,7 +145,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
     """Strike off short stretches between a step nearer and one back, or farther and back: something else is seen there.
 
     A step is where the depth changes from one section to the next by more than a radius beyond what it does around it,
-    and by more than noise does. What is only steep changes alike for several sections.
+    and by more than noise does. A slope changes alike for several sections.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
         _sort(around, count)
         usual = 0.5 * (around[_AROUND - 1] + around[_AROUND])
         excess[k] = surface_m[own[k + 1]] - surface_m[own[k]] - usual
-    noise = np.median(np.abs(excess)) / _MAD
+    noise = np.median(np.abs(excess)) / MEDIAN_DEVIATION
     came, sign = -1, 0.0
     for k in range(known - 1):
         radius = slenderness[own[k]] * min(surface_m[own[k]], surface_m[own[k + 1]])
@@ -238,7 +238,7 @@ def find_surface(
     """Return for each section 1 / depth of a round object's surface on its middle line.
 
     It comes from pixels in the middle of the object, away from its borders, and inside of the mask. Each pixel's depth
-    is led to the middle line, by how far the round surface falls back beside it.
+    is moved to the middle line: the round surface falls back beside it.
 
     Parameters
     ----------
@@ -272,14 +272,14 @@ def find_surface(
         1 / m; NaN where too little is known, or something else is seen.
     counts : (n,) float64
         Of how many pixels it is the mean.
-    led : float
+    shift : float
         Mean distance that pixels were moved to the middle line, as a share of the radius. That is as seen at a right
         angle; where the object is seen obliquely, the surface falls back by more.
     known : int
         The number of sections whose depth is known.
     """
     n = len(points)
-    led, all_known = 0.0, 0
+    shift, all_known = 0.0, 0
     surface, counts = np.full(n, np.nan), np.zeros(n)
     pixels, first = _choose_pixels(points, tangents, radius, used, mask, left, top, share, border, least)
     metres = np.empty(len(pixels))
@@ -298,10 +298,10 @@ def find_surface(
                 back = 1.0 - np.sqrt(1.0 - beside * beside)
                 if slenderness * back < 1.0:  # else the object would reach behind the camera
                     values[known] = z - z * slenderness * back
-                    led += back
+                    shift += back
                     known += 1
         all_known += known
         if known > 0 and known >= _LEAST_SHARE * (first[i + 1] - first[i]):
             surface[i], counts[i] = _level(values, known, slenderness)
     known = strike_steps(surface, radius / focal_px, most)
-    return 1.0 / surface, counts, led / max(all_known, 1), known
+    return 1.0 / surface, counts, shift / max(all_known, 1), known

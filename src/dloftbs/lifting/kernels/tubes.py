@@ -1,4 +1,4 @@
-"""From the surface of a round object to its axis, and where another pass hides it."""
+"""From the surface of a round object to its axis, and the sections that another pass occludes."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def _cross(a: _Floats, b: _Floats, result: _Floats) -> float:
 
 
 @kernel(read(float64, 3), read(float64, 1), float64, read(boolean, 1), boolean)
-def lead_to_axis(
+def surface_to_axis(
     bundles: _Floats,
     inverse: _Floats,
-    led: float,
+    shift: float,
     seen: npt.NDArray[np.bool_],
     closed: bool,
 ) -> tuple[_Floats, _Floats, float]:
-    """Lead the middle line of a round object's surface on to the axis: away from the camera, along each ray.
+    """Move the middle line of a round object's surface to its axis: away from the camera, along each ray.
 
     A ray that meets the axis under the angle ``a`` meets the surface ``radius / sin(a)`` before it. The radius is the
     distance of the axis from the rays along the object's borders: one for the whole object, the median.
@@ -55,8 +55,9 @@ def lead_to_axis(
         Rays through the middle line and the two borders of sections, with z = 1; two or more, no two the same.
     inverse : (n,) float64
         1 / depth of the surface along the middle line, 1 / m.
-    led : float
-        Share of the radius by which that was brought nearer as if seen at a right angle, see `find_surface`.
+    shift : float
+        Share of the radius by which the surface was moved towards the camera, seen at a right angle, see
+        `find_surface`.
     seen : (n,) bool
         Sections that tell the radius; one or more.
     closed : bool
@@ -96,7 +97,7 @@ def lead_to_axis(
     points = np.empty((n, 3))
     for i in range(n):
         length = np.sqrt(rays[i, 0] ** 2 + rays[i, 1] ** 2 + rays[i, 2] ** 2)
-        depth = depth_m[i] + radius * (1.0 / sines[i] - led * (1.0 / sines[i] - 1.0)) / length
+        depth = depth_m[i] + radius * (1.0 / sines[i] - shift * (1.0 / sines[i] - 1.0)) / length
         for axis in range(3):
             points[i, axis] = rays[i, axis] * depth
     u = np.empty(n)
@@ -135,7 +136,7 @@ def _nearest(points: _Floats, start: int, closed: bool, x: float, y: float) -> t
 
 
 @kernel(write(boolean, 1), read(float64, 2), boolean, int64, read(float64, 2), boolean, int64, float64)
-def hide(
+def mask_occluded(
     used: npt.NDArray[np.bool_],
     points: _Floats,
     closed: bool,

@@ -83,7 +83,7 @@ def link_greedily(
         Ends, in the order in which they were joined.
     costs : (joints,) float64
     margins : (joints,) float64
-        By how much the next best partner of either end, or leaving them open at `max_cost`, was dearer at that moment.
+        Higher cost, at that moment, of the next best partner of either end, or of leaving them open at `max_cost`.
     """
     n = len(ends)
     pairs = np.empty((max(n // 2 - 1, 0), 2), dtype=np.int64)

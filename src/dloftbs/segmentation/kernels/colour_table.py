@@ -29,7 +29,7 @@ def _place(image: npt.NDArray[np.uint8], first: int, count: int, cells: npt.NDAr
 
 @inlined
 def _list_mixed(found: npt.NDArray[np.uint8], mixed: npt.NDArray[np.uint16]) -> int:
-    """List where MIXED was found; return how often. Few are, and what is not is passed eight at a time."""
+    """List where MIXED was found; return how often. Few are; others are passed eight at a time."""
     count = np.uint64(0)
     words = found[: len(found) - len(found) % _WORD].view(np.uint64)
     for k in range(len(words)):

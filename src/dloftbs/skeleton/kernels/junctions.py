@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int32, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.shared.union_find import find_root, unite
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
 _BRANCH, _LABELLED = 2, 3  # mark branch points in the grid while a kernel runs
@@ -173,9 +174,9 @@ def prune_spurs(
 ) -> npt.NDArray[np.bool_]:
     """Find the runs that are spurs: they end freely, and stick out of their junction by little.
 
-    A run sticks out by how much farther the mask reaches with its tip than around the junction. The shortest goes
-    first, and a junction keeps one run; where only one is left, its end is free from then on and may be the tip of a
-    spur itself.
+    A run sticks out by the distance that the mask reaches farther with its tip than around the junction. The shortest
+    goes first, and a junction keeps one run. Where only one is left, its end is free from then on and may be the tip of
+    a spur itself.
 
     Parameters
     ----------
@@ -287,6 +288,18 @@ def drop_specks(
             alive[run] = False
 
 
+@inlined
+def _is_inner(
+    run: int,
+    nodes: npt.NDArray[np.int64],
+    clear: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    least: float,
+) -> bool:
+    """Tell whether a run between two junctions is too short to have a direction of its own."""
+    return alive[run] and nodes[2 * run] >= 0 and nodes[2 * run + 1] >= 0 and clear[run] < least
+
+
 @kernel(read(int64, 1), read(int64, 1), read(boolean, 1), int64, float64)
 def merge_junctions(
     nodes: npt.NDArray[np.int64],
@@ -315,16 +328,10 @@ def merge_junctions(
     """
     group = np.arange(count)
     for run in range(len(clear)):
-        a, b = nodes[2 * run], nodes[2 * run + 1]
-        if not alive[run] or a < 0 or b < 0 or clear[run] >= least:
-            continue
-        while group[a] != a:
-            a = group[a]
-        while group[b] != b:
-            b = group[b]
-        group[max(a, b)] = min(a, b)
+        if _is_inner(run, nodes, clear, alive, least):
+            unite(group, nodes[2 * run], nodes[2 * run + 1])
     for node in range(count):
-        group[node] = group[group[node]]
+        group[node] = find_root(group, node)
     return group
 
 
@@ -362,8 +369,8 @@ def settle_ends(
     settled = np.empty_like(nodes)
     for end in range(len(nodes)):
         run, node = end // 2, nodes[end]
-        inner = alive[run] and node >= 0 and nodes[end ^ 1] >= 0 and clear[run] < least
-        if inner or not (alive[run] or spurs[run]) or (spurs[run] and node == FREE):
+        left_out = not (alive[run] or spurs[run]) or (spurs[run] and node == FREE)
+        if left_out or _is_inner(run, nodes, clear, alive, least):
             settled[end] = UNAVAILABLE
         else:
             settled[end] = group[node] if node >= 0 else node

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.shared.polyline import chord_direction
 
 _REACH = 2.5
 """Of one smoothing, times the root of the radius: noise is as long as some pixels, bends are as long as some widths."""
@@ -54,12 +55,7 @@ def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64]) 
         k = count // 2 + (turn + 1) // 2 * (1 - turn % 2 * 2)
         i = (2 * k + 1) * n // (2 * count)
         before, after = max(i - _LEAST_REACH_PX, 0), min(i + _LEAST_REACH_PX, n - 1)
-        dx, dy = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
-        norm = np.sqrt(dx * dx + dy * dy)
-        if norm == 0.0:
-            dx, norm = 1.0, 1.0
-        dx /= norm
-        dy /= norm
+        dx, dy = chord_direction(points, before, after)
         x, y = points[i, 0], points[i, 1]
         widest = 2.0 * least[half - 1]
         left = _march(mask, x, y, -dy, dx, min(most, widest + 1.0))
@@ -226,11 +222,8 @@ def _recentre_run(
         i = k * (n - 1) // (sites - 1)
         index[k] = i
         before, after = max(i - 2 * reach, 0), min(i + 2 * reach, n - 1)
-        dx, dy = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
-        norm = np.sqrt(dx * dx + dy * dy)
-        if norm == 0.0:
-            dx, norm = 1.0, 1.0
-        nx, ny = -dy / norm, dx / norm
+        dx, dy = chord_direction(points, before, after)
+        nx, ny = -dy, dx
         left, seen_left = _wall(mask, points[i, 0], points[i, 1], nx, ny, rough, spread)
         right, seen_right = _wall(mask, points[i, 0], points[i, 1], -nx, -ny, rough, spread)
         normals[k, 0], normals[k, 1] = nx, ny

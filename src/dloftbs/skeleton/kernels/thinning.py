@@ -1,6 +1,6 @@
 """Thinning to a skeleton one pixel wide, 64 pixels at a time.
 
-Masks are stripes, as `dloftbs.kernels.bitmask` frames them: bit j of word ``[k, r]`` is the pixel in column
+Masks are bitmasks, as `dloftbs.kernels.bitmask` frames them: bit j of word ``[k, r]`` is the pixel in column
 ``64 (k - 1) + j`` of row r. The neighbours of a pixel are numbered clockwise from the north, in eighths of a turn.
 """
 
@@ -11,14 +11,14 @@ import numpy.typing as npt
 from numba import uint8, uint64
 
 from dloftbs.kernels.compiler import inlined, kernel, read, write
+from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 
 NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
 """The four sides from which pixels are peeled."""
 
 _Words = npt.NDArray[np.uint64]
 
-_ROWS = 16  # of a tile, which is a stripe wide
-_TURNS = 4  # a tile rests when so many, one from each side, have taken nothing of it and of what touches it
+_TURNS = 4  # one from each side; a tile rests when these have taken nothing of it and of the tiles that touch it
 
 
 @inlined
@@ -39,45 +39,45 @@ def _may_go(here: int, a0: int, a1: int, a2: int, a3: int, a4: int, a5: int, a6:
 
 
 @inlined
-def _around(words: _Words, p: int, stripe: int) -> tuple[int, int, int, int, int, int, int, int]:
-    """Return the neighbours of each pixel of a word, clockwise from the north; `stripe` is the number of rows."""
+def _around(words: _Words, p: int, stride: int) -> tuple[int, int, int, int, int, int, int, int]:
+    """Return the neighbours of each pixel of a word, clockwise from the north; `stride` is the number of rows."""
     one, last = np.uint64(1), np.uint64(63)
     up, down = p - one, p + one
     north, here, south = words[up], words[p], words[down]
-    west, east = (here << one) | (words[p - stripe] >> last), (here >> one) | (words[p + stripe] << last)
-    north_west = (north << one) | (words[up - stripe] >> last)
-    north_east = (north >> one) | (words[up + stripe] << last)
-    south_west = (south << one) | (words[down - stripe] >> last)
-    south_east = (south >> one) | (words[down + stripe] << last)
+    west, east = (here << one) | (words[p - stride] >> last), (here >> one) | (words[p + stride] << last)
+    north_west = (north << one) | (words[up - stride] >> last)
+    north_east = (north >> one) | (words[up + stride] << last)
+    south_west = (south << one) | (words[down - stride] >> last)
+    south_east = (south >> one) | (words[down + stride] << last)
     return north, north_east, east, south_east, south, south_west, west, north_west
 
 
 @inlined
-def _from_north(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+def _from_north(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
     """Write which pixels of some words below each other may go from the north."""
     for r in range(rows):
-        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], n, ne, e, se, s, sw, w, nw)
 
 
 @inlined
-def _from_east(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+def _from_east(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
     for r in range(rows):
-        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], e, se, s, sw, w, nw, n, ne)
 
 
 @inlined
-def _from_south(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+def _from_south(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
     for r in range(rows):
-        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], s, sw, w, nw, n, ne, e, se)
 
 
 @inlined
-def _from_west(words: _Words, first: int, stripe: int, rows: int, gone: _Words, at: int) -> None:
+def _from_west(words: _Words, first: int, stride: int, rows: int, gone: _Words, at: int) -> None:
     for r in range(rows):
-        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stripe)
+        n, ne, e, se, s, sw, w, nw = _around(words, first + r, stride)
         gone[at + r] = _may_go(words[first + r], w, nw, n, ne, e, se, s, sw)
 
 
@@ -90,34 +90,35 @@ def _or_all(words: _Words, first: int, rows: int) -> int:
 
 
 @kernel(write(uint64, 2, "C"), read(uint8, 1))
-def thin(stripes: _Words, sides: npt.NDArray[np.uint8]) -> None:
+def thin(bitmask: _Words, sides: npt.NDArray[np.uint8]) -> None:
     """Peel the foreground from four sides in turn, in place, until nothing can go.
 
-    In each turn all pixels that may go from its side go at once. The stripes are worked on in tiles of some rows. One
-    from which four turns took nothing rests until something goes that touches it, so that what is thin costs nothing
-    while a thick place is still being peeled, nor does the inside of a thick place before it is reached.
+    In each turn all pixels that may go from its side go at once. The bitmask is worked on in tiles, a word wide and
+    `TILE_ROWS` high. A tile from which four turns took nothing rests until something goes that touches it. So thin
+    lines cost nothing while a thick place is still being peeled, nor does the inside of a thick place before it is
+    reached.
 
     Parameters
     ----------
-    stripes : (n, R) uint64
+    bitmask : (n, R) uint64
         Framed; what remains is the skeleton.
     sides : (4,) uint8
         The order of the turns: a permutation of `NORTH`, `EAST`, `SOUTH`, `WEST`.
     """
-    n, rows = stripes.shape
-    words = stripes.ravel()
-    stripe, height, one = np.uint64(rows), np.uint64(_ROWS), np.uint64(1)
-    tiles = n * ((rows - 2) // _ROWS)
+    n, rows = bitmask.shape
+    words = bitmask.ravel()
+    stride, height, one = np.uint64(rows), np.uint64(TILE_ROWS), np.uint64(1)
+    tiles = n * ((rows - 2) // TILE_ROWS)
     due = np.zeros(len(words), dtype=np.uint8)  # turns to come, of the tile that starts at a word
     active = np.empty(tiles, dtype=np.uint64)
     count = 0
     for k in range(1, n - 1):
-        for first in range(k * rows + 1, (k + 1) * rows - 1, _ROWS):
+        for first in range(k * rows + 1, (k + 1) * rows - 1, TILE_ROWS):
             if _or_all(words, np.uint64(first), height) != 0:
                 active[count] = first
                 due[first] = _TURNS
                 count += 1
-    gone = np.empty(_ROWS * tiles, dtype=np.uint64)
+    gone = np.empty(TILE_ROWS * tiles, dtype=np.uint64)
     touched = np.empty(tiles, dtype=np.uint64)
     while count > 0:
         for side in sides:
@@ -126,13 +127,13 @@ def thin(stripes: _Words, sides: npt.NDArray[np.uint8]) -> None:
             for i in range(count):
                 tile = active[i]
                 if side == NORTH:
-                    _from_north(words, tile, stripe, height, gone, at)
+                    _from_north(words, tile, stride, height, gone, at)
                 elif side == EAST:
-                    _from_east(words, tile, stripe, height, gone, at)
+                    _from_east(words, tile, stride, height, gone, at)
                 elif side == SOUTH:
-                    _from_south(words, tile, stripe, height, gone, at)
+                    _from_south(words, tile, stride, height, gone, at)
                 else:
-                    _from_west(words, tile, stripe, height, gone, at)
+                    _from_west(words, tile, stride, height, gone, at)
                 due[tile] -= np.uint8(1)
                 if _or_all(gone, at, height) != 0:
                     touched[changed] = tile
@@ -144,15 +145,15 @@ def thin(stripes: _Words, sides: npt.NDArray[np.uint8]) -> None:
                 kept += due[active[i]] != 0
             count = kept
             for i in range(changed):  # and what touches it is looked at again, if it is not empty
-                tile, at = touched[i], np.uint64(_ROWS * i)
+                tile, at = touched[i], np.uint64(TILE_ROWS * i)
                 for r in range(height):
                     words[tile + r] &= ~gone[at + r]
                 took = _or_all(gone, at, height)
                 row = np.int64(tile) % rows
-                above, below = gone[at] != 0 and row > 1, gone[at + height - one] != 0 and row + _ROWS < rows - 1
+                above, below = gone[at] != 0 and row > 1, gone[at + height - one] != 0 and row + TILE_ROWS < rows - 1
                 for across in range(-np.int64(took & one), np.int64(took >> np.uint64(63)) + 1):
                     for along in range(-np.int64(above), np.int64(below) + 1):
-                        other = np.int64(tile) + across * rows + along * _ROWS
+                        other = np.int64(tile) + across * rows + along * TILE_ROWS
                         if due[other] == 0:
                             if _or_all(words, np.uint64(other), height) == 0:
                                 continue

@@ -13,7 +13,7 @@ from skeletons import as_words
 import dloftbs
 from dloftbs import CleaningConfig, Config
 from dloftbs.cleaning import clean
-from dloftbs.cleaning.kernels.holes import fill_holes
+from dloftbs.cleaning.holes import fill_holes
 from dloftbs.kernels.bitmask import as_bytes, cut, frame
 
 AROUND = np.ones((3, 3), np.uint8)
@@ -22,8 +22,8 @@ WIDTHS = pytest.mark.parametrize(("width", "size"), [(12, (480, 640)), (55, (216
 
 def with_kernel(mask: np.ndarray, flip_x: bool = False, flip_y: bool = False) -> np.ndarray | None:
     """Return a mask with its holes filled, None where there is nothing to fill."""
-    stripes, _, x0, y0, _ = cut(as_words(mask), mask.shape[1], 0)
-    _, framed, (left, top, h, w), _ = frame(stripes)
+    bitmask, _, x0, y0, _ = cut(as_words(mask), mask.shape[1], 0)
+    _, framed, (left, top, h, w), _ = frame(bitmask)
     found = fill_holes(framed, h, w, flip_x, flip_y)
     if len(found) == 0:
         return None
@@ -114,10 +114,10 @@ def test_a_highlight_along_a_cable_leaves_it_one(width: int, size: tuple[int, in
 @pytest.mark.parametrize("how", EIGHT_VERSIONS)
 def test_all_eight_versions_are_filled_alike(how: tuple[bool, bool, bool]) -> None:
     mask, _, _ = glossy(12, (301, 403))
-    patch, other = clean(mask, CleaningConfig()), clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig())
-    assert patch is not None
+    crop, other = clean(mask, CleaningConfig()), clean(np.ascontiguousarray(turn(mask, *how)), CleaningConfig())
+    assert crop is not None
     assert other is not None
-    np.testing.assert_array_equal(patch.posed(patch.pixels), other.posed(other.pixels))
+    np.testing.assert_array_equal(crop.oriented(crop.pixels), other.oriented(other.pixels))
 
 
 @pytest.mark.parametrize("gap", [2, 4, 6])
@@ -170,8 +170,8 @@ def test_a_speck_within_a_highlight_does_not_keep_it_open() -> None:
 
 def test_the_mask_given_is_not_changed() -> None:
     mask, _, _ = glossy(55, (1080, 1920))
-    stripes, _, _, _, _ = cut(as_words(mask), mask.shape[1], 0)
-    _, framed, (_, _, h, w), _ = frame(stripes)
+    bitmask, _, _, _, _ = cut(as_words(mask), mask.shape[1], 0)
+    _, framed, (_, _, h, w), _ = frame(bitmask)
     before = framed.copy()
     assert as_bytes(fill_holes(framed, h, w, False, False), h, w).sum() > as_bytes(before, h, w).sum()
     np.testing.assert_array_equal(framed, before)

@@ -1,0 +1,26 @@
+"""Groups of things that hang together: a forest in which each thing points to its parent, and a root to itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.kernels.compiler import inlined
+
+_Ints = npt.NDArray[np.int64]
+
+
+@inlined
+def find_root(parent: _Ints, i: int) -> int:
+    """Return the root of a thing's group, and halve the path to it."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@inlined
+def unite(parent: _Ints, i: int, j: int) -> None:
+    """Make the groups of two things one, under the lower of their roots."""
+    a, b = find_root(parent, i), find_root(parent, j)
+    parent[max(a, b)] = min(a, b)
