@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 
 _NEAR_WIDTHS = 1.5  # farther from a curve, an end has nothing to do with it
 _ALONG = 0.6  # least cosine between an end and the curve
@@ -151,8 +152,8 @@ def _lay_grid(
     x1 = y1 = -np.inf
     for end in range(len(arms)):
         if used[end]:
-            x0, x1 = min(x0, arms[end, 0]), max(x1, arms[end, 0])
-            y0, y1 = min(y0, arms[end, 1]), max(y1, arms[end, 1])
+            x0, x1 = min(x0, arms[end, X]), max(x1, arms[end, X])
+            y0, y1 = min(y0, arms[end, Y]), max(y1, arms[end, Y])
     cell = max(near, max(x1 - x0, y1 - y0) / _MOST_CELLS)
     columns, rows = int((x1 - x0) / cell) + 3, int((y1 - y0) / cell) + 3
     x0, y0 = x0 - cell, y0 - cell
@@ -162,7 +163,7 @@ def _lay_grid(
         for end in range(len(arms) - 1, -1, -1):
             if not used[end]:
                 continue
-            column, row = int((arms[end, 0] - x0) / cell), int((arms[end, 1] - y0) / cell)
+            column, row = int((arms[end, X] - x0) / cell), int((arms[end, Y] - y0) / cell)
             for r in range(max(row - 1, 0), min(row + 2, rows)):
                 for c in range(max(column - 1, 0), min(column + 2, columns)):
                     if turn == 0:
@@ -249,10 +250,10 @@ def follow(
             tx, ty = tx / length, ty / length
             for entry in range(cells[cell], cells[cell + 1]):
                 end = ends[entry]
-                dx, dy = points[k, 0] - arms[end, 0], points[k, 1] - arms[end, 1]
+                dx, dy = points[k, 0] - arms[end, X], points[k, 1] - arms[end, Y]
                 if abs(dx) >= near or abs(dy) >= near:
                     continue
-                along = arms[end, 2] * tx + arms[end, 3] * ty
+                along = arms[end, TANGENT_X] * tx + arms[end, TANGENT_Y] * ty
                 if abs(along) < _ALONG:
                     continue
                 value = (1.0 - np.sqrt(dx * dx + dy * dy) / near) * abs(along)
@@ -269,7 +270,7 @@ def follow(
                 value = min(fit[i, way], fit[j, 1 - way])
                 if not value > 0.0:
                     continue
-                chord = np.sqrt((arms[i, 0] - arms[j, 0]) ** 2 + (arms[i, 1] - arms[j, 1]) ** 2)
+                chord = np.sqrt((arms[i, X] - arms[j, X]) ** 2 + (arms[i, Y] - arms[j, Y]) ** 2)
                 most = _AHEAD_CHORDS * chord + _AHEAD_WIDTHS * width
                 ahead = at[j, 1 - way] - at[i, way] if way == 0 else at[i, way] - at[j, 1 - way]
                 if closed[c] and ahead < -count // 2:

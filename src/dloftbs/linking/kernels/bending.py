@@ -11,6 +11,16 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import (
+    CURVATURE,
+    HAS_CURVATURE,
+    TANGENT_X,
+    TANGENT_Y,
+    UNAVAILABLE,
+    X,
+    Y,
+    branch_of,
+)
 
 _PASS_BEND, _PASS_TURN = 1.5, 1.0  # of a pass: per rad^2 of bend, times width / length, and as it is
 _OUTSIDE = 3.0  # of a pass that leaves the mask altogether
@@ -54,9 +64,9 @@ def _bend(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[
     length : float
         px.
     """
-    cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
+    cx, cy = arms[j, X] - arms[i, X], arms[j, Y] - arms[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
-    ix, iy, jx, jy = arms[i, 2], arms[i, 3], -arms[j, 2], -arms[j, 3]
+    ix, iy, jx, jy = arms[i, TANGENT_X], arms[i, TANGENT_Y], -arms[j, TANGENT_X], -arms[j, TANGENT_Y]
     if (ix == 0.0 and iy == 0.0) or (jx == 0.0 and jy == 0.0):
         return _UNKNOWN_BEND, length
     if length < 1.0:
@@ -65,8 +75,8 @@ def _bend(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[
     a = np.arctan2(ix * cy - iy * cx, ix * cx + iy * cy)
     b = np.arctan2(cx * jy - cy * jx, cx * jx + cy * jy)
     turn, swerve = a + b, 0.5 * (a - b)
-    known = max(arms[i, 5] + arms[j, 5], 1.0)
-    curvature = (arms[i, 5] * arms[i, 4] - arms[j, 5] * arms[j, 4]) / known
+    known = max(arms[i, HAS_CURVATURE] + arms[j, HAS_CURVATURE], 1.0)
+    curvature = (arms[i, HAS_CURVATURE] * arms[i, CURVATURE] - arms[j, HAS_CURVATURE] * arms[j, CURVATURE]) / known
     promised = _PROMISE * min(length, _PROMISE_WIDTHS * width) * curvature
     # A promise is not held against a curve that turns less.
     turn = max(turn - max(promised, 0.0), 0.0) if turn > 0.0 else min(turn - min(promised, 0.0), 0.0)
@@ -76,7 +86,7 @@ def _bend(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[
 @helper
 def _outside(mask: npt.NDArray[np.uint8], arms: npt.NDArray[np.float64], i: int, j: int) -> float:
     """Return the share of a cubic from one arm into another that does not lie on the mask."""
-    cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
+    cx, cy = arms[j, X] - arms[i, X], arms[j, Y] - arms[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
     steps = min(int(length / 2.0) + 2, 24)
     out = 0
@@ -84,8 +94,8 @@ def _outside(mask: npt.NDArray[np.uint8], arms: npt.NDArray[np.float64], i: int,
         t = k / steps
         at_i, at_j = 1.0 - 3.0 * t * t + 2.0 * t**3, 3.0 * t * t - 2.0 * t**3
         of_i, of_j = (t - 2.0 * t * t + t**3) * length, (t * t - t**3) * length
-        x = at_i * arms[i, 0] + of_i * arms[i, 2] + at_j * arms[j, 0] + of_j * arms[j, 2]
-        y = at_i * arms[i, 1] + of_i * arms[i, 3] + at_j * arms[j, 1] + of_j * arms[j, 3]
+        x = at_i * arms[i, X] + of_i * arms[i, TANGENT_X] + at_j * arms[j, X] + of_j * arms[j, TANGENT_X]
+        y = at_i * arms[i, Y] + of_i * arms[i, TANGENT_Y] + at_j * arms[j, Y] + of_j * arms[j, TANGENT_Y]
         row, column = int(y + 0.5), int(x + 0.5)
         inside = 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
         out += not inside
@@ -191,7 +201,7 @@ def junction_costs(
                 i, j = members[first[node] + a], members[first[node] + b]
                 if b <= a:
                     cost = _NEVER if a == b else costs[starts[node] + b * size + a]
-                elif spur[i // 2] and spur[j // 2]:
+                elif spur[branch_of(i)] and spur[branch_of(j)]:
                     cost = _NEVER
                 else:
                     cost = _pass_cost(arms, i, j, width, mask)
@@ -244,7 +254,7 @@ def _expand_passes(
         for a in range(size):
             for b in range(a + 1, size):
                 i, j = members[first[node] + a], members[first[node] + b]
-                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
+                if identity[i] == identity[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
                     cost = _NEVER
                 elif identity[i] < identity[j]:
                     cost = passes[place[identity[i], 0] + place[identity[j], 1]]
@@ -291,7 +301,7 @@ def _settled(
             for b in range(a + 1, size):
                 i, j = members[first[node] + a], members[first[node] + b]
                 cost = costs[starts[node] + a * size + b]
-                if spur[i // 2] or spur[j // 2]:
+                if spur[branch_of(i)] or spur[branch_of(j)]:
                     continue
                 if cost < best_cost[i]:
                     best[i], best_cost[i] = j, cost
@@ -366,11 +376,11 @@ def pair_costs(
     own_first, own_members = _list_arms(nodes)
     degree = np.zeros(len(own_first), dtype=np.int64)
     for end in own_members:
-        degree[nodes[end]] += not spur[end // 2]
+        degree[nodes[end]] += not spur[branch_of(end)]
     price = np.empty(n)
     for end in range(n):
         price[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * caps[end]
-        if spur[end // 2]:
+        if spur[branch_of(end)]:
             price[end] = 0.0
         elif nodes[end] >= 0 and degree[nodes[end]] == 2:
             price[end] = OPEN_KINK
@@ -380,7 +390,7 @@ def pair_costs(
     is_settled = _settled(own_first, own_members, own_starts, own_passes, spur)
     loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
     for end in range(n):
-        if nodes[end] >= -1 and not (spur[end // 2] or is_settled[end] or bordering[end]):
+        if nodes[end] > UNAVAILABLE and not (spur[branch_of(end)] or is_settled[end] or bordering[end]):
             loose[looking] = end
             looking += 1
     capacity = 4 * n + 16
@@ -389,11 +399,11 @@ def pair_costs(
     costs = np.empty(capacity)
     count, next_loose = 0, 0
     for i in range(n):
-        if nodes[i] < -1:
+        if nodes[i] <= UNAVAILABLE:
             continue
         while next_loose < looking and loose[next_loose] <= i:
             next_loose += 1
-        at_gap = looking if spur[i // 2] or is_settled[i] or bordering[i] else next_loose
+        at_gap = looking if spur[branch_of(i)] or is_settled[i] or bordering[i] else next_loose
         at_pass = last_pass = row = 0  # the arms of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
             at_pass, last_pass = own_first[nodes[i]], own_first[nodes[i] + 1]
@@ -411,14 +421,14 @@ def pair_costs(
             if onward == j:
                 cost = own_passes[row + at_pass]
                 at_pass += 1
-                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
+                if identity[i] == identity[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
                     continue
-                if degree[nodes[i]] == 2 and not spur[i // 2] and not spur[j // 2]:
+                if degree[nodes[i]] == 2 and not spur[branch_of(i)] and not spur[branch_of(j)]:
                     cost = min(cost, 1.98 * OPEN_KINK)  # nothing else explains these two
             else:
-                if identity[i] // 2 == identity[j] // 2:  # the two ends of a run, or those of its copies
+                if branch_of(identity[i]) == branch_of(identity[j]):  # the two ends of a run, or those of its copies
                     continue
-                if abs(arms[i, 0] - arms[j, 0]) > max_gap or abs(arms[i, 1] - arms[j, 1]) > max_gap:
+                if abs(arms[i, X] - arms[j, X]) > max_gap or abs(arms[i, Y] - arms[j, Y]) > max_gap:
                     continue
                 bend, length = _bend(arms, i, j, width)
                 cost = _gap_price(bend, length, width)

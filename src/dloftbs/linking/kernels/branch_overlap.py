@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import branch_of, other_end, start_of, stop_of
 
 MOST_RUNS = 6
 """Of a path."""
@@ -59,7 +60,7 @@ def _slots_at(
             slots[count] = members[k]
             count += 1
     for c in range(len(copies)):
-        for end in (2 * copies[c], 2 * copies[c] + 1):
+        for end in (start_of(copies[c]), stop_of(copies[c])):
             if nodes[end] == node and partial[c] in (-1, end) and count < len(slots):
                 slots[count] = end
                 count += 1
@@ -70,7 +71,7 @@ def _slots_at(
 def _is_odd(slots: npt.NDArray[np.int64], count: int, spur: npt.NDArray[np.bool_]) -> bool:
     arms = 0
     for k in range(count):
-        arms += not spur[slots[k] // 2]
+        arms += not spur[branch_of(slots[k])]
     return arms % 2 == 1
 
 
@@ -89,7 +90,7 @@ def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) 
         count = max(count, node + 1)
     is_odd = np.zeros(count, dtype=np.bool_)
     for end in range(len(nodes)):
-        if nodes[end] >= 0 and not spur[end // 2]:
+        if nodes[end] >= 0 and not spur[branch_of(end)]:
             is_odd[nodes[end]] = not is_odd[nodes[end]]
     return bool(is_odd.any())
 
@@ -146,7 +147,7 @@ def list_paths(
         size = _slots_at(node, nodes, first, members, copies, partial, slots)
         is_odd[node] = size <= _MOST_ARMS and _is_odd(slots, size, spur)
         for k in range(min(size, _MOST_ARMS)):
-            has_spur[node] = has_spur[node] or spur[slots[k] // 2]  # it may be the tip of the second cable
+            has_spur[node] = has_spur[node] or spur[branch_of(slots[k])]  # it may be the tip of the second cable
     room = 2 * len(nodes) + 64
     paths = np.full((room, MOST_RUNS), -1, dtype=np.int64)
     inside = np.zeros(room, dtype=np.bool_)
@@ -158,7 +159,7 @@ def list_paths(
     stack = np.full((_MOST_SLOTS, MOST_RUNS), -1, dtype=np.int64)
     depth = np.empty(_MOST_SLOTS, dtype=np.int64)
     for start in range(len(nodes)):
-        if nodes[start] < 0 or spur[start // 2] or not is_odd[nodes[start]]:
+        if nodes[start] < 0 or spur[branch_of(start)] or not is_odd[nodes[start]]:
             continue
         stack[0, 0], depth[0] = start, 1
         height, trials = 1, 0
@@ -168,11 +169,11 @@ def list_paths(
             steps = depth[height]
             path = stack[height].copy()
             end = path[steps - 1]
-            run, node = end // 2, nodes[end ^ 1]
+            run, node = branch_of(end), nodes[other_end(end)]
             blocked = is_shared[run] or node == nodes[start]
             total, so_far = 0.0, 0.0
             for s in range(steps - 1):
-                before = path[s] // 2
+                before = branch_of(path[s])
                 blocked = blocked or before == run
                 total += lengths[before]
                 so_far += _share_price(lengths[before], widths[before], width)
@@ -184,7 +185,7 @@ def list_paths(
             )
             to_odd = node >= 0 and is_odd[node]
             # From both sides wide and thin between: two cables cross there.
-            thin = lengths[run] - reach[end] - reach[end ^ 1]
+            thin = lengths[run] - reach[end] - reach[other_end(end)]
             if ends and to_odd and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[run]):
                 ends = False
             if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
@@ -204,12 +205,12 @@ def list_paths(
             if steps == MOST_RUNS or size > _MOST_ARMS:
                 continue
             here = 0
-            while members[first[node] + here] != end ^ 1:
+            while members[first[node] + here] != other_end(end):
                 here += 1
             for k in range(size):
                 onward = members[first[node] + k]
-                leads = nodes[onward ^ 1] >= 0 or reach[onward] >= _LEAST_WIDE_WIDTHS * width
-                if onward // 2 == run or spur[onward // 2] or not leads or height == _MOST_SLOTS:
+                leads = nodes[other_end(onward)] >= 0 or reach[onward] >= _LEAST_WIDE_WIDTHS * width
+                if branch_of(onward) == run or spur[branch_of(onward)] or not leads or height == _MOST_SLOTS:
                     continue
                 if costs[starts[node] + here * size + k] < _STRAIGHT_ON:
                     stack[height] = path
@@ -260,14 +261,14 @@ def changed_junctions(
             steps += 1
         # The first and the last junction get one arm more, those between two.
         for s in range(steps if inside[p] else steps + 1):
-            node = nodes[paths[p, s]] if s < steps else nodes[paths[p, s - 1] ^ 1]
+            node = nodes[paths[p, s]] if s < steps else nodes[other_end(paths[p, s - 1])]
             if before[node] < 0:
                 at = sets[found]
                 here = slots[at : at + _MOST_SLOTS - 2]
                 sets[found + 1] = at + _slots_at(node, nodes, first, members, copies, partial, here)
                 before[node] = found
                 found += 1
-            only = paths[p, s - 1] ^ 1 if s == steps else (paths[p, s] if s == 0 else -1)
+            only = other_end(paths[p, s - 1]) if s == steps else (paths[p, s] if s == 0 else -1)
             after = with_one[only] if only >= 0 else -1
             if after < 0:
                 after, at = found, sets[found]
@@ -275,7 +276,7 @@ def changed_junctions(
                     slots[at] = slots[k]
                     at += 1
                 if s > 0:
-                    slots[at] = paths[p, s - 1] ^ 1
+                    slots[at] = other_end(paths[p, s - 1])
                     at += 1
                 if s < steps:
                     slots[at] = paths[p, s]

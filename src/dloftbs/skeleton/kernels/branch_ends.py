@@ -7,6 +7,20 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import (
+    CURVATURE,
+    FREE,
+    HAS_CURVATURE,
+    TANGENT_X,
+    TANGENT_Y,
+    X,
+    Y,
+    branch_of,
+    inward,
+    other_end,
+    start_of,
+    stop_of,
+)
 
 _REACH_WIDTHS = 2.0  # direction and curvature are taken over this much of an arm
 _CLEAR_WIDTHS = 0.25  # from this far outside of a junction on
@@ -99,16 +113,16 @@ def clear_spans(
     spans = np.empty((n, 2), dtype=np.int64)
     for run in range(n):
         start, stop = offsets[run], offsets[run + 1]
-        while start < stop and not _is_clear(points, start, nodes[2 * run], centres, radii, 0.0):
+        while start < stop and not _is_clear(points, start, nodes[start_of(run)], centres, radii, 0.0):
             start += 1
-        while stop > start and not _is_clear(points, stop - 1, nodes[2 * run + 1], centres, radii, 0.0):
+        while stop > start and not _is_clear(points, stop - 1, nodes[stop_of(run)], centres, radii, 0.0):
             stop -= 1
         if start >= stop:
             start = stop = (offsets[run] + offsets[run + 1]) // 2
         count = stop - start
-        if nodes[2 * run] == -1:
+        if nodes[start_of(run)] == FREE:
             start += _tapered(half, start, 1, count, width)
-        if nodes[2 * run + 1] == -1:
+        if nodes[stop_of(run)] == FREE:
             stop -= _tapered(half, stop - 1, -1, count, width)
         spans[run, 0], spans[run, 1] = start, stop
     return spans
@@ -152,15 +166,15 @@ def _fit_end(
         damping = quartics + (2.0 * _NOISE_PX * width / (_USUAL_BEND * pitch_squared)) ** 2
         quad_x /= damping
         quad_y /= damping
-        arm[5] = 1.0
+        arm[HAS_CURVATURE] = 1.0
     else:
         quad_x, quad_y = 0.0, 0.0
     p = at - middle
     dx, dy = lin_x + 2.0 * quad_x * p, lin_y + 2.0 * quad_y * p
     speed = max(np.sqrt(dx * dx + dy * dy), 1e-9)
-    arm[2], arm[3] = -dx / speed, -dy / speed  # outwards is against the order of the points
+    arm[TANGENT_X], arm[TANGENT_Y] = -dx / speed, -dy / speed  # outwards is against the order of the points
     # Seen while moving outwards, a bend to the left stays one to the right inwards: the sign turns with the direction.
-    arm[4] = -2.0 * (lin_x * quad_y - lin_y * quad_x) / max(lin_x * lin_x + lin_y * lin_y, 1e-9) ** 1.5
+    arm[CURVATURE] = -2.0 * (lin_x * quad_y - lin_y * quad_x) / max(lin_x * lin_x + lin_y * lin_y, 1e-9) ** 1.5
 
 
 @kernel(
@@ -202,15 +216,15 @@ def locate_arms(
     """
     arms = np.zeros((len(nodes), 6), dtype=np.float64)
     for end in range(len(nodes)):
-        run, node, far = end // 2, nodes[end], nodes[end ^ 1]
+        run, node, far = branch_of(end), nodes[end], nodes[other_end(end)]
         start, stop = spans[run]
-        step = 1 if end % 2 == 0 else -1
+        step = inward(end)
         first = start if step == 1 else stop - 1  # of the clear points, as seen from this end
         count = stop - start
         if count <= 0:
             first, count = start, 0
             first = min(first, offsets[run + 1] - 1)
-        arms[end, 0], arms[end, 1] = points[first, 0], points[first, 1]
+        arms[end, X], arms[end, Y] = points[first, 0], points[first, 1]
         # Leave out what the junction or the tip distorts, as far as enough is left.
         skip = 0
         if node >= 0:
@@ -227,7 +241,7 @@ def locate_arms(
             _fit_end(points, first + step * skip, step, usable, width, arms[end], -skip)
             continue
         # Too short for that: straight from one end to the other, junctions counted from their centres.
-        ax, ay = arms[end, 0], arms[end, 1]
+        ax, ay = arms[end, X], arms[end, Y]
         if node >= 0:
             ax, ay = centres[node, 0], centres[node, 1]
         last = offsets[run + 1] - 1 if step == 1 else offsets[run]
@@ -237,7 +251,7 @@ def locate_arms(
         dx, dy = ax - bx, ay - by
         norm = np.sqrt(dx * dx + dy * dy)
         if norm > 0.0:
-            arms[end, 2], arms[end, 3] = dx / norm, dy / norm
+            arms[end, TANGENT_X], arms[end, TANGENT_Y] = dx / norm, dy / norm
     return arms
 
 
@@ -275,7 +289,7 @@ def measure_through(
     through = np.zeros(len(nodes))
     for end in range(len(nodes)):
         if nodes[end] >= 0:
-            through[end] = _ray(mask, arms[end, 0], arms[end, 1], arms[end, 2], arms[end, 3], most)
+            through[end] = _ray(mask, arms[end, X], arms[end, Y], arms[end, TANGENT_X], arms[end, TANGENT_Y], most)
     return through
 
 
@@ -333,20 +347,23 @@ def measure_caps(
     back, chord = int(_CAP_WIDTHS * width), int(width)
     caps = np.full(len(nodes), UNTOLD)
     for end in range(len(nodes)):
-        start, stop = spans[end // 2]
-        step = 1 if end % 2 == 0 else -1
+        start, stop = spans[branch_of(end)]
+        step = inward(end)
         at = (start if step == 1 else stop - 1) + step * back
         along = min(chord, stop - start - back - 1)
-        if nodes[end] != -1 or along < max(radius, _LEAST_POINTS) or stop - start < _TOLD_WIDTHS * width:
+        if nodes[end] != FREE or along < max(radius, _LEAST_POINTS) or stop - start < _TOLD_WIDTHS * width:
             continue
         dx, dy = points[at, 0] - points[at + step * along, 0], points[at, 1] - points[at + step * along, 1]
         length = max(np.sqrt(dx * dx + dy * dy), 1e-9)
-        angle = np.arctan2(dy, dx) + 0.5 * arms[end, 4] * length  # from the chord to the tangent
+        angle = np.arctan2(dy, dx) + 0.5 * arms[end, CURVATURE] * length  # from the chord to the tangent
         dx, dy = np.cos(angle), np.sin(angle)
         roundness, slant = 0.0, 0.0
         for k in range(len(_ACROSS)):
             aside = _ACROSS[k] * radius
-            ahead = _reach_along(mask, points[at, 0], points[at, 1], dx, dy, arms[end, 4], aside, 3.0 * width) / radius
+            ahead = (
+                _reach_along(mask, points[at, 0], points[at, 1], dx, dy, arms[end, CURVATURE], aside, 3.0 * width)
+                / radius
+            )
             roundness += _TO_ROUND[k] * ahead
             slant += _TO_SLANT[k] * ahead
         cap = min(max(roundness - max(abs(slant) - _SLANT, 0.0), 0.0), 1.0)

@@ -7,13 +7,10 @@ import numpy.typing as npt
 from numba import boolean, float64, int32, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.shared.graph_ends import FREE, UNAVAILABLE, branch_of, is_start, other_end, start_of, stop_of
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
 _BRANCH, _LABELLED = 2, 3  # mark branch points in the grid while a kernel runs
-FREE = -1
-"""In the place of a node: the end of a run that touches no junction."""
-UNAVAILABLE = -2
-"""In the place of a node: an end that cannot be joined."""
 
 
 @inlined
@@ -122,15 +119,15 @@ def find_junctions(
 
     nodes = np.full(2 * n_open, FREE, dtype=np.int64)
     for end in range(2 * n_open):
-        run = end // 2
-        i = offsets[run] if end % 2 == 0 else offsets[run + 1] - 1
+        run = branch_of(end)
+        i = offsets[run] if is_start(end) else offsets[run + 1] - 1
         row, column = int(points[i, 1]), int(points[i, 0])
         for r in range(row - 1, row + 2):
             for c in range(column - 1, column + 2):
                 if grid[r, c] == _LABELLED and nodes[end] == FREE:
                     node = label[_index_of(branches, r, c)]
                     # A run of one pixel has its two junctions in order.
-                    if end % 2 == 0 or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
+                    if is_start(end) or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
                         nodes[end] = node
     radii = np.empty(count, dtype=np.float64)
     for node in range(count):
@@ -151,7 +148,7 @@ def _sticks_out(
     mask: npt.NDArray[np.uint8],
 ) -> float:
     """Return how far a run with one free end sticks out of its junction, px; infinity for other runs."""
-    start, stop = nodes[2 * run], nodes[2 * run + 1]
+    start, stop = nodes[start_of(run)], nodes[stop_of(run)]
     if (start >= 0) == (stop >= 0):
         return np.inf
     node = max(start, stop)
@@ -208,16 +205,16 @@ def prune_spurs(
         if not out[run] < least:  # what is struck off is infinite, and comes back once at most
             break
         out[run] = np.inf
-        node = max(nodes[2 * run], nodes[2 * run + 1])
+        node = max(nodes[start_of(run)], nodes[stop_of(run)])
         if degree[node] == 1:
             continue
         alive[run] = False
         degree[node] -= 1
         if degree[node] == 1:
             for end in range(2 * n):
-                if nodes[end] == node and alive[end // 2]:
+                if nodes[end] == node and alive[branch_of(end)]:
                     nodes[end] = FREE
-                    out[end // 2] = _sticks_out(end // 2, nodes, centres, radii, points, offsets, mask)
+                    out[branch_of(end)] = _sticks_out(branch_of(end), nodes, centres, radii, points, offsets, mask)
     return alive
 
 
@@ -253,7 +250,7 @@ def find_bordering(
     bordering = np.zeros(len(nodes), dtype=np.bool_)
     for end in range(len(nodes)):
         if nodes[end] == FREE:
-            i = offsets[end // 2] if end % 2 == 0 else offsets[end // 2 + 1] - 1
+            i = offsets[branch_of(end)] if is_start(end) else offsets[branch_of(end) + 1] - 1
             x = points[i, 0] * matrix[0, 0] + points[i, 1] * matrix[0, 1] + offset[0]
             y = points[i, 0] * matrix[1, 0] + points[i, 1] * matrix[1, 1] + offset[1]
             bordering[end] = min(x, y, image_width - 1.0 - x, image_height - 1.0 - y) <= reach
@@ -282,7 +279,7 @@ def drop_specks(
         px^2.
     """
     for run in range(len(alive)):
-        alone = nodes[2 * run] == FREE and nodes[2 * run + 1] == FREE
+        alone = nodes[start_of(run)] == FREE and nodes[stop_of(run)] == FREE
         if alone and 2.0 * radius[offsets[run] : offsets[run + 1]].sum() < least:
             alive[run] = False
 
@@ -315,7 +312,7 @@ def merge_junctions(
     """
     group = np.arange(count)
     for run in range(len(clear)):
-        a, b = nodes[2 * run], nodes[2 * run + 1]
+        a, b = nodes[start_of(run)], nodes[stop_of(run)]
         if not alive[run] or a < 0 or b < 0 or clear[run] >= least:
             continue
         while group[a] != a:
@@ -361,8 +358,8 @@ def settle_ends(
     group = merge_junctions(nodes, clear, alive, count, least)
     settled = np.empty_like(nodes)
     for end in range(len(nodes)):
-        run, node = end // 2, nodes[end]
-        inner = alive[run] and node >= 0 and nodes[end ^ 1] >= 0 and clear[run] < least
+        run, node = branch_of(end), nodes[end]
+        inner = alive[run] and node >= 0 and nodes[other_end(end)] >= 0 and clear[run] < least
         if inner or not (alive[run] or spurs[run]) or (spurs[run] and node == FREE):
             settled[end] = UNAVAILABLE
         else:

@@ -7,6 +7,16 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.graph_ends import (
+    FREE,
+    TANGENT_X,
+    TANGENT_Y,
+    branch_of,
+    is_start,
+    other_end,
+    start_of,
+    stop_of,
+)
 
 _CHORD_WIDTHS = 1.5
 _ALONG = 0.85  # cosine of the most that a mitre points away from the middle between its arms
@@ -106,17 +116,17 @@ def split_runs(
     n, k = 0, 0
     for run in range(n_open):
         new_offsets[n] = offsets[run]
-        new_nodes[2 * n] = nodes[2 * run]
+        new_nodes[start_of(n)] = nodes[start_of(run)]
         new_alive[n] = alive[run]
         while k < len(cuts) and cuts[k] < offsets[run + 1]:
             if alive[run]:
-                new_nodes[2 * n + 1] = count + k
+                new_nodes[stop_of(n)] = count + k
                 n += 1
                 new_offsets[n] = cuts[k]
-                new_nodes[2 * n] = count + k
+                new_nodes[start_of(n)] = count + k
                 new_alive[n] = True
             k += 1
-        new_nodes[2 * n + 1] = nodes[2 * run + 1]
+        new_nodes[stop_of(n)] = nodes[stop_of(run)]
         n += 1
     loops = len(offsets) - n_open
     new_offsets[n : n + loops] = offsets[n_open:]
@@ -129,7 +139,7 @@ def _mitre_length(arms: npt.NDArray[np.float64], a: int, b: int, width: float) -
 
     There a disc touches both outer sides and the inner corner.
     """
-    cosine = arms[a, 2] * arms[b, 2] + arms[a, 3] * arms[b, 3]
+    cosine = arms[a, TANGENT_X] * arms[b, TANGENT_X] + arms[a, TANGENT_Y] * arms[b, TANGENT_Y]
     sine = np.sin(0.5 * max(np.arccos(min(cosine, 1.0)), _LEAST_ANGLE))
     return 0.5 * width * (1.0 - sine) / (sine * (1.0 + sine))
 
@@ -223,24 +233,24 @@ def find_corners(
     """
     corners = np.full(len(nodes), -1, dtype=np.int64)
     for root in range(len(nodes)):
-        stub, node = root // 2, nodes[root]
-        if node < 0 or nodes[root ^ 1] != -1 or not (alive[stub] or spurs[stub]):
+        stub, node = branch_of(root), nodes[root]
+        if node < 0 or nodes[other_end(root)] != FREE or not (alive[stub] or spurs[stub]):
             continue
         count, a, b = 0, -1, -1
         for end in range(len(nodes)):
-            if nodes[end] == node and alive[end // 2] and end != root:
+            if nodes[end] == node and alive[branch_of(end)] and end != root:
                 count += 1
                 a, b = b, end
-        if count != 2 or a // 2 == b // 2:
+        if count != 2 or branch_of(a) == branch_of(b):
             continue
         first, last = offsets[stub], offsets[stub + 1] - 1
-        if root % 2 == 1:
+        if not is_start(root):
             first, last = last, first
         apex, mean = _apex(points, radius, first, last, width)
         hx, hy = points[last, 0] - centres[node, 0], points[last, 1] - centres[node, 1]
         length = max(np.sqrt(hx * hx + hy * hy), 1e-9)
-        mx, my = arms[a, 2] + arms[b, 2], arms[a, 3] + arms[b, 3]
-        if arms[a, 2] * arms[b, 2] + arms[a, 3] * arms[b, 3] <= 0.0:
+        mx, my = arms[a, TANGENT_X] + arms[b, TANGENT_X], arms[a, TANGENT_Y] + arms[b, TANGENT_Y]
+        if arms[a, TANGENT_X] * arms[b, TANGENT_X] + arms[a, TANGENT_Y] * arms[b, TANGENT_Y] <= 0.0:
             continue
         if hx * mx + hy * my < _ALONG * length * np.sqrt(mx * mx + my * my):
             continue
