@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,15 +10,15 @@ import numpy.typing as npt
 from dloftbs import Config, Detection, Frame
 from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
-from dloftbs.graph import Graph, Pairing
+from dloftbs.graph import Branches, EndMatching, Graph, branch_of, ends_of, other_end
 from dloftbs.linking import centerlines, link, loops
 from dloftbs.linking import end_matching as pairing_stage
-from dloftbs.linking.end_matching import pair
+from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.kernels import bending, branch_overlap, end_matching, parallel_runs, wide_stretches
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.pipeline import run_stages
 from dloftbs.skeleton import branch_graph
-from dloftbs.skeleton.kernels import branch_ends as arms_kernels
+from dloftbs.skeleton.kernels import branch_ends
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -27,10 +27,10 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("a spur sticks out of its junction by less, widths", branch_graph._SPUR_WIDTHS),
     ("a run with less between two junctions makes them one, widths", branch_graph._MERGE_WIDTHS),
     ("a run is cut where it turns by more within two widths, rad", branch_graph._KINK_RAD),
-    ("an arm's direction and curvature are taken over, widths", arms_kernels._REACH_WIDTHS),
-    ("... starting outside of the junction by, widths", arms_kernels._CLEAR_WIDTHS),
-    ("... and inside of a free end by, widths", arms_kernels._BLUNT_WIDTHS),
-    ("... and where the mask tapers there, by up to, widths", arms_kernels._TAPER_WIDTHS),
+    ("an arm's direction and curvature are taken over, widths", branch_ends._REACH_WIDTHS),
+    ("... starting outside of the junction by, widths", branch_ends._CLEAR_WIDTHS),
+    ("... and inside of a free end by, widths", branch_ends._BLUNT_WIDTHS),
+    ("... and where the mask tapers there, by up to, widths", branch_ends._TAPER_WIDTHS),
     ("pass: per rad² of bend, times width / length", bending._PASS_BEND),
     ("pass: per rad² of bend", bending._PASS_TURN),
     ("pass: times the share of the way that leaves the mask", bending._OUTSIDE),
@@ -67,8 +67,8 @@ class Look:
     mask: Mask
     patch: MaskCrop
     graph: Graph
-    paired: Pairing
-    settled: Pairing
+    paired: EndMatching
+    settled: EndMatching
     detections: tuple[Detection, ...]
 
     @property
@@ -84,14 +84,14 @@ class Look:
     @property
     def arms(self) -> list[tuple[Points, Points]]:
         """Where each end of the graph comes clear of its junction, and its direction outwards."""
-        places = self.patch.to_image(self.graph.arms[:, :2])
-        tips = self.patch.to_image(self.graph.arms[:, :2] + self.graph.arms[:, 2:4])
+        places = self.patch.to_image(self.graph.end_states[:, :2])
+        tips = self.patch.to_image(self.graph.end_states[:, :2] + self.graph.end_states[:, 2:4])
         return [(place, tip - place) for place, tip in zip(places, tips, strict=True)]
 
     @property
     def junctions(self) -> list[Points]:
         """The middle of the arms of each junction."""
-        places = self.patch.to_image(self.graph.arms[:, :2])
+        places = self.patch.to_image(self.graph.end_states[:, :2])
         nodes = self.graph.nodes
         return [places[nodes == node].mean(axis=0) for node in np.unique(nodes[nodes >= 0])]
 
@@ -109,8 +109,8 @@ def look_at(mask: Mask) -> Look:
     run = run_stages(Frame(mask=mask), config, None)
     assert run.patch is not None  # the scenes have cables
     assert run.graph is not None
-    paired = pair(run.patch, run.graph, config.linking.max_gap_widths)
-    settled = link(run.patch, run.graph, config.linking).pairing
+    paired = match_ends(run.patch, run.graph, config.linking.max_gap_widths)
+    settled = link(run.patch, run.graph, config.linking).matching
     return Look(mask, run.patch, run.graph, paired, settled, run.detections)
 
 
@@ -131,19 +131,20 @@ class Reading:
 
 def names_of(look: Look) -> dict[int, str]:
     """Return letters for the ends of the graph that can be joined at less than leaving them open costs."""
-    rows, columns, _, _ = _pair_costs(look, look.paired)
-    ends = sorted({int(end) for end in np.concatenate((rows, columns))}, key=lambda end: _identity(look.paired)[end])
-    ends = sorted({int(_identity(look.paired)[end]) for end in ends})
+    rows, columns, _, _ = _pair_costs(look, look.paired.branches)
+    ends = sorted(
+        {int(end) for end in np.concatenate((rows, columns))}, key=lambda end: _end_ids(look.paired.branches)[end]
+    )
+    ends = sorted({int(_end_ids(look.paired.branches)[end]) for end in ends})
     ends.sort(key=lambda end: (look.arms[end][0][0], look.arms[end][0][1]))
     return dict(zip(ends, "abcdefghijklmnop", strict=False))
 
 
 def list_readings(look: Look, most: int) -> list[Reading]:
     """Return the cheapest ways to join the ends; runs that two cables share count twice, where that was found."""
-    found = _enumerate(look, look.paired, _sharing_price(look))
-    if look.paired.twin:
-        single = pairing_without_sharing(look)
-        found += _enumerate(look, single, 0.0)
+    found = _enumerate(look, look.paired.branches, _overlap_cost(look))
+    if look.paired.branches.duplicate_of:
+        found += _enumerate(look, branches_without_duplicates(look), 0.0)
     found.sort(key=lambda reading: reading.cost)
     kept: dict[tuple[object, ...], Reading] = {}
     for reading in found:
@@ -151,50 +152,43 @@ def list_readings(look: Look, most: int) -> list[Reading]:
     return list(kept.values())[:most]
 
 
-def pairing_without_sharing(look: Look) -> Pairing:
-    """Return the pairing cut to the runs of the graph, each once; its partners are not to be used."""
-    n = look.graph.runs
-    full = look.paired
-    nodes, arms = look.graph.nodes.tolist(), look.graph.arms
-    return Pairing(
-        full.points,
-        full.radius,
-        full.original[:n],
-        nodes,
-        full.price[: 2 * n],
-        full.spans[:n],
-        full.spurs[:n],
-        arms,
-        [],
-        [],
-        [],
-        [],
-        {},
+def branches_without_duplicates(look: Look) -> Branches:
+    """Return the branches of the graph, each once."""
+    n, full = look.graph.branch_count, look.paired.branches
+    return replace(
+        full,
+        branch_id=full.branch_id[:n],
+        nodes=look.nodes,
+        open_cost=full.open_cost[: 2 * n],
+        spans=full.spans[:n],
+        spurs=full.spurs[:n],
+        end_states=look.graph.end_states,
+        duplicate_of={},
     )
 
 
 def readings(look: Look) -> str:
     """Return a table in Markdown of the cheapest readings."""
     head = ["| reading | cost |", "| --- | ---: |"]
-    shares = bool(look.paired.twin)
+    shares = bool(look.paired.branches.duplicate_of)
     rows = []
     for k, reading in enumerate(list_readings(look, 3)):
         how = (" (shared run counted twice)" if reading.shared else " (each run once)") if shares else ""
         rows.append(f"| {'**' if k == 0 else ''}{reading}{'**' if k == 0 else ''}{how} | {reading.cost:.2f} |")
-    ways = [f"{a} goes on in {b}" for a, b in lanes_of(look)]
+    ways = [f"{a} goes on in {b}" for a, b in exits_of(look)]
     return "\n".join(head + rows + (["", f"In the shared run: {', '.join(ways)}."] if ways else []))
 
 
-def lanes_of(look: Look) -> list[tuple[str, str]]:
-    """Return the ends before and behind the runs that two cables share, as the lanes have joined them."""
-    names, settled, identity = names_of(look), look.settled, _identity(look.settled)
-    found = []
+def exits_of(look: Look) -> list[tuple[str, str]]:
+    """Return the ends before and behind the runs that two cables share, as the offset axes have joined them."""
+    names, settled, identity = names_of(look), look.settled, _end_ids(look.settled.branches)
+    found, shared = [], settled.branches.duplicate_of
     for start, end in enumerate(settled.partner):
         passed = False
         at = end
-        while at >= 0 and at // 2 in settled.twin:
-            at, passed = settled.partner[at ^ 1], True
-        if passed and at > start and start // 2 not in settled.twin:
+        while at >= 0 and branch_of(at) in shared:
+            at, passed = settled.partner[other_end(at)], True
+        if passed and at > start and branch_of(start) not in shared:
             one, other = sorted((names[int(identity[start])], names[int(identity[at])]))
             found.append((one, other))
     return sorted(found)
@@ -218,25 +212,24 @@ def constants() -> str:
     return "\n".join(["| what | value |", "| --- | ---: |", *rows])
 
 
-def _identity(pairing: Pairing) -> npt.NDArray[np.int64]:
-    ends: npt.NDArray[np.int64] = (2 * np.array(pairing.original, np.int64)[:, None] + (0, 1)).ravel()
-    return ends
+def _end_ids(branches: Branches) -> npt.NDArray[np.int64]:
+    return ends_of(np.array(branches.branch_id, np.int64))
 
 
-def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points]:
-    graph, identity = look.graph, _identity(pairing)
+def _pair_costs(look: Look, branches: Branches) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points]:
+    graph, identity = look.graph, _end_ids(branches)
     config = Config().linking
     assert isinstance(config, LinkingConfig)
     mask = look.patch.posed(look.patch.pixels)
     costs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points] = bending.pair_costs(
-        np.array(pairing.nodes),
+        np.array(branches.nodes),
         identity,
-        np.array(pairing.spurs),
-        graph.caps[identity],
-        np.ascontiguousarray(pairing.arms),
+        np.array(branches.spurs),
+        graph.end_roundness[identity],
+        np.ascontiguousarray(branches.end_states),
         graph.width,
         mask,
-        *bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask),
+        *bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask),
         graph.bordering[identity],
         graph.corners[identity],
         config.max_gap_widths * graph.width,
@@ -246,10 +239,10 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
     return costs
 
 
-def _enumerate(look: Look, pairing: Pairing, extra: float) -> list[Reading]:
+def _enumerate(look: Look, branches: Branches, extra: float) -> list[Reading]:
     """List all ways to pair the ends that have pairs, with their costs."""
-    rows, columns, costs, price = _pair_costs(look, pairing)
-    names, identity = names_of(look), _identity(pairing)
+    rows, columns, costs, price = _pair_costs(look, branches)
+    names, identity = names_of(look), _end_ids(branches)
     ends = sorted({int(end) for end in np.concatenate((rows, columns))})
     cost = {(int(i), int(j)): float(c) for i, j, c in zip(rows, columns, costs, strict=True)}
     found: list[Reading] = []
@@ -258,7 +251,9 @@ def _enumerate(look: Look, pairing: Pairing, extra: float) -> list[Reading]:
         if not left:
             named = sorted(tuple(sorted((names[int(identity[i])], names[int(identity[j])]))) for i, j in pairs)
             alone = sorted(names[int(identity[i])] for i in lonely if price[i] > 0.0)
-            found.append(Reading(tuple((a, b) for a, b in named), tuple(alone), total + extra, bool(pairing.twin)))
+            found.append(
+                Reading(tuple((a, b) for a, b in named), tuple(alone), total + extra, bool(branches.duplicate_of))
+            )
             return
         i, rest = left[0], left[1:]
         go_on(rest, pairs, [*lonely, i], total + float(price[i]))
@@ -270,18 +265,23 @@ def _enumerate(look: Look, pairing: Pairing, extra: float) -> list[Reading]:
     return found
 
 
-def _sharing_price(look: Look) -> float:
-    """Return what sharing the runs costs by itself, where it was found."""
-    shared = {run for run in look.paired.original if look.paired.original.count(run) > 1}
+def _overlap_cost(look: Look) -> float:
+    """Return the cost of sharing the branches by itself, where it was found."""
+    ids = look.paired.branches.branch_id
+    shared = {branch for branch in ids if ids.count(branch) > 1}
     if not shared:
         return 0.0
     graph, nothing = look.graph, np.empty(0, dtype=np.int64)
     mask = look.patch.posed(look.patch.pixels)
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
-    at = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
+    at = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    paths, _, price = branch_overlap.list_paths(
+    paths, _, costs = branch_overlap.list_paths(
         graph.nodes, graph.spurs, reach, lengths, widths, graph.width, *at, nothing, nothing
     )
-    return min(float(p) for path, p in zip(paths, price, strict=True) if {e // 2 for e in path if e >= 0} == shared)
+    return min(
+        float(cost)
+        for path, cost in zip(paths, costs, strict=True)
+        if set(branch_of(path[path >= 0]).tolist()) == shared
+    )

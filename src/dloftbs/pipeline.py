@@ -262,7 +262,7 @@ def _link_by_bending(
     prior = TemporalPrior(expected, patch, run.graph.width) if expected else None
     evidence = None if image is None else EvidenceMap(image, patch)
     linking = link(patch, run.graph, config, evidence, prior)
-    run.overruled = linking.pairing.overruled
+    run.overruled = linking.matching.override
     return linking.centerlines
 
 

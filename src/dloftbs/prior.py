@@ -76,6 +76,8 @@ class TemporalPrior:
         )
         return Samples(points, first, steps, longest, closed, np.array([trust for _, trust in self.expected]))
 
-    def continuity(self, arms: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:
+    def continuity(
+        self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
+    ) -> FloatArray:
         """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""
-        return follow(arms, rows, columns, *self.samples, self.width)
+        return follow(end_states, rows, columns, *self.samples, self.width)

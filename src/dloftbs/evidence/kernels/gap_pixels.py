@@ -164,16 +164,16 @@ def sample_references(
 
 
 @helper
-def _along(arms: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt.NDArray[np.float64]) -> None:
+def _along(states: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt.NDArray[np.float64]) -> None:
     """Write where a cubic from one end into another is, and its direction."""
-    cx, cy = arms[j, X] - arms[i, X], arms[j, Y] - arms[i, Y]
+    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
     at_j, of_i, of_j = 3.0 * t * t - 2.0 * t**3, (t - 2.0 * t * t + t**3) * length, (t * t - t**3) * length
     to_j, along_i, along_j = 6.0 * (t - t * t), (1.0 - 4.0 * t + 3.0 * t * t) * length, (2.0 * t - 3.0 * t * t) * length
-    place[0] = arms[i, X] + at_j * cx + of_i * arms[i, TANGENT_X] + of_j * arms[j, TANGENT_X]
-    place[1] = arms[i, Y] + at_j * cy + of_i * arms[i, TANGENT_Y] + of_j * arms[j, TANGENT_Y]
-    dx = to_j * cx + along_i * arms[i, TANGENT_X] + along_j * arms[j, TANGENT_X]
-    dy = to_j * cy + along_i * arms[i, TANGENT_Y] + along_j * arms[j, TANGENT_Y]
+    place[0] = states[i, X] + at_j * cx + of_i * states[i, TANGENT_X] + of_j * states[j, TANGENT_X]
+    place[1] = states[i, Y] + at_j * cy + of_i * states[i, TANGENT_Y] + of_j * states[j, TANGENT_Y]
+    dx = to_j * cx + along_i * states[i, TANGENT_X] + along_j * states[j, TANGENT_X]
+    dy = to_j * cy + along_i * states[i, TANGENT_Y] + along_j * states[j, TANGENT_Y]
     norm = max(np.sqrt(dx * dx + dy * dy), 1e-9)
     place[2], place[3] = dx / norm, dy / norm
 
@@ -211,7 +211,7 @@ def _keep_ground(
 def look_across(
     image: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
-    arms: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     pairs: npt.NDArray[np.int64],
     ground: npt.NDArray[np.float64],
     grounds: npt.NDArray[np.int64],
@@ -230,7 +230,7 @@ def look_across(
     image : (h, w, 3) uint8
         The part of the image that `mask` covers.
     mask : (h, w) uint8
-    arms : (e, 4) float64
+    states : (e, 4) float64
         Place and outward direction of each end.
     pairs : (k, 2) int64
         Of them.
@@ -256,13 +256,13 @@ def look_across(
         like_ground = max(_FLOOR, _LENIENT * max(spread[i, 0], spread[j, 0]))
         theirs = np.concatenate((cable[i, : cables[i]], cable[j, : cables[j]]))
         like_cable = max(_FLOOR, _LENIENT * max(spread[i, 1], spread[j, 1]))
-        cx, cy = arms[j, X] - arms[i, X], arms[j, Y] - arms[i, Y]
+        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
         length = np.sqrt(cx * cx + cy * cy)
         steps = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 1), _MOST_SAMPLES)
         beside, is_there = np.empty((2, steps + 1, 3)), np.zeros((2, steps + 1), dtype=np.bool_)
         way = np.empty((steps + 1, 4))
         for k in range(steps + 1):
-            _along(arms, i, j, k / steps, way[k])
+            _along(states, i, j, k / steps, way[k])
             for side in range(2):
                 aside = (2 * side - 1) * (_BESIDE_WIDTHS * width + _CLEAR_PX)
                 x, y = way[k, 0] - aside * way[k, 3], way[k, 1] + aside * way[k, 2]

@@ -20,6 +20,9 @@ FREE = -1
 UNAVAILABLE = -2
 """In the place of a junction: an end that cannot be joined."""
 
+FORBIDDEN = 1e6
+"""Cost of a pair of ends that cannot be joined: more than to leave all ends of a match open."""
+
 X, Y, TANGENT_X, TANGENT_Y, CURVATURE, HAS_CURVATURE = range(6)
 """Columns of end states: position, px; outward unit tangent; curvature along it, 1 / px; 1 where that was measured."""
 

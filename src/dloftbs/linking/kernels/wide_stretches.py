@@ -16,7 +16,7 @@ _WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin a
 def wide_reach(
     nodes: npt.NDArray[np.int64], spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """Return how many points from each end of each run on the mask is wider than one cable, and the mean widths.
+    """Count the points from each end of each branch on over which the mask is wider than one cable; return mean widths.
 
     Parameters
     ----------
@@ -32,13 +32,13 @@ def wide_reach(
     -------
     reach : (2 n,) int64
     widths : (n,) float64
-        Of the runs, px; that of one cable where a run has no clear points.
+        Of the branches, px; that of one cable where a branch has no clear points.
     """
     reach = np.zeros(2 * len(spans), dtype=np.int64)
     widths = np.full(len(spans), width)
-    for run in range(len(spans)):
-        if spans[run, 1] > spans[run, 0]:
-            widths[run] = 2.0 * radii[spans[run, 0] : spans[run, 1]].mean()
+    for branch in range(len(spans)):
+        if spans[branch, 1] > spans[branch, 0]:
+            widths[branch] = 2.0 * radii[spans[branch, 0] : spans[branch, 1]].mean()
     for end in range(len(reach)):
         start, stop = spans[branch_of(end)]
         step = inward(end)
