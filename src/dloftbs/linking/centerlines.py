@@ -1,4 +1,4 @@
-"""Stage 5, the result: matching to centre lines, with their free ends extended to the end of the mask."""
+"""Stage 5, the result: end matching to centre lines, with free ends extended to the edge of the mask."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from dloftbs.graph import (
     FREE,
     POSITION,
     RAY,
+    Branches,
     EndMatching,
     Graph,
     branch_of,
@@ -28,18 +29,18 @@ from dloftbs.linking.kernels.end_extension import extend_end, is_seen
 from dloftbs.mask_crop import MaskCrop
 
 _LEAST, _LEAST_AROUND = 2, 8  # points of a line, and of a loop
-_TAIL_WIDTHS = 6.0  # that leading an end on looks at
+_TAIL_WIDTHS = 6.0  # of a cable, at the end that is extended
 _OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
 _AHEAD_WIDTHS = 3.5
 _CAP_PX = 4.5
 _MOST_HALF_TURN = 1.4  # rad
-_CORNER_WIDTHS = 3.0  # from an arm to the corner of its bend, at most
-_PARALLEL = 0.4  # sine between two arms below which where they meet is uncertain
-_STEEP = 0.5  # sine of the least angle between them
+_CORNER_WIDTHS = 3.0  # from an end to the corner of its bend, at most
+_PARALLEL = 0.4  # sine between two tangents below which their intersection is uncertain
+_STEEP = 0.5  # sine of the least angle between a cable that passes a junction and the end that is extended
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
 _CROSSING_SCALE, _GAP_SCALE = 0.025, 0.25
-_CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # an enumeration is slow to look into
+_CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # members of an enumeration are slow to look up
 
 
 _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or -1
@@ -65,13 +66,14 @@ class _Piece:
 
 
 class _Points:
-    """Points of a matching, and those that extend its ends."""
+    """Points of branches, and those added at corners and at extended ends."""
 
-    def __init__(self, matching: EndMatching) -> None:
-        self._points, self._radius = [matching.branches.points], [matching.branches.radius]
-        self._count = len(matching.branches.points)
+    def __init__(self, branches: Branches) -> None:
+        self._points, self._radius = [branches.points], [branches.radius]
+        self._count = len(branches.points)
 
     def add(self, points: FloatArray, radius: float) -> _Span:
+        """Append points, and return their span."""
         self._points.append(points)
         self._radius.append(np.full(len(points), radius))
         self._count += len(points)
@@ -93,29 +95,29 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     graph : Graph
     matching : EndMatching
     least_widths : float
-        A cable whose skeleton is shorter is none.
+        Shortest skeleton of a cable, in widths.
 
     Returns
     -------
     list of Centerline
-        First those with ends, then the loops.
+        Cables with ends first, then loops.
     """
     least = max(least_widths * graph.width, _LEAST)
     around = max(2.0 * least, _LEAST_AROUND)
-    buffer = _Points(matching)
+    buffer = _Points(matching.branches)
     lines: list[list[_Piece]] = []
     loops: list[list[_Piece]] = []
     doubts: list[float] = []
     lacking: dict[int, float] = {}
     for amount, _, i, j in reversed(matching.near_joints):
-        if matching.partner[i] < 0 and matching.partner[j] < 0:
+        if matching.is_open(i) and matching.is_open(j):
             lacking[i] = lacking[j] = amount
-    gone: set[int] = set()
-    offsets, degree = graph.offsets.tolist(), _degrees(matching)
+    left_over: set[int] = set()
+    offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
     mask = crop.posed(crop.pixels)
     for chain, is_loop in matching.chains():
-        if _is_left_over(matching, chain, gone):
-            gone |= {branch_of(end) for end in chain}
+        if _is_left_over(matching.branches, chain, left_over):
+            left_over |= {branch_of(end) for end in chain}
             continue
         pieces = _pieces(mask, graph, offsets, matching, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
@@ -145,7 +147,7 @@ def _lay_out(
     counts = [[piece.count for piece in pieces] for pieces in lines + loops]
     first = [0, *accumulate(map(sum, counts))]
     spans = [number for pieces in lines + loops for piece in pieces for span in piece.spans for number in span]
-    points, radius, u, widths, arms = lay_out(
+    points, radius, u, widths, positions = lay_out(
         *buffer.all(),
         np.array(spans).reshape(-1, 3),
         np.array(first),
@@ -157,7 +159,7 @@ def _lay_out(
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)
     points, radius, u = frozen(points), frozen(radius), frozen(u)
-    places = arms.tolist() if any(len(pieces) > 1 for pieces in lines) else []
+    places = positions.tolist() if any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
@@ -168,9 +170,9 @@ def _lay_out(
     return result
 
 
-def _degrees(matching: EndMatching) -> list[int]:
-    """Return how many arms each junction has, spurs left out."""
-    nodes, spurs = matching.branches.nodes, matching.branches.spurs
+def _degrees(branches: Branches) -> list[int]:
+    """Count the ends at each junction, spurs left out."""
+    nodes, spurs = branches.nodes, branches.spurs
     degree = [0] * (max(nodes, default=0) + 1)
     for end, node in enumerate(nodes):
         if node >= 0 and not spurs[branch_of(end)]:
@@ -178,13 +180,12 @@ def _degrees(matching: EndMatching) -> list[int]:
     return degree
 
 
-def _is_left_over(matching: EndMatching, chain: list[int], gone: set[int]) -> bool:
-    """Tell whether a chain is nothing but copies of shared runs that found no cable."""
-    if not matching.branches.duplicate_of or not all(
-        matching.branches.duplicate_of.get(branch_of(end), -1) not in gone | {-1} for end in chain
-    ):
+def _is_left_over(branches: Branches, chain: list[int], left_over: set[int]) -> bool:
+    """Tell whether a chain consists of duplicates of shared branches alone, and has no free end."""
+    duplicate_of, nodes = branches.duplicate_of, branches.nodes
+    if not duplicate_of or any(duplicate_of.get(branch_of(end), -1) in left_over | {-1} for end in chain):
         return False
-    return all(matching.branches.nodes[end] != FREE for end in (chain[0], other_end(chain[-1])))
+    return all(nodes[end] != FREE for end in (chain[0], other_end(chain[-1])))
 
 
 def _pieces(
@@ -196,14 +197,10 @@ def _pieces(
     degree: list[int],
     buffer: _Points,
 ) -> list[_Piece]:
-    """Cut the points of each branch of a chain, and put together what only a spur divides."""
-    nodes, partner, duplicate_of, spans = (
-        matching.branches.nodes,
-        matching.partner,
-        matching.branches.duplicate_of,
-        matching.branches.spans,
-    )
-    costs, margins, width, last = matching.cost, matching.margin, graph.width, len(chain) - 1
+    """Cut a chain into pieces at its joints; branches with only a spur between them make one piece."""
+    branches, partner, costs, margins = matching.branches, matching.partner, matching.cost, matching.margin
+    nodes, duplicate_of, spans = branches.nodes, branches.duplicate_of, branches.spans
+    width, last = graph.width, len(chain) - 1
     pieces: list[_Piece] = []
     cost, margin = 0.0, math.inf
     for k, end in enumerate(chain):
@@ -220,25 +217,26 @@ def _pieces(
         if pieces and node >= 0 and degree[node] == 2 and nodes[partner[end]] == node:
             corner = _corner(mask, graph, matching, end)
             if corner is not None:
-                pieces[-1].spans.append(_route_around_corner(matching, pieces[-1].spans[-1], corner, span, buffer))
+                pieces[-1].spans.append(_route_around_corner(branches, pieces[-1].spans[-1], corner, span, buffer))
             pieces[-1].spans.append(span)
         else:
             through = node >= 0 and k > 0 and nodes[partner[end]] == node
             if through and pieces:
                 _, before, step = pieces[-1].spans[-1]
-                through = is_seen(mask, matching.branches.points, before - step, span[0], width)
+                through = is_seen(mask, branches.points, before - step, span[0], width)
             pieces.append(_Piece([span], end, cost, margin, through))
         cost, margin = 0.0, math.inf
     return pieces
 
 
 def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int) -> FloatArray | None:
-    """Return where the corner of a bend is, if it turns back: where its two arms meet on the mask, or at its mitre.
+    """Return the corner of a bend that turns back: the intersection of its two tangents on the mask, or its mitre.
 
-    Where both are known, the farther one: arms that are short seem to meet too early.
+    The farther one is taken if both are known: the tangents of short branches intersect too early.
     """
-    ax, ay, adx, ady = matching.branches.end_states[matching.partner[end], RAY].tolist()
-    bx, by, bdx, bdy = matching.branches.end_states[end, RAY].tolist()
+    states = matching.branches.end_states
+    ax, ay, adx, ady = states[matching.partner[end], RAY].tolist()
+    bx, by, bdx, bdy = states[end, RAY].tolist()
     if adx * bdx + ady * bdy <= 0.0:
         return None
     known = graph.corners[end] if end < len(graph.corners) else -1
@@ -258,13 +256,11 @@ def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, en
     return meets
 
 
-def _route_around_corner(
-    matching: EndMatching, before: _Span, corner: FloatArray, after: _Span, buffer: _Points
-) -> _Span:
-    """Lead a cable straight to a corner and back."""
-    here, there = matching.branches.points[before[1] - before[2]], matching.branches.points[after[0]]
+def _route_around_corner(branches: Branches, before: _Span, corner: FloatArray, after: _Span, buffer: _Points) -> _Span:
+    """Add the points of a cable that goes straight to a corner and back."""
+    here, there = branches.points[before[1] - before[2]], branches.points[after[0]]
     legs = [_between(here, corner), corner[None], _between(corner, there)]
-    return buffer.add(np.concatenate(legs), float(matching.branches.radius[after[0]]))
+    return buffer.add(np.concatenate(legs), float(branches.radius[after[0]]))
 
 
 def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
@@ -275,7 +271,7 @@ def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
 
 
 def _own_span(graph: Graph, offsets: list[int], matching: EndMatching, branch: int) -> tuple[int, int]:
-    """Return the points of a branch that a cable through it has: all up to an end that stays open."""
+    """Return the span of a branch that belongs to a cable: up to the first or last point at an end that stays open."""
     start, stop = matching.branches.spans[branch]
     if branch >= graph.branch_count:
         return start, stop
@@ -296,20 +292,21 @@ def _extend_ends(
     pieces: list[_Piece],
     buffer: _Points,
 ) -> None:
-    """Lead the free ends of a cable on to where the mask ends."""
+    """Extend the free ends of a cable to the edge of the mask."""
+    branches = matching.branches
     tail = int(_TAIL_WIDTHS * graph.width) + 8
     for end, at_start in ((chain[0], True), (other_end(chain[-1]), False)):
         spans = pieces[0].spans if at_start else pieces[-1].spans
-        if matching.branches.nodes[end] >= 0:
+        if branches.nodes[end] >= 0:
             _extend_through_junction(graph, matching, end, spans, at_start, buffer)
-        if matching.branches.nodes[end] != FREE:
+        if branches.nodes[end] != FREE:
             continue
         start, stop, step = spans[0] if at_start else spans[-1]
         low, high = (start, stop) if step == 1 else (stop + 1, start + 1)
         towards_high = (step == 1) != at_start
         own = slice(max(high - tail, low), high) if towards_high else slice(low, min(low + tail, high))
-        points = matching.branches.points[own]
-        radius = float(matching.branches.radius[(own.start + own.stop) // 2])
+        points = branches.points[own]
+        radius = float(branches.radius[(own.start + own.stop) // 2])
         drop, added = extend_end(mask, points if towards_high else points[::-1], radius)
         low, high = (low, high - drop) if towards_high else (low + drop, high)
         cut = (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
@@ -325,12 +322,12 @@ def _extend_ends(
 def _extend_through_junction(
     graph: Graph, matching: EndMatching, end: int, spans: list[_Span], at_start: bool, buffer: _Points
 ) -> None:
-    """Lead an end that stays open in a junction straight on, where the mask shows that the cable comes out again.
+    """Extend an end that stays open at a junction straight on, where the mask sticks out beyond the junction.
 
-    What sticks out there is too short to have a skeleton of its own.
+    That part of the cable is too short for a branch of its own.
     """
     branch, width = branch_of(end), graph.width
-    if branch >= graph.branch_count or matching.partner[end] >= 0 or graph.spurs[branch]:
+    if branch >= graph.branch_count or not matching.is_open(end) or graph.spurs[branch]:
         return
     ahead = float(graph.clear_distance_px[end])
     if not _OUT_WIDTHS * width <= ahead <= _AHEAD_WIDTHS * width:
@@ -338,11 +335,11 @@ def _extend_through_junction(
     if ahead < _far_side(matching, end, width) + _OUT_WIDTHS * width:
         return
     x, y, dx, dy = matching.branches.end_states[end, RAY].tolist()
-    cap = 0.5 * width if width > _CAP_PX else 0.0  # what is thinner is taken for cut off flat, as where ends are led on
+    cap = 0.5 * width if width > _CAP_PX else 0.0  # a thinner cable counts as cut off flat, as in end_extension
     steps = np.arange(1.0, ahead - cap)
     added = np.column_stack((x + steps * dx, y + steps * dy))
     k = 0 if at_start else -1
-    spans[k] = _clear_of_junction(graph, matching, end, spans[k])
+    spans[k] = _clear_of_junction(graph, matching.branches, end, spans[k])
     first, last, _ = buffer.add(added, 0.5 * width)
     if at_start:
         spans.insert(0, (last - 1, first - 1, -1))
@@ -350,15 +347,14 @@ def _extend_through_junction(
         spans.append((first, last, 1))
 
 
-def _clear_of_junction(graph: Graph, matching: EndMatching, end: int, span: _Span) -> _Span:
-    """Return a span of the branch of an end without what lies in the junction there; one of another branch as it is."""
+def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: _Span) -> _Span:
+    """Cut off the points inside the junction at an end from a span of its branch; return other spans as they are."""
     first, last, step = span
     low, high = (first, last) if step == 1 else (last + 1, first + 1)
-    if (
-        low < graph.offsets[branch_of(end)] or high > graph.offsets[branch_of(end) + 1]
-    ):  # the branch is too short to have a piece
+    branch = branch_of(end)
+    if low < graph.offsets[branch] or high > graph.offsets[branch + 1]:  # the branch is too short to have a piece
         return span
-    start, stop = matching.branches.spans[branch_of(end)]
+    start, stop = branches.spans[branch]
     if is_start(end):
         low = min(max(low, start), high)
     else:
@@ -367,14 +363,15 @@ def _clear_of_junction(graph: Graph, matching: EndMatching, end: int, span: _Spa
 
 
 def _far_side(matching: EndMatching, end: int, width: float) -> float:
-    """Return how far ahead of an arm the cables end that pass its junction; infinite where one runs along it."""
-    x, y, dx, dy = matching.branches.end_states[end, RAY].tolist()
-    farthest, node = 0.0, matching.branches.nodes[end]
-    for i in [k for k, own in enumerate(matching.branches.nodes) if own == node]:
+    """Return the distance from an end to the far side of the cables that pass its junction; inf for one along it."""
+    states, nodes = matching.branches.end_states, matching.branches.nodes
+    x, y, dx, dy = states[end, RAY].tolist()
+    farthest, node = 0.0, nodes[end]
+    for i in [k for k, own in enumerate(nodes) if own == node]:
         j = matching.partner[i]
-        if j > i and matching.branches.nodes[j] == node:
-            ax, ay = matching.branches.end_states[i, POSITION].tolist()
-            bx, by = matching.branches.end_states[j, POSITION].tolist()
+        if j > i and nodes[j] == node:
+            ax, ay = states[i, POSITION].tolist()
+            bx, by = states[j, POSITION].tolist()
             across = math.hypot(bx - ax, by - ay)
             sine = (dx * (by - ay) - dy * (bx - ax)) / max(across, 1.0)
             if abs(sine) < _STEEP:
@@ -385,7 +382,7 @@ def _far_side(matching: EndMatching, end: int, width: float) -> float:
 
 
 def _lengthen_gaps(u: FloatArray, counts: list[int], matching: EndMatching, pieces: list[_Piece]) -> None:
-    """Let the parameter of a line count across its gaps what the arc there is long, in place."""
+    """Lengthen the parameter of a line across its gaps to the length of the arc there, in place."""
     nodes, partner = matching.branches.nodes, matching.partner
     at, found = counts[0], False
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
@@ -409,12 +406,12 @@ def _line(
     places: list[list[float]],
     lacking: float,
 ) -> Centerline:
-    partner, other = matching.partner, matching.alternative
+    partner, alternative = matching.partner, matching.alternative
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
     at = counts[0]
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
         end = piece.entered
-        before, after = other[partner[end]], other[end]
+        before, after = alternative[partner[end]], alternative[end]
         is_crossing = piece.through_junction
         scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
         joints.append(
@@ -449,9 +446,10 @@ def _probability(margin: float, scale: float) -> float:
 
 
 def _arc_over_chord(matching: EndMatching, end: int) -> float:
-    """Return how much longer than the straight line across a gap the arc is that the ends' directions tell of."""
-    ax, ay, ahead_x, ahead_y = matching.branches.end_states[matching.partner[end], RAY].tolist()
-    bx, by, back_x, back_y = matching.branches.end_states[end, RAY].tolist()
+    """Return the length of the arc across a gap, given by the tangents of its ends, over that of its chord."""
+    states = matching.branches.end_states
+    ax, ay, ahead_x, ahead_y = states[matching.partner[end], RAY].tolist()
+    bx, by, back_x, back_y = states[end, RAY].tolist()
     cx, cy = bx - ax, by - ay
     leaves = math.atan2(ahead_x * cy - ahead_y * cx, ahead_x * cx + ahead_y * cy)
     comes = math.atan2(-cx * back_y + cy * back_x, -cx * back_x - cy * back_y)

@@ -1,4 +1,4 @@
-"""Stage 5: graph to end matching: which ends belong together, at junctions, across gaps and along shared branches."""
+"""Stage 5: graph to end matching: the joints at junctions, across gaps and along shared branches."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from dloftbs.prior import TemporalPrior
 
 _ROUNDS = 4
 PRIOR_BONUS = 0.6
-"""Maximum discount for a joint that continues a curve that was seen before."""
+"""Maximum discount for a joint that follows a predicted curve."""
 UNCLEAR = 0.55
 """Ends that lack less than this to be joined are in doubt: the odds are below nine to one."""
 
@@ -284,8 +284,8 @@ def _choose(paths: _Ints, gain_of: _Floats, nodes: list[int]) -> list[tuple[int,
     """Take the paths with a gain, the best first, as far as they do not touch each other's junctions."""
     chosen: list[tuple[int, list[int]]] = []
     touched: set[int] = set()
-    worth = np.flatnonzero(gain_of > 0.0)
-    for p in worth[np.argsort(-gain_of[worth], kind="stable")].tolist():
+    gaining = np.flatnonzero(gain_of > 0.0)
+    for p in gaining[np.argsort(-gain_of[gaining], kind="stable")].tolist():
         ends = [end for end in paths[p].tolist() if end >= 0]
         on_it = {nodes[e] for end in ends for e in (end, other_end(end)) if nodes[e] >= 0}
         if not touched & on_it:
