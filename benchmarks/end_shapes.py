@@ -55,10 +55,10 @@ def ends(count: int, seed: int) -> Iterator[tuple[str, float]]:
         graph, _ = build_graph(patch, skeletonize(patch), _MOST_RUNS)
         assert graph is not None  # a cable has few runs
         for end in np.flatnonzero((graph.nodes == -1) & ~np.repeat(graph.spurs, 2)):
-            place = patch.to_image(graph.arms[end : end + 1, :2])[0]
+            place = patch.to_image(graph.end_states[end : end + 1, :2])[0]
             off = np.linalg.norm(line[[0, -1]] - place, axis=1)
             tip = int(off.argmin())
-            yield styles[tip].style if off[tip] < _NEAR_WIDTHS * width else what, float(graph.caps[end])
+            yield styles[tip].style if off[tip] < _NEAR_WIDTHS * width else what, float(graph.end_roundness[end])
 
 
 def main() -> None:

@@ -156,7 +156,7 @@ def by_segments(counts: tuple[int, ...], seed: int) -> Iterator[tuple[float, Mas
         mask = cables(count, seed)
         graph = run_stages(Frame(mask=mask), Config(), None).graph
         assert graph is not None  # so many segments are none too many
-        yield graph.runs, mask
+        yield graph.branch_count, mask
 
 
 def by_cables(counts: tuple[int, ...], seed: int) -> Iterator[tuple[float, Mask]]:

@@ -140,14 +140,14 @@ SCENES = (
 
 
 def draw(look: Look) -> Picture:
-    """Draw a mask with its runs, junctions, arms and joints, enlarged; see docs/linking.md for what is what."""
+    """Draw a mask with its branches, junctions, ends and joints, enlarged; docs/linking.md has the legend."""
     large = cv2.resize(look.mask.astype(np.uint8), None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_NEAREST)
     picture = np.empty((*large.shape, 3), np.uint8)
     picture[:] = _STYLE.ink
     picture[large > 0] = _MASK
     shapes.paint(picture, [*_segments(look), *_joints(look), *_places(look)], _STYLE)
     for end, name in names_of(look).items():
-        place, direction = look.arms[end]
+        place, direction = look.end_rays[end]
         across = np.array([-direction[1], direction[0]])
         _write(picture, _shown(place) - 10.0 * direction + 26.0 * (across if across[1] < 0.0 else -across), name)
     for number, (detection, joint) in enumerate(look.joints, start=1):
@@ -184,7 +184,7 @@ def _places(look: Look) -> list[Shape]:
     """Return a ring for each junction, and an arrow for each end that can be joined."""
     arrows = [
         shapes.arrow(_shown(place) + 8.0 * direction, direction, 16.0, _STYLE.paper)
-        for node, (place, direction) in zip(look.nodes, look.arms, strict=True)
+        for node, (place, direction) in zip(look.nodes, look.end_rays, strict=True)
         if node >= FREE
     ]
     return [shapes.ring(_shown(place), 9.0, _WHITE, 2.0) for place in look.junctions] + arrows

@@ -1,8 +1,8 @@
-"""What the default method made of a mask, stage by stage, and what the readings cost that it chose between."""
+"""Results of the default method on a mask, stage by stage, and the costs of the readings that it chose between."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -10,14 +10,14 @@ import numpy.typing as npt
 from dloftbs import Config, Detection, Frame
 from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
-from dloftbs.graph import Graph, Pairing
+from dloftbs.graph import POSITION, TANGENT, Branches, EndMatching, Graph, branch_of, ends_of, other_end
 from dloftbs.linking import centerlines, link, loops
 from dloftbs.linking import end_matching as pairing_stage
-from dloftbs.linking.end_matching import pair
+from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.kernels import bending, branch_overlap, end_matching, parallel_runs, wide_stretches
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.skeleton import branch_graph
-from dloftbs.skeleton.kernels import branch_ends as arms_kernels
+from dloftbs.skeleton.kernels import branch_ends
 from dloftbs.stage_order import run_stages
 
 Points = npt.NDArray[np.float64]
@@ -25,36 +25,36 @@ Mask = npt.NDArray[np.bool_]
 
 _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("a spur sticks out of its junction by less, widths", branch_graph._SPUR_WIDTHS),
-    ("a run with less between two junctions makes them one, widths", branch_graph._MERGE_WIDTHS),
-    ("a run is cut where it turns by more within two widths, rad", branch_graph._KINK_RAD),
-    ("an arm's direction and curvature are taken over, widths", arms_kernels._REACH_WIDTHS),
-    ("... starting outside of the junction by, widths", arms_kernels._CLEAR_WIDTHS),
-    ("... and inside of a free end by, widths", arms_kernels._BLUNT_WIDTHS),
-    ("... and where the mask tapers there, by up to, widths", arms_kernels._TAPER_WIDTHS),
-    ("pass: per rad² of bend, times width / length", bending._PASS_BEND),
-    ("pass: per rad² of bend", bending._PASS_TURN),
-    ("pass: times the share of the way that leaves the mask", bending._OUTSIDE),
+    ("a shorter branch between two junctions merges them, widths", branch_graph._MERGE_WIDTHS),
+    ("a branch is cut where it turns by more, between chords of 1.5 widths, rad", branch_graph._KINK_RAD),
+    ("an end's tangent and curvature are fitted over, widths", branch_ends._REACH_WIDTHS),
+    ("... starting outside of the junction by, widths", branch_ends._CLEAR_WIDTHS),
+    ("... and inside of a free end by, widths", branch_ends._BLUNT_WIDTHS),
+    ("... and where the mask tapers there, by up to, widths", branch_ends._TAPER_WIDTHS),
+    ("junction link: per rad² of bend, times width / length", bending._PASS_BEND),
+    ("junction link: per rad² of bend", bending._PASS_TURN),
+    ("junction link: times the share of it that leaves the mask", bending._OUTSIDE),
     ("gap: per rad² of bend, times width / length", bending._GAP_BEND),
     ("gap: per rad² of bend", bending._GAP_TURN),
     ("gap: per width of its length", bending.GAP_LENGTH),
-    ("gap: from an arm of a junction", bending._GAP_ARM),
-    ("open end: arm of a junction", bending.OPEN_ARM),
+    ("gap: from an end at a junction", bending._GAP_ARM),
+    ("open end: at a junction", bending.OPEN_ARM),
     ("open end: free and round", bending.OPEN_ROUND),
     ("open end: free and cut off", bending.OPEN_CUT),
-    ("open end: of a cable inside of a shared run", bending.OPEN_INSIDE),
+    ("open end: of a cable inside of a shared branch", bending.OPEN_INSIDE),
     ("open end: at a sharp turn where nothing else meets", bending.OPEN_KINK),
-    ("share of the arms' curvature that is believed to go on", bending._PROMISE),
+    ("share of the ends' curvature that is extrapolated", bending._PROMISE),
     ("ends that lack less to be joined are in doubt", pairing_stage.UNCLEAR),
     ("gap: per width of ground in sight", pairing_stage._GROUND),
     ("ends matched exactly, up to", end_matching.EXACT),
-    ("shared run: per width of its length", branch_overlap._PRICE_PER_WIDTH),
-    ("shared run: more per width, where the mask is as narrow as one cable", branch_overlap._PRICE_THIN),
-    ("shared run: less per width and width that the mask is wider", branch_overlap._BONUS_WIDE),
-    ("shared run: more, if a cable ends inside", branch_overlap._PRICE_END),
-    ("shared run: longest, widths", branch_overlap._LONGEST_WIDTHS),
-    ("lanes: axes nearer than this may cross, widths", parallel_runs._NARROW),
-    ("lanes: smoothness is compared over so many widths before and behind", parallel_runs._WINDOW),
-    ("ring: opened into a chain that crosses it where that costs less", loops._WORTH),
+    ("shared branch: per width of its length", branch_overlap._PRICE_PER_WIDTH),
+    ("shared branch: more per width, where the mask is as narrow as one cable", branch_overlap._PRICE_THIN),
+    ("shared branch: less per width and width that the mask is wider", branch_overlap._BONUS_WIDE),
+    ("shared branch: more, if a cable ends inside", branch_overlap._PRICE_END),
+    ("shared branch: longest, widths", branch_overlap._LONGEST_WIDTHS),
+    ("parallel runs: axes nearer than this may cross, widths", parallel_runs._NARROW),
+    ("parallel runs: length before and behind over which smoothness is compared, widths", parallel_runs._WINDOW),
+    ("loop: opened into a chain that crosses it where that costs less", loops._WORTH),
     ("confidence of a crossing: margin that multiplies the odds by e", centerlines._CROSSING_SCALE),
     ("confidence of a gap: margin that multiplies the odds by e", centerlines._GAP_SCALE),
 )
@@ -62,13 +62,13 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A mask, and what the default method made of it; points are the image's, px."""
+    """A mask and the default method's results on it; points are the image's, px."""
 
     mask: Mask
-    patch: MaskCrop
+    crop: MaskCrop
     graph: Graph
-    paired: Pairing
-    settled: Pairing
+    matched: EndMatching
+    linked: EndMatching
     detections: tuple[Detection, ...]
 
     @property
@@ -82,41 +82,41 @@ class Look:
         return self.graph.nodes.tolist()
 
     @property
-    def arms(self) -> list[tuple[Points, Points]]:
-        """Where each end of the graph comes clear of its junction, and its direction outwards."""
-        places = self.patch.to_image(self.graph.arms[:, :2])
-        tips = self.patch.to_image(self.graph.arms[:, :2] + self.graph.arms[:, 2:4])
+    def end_rays(self) -> list[tuple[Points, Points]]:
+        """Position of each end of the graph, clear of its junction, and its direction outwards."""
+        places = self.crop.to_image(self.graph.end_states[:, POSITION])
+        tips = self.crop.to_image(self.graph.end_states[:, POSITION] + self.graph.end_states[:, TANGENT])
         return [(place, tip - place) for place, tip in zip(places, tips, strict=True)]
 
     @property
     def junctions(self) -> list[Points]:
-        """The middle of the arms of each junction."""
-        places = self.patch.to_image(self.graph.arms[:, :2])
+        """Mean position of the ends at each junction."""
+        places = self.crop.to_image(self.graph.end_states[:, POSITION])
         nodes = self.graph.nodes
         return [places[nodes == node].mean(axis=0) for node in np.unique(nodes[nodes >= 0])]
 
     @property
     def spurs(self) -> list[Points]:
-        """The points of each run that is a spur."""
-        points, offsets = self.patch.to_image(self.graph.points), self.graph.offsets
-        return [points[offsets[run] : offsets[run + 1]] for run in np.flatnonzero(self.graph.spurs)]
+        """Points of each branch that is a spur."""
+        points, offsets = self.crop.to_image(self.graph.points), self.graph.offsets
+        return [points[offsets[branch] : offsets[branch + 1]] for branch in np.flatnonzero(self.graph.spurs)]
 
 
 def look_at(mask: Mask) -> Look:
-    """Run the stages on a mask and keep what they made."""
+    """Run the stages on a mask and keep their results."""
     config = Config()
     assert isinstance(config.linking, LinkingConfig)
     run = run_stages(Frame(mask=mask), config, None)
     assert run.crop is not None  # the scenes have cables
     assert run.graph is not None
-    paired = pair(run.crop, run.graph, config.linking.max_gap_widths)
-    settled = link(run.crop, run.graph, config.linking).pairing
-    return Look(mask, run.crop, run.graph, paired, settled, run.detections)
+    matched = match_ends(run.crop, run.graph, config.linking.max_gap_widths)
+    linked = link(run.crop, run.graph, config.linking).matching
+    return Look(mask, run.crop, run.graph, matched, linked, run.detections)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to join the ends: pairs of names, and what it costs in all."""
+    """One way to join the ends: pairs of names, and the total cost."""
 
     pairs: tuple[tuple[str, str], ...]
     open_ends: tuple[str, ...]
@@ -131,19 +131,20 @@ class Reading:
 
 def names_of(look: Look) -> dict[int, str]:
     """Return letters for the ends of the graph that can be joined at less than leaving them open costs."""
-    rows, columns, _, _ = _pair_costs(look, look.paired)
-    ends = sorted({int(end) for end in np.concatenate((rows, columns))}, key=lambda end: _identity(look.paired)[end])
-    ends = sorted({int(_identity(look.paired)[end]) for end in ends})
-    ends.sort(key=lambda end: (look.arms[end][0][0], look.arms[end][0][1]))
+    rows, columns, _, _ = _pair_costs(look, look.matched.branches)
+    ends = sorted(
+        {int(end) for end in np.concatenate((rows, columns))}, key=lambda end: _end_ids(look.matched.branches)[end]
+    )
+    ends = sorted({int(_end_ids(look.matched.branches)[end]) for end in ends})
+    ends.sort(key=lambda end: (look.end_rays[end][0][0], look.end_rays[end][0][1]))
     return dict(zip(ends, "abcdefghijklmnop", strict=False))
 
 
 def list_readings(look: Look, most: int) -> list[Reading]:
-    """Return the cheapest ways to join the ends; runs that two cables share count twice, where that was found."""
-    found = _enumerate(look, look.paired, _sharing_price(look))
-    if look.paired.twin:
-        single = pairing_without_sharing(look)
-        found += _enumerate(look, single, 0.0)
+    """Return the cheapest ways to join the ends; branches that two cables share count twice, where that was found."""
+    found = _enumerate(look, look.matched.branches, _overlap_cost(look))
+    if look.matched.branches.duplicate_of:
+        found += _enumerate(look, branches_without_duplicates(look), 0.0)
     found.sort(key=lambda reading: reading.cost)
     kept: dict[tuple[object, ...], Reading] = {}
     for reading in found:
@@ -151,57 +152,50 @@ def list_readings(look: Look, most: int) -> list[Reading]:
     return list(kept.values())[:most]
 
 
-def pairing_without_sharing(look: Look) -> Pairing:
-    """Return the pairing cut to the runs of the graph, each once; its partners are not to be used."""
-    n = look.graph.runs
-    full = look.paired
-    nodes, arms = look.graph.nodes.tolist(), look.graph.arms
-    return Pairing(
-        full.points,
-        full.radius,
-        full.original[:n],
-        nodes,
-        full.price[: 2 * n],
-        full.spans[:n],
-        full.spurs[:n],
-        arms,
-        [],
-        [],
-        [],
-        [],
-        {},
+def branches_without_duplicates(look: Look) -> Branches:
+    """Return the branches of the graph, each once."""
+    n, full = look.graph.branch_count, look.matched.branches
+    return replace(
+        full,
+        branch_id=full.branch_id[:n],
+        nodes=look.nodes,
+        open_cost=full.open_cost[: 2 * n],
+        spans=full.spans[:n],
+        spurs=full.spurs[:n],
+        end_states=look.graph.end_states,
+        duplicate_of={},
     )
 
 
 def readings(look: Look) -> str:
     """Return a table in Markdown of the cheapest readings."""
     head = ["| reading | cost |", "| --- | ---: |"]
-    shares = bool(look.paired.twin)
+    shares = bool(look.matched.branches.duplicate_of)
     rows = []
     for k, reading in enumerate(list_readings(look, 3)):
-        how = (" (shared run counted twice)" if reading.shared else " (each run once)") if shares else ""
+        how = (" (shared branches counted twice)" if reading.shared else " (each branch once)") if shares else ""
         rows.append(f"| {'**' if k == 0 else ''}{reading}{'**' if k == 0 else ''}{how} | {reading.cost:.2f} |")
-    ways = [f"{a} goes on in {b}" for a, b in lanes_of(look)]
-    return "\n".join(head + rows + (["", f"In the shared run: {', '.join(ways)}."] if ways else []))
+    ways = [f"{a} goes on in {b}" for a, b in exits_of(look)]
+    return "\n".join(head + rows + (["", f"Along the shared branches: {', '.join(ways)}."] if ways else []))
 
 
-def lanes_of(look: Look) -> list[tuple[str, str]]:
-    """Return the ends before and behind the runs that two cables share, as the lanes have joined them."""
-    names, settled, identity = names_of(look), look.settled, _identity(look.settled)
-    found = []
-    for start, end in enumerate(settled.partner):
+def exits_of(look: Look) -> list[tuple[str, str]]:
+    """Return the pairs of ends before and behind shared branches that the offset axes connect."""
+    names, linked, ids = names_of(look), look.linked, _end_ids(look.linked.branches)
+    found, shared = [], linked.branches.duplicate_of
+    for start, end in enumerate(linked.partner):
         passed = False
         at = end
-        while at >= 0 and at // 2 in settled.twin:
-            at, passed = settled.partner[at ^ 1], True
-        if passed and at > start and start // 2 not in settled.twin:
-            one, other = sorted((names[int(identity[start])], names[int(identity[at])]))
+        while at >= 0 and branch_of(at) in shared:
+            at, passed = linked.partner[other_end(at)], True
+        if passed and at > start and branch_of(start) not in shared:
+            one, other = sorted((names[int(ids[start])], names[int(ids[at])]))
             found.append((one, other))
     return sorted(found)
 
 
 def joints_block(look: Look) -> str:
-    """Return what `Detection.joints` says, as text."""
+    """Return `Detection.joints` as text."""
     lines = ["```"]
     for cable, detection in enumerate(look.detections):
         for joint in detection.joints:
@@ -213,32 +207,31 @@ def joints_block(look: Look) -> str:
 
 
 def constants() -> str:
-    """Return a table in Markdown of what the code has."""
+    """Return a table in Markdown of the constants."""
     rows = [f"| {text} | {value:g} |" for text, value in _CONSTANTS]
     return "\n".join(["| what | value |", "| --- | ---: |", *rows])
 
 
-def _identity(pairing: Pairing) -> npt.NDArray[np.int64]:
-    ends: npt.NDArray[np.int64] = (2 * np.array(pairing.original, np.int64)[:, None] + (0, 1)).ravel()
-    return ends
+def _end_ids(branches: Branches) -> npt.NDArray[np.int64]:
+    return ends_of(np.array(branches.branch_id, np.int64))
 
 
-def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points]:
-    graph, identity = look.graph, _identity(pairing)
+def _pair_costs(look: Look, branches: Branches) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points]:
+    graph, ids = look.graph, _end_ids(branches)
     config = Config().linking
     assert isinstance(config, LinkingConfig)
-    mask = look.patch.oriented(look.patch.pixels)
+    mask = look.crop.oriented(look.crop.pixels)
     costs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points] = bending.pair_costs(
-        np.array(pairing.nodes),
-        identity,
-        np.array(pairing.spurs),
-        graph.caps[identity],
-        np.ascontiguousarray(pairing.arms),
+        np.array(branches.nodes),
+        ids,
+        np.array(branches.spurs),
+        graph.end_roundness[ids],
+        np.ascontiguousarray(branches.end_states),
         graph.width,
         mask,
-        *bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask),
-        graph.bordering[identity],
-        graph.corners[identity],
+        *bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask),
+        graph.bordering[ids],
+        graph.corners[ids],
         config.max_gap_widths * graph.width,
         0.0,
         0.0,
@@ -246,22 +239,24 @@ def _pair_costs(look: Look, pairing: Pairing) -> tuple[npt.NDArray[np.int64], np
     return costs
 
 
-def _enumerate(look: Look, pairing: Pairing, extra: float) -> list[Reading]:
-    """List all ways to pair the ends that have pairs, with their costs."""
-    rows, columns, costs, price = _pair_costs(look, pairing)
-    names, identity = names_of(look), _identity(pairing)
+def _enumerate(look: Look, branches: Branches, extra: float) -> list[Reading]:
+    """List all matchings of the ends that have pairs, with their costs."""
+    rows, columns, costs, open_cost = _pair_costs(look, branches)
+    names, ids = names_of(look), _end_ids(branches)
     ends = sorted({int(end) for end in np.concatenate((rows, columns))})
     cost = {(int(i), int(j)): float(c) for i, j, c in zip(rows, columns, costs, strict=True)}
     found: list[Reading] = []
 
     def go_on(left: list[int], pairs: list[tuple[int, int]], lonely: list[int], total: float) -> None:
         if not left:
-            named = sorted(tuple(sorted((names[int(identity[i])], names[int(identity[j])]))) for i, j in pairs)
-            alone = sorted(names[int(identity[i])] for i in lonely if price[i] > 0.0)
-            found.append(Reading(tuple((a, b) for a, b in named), tuple(alone), total + extra, bool(pairing.twin)))
+            named = sorted(tuple(sorted((names[int(ids[i])], names[int(ids[j])]))) for i, j in pairs)
+            alone = sorted(names[int(ids[i])] for i in lonely if open_cost[i] > 0.0)
+            found.append(
+                Reading(tuple((a, b) for a, b in named), tuple(alone), total + extra, bool(branches.duplicate_of))
+            )
             return
         i, rest = left[0], left[1:]
-        go_on(rest, pairs, [*lonely, i], total + float(price[i]))
+        go_on(rest, pairs, [*lonely, i], total + float(open_cost[i]))
         for j in rest:
             if (i, j) in cost:
                 go_on([k for k in rest if k != j], [*pairs, (i, j)], lonely, total + cost[i, j])
@@ -270,18 +265,23 @@ def _enumerate(look: Look, pairing: Pairing, extra: float) -> list[Reading]:
     return found
 
 
-def _sharing_price(look: Look) -> float:
-    """Return what sharing the runs costs by itself, where it was found."""
-    shared = {run for run in look.paired.original if look.paired.original.count(run) > 1}
+def _overlap_cost(look: Look) -> float:
+    """Return the cost of sharing the branches by itself, where it was found."""
+    ids = look.matched.branches.branch_id
+    shared = {branch for branch in ids if ids.count(branch) > 1}
     if not shared:
         return 0.0
     graph, nothing = look.graph, np.empty(0, dtype=np.int64)
-    mask = look.patch.oriented(look.patch.pixels)
+    mask = look.crop.oriented(look.crop.pixels)
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
-    at = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
+    at = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    paths, _, price = branch_overlap.list_paths(
+    paths, _, costs = branch_overlap.list_paths(
         graph.nodes, graph.spurs, reach, lengths, widths, graph.width, *at, nothing, nothing
     )
-    return min(float(p) for path, p in zip(paths, price, strict=True) if {e // 2 for e in path if e >= 0} == shared)
+    return min(
+        float(cost)
+        for path, cost in zip(paths, costs, strict=True)
+        if set(branch_of(path[path >= 0]).tolist()) == shared
+    )

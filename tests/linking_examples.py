@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 import dloftbs
 from dloftbs import Config, Detection, LinkingConfig
 from dloftbs.cleaning import clean
-from dloftbs.graph import Graph, Pairing
+from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking import link
-from dloftbs.linking.end_matching import pair
+from dloftbs.linking.end_matching import match_ends
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.skeleton import build_graph, skeletonize
 
@@ -27,16 +27,16 @@ def graph_of(mask: np.ndarray) -> tuple[MaskCrop, Graph]:
     return patch, graph
 
 
-def pairing_of(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, Pairing]:
-    """Return what comes out of the pairing alone."""
+def matching_of(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, EndMatching]:
+    """Return what comes out of the matching alone."""
     patch, graph = graph_of(mask)
-    return patch, graph, pair(patch, graph, max_gap_widths)
+    return patch, graph, match_ends(patch, graph, max_gap_widths)
 
 
-def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, Pairing]:
+def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, EndMatching]:
     """Return what is ready to be assembled."""
     patch, graph = graph_of(mask)
-    return patch, graph, link(patch, graph, LinkingConfig(max_gap_widths=max_gap_widths)).pairing
+    return patch, graph, link(patch, graph, LinkingConfig(max_gap_widths=max_gap_widths)).matching
 
 
 def detect(mask: np.ndarray, **linking: object) -> list[Detection]:

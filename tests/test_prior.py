@@ -19,11 +19,11 @@ def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None
     (seen,) = dloftbs.detect(whole)
     patch, graph = graph_of(dashes)
     past = TemporalPrior([(seen.curve, 0.7)], patch, graph.width)
-    rows, columns = np.triu_indices(len(graph.arms), 1)
-    found = past.continuity(graph.arms, rows, columns)
+    rows, columns = np.triu_indices(len(graph.end_states), 1)
+    found = past.continuity(graph.end_states, rows, columns)
     (best,) = np.flatnonzero(found)
     assert 0.5 < found[best] <= 0.7
-    ends = patch.to_image(graph.arms[[rows[best], columns[best]], :2])
+    ends = patch.to_image(graph.end_states[[rows[best], columns[best]], :2])
     expected = turn_points(np.array([[150.0, 70.0], [230.0, 76.0]]), SIZE, *version)
     assert min(np.abs(ends - expected).max(), np.abs(ends[::-1] - expected).max()) < 6.0
 

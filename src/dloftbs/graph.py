@@ -1,60 +1,98 @@
-"""The skeleton as a graph: runs of pixels, the junctions where they meet, and how their ends are joined.
+"""The skeleton as a graph: branches, the junctions at which they meet, and the matching of their ends.
 
-An end is a number: run ``r`` has the ends ``2 r`` at its first point and ``2 r + 1`` at its last one. Points are posed,
-as the patch's.
+An end is a number; `other_end`, `branch_of`, `is_start` and their like read it. Points have the orientation of the
+mask's crop.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs.kernels.shared.graph_ends import (
+    FREE,
+    UNAVAILABLE,
+    X,
+    Y,
+    branch_of,
+    inward,
+    is_start,
+    other_end,
+    same_side,
+    start_of,
+    stop_of,
+)
+
+__all__ = [
+    "FREE",
+    "POSITION",
+    "RAY",
+    "TANGENT",
+    "UNAVAILABLE",
+    "Branches",
+    "EndMatching",
+    "Graph",
+    "X",
+    "Y",
+    "branch_of",
+    "ends_of",
+    "inward",
+    "is_start",
+    "other_end",
+    "same_side",
+    "start_of",
+    "stop_of",
+]
+
+POSITION, TANGENT, RAY = slice(0, 2), slice(2, 4), slice(0, 4)
+"""Columns of end states: x and y; the outward unit tangent; both."""
 
 _Ints = npt.NDArray[np.int64]
 _Bools = npt.NDArray[np.bool_]
 
-FREE = -1
-"""In the place of a junction: an end that touches none."""
-UNAVAILABLE = -2
-"""In the place of a junction: an end that cannot be joined."""
+
+def ends_of(branches: _Ints) -> _Ints:
+    """Return both ends of each branch, branch after branch."""
+    return np.stack((start_of(branches), stop_of(branches)), axis=1).ravel()
 
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """Runs and junctions.
+    """Branches and junctions.
 
     Parameters
     ----------
     points : numpy.ndarray, shape (m, 2)
-        ``(x, y)`` in the middle of the mask, run after run, px.
+        ``(x, y)`` in the middle of the mask, branch after branch, px.
     pixels : numpy.ndarray, shape (m, 2)
-        The skeleton's pixels that they come from.
+        Skeleton pixels of the points.
     radius : numpy.ndarray, shape (m,)
         Half the mask's width at each point, px.
-    offsets : numpy.ndarray, shape (runs + 1,)
-        First point of each run, and the end. First those with ends, then the loops.
+    offsets : numpy.ndarray, shape (branches + 1,)
+        First point of each branch, and the end. Branches with ends come first, then the loops.
     nodes : numpy.ndarray, shape (2 n,)
-        The junction at each end of the n runs with ends, `FREE`, or `UNAVAILABLE`.
+        Junction at each end of the n branches with ends, `FREE`, or `UNAVAILABLE`.
     spans : numpy.ndarray, shape (n, 2)
-        Of each run, the points that lie clear of its junctions.
-    arms : numpy.ndarray, shape (2 n, 6)
-        See `dloftbs.skeleton.kernels.branch_ends.locate_arms`.
-    caps : numpy.ndarray, shape (2 n,)
-        Roundness of each free end.
-    through : numpy.ndarray, shape (2 n,)
-        Distance that the mask goes straight on from each arm of a junction, px.
+        Points of each branch that lie clear of its junctions.
+    end_states : numpy.ndarray, shape (2 n, 6)
+        Position, outward tangent and curvature of each end: the columns of `dloftbs.kernels.shared.graph_ends`.
+    end_roundness : numpy.ndarray, shape (2 n,)
+        Roundness of each free end, in 0..1.
+    clear_distance_px : numpy.ndarray, shape (2 n,)
+        Distance over which the mask continues straight on from each end at a junction.
     spurs : numpy.ndarray, shape (n,)
-        Runs that are so short that they need no explanation.
+        Branches that are so short that they need no explanation.
     bordering : numpy.ndarray, shape (2 n,)
         Free ends that the image's border cuts.
     corners : numpy.ndarray, shape (2 n,)
-        The point where each end meets another one in a sharp bend, if it has a run of its own; else -1.
+        Point of the corner of the sharp bend at each end, where the bend has a branch of its own; else -1.
     width : float
-        Of the cables, px.
+        Width of the cables, px.
     """
 
     points: FloatArray
@@ -63,138 +101,219 @@ class Graph:
     offsets: _Ints
     nodes: _Ints
     spans: _Ints
-    arms: FloatArray
-    caps: FloatArray
-    through: FloatArray
+    end_states: FloatArray
+    end_roundness: FloatArray
+    clear_distance_px: FloatArray
     spurs: _Bools
     bordering: _Bools
     corners: _Ints
     width: float
 
     @property
-    def runs(self) -> int:
-        """The number of runs with ends."""
+    def branch_count(self) -> int:
+        """Number of branches with ends."""
         return len(self.spans)
 
     @property
     def loops(self) -> list[tuple[int, int]]:
-        """The spans of points of the loops that touch no junction."""
-        starts = self.offsets[self.runs :].tolist()
+        """Spans of points of the loops that touch no junction."""
+        starts = self.offsets[self.branch_count :].tolist()
         return list(pairwise(starts))
 
 
-@dataclass(eq=False)
-class Pairing:
-    """Joints between the ends of a graph. A run that two cables share is listed once for each of them.
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Branches of a graph with ends, and after them the duplicates of those that two cables share.
 
     Parameters
     ----------
     points : numpy.ndarray, shape (m, 2)
-        As the graph's; where cables lie side by side, each copy has its own.
+        As the graph's; duplicates have points of their own.
     radius : numpy.ndarray, shape (m,)
-    original : list of int
-        The run of the graph that each run is.
+        Half a cable's width at each point, px.
+    branch_id : list of int
+        Branch of the graph that each branch stands for.
     nodes : list of int
-        As the graph's, of all runs.
-    price : list of float
-        Of leaving each end open.
+        Junction at each end, as the graph's.
+    open_cost : list of float
+        Cost of leaving each end open.
     spans : list of (int, int)
-        Of each run, the points that are its own.
+        Own points of each branch.
     spurs : list of bool
-    arms : numpy.ndarray, shape (2 n, 6)
-    partner : list of int
-        The end that each end is joined to, or -1.
-    cost, margin : list of float
-        Of the joint at each end.
-    other : list of int
-        The end that each end would be joined to in the next best choice, or -1.
-    twin : dict of int to int
-        From each shared run to the other one.
-    raw : numpy.ndarray, shape (m,), or None
-        Half the mask's width at each point of the graph as its pixels have it, without any smoothing, where it was
-        asked for.
-    nearly : list of (float, float, int, int)
-        Pairs of free ends that were left open although a little less would have joined them: how much, the cost, and
-        the two ends; the least first.
-    overruled : float
-        By how much this frame alone would prefer another reading than the one that follows what was seen before.
+    end_states : numpy.ndarray, shape (2 n, 6)
+    duplicate_of : dict of int to int
+        From each shared branch to the other one with the same id, both ways.
+    raw_radius : numpy.ndarray, shape (m,), or None
+        Half the mask's width at each point of the graph, not smoothed; None where no branch can be shared.
     """
 
     points: FloatArray
     radius: FloatArray
-    original: list[int]
+    branch_id: list[int]
     nodes: list[int]
-    price: list[float]
+    open_cost: list[float]
     spans: list[tuple[int, int]]
     spurs: list[bool]
-    arms: FloatArray
-    partner: list[int]
-    cost: list[float]
-    margin: list[float]
-    other: list[int]
-    twin: dict[int, int]
-    raw: FloatArray | None = None
-    overruled: float = 0.0
-    nearly: list[tuple[float, float, int, int]] = field(default_factory=list)
-    _chains: list[tuple[list[int], bool]] | None = field(default=None, init=False)
+    end_states: FloatArray
+    duplicate_of: dict[int, int]
+    raw_radius: FloatArray | None = None
 
-    def join(self, i: int, j: int) -> None:
-        """Join two ends; whom they were joined to before is not told."""
+    def shift(self, end: int, by: FloatArray, radius: float) -> None:
+        """Move the points of a shared branch in place, the first one at the given end, and set their radius."""
+        start, stop = self.spans[branch_of(end)]
+        own = slice(start, start + len(by)) if is_start(end) else slice(stop - len(by), stop)
+        self.points[own] += by if is_start(end) else by[::-1]
+        self.radius[own] = radius
+
+
+class EndMatching:
+    """Joints between the ends of branches: the partner of each end, and the cost and the margin of their joint.
+
+    Joints change by the methods alone. Partners are always mutual; `join` and `limit_margin` write both ends of a
+    joint. After an `exchange` without a margin, each end keeps the cost and the margin of the joint that it had.
+
+    Parameters
+    ----------
+    branches : Branches
+    partner : list of int
+        End that each end is joined to, or -1.
+    cost, margin : list of float
+        Cost and margin of the joint at each end.
+    alternative : list of int
+        Partner of each end in the best alternative, or -1.
+    near_joints : list of (float, float, int, int)
+        Pairs of free ends that were left open by a small difference in cost: the difference, the cost, and the two
+        ends; the least difference first.
+    override : float
+        Cost saved by the reading of this frame alone over the one that follows the prior.
+    """
+
+    def __init__(
+        self,
+        branches: Branches,
+        partner: list[int],
+        cost: list[float],
+        margin: list[float],
+        alternative: list[int],
+        near_joints: Sequence[tuple[float, float, int, int]] = (),
+        override: float = 0.0,
+    ) -> None:
+        self.branches = branches
+        self.near_joints = near_joints
+        self._partner, self._cost, self._margin, self._alternative = partner, cost, margin, alternative
+        self._override = override
+        self._chains: list[tuple[list[int], bool]] | None = None
+        assert self._is_mutual(*range(len(partner)))
+
+    @property
+    def partner(self) -> Sequence[int]:
+        """End that each end is joined to, or -1."""
+        return self._partner
+
+    @property
+    def cost(self) -> Sequence[float]:
+        """Cost of the joint at each end."""
+        return self._cost
+
+    @property
+    def margin(self) -> Sequence[float]:
+        """Margin of the joint at each end."""
+        return self._margin
+
+    @property
+    def alternative(self) -> Sequence[int]:
+        """Partner of each end in the best alternative, or -1."""
+        return self._alternative
+
+    @property
+    def override(self) -> float:
+        """Cost saved by the reading of this frame alone over the one that follows the prior."""
+        return self._override
+
+    def join(self, i: int, j: int, cost: float, margin: float) -> None:
+        """Join two open ends."""
+        assert i != j
+        assert self._partner[i] < 0
+        assert self._partner[j] < 0
         self._chains = None
-        self.partner[i], self.partner[j] = j, i
+        self._partner[i], self._partner[j] = j, i
+        for end in (i, j):
+            self._cost[end], self._margin[end], self._alternative[end] = cost, margin, -1
 
     def open(self, i: int) -> None:
         """Open the joint at an end."""
         self._chains = None
-        j = self.partner[i]
+        j = self._partner[i]
         if j >= 0:
-            self.partner[j] = -1
-        self.partner[i] = -1
+            self._partner[j] = -1
+        self._partner[i] = -1
+        assert self._is_mutual(i, j)
 
-    def exchange(self, i: int, k: int) -> None:
-        """Give two ends each other's partner, open or not."""
+    def exchange(self, i: int, k: int, margin: float | None = None) -> None:
+        """Give two ends each other's partner, open or not; both joints get the margin, if one is given."""
         self._chains = None
-        p, q = self.partner[i], self.partner[k]
-        self.partner[i], self.partner[k] = q, p
-        if q >= 0:
-            self.partner[q] = i
-        if p >= 0:
-            self.partner[p] = k
+        p, q = self._partner[i], self._partner[k]
+        self._partner[i], self._partner[k] = q, p
+        for end, partner in ((i, q), (k, p)):
+            if partner >= 0:
+                self._partner[partner] = end
+                if margin is not None:
+                    self._margin[end] = self._margin[partner] = margin
+        assert self._is_mutual(i, k, p, q)
+
+    def limit_margin(self, end: int, most: float) -> None:
+        """Lower the margin of the joint at an end, if there is one, to at most this."""
+        partner = self._partner[end]
+        if partner >= 0:
+            self._margin[end] = self._margin[partner] = min(self._margin[end], most)
+
+    def raise_override(self, gain: float) -> None:
+        """Note that the prior outranked a reading of this frame that was better by this."""
+        self._override = max(self._override, gain)
+
+    def _is_mutual(self, *ends: int) -> bool:
+        partner = self._partner
+        return all(end < 0 or partner[end] < 0 or (partner[partner[end]] == end != partner[end]) for end in ends)
+
+    def is_open(self, end: int) -> bool:
+        """Tell whether an end has no partner."""
+        return self._partner[end] < 0
 
     def is_crossing(self, end: int) -> bool:
-        """Return whether the joint at an end runs through a junction."""
-        return self.nodes[end] >= 0 and self.nodes[self.partner[end]] == self.nodes[end]
+        """Tell whether the joint at an end runs through a junction."""
+        nodes = self.branches.nodes
+        return nodes[end] >= 0 and nodes[self._partner[end]] == nodes[end]
 
     def chain(self, start: int) -> list[int]:
-        """List the ends at which a cable enters its runs, from one end on, until it stops or is back."""
+        """List the ends at which a cable enters its branches, from one end on, until it stops or is back."""
         ends = [start]
-        while (end := self.partner[ends[-1] ^ 1]) >= 0 and end != start:
+        while (end := self._partner[other_end(ends[-1])]) >= 0 and end != start:
             ends.append(end)
         return ends
 
     def chains(self) -> list[tuple[list[int], bool]]:
-        """List all cables as chains, and whether each is a ring, in a fixed order; runs of no cable are left out."""
+        """List all cables as chains, and whether each is a loop, in a fixed order, without branches of no cable."""
         if self._chains is None:
             self._chains = self._list_chains()
         return self._chains
 
     def _list_chains(self) -> list[tuple[list[int], bool]]:
         found = []
-        visited = [False] * len(self.original)
-        nodes, partner = self.nodes, self.partner
+        nodes, partner, spurs = self.branches.nodes, self._partner, self.branches.spurs
+        visited = [False] * len(spurs)
         live = []
-        for run, is_spur in enumerate(self.spurs):
-            first, last = 2 * run, 2 * run + 1
+        for branch, is_spur in enumerate(spurs):
+            first, last = start_of(branch), stop_of(branch)
             if is_spur:
                 if partner[first] >= 0 or partner[last] >= 0:
-                    live.append(run)
+                    live.append(branch)
             elif nodes[first] != UNAVAILABLE or nodes[last] != UNAVAILABLE:
-                live.append(run)
-        starts = [end for run in live for end in (2 * run, 2 * run + 1) if partner[end] < 0]
-        for start in starts + [2 * run for run in live]:
-            if not visited[start // 2]:
+                live.append(branch)
+        starts = [end for branch in live for end in (start_of(branch), stop_of(branch)) if partner[end] < 0]
+        for start in starts + [start_of(branch) for branch in live]:
+            if not visited[branch_of(start)]:
                 chain = self.chain(start)
                 for end in chain:
-                    visited[end // 2] = True
+                    visited[branch_of(end)] = True
                 found.append((chain, partner[start] >= 0))
         return found

@@ -76,6 +76,8 @@ class TemporalPrior:
         )
         return PriorSamples(points, first, steps, longest, closed, np.array([weight for _, weight in self.predicted]))
 
-    def continuity(self, arms: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:
-        """Return, for pairs of ends, a measure in 0..1 of continuing each other along one of the curves."""
-        return follow(arms, rows, columns, *self.samples, self.width)
+    def continuity(
+        self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
+    ) -> FloatArray:
+        """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""
+        return follow(end_states, rows, columns, *self.samples, self.width)

@@ -149,7 +149,7 @@ def _link_by_bending(
     prior = TemporalPrior(predicted, crop, run.graph.width) if predicted else None
     evidence = None if image is None else EvidenceMap(image, crop)
     linking = link(crop, run.graph, config, evidence, prior)
-    run.prior_override = linking.pairing.overruled
+    run.prior_override = linking.matching.override
     return linking.centerlines
 
 

@@ -1,4 +1,4 @@
-"""Pairing to centre lines."""
+"""EndMatching to centre lines."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from dloftbs.cleaning import clean
 from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking import centerlines
 from dloftbs.linking.centerlines import assemble
-from dloftbs.linking.end_matching import pair
-from dloftbs.linking.loops import open_rings
-from dloftbs.linking.parallel_runs import settle_lanes
+from dloftbs.linking.end_matching import match_ends
+from dloftbs.linking.loops import open_loops
+from dloftbs.linking.parallel_runs import separate_parallel_runs
 from dloftbs.skeleton import build_graph, skeletonize
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
@@ -126,10 +126,10 @@ def test_every_centre_line_fits_together(mask: np.ndarray) -> None:
     graph, _ = build_graph(patch, skeletonize(patch), 10_000)
     if graph is None:
         return
-    pairing = pair(patch, graph, 25.0)
-    settle_lanes(graph, pairing)
-    open_rings(graph, pairing)
-    for line in assemble(patch, graph, pairing, 1.5):
+    matching = match_ends(patch, graph, 25.0)
+    separate_parallel_runs(graph, matching)
+    open_loops(graph, matching)
+    for line in assemble(patch, graph, matching, 1.5):
         assert len(line.joints) == len(line.segments) - 1
         assert len(line.points) == len(line.radius) == len(line.u)
         assert len(line.points) >= 2

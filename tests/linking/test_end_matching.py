@@ -1,4 +1,4 @@
-"""Graph to pairing."""
+"""Graph to matching."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from drawings import random_masks
 from hypothesis import given
-from linking_examples import beside, cross, draw, graph_of, pairing_of
+from linking_examples import beside, cross, draw, graph_of, matching_of
 
 import dloftbs
 from dloftbs import Config
 from dloftbs.cleaning import clean
-from dloftbs.graph import UNAVAILABLE, Graph, Pairing
-from dloftbs.linking.end_matching import PAST_BONUS, pair
+from dloftbs.graph import UNAVAILABLE, EndMatching, Graph
+from dloftbs.linking.end_matching import PRIOR_BONUS, match_ends
 from dloftbs.linking.kernels.bending import OPEN_ARM, OPEN_CUT, OPEN_KINK
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
@@ -21,34 +21,34 @@ from dloftbs.skeleton import build_graph, skeletonize
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
 
-def joined(pairing: Pairing) -> list[tuple[int, int]]:
-    return [(i, j) for i, j in enumerate(pairing.partner) if j > i]
+def joined(matching: EndMatching) -> list[tuple[int, int]]:
+    return [(i, j) for i, j in enumerate(matching.partner) if j > i]
 
 
-def turns(graph: Graph, pairing: Pairing) -> list[float]:
+def turns(graph: Graph, matching: EndMatching) -> list[float]:
     """Return by how many degrees each joint turns."""
-    out = graph.arms[:, 2:4]
-    return [float(np.degrees(np.arccos(np.clip(-out[i] @ out[j], -1, 1)))) for i, j in joined(pairing)]
+    out = graph.end_states[:, 2:4]
+    return [float(np.degrees(np.arccos(np.clip(-out[i] @ out[j], -1, 1)))) for i, j in joined(matching)]
 
 
 @pytest.mark.parametrize("angle", [90, 60, 45])
 def test_a_cross_is_gone_straight_through(angle: float) -> None:
-    _, graph, pairing = pairing_of(draw(*cross(angle)))
-    assert len(joined(pairing)) == 2
-    assert max(turns(graph, pairing)) < 12
-    assert all(pairing.is_crossing(i) for i, _ in joined(pairing))
-    assert len(pairing.chains()) == 2
-    assert pairing.twin == {}
+    _, graph, matching = matching_of(draw(*cross(angle)))
+    assert len(joined(matching)) == 2
+    assert max(turns(graph, matching)) < 12
+    assert all(matching.is_crossing(i) for i, _ in joined(matching))
+    assert len(matching.chains()) == 2
+    assert matching.branches.duplicate_of == {}
 
 
 def test_the_stem_of_a_t_stays_open() -> None:
-    _, graph, pairing = pairing_of(draw(LINE, [(200, 125), (210, 220)]))
-    assert len(joined(pairing)) == 1
-    assert max(turns(graph, pairing)) < 12
-    assert pairing.twin == {}
-    ((i, _),) = joined(pairing)
-    assert 0.3 < pairing.margin[i] < 2 * OPEN_ARM
-    assert pairing.other[i] >= 0
+    _, graph, matching = matching_of(draw(LINE, [(200, 125), (210, 220)]))
+    assert len(joined(matching)) == 1
+    assert max(turns(graph, matching)) < 12
+    assert matching.branches.duplicate_of == {}
+    ((i, _),) = joined(matching)
+    assert 0.3 < matching.margin[i] < 2 * OPEN_ARM
+    assert matching.alternative[i] >= 0
 
 
 @pytest.mark.parametrize(("gap_widths", "is_bridged"), [(2.0, True), (4.0, True), (5.0, True), (7.0, False)])
@@ -56,9 +56,9 @@ def test_a_gap_is_bridged_up_to_the_longest(gap_widths: float, is_bridged: bool)
     mask = draw(LINE)
     half = int(3.5 * gap_widths)
     mask[:, 200 - half : 200 + half] = 0
-    _, _, pairing = pairing_of(mask, max_gap_widths=6.0)
-    assert len(joined(pairing)) == is_bridged
-    assert not any(pairing.is_crossing(i) for i, _ in joined(pairing))
+    _, _, matching = matching_of(mask, max_gap_widths=6.0)
+    assert len(joined(matching)) == is_bridged
+    assert not any(matching.is_crossing(i) for i, _ in joined(matching))
 
 
 def test_a_longer_gap_costs_more_and_is_less_sure() -> None:
@@ -66,57 +66,57 @@ def test_a_longer_gap_costs_more_and_is_less_sure() -> None:
     for half in (7, 30, 60):
         mask = draw(LINE)
         mask[:, 200 - half : 200 + half] = 0
-        _, _, pairing = pairing_of(mask)
-        ((i, _),) = joined(pairing)
-        costs.append(pairing.cost[i])
-        margins.append(pairing.margin[i])
+        _, _, matching = matching_of(mask)
+        ((i, _),) = joined(matching)
+        costs.append(matching.cost[i])
+        margins.append(matching.margin[i])
     assert costs == sorted(costs)
     assert margins == sorted(margins, reverse=True)
 
 
 def test_dashes_are_joined_in_order_and_parallel_cables_are_not() -> None:
     dashes = [[(x, 120 + x / 30), (x + 40, 120 + (x + 40) / 30)] for x in range(20, 340, 65)]
-    _, _, pairing = pairing_of(draw(*dashes))
-    ((chain, is_ring),) = pairing.chains()
+    _, _, matching = matching_of(draw(*dashes))
+    ((chain, is_loop),) = matching.chains()
     assert len(chain) == len(dashes)
-    assert not is_ring
-    _, _, pairing = pairing_of(draw([(20, 60), (380, 60)], [(20, 90), (380, 90)]))
-    assert joined(pairing) == []
+    assert not is_loop
+    _, _, matching = matching_of(draw([(20, 60), (380, 60)], [(20, 90), (380, 90)]))
+    assert joined(matching) == []
 
 
 def test_a_gap_beside_a_crossing_does_not_steal_its_arms() -> None:
     """A third cable ends right before the crossing, in line with one of the arms."""
     mask = draw(*cross(90), [(205, 20), (230, 20)])
-    _, graph, pairing = pairing_of(mask)
-    crossing = [(i, j) for i, j in joined(pairing) if pairing.is_crossing(i)]
+    _, graph, matching = matching_of(mask)
+    crossing = [(i, j) for i, j in joined(matching) if matching.is_crossing(i)]
     assert len(crossing) == 2
-    assert max(turns(graph, pairing)) < 12
+    assert max(turns(graph, matching)) < 12
 
 
 @pytest.mark.parametrize("crosses", [False, True])
 def test_a_run_that_two_cables_share_is_listed_twice(crosses: bool) -> None:
-    _, graph, pairing = pairing_of(draw(*beside(70, 7, crosses)))
-    assert len(pairing.twin) % 2 == 0
-    assert len(pairing.twin) >= 2
-    for copy, run in pairing.twin.items():
-        assert pairing.twin[run] == copy
-        assert pairing.original[copy] == pairing.original[run]
-        a, b = pairing.spans[copy]
-        c, d = pairing.spans[run]
-        np.testing.assert_array_equal(pairing.points[a:b], pairing.points[c:d])
-    assert len(pairing.points) > len(graph.points)
-    assert len(pairing.chains()) == 2
-    assert all(pairing.partner[end] >= 0 for run in pairing.twin for end in (2 * run, 2 * run + 1))
+    _, graph, matching = matching_of(draw(*beside(70, 7, crosses)))
+    assert len(matching.branches.duplicate_of) % 2 == 0
+    assert len(matching.branches.duplicate_of) >= 2
+    for copy, run in matching.branches.duplicate_of.items():
+        assert matching.branches.duplicate_of[run] == copy
+        assert matching.branches.branch_id[copy] == matching.branches.branch_id[run]
+        a, b = matching.branches.spans[copy]
+        c, d = matching.branches.spans[run]
+        np.testing.assert_array_equal(matching.branches.points[a:b], matching.branches.points[c:d])
+    assert len(matching.branches.points) > len(graph.points)
+    assert len(matching.chains()) == 2
+    assert all(matching.partner[end] >= 0 for run in matching.branches.duplicate_of for end in (2 * run, 2 * run + 1))
 
 
 def test_three_arms_alike_leave_no_sure_choice() -> None:
     ends = [(200 + 100 * np.cos(a), 120 + 100 * np.sin(a)) for a in 0.2 + np.arange(3) * 2 * np.pi / 3]
-    _, _, pairing = pairing_of(draw(*[[(200, 120), end] for end in ends]))
-    assert len(joined(pairing)) == 1
-    ((i, j),) = joined(pairing)
-    assert pairing.margin[i] < 0.15
-    rest = ({0, 1, 2, 3, 4, 5} - {i, j}) & {end for end in range(6) if pairing.nodes[end] >= 0}
-    assert {pairing.other[i], pairing.other[j]} & rest
+    _, _, matching = matching_of(draw(*[[(200, 120), end] for end in ends]))
+    assert len(joined(matching)) == 1
+    ((i, j),) = joined(matching)
+    assert matching.margin[i] < 0.15
+    rest = ({0, 1, 2, 3, 4, 5} - {i, j}) & {end for end in range(6) if matching.branches.nodes[end] >= 0}
+    assert {matching.alternative[i], matching.alternative[j]} & rest
 
 
 @given(random_masks)
@@ -127,23 +127,23 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
     graph, _ = build_graph(patch, skeletonize(patch), 10_000)
     if graph is None:
         return
-    pairing = pair(patch, graph, 25.0)
+    matching = match_ends(patch, graph, 25.0)
     most = 2 * max(OPEN_ARM, OPEN_CUT, OPEN_KINK)
-    for i, j in enumerate(pairing.partner):
+    for i, j in enumerate(matching.partner):
         if j >= 0:
-            assert pairing.partner[j] == i != j
-            assert UNAVAILABLE not in (pairing.nodes[i], pairing.nodes[j])
-            assert 0.0 <= pairing.cost[i] == pairing.cost[j] < most
-            assert 0.0 <= pairing.margin[i] == pairing.margin[j] <= most
-            assert pairing.other[i] != j
-    visited = [end // 2 for chain, _ in pairing.chains() for end in chain]
+            assert matching.partner[j] == i != j
+            assert UNAVAILABLE not in (matching.branches.nodes[i], matching.branches.nodes[j])
+            assert 0.0 <= matching.cost[i] == matching.cost[j] < most
+            assert 0.0 <= matching.margin[i] == matching.margin[j] <= most
+            assert matching.alternative[i] != j
+    visited = [end // 2 for chain, _ in matching.chains() for end in chain]
     assert len(visited) == len(set(visited))
 
 
 def test_the_graph_stays_as_it_is() -> None:
     patch, graph = graph_of(draw(*beside(70, 7, True)))
     before = {name: np.copy(value) for name, value in vars(graph).items()}
-    pair(patch, graph, 25.0)
+    match_ends(patch, graph, 25.0)
     for name, value in vars(graph).items():
         np.testing.assert_array_equal(value, before[name])
 
@@ -161,17 +161,17 @@ def past_along(points: list[tuple[float, float]], patch: MaskCrop, graph: Graph,
 @pytest.mark.parametrize("dearer", [0, 7])
 def test_where_two_continuations_are_about_alike_the_past_decides(dearer: float) -> None:
     patch, graph = graph_of(draw(*fork(dearer)))
-    alone = pair(patch, graph, 25.0)
+    alone = match_ends(patch, graph, 25.0)
     start, lower, upper = fork(dearer)
-    follow_lower = pair(patch, graph, 25.0, past_along([*start, *lower], patch, graph))
-    follow_upper = pair(patch, graph, 25.0, past_along([*start, *upper], patch, graph))
+    follow_lower = match_ends(patch, graph, 25.0, past_along([*start, *lower], patch, graph))
+    follow_upper = match_ends(patch, graph, 25.0, past_along([*start, *upper], patch, graph))
     assert len(joined(follow_lower)) == len(joined(follow_upper)) == 1
     assert joined(follow_lower) != joined(follow_upper)
     follows, overrules = sorted((follow_lower, follow_upper), key=lambda found: joined(found) != joined(alone))
     assert joined(follows) == joined(alone)
     assert follows.cost == alone.cost
-    assert follows.overruled == alone.overruled == 0.0
-    assert 0.0 < overrules.overruled < PAST_BONUS
+    assert follows.override == alone.override == 0.0
+    assert 0.0 < overrules.override < PRIOR_BONUS
     for i, j in joined(overrules):
         assert overrules.cost[i] == overrules.cost[j] > 0.0
 
@@ -180,10 +180,10 @@ def test_a_past_of_little_trust_does_not() -> None:
     patch, graph = graph_of(draw(*fork(7)))
     start, _, upper = fork(7)
     past = past_along([*start, *upper], patch, graph, trust=0.2)
-    assert joined(pair(patch, graph, 25.0, past)) == joined(pair(patch, graph, 25.0))
+    assert joined(match_ends(patch, graph, 25.0, past)) == joined(match_ends(patch, graph, 25.0))
 
 
 def test_the_past_does_not_bend_a_clear_crossing() -> None:
     patch, graph = graph_of(draw(*cross(90)))
     wrong = past_along([(60, 120), (190, 120), (200, 130), (200, 220)], patch, graph)
-    assert joined(pair(patch, graph, 25.0, wrong)) == joined(pair(patch, graph, 25.0))
+    assert joined(match_ends(patch, graph, 25.0, wrong)) == joined(match_ends(patch, graph, 25.0))

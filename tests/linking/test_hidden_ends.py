@@ -4,34 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linking_examples import coil, detect, draw, hide, pairing_of
+from linking_examples import coil, detect, draw, hide, matching_of
 from scipy.spatial import cKDTree
 
-from dloftbs.graph import Graph, Pairing
-from dloftbs.linking.hidden_ends import join_inside
-from dloftbs.linking.loops import open_rings
-from dloftbs.linking.parallel_runs import settle_lanes
+from dloftbs.graph import EndMatching, Graph
+from dloftbs.linking.hidden_ends import link_hidden_ends
+from dloftbs.linking.loops import open_loops
+from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 HIDDEN = [(145, 170, 22), (150, 170, 18), (155, 160, 18), (155, 170, 14)]
 
 
-def before_joining(mask: np.ndarray) -> tuple[Graph, Pairing]:
-    _, graph, pairing = pairing_of(mask)
-    settle_lanes(graph, pairing)
-    open_rings(graph, pairing)
-    return graph, pairing
+def before_joining(mask: np.ndarray) -> tuple[Graph, EndMatching]:
+    _, graph, matching = matching_of(mask)
+    separate_parallel_runs(graph, matching)
+    open_loops(graph, matching)
+    return graph, matching
 
 
 @pytest.mark.parametrize("disc", HIDDEN)
 def test_a_cable_that_comes_to_lie_on_itself_unseen_is_one(disc: tuple[float, float, float]) -> None:
-    graph, pairing = before_joining(hide(draw(coil()), *disc))
-    assert len(pairing.chains()) == 2
-    join_inside(graph, pairing, 25.0)
-    ((chain, is_ring),) = pairing.chains()
-    assert not is_ring
-    joined = [end for end in chain if pairing.partner[end] >= 0 and not pairing.is_crossing(end)]
+    graph, matching = before_joining(hide(draw(coil()), *disc))
+    assert len(matching.chains()) == 2
+    link_hidden_ends(graph, matching, 25.0)
+    ((chain, is_loop),) = matching.chains()
+    assert not is_loop
+    joined = [end for end in chain if matching.partner[end] >= 0 and not matching.is_crossing(end)]
     assert joined
-    assert all(pairing.cost[end] > 0.0 and pairing.margin[end] > 0.0 for end in joined)
+    assert all(matching.cost[end] > 0.0 and matching.margin[end] > 0.0 for end in joined)
 
 
 @pytest.mark.parametrize("disc", HIDDEN)
@@ -47,13 +47,13 @@ def test_its_curve_is_that_of_the_cable(disc: tuple[float, float, float], mirror
 
 
 def test_gaps_that_are_too_long_stay_open() -> None:
-    graph, pairing = before_joining(hide(draw(coil()), *HIDDEN[0]))
-    join_inside(graph, pairing, 0.5)
-    assert len(pairing.chains()) == 2
+    graph, matching = before_joining(hide(draw(coil()), *HIDDEN[0]))
+    link_hidden_ends(graph, matching, 0.5)
+    assert len(matching.chains()) == 2
 
 
 def test_an_end_that_is_cheap_to_leave_open_stays_open() -> None:
-    graph, pairing = before_joining(hide(draw(coil()), *HIDDEN[0]))
-    pairing.price = [0.0] * len(pairing.price)
-    join_inside(graph, pairing, 25.0)
-    assert len(pairing.chains()) == 2
+    graph, matching = before_joining(hide(draw(coil()), *HIDDEN[0]))
+    matching.branches.open_cost[:] = [0.0] * len(matching.branches.open_cost)
+    link_hidden_ends(graph, matching, 25.0)
+    assert len(matching.chains()) == 2

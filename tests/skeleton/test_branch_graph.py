@@ -25,7 +25,7 @@ def arms_at(graph: Graph) -> list[int]:
 @pytest.mark.parametrize("width", [3.0, 7.0, 12.0, 40.0])
 def test_a_cable_is_one_run_with_two_free_ends(width: float) -> None:
     crop, graph = graph_of(draw(LINE, width=width))
-    assert (graph.runs, graph.loops) == (1, [])
+    assert (graph.branch_count, graph.loops) == (1, [])
     assert graph.nodes.tolist() == [FREE, FREE]
     assert graph.spans.tolist() == [[0, len(graph.points)]]
     assert graph.width == pytest.approx(width, abs=0.5)
@@ -38,7 +38,7 @@ def test_a_cable_is_one_run_with_two_free_ends(width: float) -> None:
 def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> None:
     crop, graph = graph_of(draw(*cross(angle)))
     assert arms_at(graph) == [4]
-    arms = graph.arms[graph.nodes >= 0]
+    arms = graph.end_states[graph.nodes >= 0]
     to_centre = np.array([200.0, 120.0]) - crop.to_image(arms[:, :2])
     matrix, _ = crop.image_transform
     pointing = arms[:, 2:4] @ matrix.T
@@ -68,7 +68,7 @@ def test_what_sticks_out_by_less_than_the_cable_is_wide_is_a_spur() -> None:
 
 def test_a_ring_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
     _, ring = graph_of(draw(circle((200, 120), 80)))
-    assert (ring.runs, len(ring.loops)) == (0, 1)
+    assert (ring.branch_count, len(ring.loops)) == (0, 1)
     a = np.linspace(0, 2 * np.pi, 600)
     _, eight = graph_of(draw(np.column_stack((200 + 150 * np.sin(a), 120 + 80 * np.sin(2 * a)))))
     assert eight.loops == []
@@ -77,17 +77,17 @@ def test_a_ring_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
 
 def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_arms() -> None:
     _, graph = graph_of(draw([(100, 200), (200, 30), (300, 200)]))
-    assert graph.runs == 2
+    assert graph.branch_count == 2
     assert arms_at(graph) == [2]
     _, smooth = graph_of(draw(circle((200, 160), 60, np.pi, 2 * np.pi)))
-    assert (smooth.runs, arms_at(smooth)) == (1, [])
+    assert (smooth.branch_count, arms_at(smooth)) == (1, [])
 
 
 def test_specks_and_what_was_swallowed_cannot_be_joined() -> None:
     mask = draw(LINE)
     mask[40:43, 200:203] = 1
     _, graph = graph_of(mask)
-    assert graph.runs == 2
+    assert graph.branch_count == 2
     assert sorted(graph.nodes.tolist()) == [UNAVAILABLE, UNAVAILABLE, FREE, FREE]
 
 
@@ -95,8 +95,8 @@ def test_round_and_cut_ends_differ() -> None:
     mask = draw(LINE, width=12)
     mask[:, 300:] = 0
     _, graph = graph_of(mask)
-    assert graph.runs == 1
-    flat, rounded = sorted(graph.caps.tolist())
+    assert graph.branch_count == 1
+    flat, rounded = sorted(graph.end_roundness.tolist())
     assert flat < 0.1
     assert rounded > flat + 0.3
 
@@ -107,12 +107,12 @@ def test_the_end_that_a_slanting_cut_leaves_points_along_the_cable(slant: float)
     yy, xx = np.indices(mask.shape)
     mask[xx > 250 + slant * (yy - 120)] = 0
     crop, graph = graph_of(mask)
-    tips = crop.to_image(graph.arms[:, :2])
+    tips = crop.to_image(graph.end_states[:, :2])
     right = int(np.argmax(tips[:, 0]))
-    ahead = crop.to_image(graph.arms[:, :2] + graph.arms[:, 2:4])[right] - tips[right]
+    ahead = crop.to_image(graph.end_states[:, :2] + graph.end_states[:, 2:4])[right] - tips[right]
     assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) < 15.0
     assert abs(tips[right, 1] - 120.0) < 3.0
-    assert graph.caps[right] < 0.6
+    assert graph.end_roundness[right] < 0.6
 
 
 def test_more_runs_than_allowed_make_no_graph() -> None:
@@ -133,17 +133,17 @@ def test_every_graph_fits_together(mask: np.ndarray) -> None:
     graph, _ = build_graph(crop, skeletonize(crop), 10_000)
     if graph is None:
         return
-    n, total = graph.runs, len(graph.points)
+    n, total = graph.branch_count, len(graph.points)
     assert len(graph.pixels) == len(graph.radius) == total == graph.offsets[-1]
-    assert graph.nodes.shape == graph.caps.shape == (2 * n,)
-    assert graph.arms.shape == (2 * n, 6)
+    assert graph.nodes.shape == graph.end_roundness.shape == (2 * n,)
+    assert graph.end_states.shape == (2 * n, 6)
     assert graph.spurs.shape == (n,)
     assert (graph.nodes >= UNAVAILABLE).all()
     assert (graph.offsets[:n] <= graph.spans[:, 0]).all()
     assert (graph.spans[:, 0] <= graph.spans[:, 1]).all()
     assert (graph.spans[:, 1] <= graph.offsets[1 : n + 1]).all()
     assert np.isfinite(graph.points).all()
-    assert np.isfinite(graph.arms).all()
+    assert np.isfinite(graph.end_states).all()
     assert (graph.radius > 0).all()
-    size = np.linalg.norm(graph.arms[:, 2:4], axis=1)
+    size = np.linalg.norm(graph.end_states[:, 2:4], axis=1)
     assert (np.isclose(size, 1.0) | (size == 0.0)).all()

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence.kernels.gap_pixels import look_across, sample_references
+from dloftbs.graph import POSITION, TANGENT
 from dloftbs.mask_crop import MaskCrop
 
 _Ints = npt.NDArray[np.int64]
@@ -28,7 +29,9 @@ class EvidenceMap:
     image: npt.NDArray[np.uint8]
     crop: MaskCrop
 
-    def across(self, points: FloatArray, spans: _Ints, arms: FloatArray, pairs: _Ints, width: float) -> FloatArray:
+    def across(
+        self, points: FloatArray, spans: _Ints, end_states: FloatArray, pairs: _Ints, width: float
+    ) -> FloatArray:
         """Return what lies between pairs of ends.
 
         Parameters
@@ -37,8 +40,8 @@ class EvidenceMap:
             Of all runs, oriented.
         spans : numpy.ndarray, shape (n, 2)
             The points of each run that lie clear of its junctions.
-        arms : numpy.ndarray, shape (2 n, 6)
-            Of the runs' ends, oriented.
+        end_states : numpy.ndarray, shape (2 n, 6)
+            Of the branches' ends, oriented.
         pairs : numpy.ndarray, shape (k, 2)
             Ends.
         width : float
@@ -57,6 +60,6 @@ class EvidenceMap:
         matrix, offset = crop.image_transform
         origin = offset - np.array([x0, y0], dtype=np.float64)
         placed = points @ matrix.T + origin
-        known = np.column_stack((arms[ends, :2] @ matrix.T + origin, arms[ends, 2:4] @ matrix.T))
+        known = np.column_stack((end_states[ends, POSITION] @ matrix.T + origin, end_states[ends, TANGENT] @ matrix.T))
         references = sample_references(image, mask, placed, spans, ends, width)
         return look_across(image, mask, known, index.reshape(-1, 2), *references, width)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import njit, types
+from numba.extending import register_jitable
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
@@ -67,6 +68,12 @@ def inlined(function: _Function) -> _Function:
     Only what stands in the loop itself can be done to several words at once, and a call counts references.
     """
     return njit(nogil=True, forceinline=True)(function)
+
+
+def shared(function: _Function) -> _Function:
+    """Leave a function to Python as it is, and compile it into each kernel that calls it."""
+    register_jitable(forceinline=True)(function)
+    return function
 
 
 def _stamp(compiled: Any) -> None:

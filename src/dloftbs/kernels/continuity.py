@@ -8,6 +8,7 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.cubic import basis_functions
+from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 from dloftbs.kernels.shared.polyline import polyline_length
 
 _NEAR_WIDTHS = 1.5  # farther from a curve, an end has nothing to do with it
@@ -112,7 +113,7 @@ def sample_curves(
 
 @helper
 def _lay_grid(
-    arms: npt.NDArray[np.float64], used: npt.NDArray[np.bool_], near: float
+    states: npt.NDArray[np.float64], used: npt.NDArray[np.bool_], near: float
 ) -> tuple[float, float, float, int, int, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Sort ends into square cells no smaller than `near`, each into its own and the eight around it.
 
@@ -128,20 +129,20 @@ def _lay_grid(
     """
     x0 = y0 = np.inf
     x1 = y1 = -np.inf
-    for end in range(len(arms)):
+    for end in range(len(states)):
         if used[end]:
-            x0, x1 = min(x0, arms[end, 0]), max(x1, arms[end, 0])
-            y0, y1 = min(y0, arms[end, 1]), max(y1, arms[end, 1])
+            x0, x1 = min(x0, states[end, X]), max(x1, states[end, X])
+            y0, y1 = min(y0, states[end, Y]), max(y1, states[end, Y])
     cell = max(near, max(x1 - x0, y1 - y0) / _MOST_CELLS)
     columns, rows = int((x1 - x0) / cell) + 3, int((y1 - y0) / cell) + 3
     x0, y0 = x0 - cell, y0 - cell
     first = np.zeros(columns * rows + 1, dtype=np.int64)
     ends = np.empty(0, dtype=np.int64)
     for turn in range(2):
-        for end in range(len(arms) - 1, -1, -1):
+        for end in range(len(states) - 1, -1, -1):
             if not used[end]:
                 continue
-            column, row = int((arms[end, 0] - x0) / cell), int((arms[end, 1] - y0) / cell)
+            column, row = int((states[end, X] - x0) / cell), int((states[end, Y] - y0) / cell)
             for r in range(max(row - 1, 0), min(row + 2, rows)):
                 for c in range(max(column - 1, 0), min(column + 2, columns)):
                     if turn == 0:
@@ -161,7 +162,7 @@ def _lay_grid(
     read(float64, 1), read(float64, 1), read(boolean, 1), read(float64, 1), float64,
 )  # fmt: skip
 def follow(
-    arms: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     rows: npt.NDArray[np.int64],
     columns: npt.NDArray[np.int64],
     points: npt.NDArray[np.float64],
@@ -176,8 +177,8 @@ def follow(
 
     Parameters
     ----------
-    arms : (n, 6) float64
-        As `arms.locate_arms` makes them.
+    states : (n, 6) float64
+        As `branch_ends.describe_ends` makes them.
     rows, columns : (k,) int64
         The pairs; one or more.
     points : (m, 2) float64
@@ -197,12 +198,12 @@ def follow(
     (k,) float64
         From 0, not at all, to the curve's trust.
     """
-    n, pairs, near = len(arms), len(rows), _NEAR_WIDTHS * width
+    n, pairs, near = len(states), len(rows), _NEAR_WIDTHS * width
     result = np.zeros(pairs)
     used = np.zeros(n, dtype=np.bool_)
     for k in range(pairs):
         used[rows[k]] = used[columns[k]] = True
-    x0, y0, side, across, down, cells, ends = _lay_grid(arms, used, near)
+    x0, y0, side, across, down, cells, ends = _lay_grid(states, used, near)
     # Where on a curve each end lies, pointing onwards (0) and backwards (1), and how well, 0 where it does not.
     at = np.zeros((n, 2), dtype=np.int64)
     fit = np.zeros((n, 2))
@@ -228,10 +229,10 @@ def follow(
             tx, ty = tx / length, ty / length
             for entry in range(cells[cell], cells[cell + 1]):
                 end = ends[entry]
-                dx, dy = points[k, 0] - arms[end, 0], points[k, 1] - arms[end, 1]
+                dx, dy = points[k, 0] - states[end, X], points[k, 1] - states[end, Y]
                 if abs(dx) >= near or abs(dy) >= near:
                     continue
-                along = arms[end, 2] * tx + arms[end, 3] * ty
+                along = states[end, TANGENT_X] * tx + states[end, TANGENT_Y] * ty
                 if abs(along) < _ALONG:
                     continue
                 value = (1.0 - np.sqrt(dx * dx + dy * dy) / near) * abs(along)
@@ -248,7 +249,7 @@ def follow(
                 value = min(fit[i, way], fit[j, 1 - way])
                 if not value > 0.0:
                     continue
-                chord = np.sqrt((arms[i, 0] - arms[j, 0]) ** 2 + (arms[i, 1] - arms[j, 1]) ** 2)
+                chord = np.sqrt((states[i, X] - states[j, X]) ** 2 + (states[i, Y] - states[j, Y]) ** 2)
                 most = _AHEAD_CHORDS * chord + _AHEAD_WIDTHS * width
                 ahead = at[j, 1 - way] - at[i, way] if way == 0 else at[i, way] - at[j, 1 - way]
                 if closed[c] and ahead < -count // 2:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from dloftbs.centerline import Centerline
 from dloftbs.config import LinkingConfig
 from dloftbs.evidence import EvidenceMap
-from dloftbs.graph import Graph, Pairing
+from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking.centerlines import assemble
-from dloftbs.linking.end_matching import pair
-from dloftbs.linking.hidden_ends import join_inside
-from dloftbs.linking.loops import join_unclear, open_rings
+from dloftbs.linking.end_matching import match_ends
+from dloftbs.linking.hidden_ends import link_hidden_ends
+from dloftbs.linking.loops import merge_to_count, open_loops
 from dloftbs.linking.object_selection import choose
-from dloftbs.linking.parallel_runs import settle_lanes
+from dloftbs.linking.parallel_runs import separate_parallel_runs
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
 
@@ -22,20 +22,20 @@ __all__ = ["Linking", "choose", "link"]
 
 @dataclass(frozen=True, eq=False)
 class Linking:
-    """The centre lines of a frame, and the pairing of ends that they come from.
+    """The centre lines of a frame, and the matching of ends that they come from.
 
     Parameters
     ----------
     centerlines : list of Centerline
-    pairing : Pairing
+    matching : EndMatching
     """
 
     centerlines: list[Centerline]
-    pairing: Pairing
+    matching: EndMatching
 
 
 def link(
-    patch: MaskCrop,
+    crop: MaskCrop,
     graph: Graph,
     config: LinkingConfig,
     evidence: EvidenceMap | None = None,
@@ -45,7 +45,7 @@ def link(
 
     Parameters
     ----------
-    patch : MaskCrop
+    crop : MaskCrop
     graph : Graph
         Of its skeleton.
     config : LinkingConfig
@@ -58,10 +58,10 @@ def link(
     -------
     Linking
     """
-    pairing = pair(patch, graph, config.max_gap_widths, prior, evidence)
-    settle_lanes(graph, pairing, prior)
-    open_rings(graph, pairing)
-    join_inside(graph, pairing, config.max_gap_widths)
+    matching = match_ends(crop, graph, config.max_gap_widths, prior, evidence)
+    separate_parallel_runs(graph, matching, prior)
+    open_loops(graph, matching)
+    link_hidden_ends(graph, matching, config.max_gap_widths)
     if config.objects is not None:
-        join_unclear(graph, pairing, config.objects)
-    return Linking(assemble(patch, graph, pairing, config.min_length_widths), pairing)
+        merge_to_count(graph, matching, config.objects)
+    return Linking(assemble(crop, graph, matching, config.min_length_widths), matching)

@@ -1,4 +1,4 @@
-"""Stage 5, the result: pairing to centre lines, with their free ends extended to the end of the mask."""
+"""Stage 5, the result: end matching to centre lines, with free ends extended to the edge of the mask."""
 
 from __future__ import annotations
 
@@ -11,24 +11,36 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-from dloftbs.graph import FREE, Graph, Pairing
+from dloftbs.graph import (
+    FREE,
+    POSITION,
+    RAY,
+    Branches,
+    EndMatching,
+    Graph,
+    branch_of,
+    is_start,
+    other_end,
+    start_of,
+    stop_of,
+)
 from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.kernels.end_extension import extend_end, is_seen
 from dloftbs.mask_crop import MaskCrop
 
 _LEAST, _LEAST_AROUND = 2, 8  # points of a line, and of a loop
-_TAIL_WIDTHS = 6.0  # that leading an end on looks at
+_TAIL_WIDTHS = 6.0  # of a cable, at the end that is extended
 _OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
 _AHEAD_WIDTHS = 3.5
 _CAP_PX = 4.5
 _MOST_HALF_TURN = 1.4  # rad
-_CORNER_WIDTHS = 3.0  # from an arm to the corner of its bend, at most
-_PARALLEL = 0.4  # sine between two arms below which where they meet is uncertain
-_STEEP = 0.5  # sine of the least angle between them
+_CORNER_WIDTHS = 3.0  # from an end to the corner of its bend, at most
+_PARALLEL = 0.4  # sine between two tangents below which their intersection is uncertain
+_STEEP = 0.5  # sine of the least angle between a cable that passes a junction and the end that is extended
 # A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
 # and even where two readings cost the same.
 _CROSSING_SCALE, _GAP_SCALE = 0.025, 0.25
-_CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # an enumeration is slow to look into
+_CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # members of an enumeration are slow to look up
 
 
 _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or -1
@@ -36,7 +48,7 @@ _Span = tuple[int, int, int]  # first point, the one after the last, step: 1 or 
 
 @dataclass(slots=True, eq=False)
 class _Piece:
-    """Part of a cable: one run, or several with nothing but spurs between them, and the joint that leads there."""
+    """Part of a cable: one branch, or several with nothing but spurs between them, and the joint that leads there."""
 
     spans: list[_Span]
     entered: int
@@ -54,13 +66,14 @@ class _Piece:
 
 
 class _Points:
-    """Points of a pairing, and those that extend its ends."""
+    """Points of branches, and those added at corners and at extended ends."""
 
-    def __init__(self, pairing: Pairing) -> None:
-        self._points, self._radius = [pairing.points], [pairing.radius]
-        self._count = len(pairing.points)
+    def __init__(self, branches: Branches) -> None:
+        self._points, self._radius = [branches.points], [branches.radius]
+        self._count = len(branches.points)
 
     def add(self, points: FloatArray, radius: float) -> _Span:
+        """Append points, and return their span."""
         self._points.append(points)
         self._radius.append(np.full(len(points), radius))
         self._count += len(points)
@@ -73,154 +86,157 @@ class _Points:
         return np.concatenate(self._points), np.concatenate(self._radius)
 
 
-def assemble(patch: MaskCrop, graph: Graph, pairing: Pairing, least_widths: float) -> list[Centerline]:
+def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: float) -> list[Centerline]:
     """Make a centre line of each cable.
 
     Parameters
     ----------
-    patch : MaskCrop
+    crop : MaskCrop
     graph : Graph
-    pairing : Pairing
+    matching : EndMatching
     least_widths : float
-        A cable whose skeleton is shorter is none.
+        Shortest skeleton of a cable, in widths.
 
     Returns
     -------
     list of Centerline
-        First those with ends, then the loops.
+        Cables with ends first, then loops.
     """
     least = max(least_widths * graph.width, _LEAST)
     around = max(2.0 * least, _LEAST_AROUND)
-    buffer = _Points(pairing)
+    buffer = _Points(matching.branches)
     lines: list[list[_Piece]] = []
-    rings: list[list[_Piece]] = []
+    loops: list[list[_Piece]] = []
     doubts: list[float] = []
     lacking: dict[int, float] = {}
-    for amount, _, i, j in reversed(pairing.nearly):
-        if pairing.partner[i] < 0 and pairing.partner[j] < 0:
+    for amount, _, i, j in reversed(matching.near_joints):
+        if matching.is_open(i) and matching.is_open(j):
             lacking[i] = lacking[j] = amount
-    gone: set[int] = set()
-    offsets, degree = graph.offsets.tolist(), _degrees(pairing)
-    mask = patch.oriented(patch.pixels)
-    for chain, is_ring in pairing.chains():
-        if _is_left_over(pairing, chain, gone):
-            gone |= {end // 2 for end in chain}
+    left_over: set[int] = set()
+    offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
+    mask = crop.oriented(crop.pixels)
+    for chain, is_loop in matching.chains():
+        if _is_left_over(matching.branches, chain, left_over):
+            left_over |= {branch_of(end) for end in chain}
             continue
-        pieces = _pieces(mask, graph, offsets, pairing, chain, degree, buffer)
+        pieces = _pieces(mask, graph, offsets, matching, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
-        if is_ring and count >= around:
-            rings.append(pieces)
-        elif not is_ring and count >= least:
-            _lead_on(mask, graph, pairing, chain, pieces, buffer)
+        if is_loop and count >= around:
+            loops.append(pieces)
+        elif not is_loop and count >= least:
+            _extend_ends(mask, graph, matching, chain, pieces, buffer)
             lines.append(pieces)
-            doubts.append(min(lacking.get(chain[0], math.inf), lacking.get(chain[-1] ^ 1, math.inf)))
+            doubts.append(min(lacking.get(chain[0], math.inf), lacking.get(other_end(chain[-1]), math.inf)))
     for start, stop in graph.loops:
         if stop - start >= around:
-            rings.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
-    if not lines and not rings:
+            loops.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
+    if not lines and not loops:
         return []
-    return _lay_out(patch, pairing, lines, rings, buffer, doubts)
+    return _lay_out(crop, matching, lines, loops, buffer, doubts)
 
 
 def _lay_out(
-    patch: MaskCrop,
-    pairing: Pairing,
+    crop: MaskCrop,
+    matching: EndMatching,
     lines: list[list[_Piece]],
-    rings: list[list[_Piece]],
+    loops: list[list[_Piece]],
     buffer: _Points,
     doubts: list[float],
 ) -> list[Centerline]:
     """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
-    counts = [[piece.count for piece in pieces] for pieces in lines + rings]
+    counts = [[piece.count for piece in pieces] for pieces in lines + loops]
     first = [0, *accumulate(map(sum, counts))]
-    spans = [number for pieces in lines + rings for piece in pieces for span in piece.spans for number in span]
-    points, radius, u, widths, arms = lay_out(
+    spans = [number for pieces in lines + loops for piece in pieces for span in piece.spans for number in span]
+    points, radius, u, widths, positions = lay_out(
         *buffer.all(),
         np.array(spans).reshape(-1, 3),
         np.array(first),
         len(lines),
-        pairing.arms,
-        *patch.image_transform,
+        matching.branches.end_states,
+        *crop.image_transform,
     )
     for k, pieces in enumerate(lines):
         if len(pieces) > 1:
-            _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], pairing, pieces)
+            _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)
     points, radius, u = frozen(points), frozen(radius), frozen(u)
-    places = arms.tolist() if any(len(pieces) > 1 for pieces in lines) else []
+    places = positions.tolist() if any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
-            result.append(_line(*own, counts[k], pairing, lines[k], places, doubts[k]))
+            result.append(_line(*own, counts[k], matching, lines[k], places, doubts[k]))
         else:
             result.append(_loop(*own))
     return result
 
 
-def _degrees(pairing: Pairing) -> list[int]:
-    """Return how many arms each junction has, spurs left out."""
-    nodes, spurs = pairing.nodes, pairing.spurs
+def _degrees(branches: Branches) -> list[int]:
+    """Count the ends at each junction, spurs left out."""
+    nodes, spurs = branches.nodes, branches.spurs
     degree = [0] * (max(nodes, default=0) + 1)
     for end, node in enumerate(nodes):
-        if node >= 0 and not spurs[end // 2]:
+        if node >= 0 and not spurs[branch_of(end)]:
             degree[node] += 1
     return degree
 
 
-def _is_left_over(pairing: Pairing, chain: list[int], gone: set[int]) -> bool:
-    """Tell whether a chain is nothing but copies of shared runs that found no cable."""
-    if not pairing.twin or not all(pairing.twin.get(end // 2, -1) not in gone | {-1} for end in chain):
+def _is_left_over(branches: Branches, chain: list[int], left_over: set[int]) -> bool:
+    """Tell whether a chain consists of duplicates of shared branches alone, and has no free end."""
+    duplicate_of, nodes = branches.duplicate_of, branches.nodes
+    if not duplicate_of or any(duplicate_of.get(branch_of(end), -1) in left_over | {-1} for end in chain):
         return False
-    return all(pairing.nodes[end] != FREE for end in (chain[0], chain[-1] ^ 1))
+    return all(nodes[end] != FREE for end in (chain[0], other_end(chain[-1])))
 
 
 def _pieces(
     mask: npt.NDArray[np.uint8],
     graph: Graph,
     offsets: list[int],
-    pairing: Pairing,
+    matching: EndMatching,
     chain: list[int],
     degree: list[int],
     buffer: _Points,
 ) -> list[_Piece]:
-    """Cut the points of each run of a chain, and put together what only a spur divides."""
-    nodes, partner, twin, spans = pairing.nodes, pairing.partner, pairing.twin, pairing.spans
-    costs, margins, width, last = pairing.cost, pairing.margin, graph.width, len(chain) - 1
+    """Cut a chain into pieces at its joints; branches with only a spur between them make one piece."""
+    branches, partner, costs, margins = matching.branches, matching.partner, matching.cost, matching.margin
+    nodes, duplicate_of, spans = branches.nodes, branches.duplicate_of, branches.spans
+    width, last = graph.width, len(chain) - 1
     pieces: list[_Piece] = []
     cost, margin = 0.0, math.inf
     for k, end in enumerate(chain):
-        run = end // 2
+        branch = branch_of(end)
         if k > 0:
             cost, margin = max(cost, costs[end]), min(margin, margins[end])
-        start, stop = spans[run]
+        start, stop = spans[branch]
         if k in (0, last) or stop - start < 2:
-            start, stop = _own_span(graph, offsets, pairing, run)
-        if stop <= start or (run in twin and pieces and stop - start < width):
+            start, stop = _own_span(graph, offsets, matching, branch)
+        if stop <= start or (branch in duplicate_of and pieces and stop - start < width):
             continue
-        span = (start, stop, 1) if end % 2 == 0 else (stop - 1, start - 1, -1)
+        span = (start, stop, 1) if is_start(end) else (stop - 1, start - 1, -1)
         node = nodes[end]
         if pieces and node >= 0 and degree[node] == 2 and nodes[partner[end]] == node:
-            corner = _corner(mask, graph, pairing, end)
+            corner = _corner(mask, graph, matching, end)
             if corner is not None:
-                pieces[-1].spans.append(_lead_around(pairing, pieces[-1].spans[-1], corner, span, buffer))
+                pieces[-1].spans.append(_route_around_corner(branches, pieces[-1].spans[-1], corner, span, buffer))
             pieces[-1].spans.append(span)
         else:
             through = node >= 0 and k > 0 and nodes[partner[end]] == node
             if through and pieces:
                 _, before, step = pieces[-1].spans[-1]
-                through = is_seen(mask, pairing.points, before - step, span[0], width)
+                through = is_seen(mask, branches.points, before - step, span[0], width)
             pieces.append(_Piece([span], end, cost, margin, through))
         cost, margin = 0.0, math.inf
     return pieces
 
 
-def _corner(mask: npt.NDArray[np.uint8], graph: Graph, pairing: Pairing, end: int) -> FloatArray | None:
-    """Return where the corner of a bend is, if it turns back: where its two arms meet on the mask, or at its mitre.
+def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int) -> FloatArray | None:
+    """Return the corner of a bend that turns back: the intersection of its two tangents on the mask, or its mitre.
 
-    Where both are known, the farther one: arms that are short seem to meet too early.
+    The farther one is taken if both are known: the tangents of short branches intersect too early.
     """
-    ax, ay, adx, ady = pairing.arms[pairing.partner[end], :4].tolist()
-    bx, by, bdx, bdy = pairing.arms[end, :4].tolist()
+    states = matching.branches.end_states
+    ax, ay, adx, ady = states[matching.partner[end], RAY].tolist()
+    bx, by, bdx, bdy = states[end, RAY].tolist()
     if adx * bdx + ady * bdy <= 0.0:
         return None
     known = graph.corners[end] if end < len(graph.corners) else -1
@@ -240,11 +256,11 @@ def _corner(mask: npt.NDArray[np.uint8], graph: Graph, pairing: Pairing, end: in
     return meets
 
 
-def _lead_around(pairing: Pairing, before: _Span, corner: FloatArray, after: _Span, buffer: _Points) -> _Span:
-    """Lead a cable straight to a corner and back."""
-    here, there = pairing.points[before[1] - before[2]], pairing.points[after[0]]
+def _route_around_corner(branches: Branches, before: _Span, corner: FloatArray, after: _Span, buffer: _Points) -> _Span:
+    """Add the points of a cable that goes straight to a corner and back."""
+    here, there = branches.points[before[1] - before[2]], branches.points[after[0]]
     legs = [_between(here, corner), corner[None], _between(corner, there)]
-    return buffer.add(np.concatenate(legs), float(pairing.radius[after[0]]))
+    return buffer.add(np.concatenate(legs), float(branches.radius[after[0]]))
 
 
 def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
@@ -254,42 +270,43 @@ def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
     return result
 
 
-def _own_span(graph: Graph, offsets: list[int], pairing: Pairing, run: int) -> tuple[int, int]:
-    """Return the points of a run that a cable through it has: all up to an end that stays open."""
-    start, stop = pairing.spans[run]
-    if run >= graph.runs:
+def _own_span(graph: Graph, offsets: list[int], matching: EndMatching, branch: int) -> tuple[int, int]:
+    """Return the span of a branch that belongs to a cable: up to the first or last point at an end that stays open."""
+    start, stop = matching.branches.spans[branch]
+    if branch >= graph.branch_count:
         return start, stop
-    if stop - start < 2 and pairing.spurs[run]:
-        return offsets[run], offsets[run + 1]
-    partner = pairing.partner
+    if stop - start < 2 and matching.branches.spurs[branch]:
+        return offsets[branch], offsets[branch + 1]
+    partner = matching.partner
     return (
-        offsets[run] if partner[2 * run] < 0 else start,
-        offsets[run + 1] if partner[2 * run + 1] < 0 else stop,
+        offsets[branch] if partner[start_of(branch)] < 0 else start,
+        offsets[branch + 1] if partner[stop_of(branch)] < 0 else stop,
     )
 
 
-def _lead_on(
+def _extend_ends(
     mask: npt.NDArray[np.uint8],
     graph: Graph,
-    pairing: Pairing,
+    matching: EndMatching,
     chain: list[int],
     pieces: list[_Piece],
     buffer: _Points,
 ) -> None:
-    """Lead the free ends of a cable on to where the mask ends."""
+    """Extend the free ends of a cable to the edge of the mask."""
+    branches = matching.branches
     tail = int(_TAIL_WIDTHS * graph.width) + 8
-    for end, at_start in ((chain[0], True), (chain[-1] ^ 1, False)):
+    for end, at_start in ((chain[0], True), (other_end(chain[-1]), False)):
         spans = pieces[0].spans if at_start else pieces[-1].spans
-        if pairing.nodes[end] >= 0:
-            _lead_through(graph, pairing, end, spans, at_start, buffer)
-        if pairing.nodes[end] != FREE:
+        if branches.nodes[end] >= 0:
+            _extend_through_junction(graph, matching, end, spans, at_start, buffer)
+        if branches.nodes[end] != FREE:
             continue
         start, stop, step = spans[0] if at_start else spans[-1]
         low, high = (start, stop) if step == 1 else (stop + 1, start + 1)
         towards_high = (step == 1) != at_start
         own = slice(max(high - tail, low), high) if towards_high else slice(low, min(low + tail, high))
-        points = pairing.points[own]
-        radius = float(pairing.radius[(own.start + own.stop) // 2])
+        points = branches.points[own]
+        radius = float(branches.radius[(own.start + own.stop) // 2])
         drop, added = extend_end(mask, points if towards_high else points[::-1], radius)
         low, high = (low, high - drop) if towards_high else (low + drop, high)
         cut = (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
@@ -302,27 +319,27 @@ def _lead_on(
             spans.append(buffer.add(added, radius))
 
 
-def _lead_through(
-    graph: Graph, pairing: Pairing, end: int, spans: list[_Span], at_start: bool, buffer: _Points
+def _extend_through_junction(
+    graph: Graph, matching: EndMatching, end: int, spans: list[_Span], at_start: bool, buffer: _Points
 ) -> None:
-    """Lead an end that stays open in a junction straight on, where the mask shows that the cable comes out again.
+    """Extend an end that stays open at a junction straight on, where the mask sticks out beyond the junction.
 
-    What sticks out there is too short to have a skeleton of its own.
+    That part of the cable is too short for a branch of its own.
     """
-    run, width = end // 2, graph.width
-    if run >= graph.runs or pairing.partner[end] >= 0 or graph.spurs[run]:
+    branch, width = branch_of(end), graph.width
+    if branch >= graph.branch_count or not matching.is_open(end) or graph.spurs[branch]:
         return
-    ahead = float(graph.through[end])
+    ahead = float(graph.clear_distance_px[end])
     if not _OUT_WIDTHS * width <= ahead <= _AHEAD_WIDTHS * width:
         return
-    if ahead < _far_side(pairing, end, width) + _OUT_WIDTHS * width:
+    if ahead < _far_side(matching, end, width) + _OUT_WIDTHS * width:
         return
-    x, y, dx, dy = pairing.arms[end, :4].tolist()
-    cap = 0.5 * width if width > _CAP_PX else 0.0  # what is thinner is taken for cut off flat, as where ends are led on
+    x, y, dx, dy = matching.branches.end_states[end, RAY].tolist()
+    cap = 0.5 * width if width > _CAP_PX else 0.0  # a thinner cable counts as cut off flat, as in end_extension
     steps = np.arange(1.0, ahead - cap)
     added = np.column_stack((x + steps * dx, y + steps * dy))
     k = 0 if at_start else -1
-    spans[k] = _clear_of_junction(graph, pairing, end, spans[k])
+    spans[k] = _clear_of_junction(graph, matching.branches, end, spans[k])
     first, last, _ = buffer.add(added, 0.5 * width)
     if at_start:
         spans.insert(0, (last - 1, first - 1, -1))
@@ -330,29 +347,31 @@ def _lead_through(
         spans.append((first, last, 1))
 
 
-def _clear_of_junction(graph: Graph, pairing: Pairing, end: int, span: _Span) -> _Span:
-    """Return a span of the run of an end without what lies in the junction there; one of another run as it is."""
+def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: _Span) -> _Span:
+    """Cut off the points inside the junction at an end from a span of its branch; return other spans as they are."""
     first, last, step = span
     low, high = (first, last) if step == 1 else (last + 1, first + 1)
-    if low < graph.offsets[end // 2] or high > graph.offsets[end // 2 + 1]:  # the run is too short to have a piece
+    branch = branch_of(end)
+    if low < graph.offsets[branch] or high > graph.offsets[branch + 1]:  # the branch is too short to have a piece
         return span
-    start, stop = pairing.spans[end // 2]
-    if end % 2 == 0:
+    start, stop = branches.spans[branch]
+    if is_start(end):
         low = min(max(low, start), high)
     else:
         high = max(min(high, stop), low)
     return (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
 
 
-def _far_side(pairing: Pairing, end: int, width: float) -> float:
-    """Return how far ahead of an arm the cables end that pass its junction; infinite where one runs along it."""
-    x, y, dx, dy = pairing.arms[end, :4].tolist()
-    farthest, node = 0.0, pairing.nodes[end]
-    for i in [k for k, own in enumerate(pairing.nodes) if own == node]:
-        j = pairing.partner[i]
-        if j > i and pairing.nodes[j] == node:
-            ax, ay = pairing.arms[i, :2].tolist()
-            bx, by = pairing.arms[j, :2].tolist()
+def _far_side(matching: EndMatching, end: int, width: float) -> float:
+    """Return the distance from an end to the far side of the cables that pass its junction; inf for one along it."""
+    states, nodes = matching.branches.end_states, matching.branches.nodes
+    x, y, dx, dy = states[end, RAY].tolist()
+    farthest, node = 0.0, nodes[end]
+    for i in [k for k, own in enumerate(nodes) if own == node]:
+        j = matching.partner[i]
+        if j > i and nodes[j] == node:
+            ax, ay = states[i, POSITION].tolist()
+            bx, by = states[j, POSITION].tolist()
             across = math.hypot(bx - ax, by - ay)
             sine = (dx * (by - ay) - dy * (bx - ax)) / max(across, 1.0)
             if abs(sine) < _STEEP:
@@ -362,14 +381,14 @@ def _far_side(pairing: Pairing, end: int, width: float) -> float:
     return farthest
 
 
-def _lengthen_gaps(u: FloatArray, counts: list[int], pairing: Pairing, pieces: list[_Piece]) -> None:
-    """Let the parameter of a line count across its gaps what the arc there is long, in place."""
-    nodes, partner = pairing.nodes, pairing.partner
+def _lengthen_gaps(u: FloatArray, counts: list[int], matching: EndMatching, pieces: list[_Piece]) -> None:
+    """Lengthen the parameter of a line across its gaps to the length of the arc there, in place."""
+    nodes, partner = matching.branches.nodes, matching.partner
     at, found = counts[0], False
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
         end = piece.entered
         if nodes[end] < 0 or nodes[partner[end]] != nodes[end]:
-            _widen(u, at, _arc_over_chord(pairing, end))
+            _widen(u, at, _arc_over_chord(matching, end))
             found = True
         at += count
     if found and u[-1] > 0.0:
@@ -382,17 +401,17 @@ def _line(
     u: FloatArray,
     width: float,
     counts: list[int],
-    pairing: Pairing,
+    matching: EndMatching,
     pieces: list[_Piece],
     places: list[list[float]],
     lacking: float,
 ) -> Centerline:
-    partner, other = pairing.partner, pairing.other
+    partner, alternative = matching.partner, matching.alternative
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
     at = counts[0]
     for count, piece in zip(counts[1:], pieces[1:], strict=True):
         end = piece.entered
-        before, after = other[partner[end]], other[end]
+        before, after = alternative[partner[end]], alternative[end]
         is_crossing = piece.through_junction
         scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
         joints.append(
@@ -426,10 +445,11 @@ def _probability(margin: float, scale: float) -> float:
     return 1.0 / (1.0 + math.exp(-min(margin / scale, 50.0)))
 
 
-def _arc_over_chord(pairing: Pairing, end: int) -> float:
-    """Return how much longer than the straight line across a gap the arc is that the ends' directions tell of."""
-    ax, ay, ahead_x, ahead_y = pairing.arms[pairing.partner[end], :4].tolist()
-    bx, by, back_x, back_y = pairing.arms[end, :4].tolist()
+def _arc_over_chord(matching: EndMatching, end: int) -> float:
+    """Return the length of the arc across a gap, given by the tangents of its ends, over that of its chord."""
+    states = matching.branches.end_states
+    ax, ay, ahead_x, ahead_y = states[matching.partner[end], RAY].tolist()
+    bx, by, back_x, back_y = states[end, RAY].tolist()
     cx, cy = bx - ax, by - ay
     leaves = math.atan2(ahead_x * cy - ahead_y * cx, ahead_x * cx + ahead_y * cy)
     comes = math.atan2(-cx * back_y + cy * back_x, -cx * back_x - cy * back_y)

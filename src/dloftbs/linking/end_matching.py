@@ -1,4 +1,4 @@
-"""Stage 5: graph to pairing: which ends belong together, through junctions, across gaps and along shared runs."""
+"""Stage 5: graph to end matching: the joints at junctions, across gaps and along shared branches."""
 
 from __future__ import annotations
 
@@ -8,7 +8,20 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.evidence import EvidenceMap
-from dloftbs.graph import UNAVAILABLE, Graph, Pairing
+from dloftbs.graph import (
+    POSITION,
+    UNAVAILABLE,
+    Branches,
+    EndMatching,
+    Graph,
+    branch_of,
+    ends_of,
+    is_start,
+    other_end,
+    same_side,
+    start_of,
+    stop_of,
+)
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.kernels import bending, branch_overlap, end_matching
 from dloftbs.linking.kernels.wide_stretches import wide_reach
@@ -16,148 +29,148 @@ from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
 
 _ROUNDS = 4
-PAST_BONUS = 0.6
-"""Maximum discount for a joint that continues a curve that was seen before."""
+PRIOR_BONUS = 0.6
+"""Maximum discount for a joint that follows a predicted curve."""
 UNCLEAR = 0.55
 """Ends that lack less than this to be joined are in doubt: the odds are below nine to one."""
 
 _CHORD_REACH_PX = 4
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
-_Passes = tuple[_Ints, _Ints, _Ints, _Floats]
+_JunctionCosts = tuple[_Ints, _Ints, _Ints, _Floats]
 _GROUND = 1.5  # per width of ground in sight: a gap of two widths costs more than any two ends left open
 
 
 class _Ends(NamedTuple):
-    """The ends of a graph, those of copies of shared runs among them.
+    """Ends of a graph, those of duplicates of shared branches among them.
 
     Parameters
     ----------
     nodes : numpy.ndarray, shape (n,)
-        The junction at each.
-    identity : numpy.ndarray, shape (n,)
-        The end of the graph that each is.
-    arms : numpy.ndarray, shape (n, 6)
-    price : numpy.ndarray, shape (n,)
-        Of leaving each open.
+        Junction at each end.
+    ids : numpy.ndarray, shape (n,)
+        End of the graph that each stands for.
+    states : numpy.ndarray, shape (n, 6)
+    open_cost : numpy.ndarray, shape (n,)
+        Cost of leaving each open.
     """
 
     nodes: _Ints
-    identity: _Ints
-    arms: _Floats
-    price: _Floats
+    ids: _Ints
+    states: _Floats
+    open_cost: _Floats
 
 
-def pair(
-    patch: MaskCrop,
+def match_ends(
+    crop: MaskCrop,
     graph: Graph,
     max_gap_widths: float,
-    past: TemporalPrior | None = None,
+    prior: TemporalPrior | None = None,
     evidence: EvidenceMap | None = None,
-) -> Pairing:
+) -> EndMatching:
     """Join the ends of a graph so that the cables bend the least, and few ends stay open.
 
     Parameters
     ----------
-    patch : MaskCrop
+    crop : MaskCrop
     graph : Graph
     max_gap_widths : float
         Longest gap that is bridged, in widths.
-    past : TemporalPrior, optional
-        Pairs of ends that continue each other along a curve that was seen before cost less.
+    prior : TemporalPrior, optional
+        Predicted curves: pairs of ends that continue each other along one of them get a discount.
     evidence : EvidenceMap, optional
         Image that decides the cost of a gap by the look of the stretch between its ends.
 
     Returns
     -------
-    Pairing
+    EndMatching
     """
-    mask = patch.oriented(patch.pixels)
-    passes = bending.junction_costs(graph.nodes, graph.spurs, graph.arms, graph.width, mask)
-    copies, partial, saved, reach, raw = _find_shared(graph, mask, passes)
-    original, nodes, spurs, arms, caps = np.arange(graph.runs), graph.nodes, graph.spurs, graph.arms, graph.caps
-    identity = np.arange(2 * graph.runs)
-    if len(copies):
-        original = np.concatenate((original, copies))
-        identity = (2 * original[:, None] + (0, 1)).ravel()
-        nodes, arms, caps = nodes[identity], arms[identity], caps[identity]
-        far = partial >= 0
-        nodes[2 * graph.runs + 2 * np.flatnonzero(far) + 1 - partial[far] % 2] = UNAVAILABLE
-        spurs = np.concatenate((spurs, np.zeros(len(copies), dtype=np.bool_)))
-    points, radius, spans = _own_points(graph, copies, partial, reach)
-    more = max(UNCLEAR, 0.0 if past is None else PAST_BONUS)
-    rows, columns, costs, price = bending.pair_costs(
+    mask = crop.oriented(crop.pixels)
+    junctions = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
+    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask, junctions)
+    branch_id, nodes, spurs = np.arange(graph.branch_count), graph.nodes, graph.spurs
+    states, roundness, end_id = graph.end_states, graph.end_roundness, np.arange(len(graph.nodes))
+    if len(duplicates):
+        branch_id = np.concatenate((branch_id, duplicates))
+        end_id = ends_of(branch_id)
+        nodes, states, roundness = nodes[end_id], states[end_id], roundness[end_id]
+        inside = np.flatnonzero(partial >= 0)
+        nodes[other_end(same_side(graph.branch_count + inside, partial[inside]))] = UNAVAILABLE
+        spurs = np.concatenate((spurs, np.zeros(len(duplicates), dtype=np.bool_)))
+    points, radius, spans = _own_points(graph, duplicates, partial, reach)
+    more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
+    rows, columns, costs, open_cost = bending.pair_costs(
         nodes,
-        identity,
+        end_id,
         spurs,
-        caps,
-        arms,
+        roundness,
+        states,
         graph.width,
         mask,
-        *passes,
-        graph.bordering[identity],
-        graph.corners[identity],
+        *junctions,
+        graph.bordering[end_id],
+        graph.corners[end_id],
         max_gap_widths * graph.width,
         0.0 if evidence is None else 2.0 * bending.OPEN_CUT,
         more,
     )
     if evidence is not None:
-        ends = _Ends(nodes, identity, arms, price)
+        ends = _Ends(nodes, end_id, states, open_cost)
         rows, columns, costs = _weigh_gaps(graph, ends, rows, columns, costs, evidence, more)
     bonus = np.zeros(len(rows))
-    if past is not None and len(rows):
-        bonus = PAST_BONUS * past.continuity(arms, rows, columns)
-    nearly: list[tuple[float, float, int, int]] = []
+    if prior is not None and len(rows):
+        bonus = PRIOR_BONUS * prior.continuity(states, rows, columns)
+    near_joints: list[tuple[float, float, int, int]] = []
     if len(rows):
-        lacking = costs - bonus - price[rows] - price[columns]
-        worth = lacking < 0.0
-        if not worth.all():
-            is_near = ~worth & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
+        lacking = costs - bonus - open_cost[rows] - open_cost[columns]
+        gaining = lacking < 0.0
+        if not gaining.all():
+            is_near = ~gaining & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
             near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
-            nearly = sorted(zip(*near, strict=True))
-            rows, columns, costs, bonus = rows[worth], columns[worth], costs[worth], bonus[worth]
-    partner, cost, margin, other, overruled = end_matching.pair_ends(rows, columns, costs, bonus, price, identity)
-    twin = {}
-    for copy, (run, worth) in enumerate(zip(copies.tolist(), saved.tolist(), strict=True), start=graph.runs):
-        twin[copy], twin[run] = run, copy
-        for end in (2 * copy, 2 * copy + 1, 2 * run, 2 * run + 1):
-            # Not to share the run would be another choice, too.
-            if partner[end] >= 0:
-                margin[end] = margin[partner[end]] = min(margin[end], worth)
-    return Pairing(
+            near_joints = sorted(zip(*near, strict=True))
+            rows, columns, costs, bonus = rows[gaining], columns[gaining], costs[gaining], bonus[gaining]
+    partner, cost, margin, alternative, override = end_matching.match_ends(
+        rows, columns, costs, bonus, open_cost, end_id
+    )
+    duplicate_of: dict[int, int] = {}
+    for duplicate, branch in enumerate(duplicates.tolist(), start=graph.branch_count):
+        duplicate_of[duplicate], duplicate_of[branch] = branch, duplicate
+    branches = Branches(
         points,
         radius,
-        original.tolist(),
+        branch_id.tolist(),
         nodes.tolist(),
-        price.tolist(),
+        open_cost.tolist(),
         spans,
         spurs.tolist(),
-        arms,
-        partner.tolist(),
-        cost.tolist(),
-        margin.tolist(),
-        other.tolist(),
-        twin,
-        raw,
-        overruled,
-        nearly,
+        states,
+        duplicate_of,
+        raw_radius,
     )
+    matching = EndMatching(
+        branches, partner.tolist(), cost.tolist(), margin.tolist(), alternative.tolist(), near_joints, override
+    )
+    for duplicate, gain in enumerate(gains.tolist(), start=graph.branch_count):
+        for branch in (duplicate, duplicate_of[duplicate]):
+            for end in (start_of(branch), stop_of(branch)):
+                matching.limit_margin(end, gain)  # another choice is not to share the branch
+    return matching
 
 
 def _weigh_gaps(
     graph: Graph, ends: _Ends, rows: _Ints, columns: _Ints, costs: _Floats, evidence: EvidenceMap, more: float
 ) -> tuple[_Ints, _Ints, _Floats]:
-    """Let pairs cost across gaps what the image says, and leave out what costs more than two open ends.
+    """Add the evidence of the image to the costs of gaps, and leave out pairs that cost more than two open ends.
 
-    Ground in sight makes a gap dear, and what tells nothing changes nothing. Where most of a gap shows something that
-    hides it, or the cable itself, its ends are no cable's own, whatever they look like.
+    Ground in sight raises the cost of a gap; stretches that tell nothing leave it as it is. Where most of a gap shows
+    an occluder or the cable itself, its ends count as cut off, whatever their shape.
 
     Parameters
     ----------
     graph : Graph
     ends : Ends
     rows, columns : numpy.ndarray, shape (k,)
-        The pairs, those through junctions among them.
+        Pairs, those at junctions among them.
     costs : numpy.ndarray, shape (k,)
     evidence : EvidenceMap
     more : float
@@ -172,32 +185,32 @@ def _weigh_gaps(
     if len(gaps) == 0:
         return rows, columns, costs
     first, second, width = rows[gaps], columns[gaps], graph.width
-    pairs = np.stack((ends.identity[first], ends.identity[second]), axis=1)
-    ground, cable, neither = evidence.across(graph.points, graph.spans, graph.arms, pairs, width).T
-    length = np.maximum(np.hypot(*(ends.arms[first, :2] - ends.arms[second, :2]).T) / width, 1e-9)
+    pairs = np.stack((ends.ids[first], ends.ids[second]), axis=1)
+    ground, cable, neither = evidence.across(graph.points, graph.spans, graph.end_states, pairs, width).T
+    length = np.maximum(np.hypot(*(ends.states[first, POSITION] - ends.states[second, POSITION]).T) / width, 1e-9)
     hidden = np.minimum(cable + neither, length)
-    open_price = ends.price[first] + ends.price[second]
-    looks = np.maximum(2.0 * bending.OPEN_CUT - open_price, 0.0) * np.maximum(hidden - ground, 0.0) / length
+    open_cost = ends.open_cost[first] + ends.open_cost[second]
+    looks = np.maximum(2.0 * bending.OPEN_CUT - open_cost, 0.0) * np.maximum(hidden - ground, 0.0) / length
     costs = costs.copy()
     costs[gaps] += _GROUND * ground - looks
     keep = np.ones(len(rows), dtype=np.bool_)
-    keep[gaps] = costs[gaps] < open_price + more
+    keep[gaps] = costs[gaps] < open_cost + more
     return rows[keep], columns[keep], costs[keep]
 
 
 def _own_points(
-    graph: Graph, copies: _Ints, partial: _Ints, reach: _Ints
+    graph: Graph, duplicates: _Ints, partial: _Ints, reach: _Ints
 ) -> tuple[_Floats, _Floats, list[tuple[int, int]]]:
-    """Return points, radius and spans with those of the copies behind."""
+    """Return points, radius and spans, those of the duplicates last."""
     spans = [(start, stop) for start, stop in graph.spans.tolist()]
-    if len(copies) == 0:
+    if len(duplicates) == 0:
         return graph.points, graph.radius, spans
     points, radius = [graph.points], [graph.radius]
     at = len(graph.points)
-    for run, end in zip(copies.tolist(), partial.tolist(), strict=True):
-        start, stop = spans[run]
+    for branch, end in zip(duplicates.tolist(), partial.tolist(), strict=True):
+        start, stop = spans[branch]
         if end >= 0:
-            start, stop = (start, start + int(reach[end])) if end % 2 == 0 else (stop - int(reach[end]), stop)
+            start, stop = (start, start + int(reach[end])) if is_start(end) else (stop - int(reach[end]), stop)
         points.append(graph.points[start:stop])
         radius.append(graph.radius[start:stop])
         spans.append((at, at + stop - start))
@@ -206,75 +219,75 @@ def _own_points(
 
 
 def _find_shared(
-    graph: Graph, mask: npt.NDArray[np.uint8], passes: _Passes
+    graph: Graph, mask: npt.NDArray[np.uint8], junctions: _JunctionCosts
 ) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
-    """Return the runs that two cables share.
+    """Find the branches that two cables share.
 
     Parameters
     ----------
     graph : Graph
     mask : (H, W) uint8
-    passes
-        What `junction_costs` makes of the graph.
+    junctions
+        As `junction_costs` makes them of the graph.
 
     Returns
     -------
-    copies, partial : (c,) int64
-        The runs, and for each the end from which it is shared in part, or -1.
-    saved : (c,) float64
-        Gain from sharing them.
+    duplicates, partial : (c,) int64
+        Shared branches, and for each the end from which it is shared in part, or -1.
+    gains : (c,) float64
+        Gain in cost by sharing each.
     reach : (2 n,) int64
         As `wide_reach` makes it.
-    raw : (m,) float64 or None
-        Half the mask's width as it was measured for that; None where no run can be shared.
+    raw_radius : (m,) float64 or None
+        Half the mask's width at each point of the graph, not smoothed; None where no branch can be shared.
     """
-    copies = partial = reach = np.empty(0, dtype=np.int64)
-    saved_by = np.empty(0)
+    duplicates = partial = reach = np.empty(0, dtype=np.int64)
+    gains = np.empty(0)
     if not branch_overlap.has_odd_junction(graph.nodes, graph.spurs):
-        return copies, partial, saved_by, reach, None
+        return duplicates, partial, gains, reach, None
     spans, width = graph.spans, graph.width
-    # The width as it is at each pixel: what re-centring knows of it stops where two cables lie side by side.
-    raw = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
-    reach, widths = wide_reach(graph.nodes, spans, raw, width)
+    # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
+    raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
+    reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    first, members, *_ = passes
-    price = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_ARM)
+    first, members, *_ = junctions
+    open_cost = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_ARM)
     nodes: list[int] | None = None
     for _ in range(_ROUNDS):
-        paths, inside, path_price = branch_overlap.list_paths(
-            graph.nodes, graph.spurs, reach, lengths, widths, width, *passes, copies, partial
+        paths, inside, path_cost = branch_overlap.list_paths(
+            graph.nodes, graph.spurs, reach, lengths, widths, width, *junctions, duplicates, partial
         )
         if len(paths) == 0:
             break
         sets, slots, changes = branch_overlap.changed_junctions(
-            paths, inside, graph.nodes, first, members, copies, partial
+            paths, inside, graph.nodes, first, members, duplicates, partial
         )
-        totals = end_matching.least_costs(sets, slots, graph.nodes, price, *passes)
+        totals = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions)
         before, after, path_of = changes.T
-        saved = np.bincount(path_of, totals[before] - totals[after], len(paths)) - path_price
+        gain_of = np.bincount(path_of, totals[before] - totals[after], len(paths)) - path_cost
         nodes = graph.nodes.tolist() if nodes is None else nodes
-        chosen = _choose(paths, saved, nodes)
+        chosen = _choose(paths, gain_of, nodes)
         if not chosen:
             break
-        more, more_partial, more_saved = [], [], []
+        more, more_partial, more_gains = [], [], []
         for p, ends in chosen:
-            more += [end // 2 for end in ends]
-            more_saved += [saved[p]] * len(ends)
+            more += [branch_of(end) for end in ends]
+            more_gains += [gain_of[p]] * len(ends)
             more_partial += [-1] * (len(ends) - 1) + [ends[-1] if inside[p] else -1]
-        copies = np.concatenate((copies, more))
+        duplicates = np.concatenate((duplicates, more))
         partial = np.concatenate((partial, more_partial))
-        saved_by = np.concatenate((saved_by, more_saved))
-    return copies, partial, saved_by, reach, raw
+        gains = np.concatenate((gains, more_gains))
+    return duplicates, partial, gains, reach, raw_radius
 
 
-def _choose(paths: _Ints, saved: _Floats, nodes: list[int]) -> list[tuple[int, list[int]]]:
-    """Take the paths that save anything, the best first, as far as they do not touch each other's junctions."""
+def _choose(paths: _Ints, gain_of: _Floats, nodes: list[int]) -> list[tuple[int, list[int]]]:
+    """Take the paths with a gain, the best first, as far as they do not touch each other's junctions."""
     chosen: list[tuple[int, list[int]]] = []
     touched: set[int] = set()
-    worth = np.flatnonzero(saved > 0.0)
-    for p in worth[np.argsort(-saved[worth], kind="stable")].tolist():
+    gaining = np.flatnonzero(gain_of > 0.0)
+    for p in gaining[np.argsort(-gain_of[gaining], kind="stable")].tolist():
         ends = [end for end in paths[p].tolist() if end >= 0]
-        on_it = {nodes[e] for end in ends for e in (end, end ^ 1) if nodes[e] >= 0}
+        on_it = {nodes[e] for end in ends for e in (end, other_end(end)) if nodes[e] >= 0}
         if not touched & on_it:
             touched |= on_it
             chosen.append((p, ends))

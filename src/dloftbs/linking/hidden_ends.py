@@ -1,64 +1,79 @@
-"""Stage 5, after the lanes: gaps that end inside a run, where a cable comes to lie along another one unseen."""
+"""Stage 5, after the parallel runs: gaps that end inside a shared branch, which a cable joins while it is hidden."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from dloftbs.graph import FREE, UNAVAILABLE, Graph, Pairing
+from dloftbs.graph import (
+    FREE,
+    POSITION,
+    UNAVAILABLE,
+    EndMatching,
+    Graph,
+    branch_of,
+    inward,
+    is_start,
+    other_end,
+    start_of,
+    stop_of,
+)
 from dloftbs.linking.kernels.bending import OPEN_INSIDE, turn_costs
 
-_DIRECTION_WIDTHS = 1.0  # of the run, to both sides, that tell where a cable inside of it points
+_DIRECTION_WIDTHS = 1.0  # of the branch, to both sides, that tell where a cable inside of it points
 
 
-def join_inside(graph: Graph, pairing: Pairing, max_gap_widths: float) -> None:
-    """Join the ends of cables inside of shared runs with free ends of others, where that bends little.
+def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float) -> None:
+    """Join the ends of cables inside of shared branches with free ends of others, where that bends little.
 
-    A cable that seems to end in the lane beside another one may have come into it out of sight.
+    A cable that seems to end beside another one may have come to lie there while it was hidden.
 
     Parameters
     ----------
     graph : Graph
-    pairing : Pairing
+    matching : EndMatching
         Changed.
     max_gap_widths : float
         Longest gap that is bridged, in widths.
     """
-    inner = [end for run in pairing.twin for end in (2 * run, 2 * run + 1) if _is_open(pairing, end, UNAVAILABLE)]
-    free = [end for end in range(2 * graph.runs) if _is_open(pairing, end, FREE) and not graph.bordering[end]]
+    branches = matching.branches
+    shared = [end for branch in branches.duplicate_of for end in (start_of(branch), stop_of(branch))]
+    inner = [end for end in shared if _is_open(matching, end, UNAVAILABLE)]
+    free = [end for end in range(len(graph.nodes)) if _is_open(matching, end, FREE) and not graph.bordering[end]]
     if not inner or not free:
         return
     for end in inner:
-        _place(graph, pairing, end)
+        _locate(graph, matching, end)
     pairs = np.array([(i, j) for i in inner for j in free])
-    away = np.hypot(*(pairing.arms[pairs[:, 0], :2] - pairing.arms[pairs[:, 1], :2]).T)
-    costs = turn_costs(pairing.arms, pairs, graph.width)
-    price = OPEN_INSIDE + np.array(pairing.price)[pairs[:, 1]]
-    worth = np.where(away <= max_gap_widths * graph.width, price - costs, 0.0)
-    for gain, cost, (i, j) in sorted(zip(worth.tolist(), costs.tolist(), pairs.tolist(), strict=True), key=_best_first):
+    positions = branches.end_states[:, POSITION]
+    distance = np.hypot(*(positions[pairs[:, 0]] - positions[pairs[:, 1]]).T)
+    costs = turn_costs(branches.end_states, pairs, graph.width)
+    open_cost = OPEN_INSIDE + np.array(branches.open_cost)[pairs[:, 1]]
+    gains = np.where(distance <= max_gap_widths * graph.width, open_cost - costs, 0.0)
+    for gain, cost, (i, j) in sorted(zip(gains.tolist(), costs.tolist(), pairs.tolist(), strict=True), key=_best_first):
         if gain <= 0.0:
             return
-        if pairing.partner[i] < 0 and pairing.partner[j] < 0 and pairing.chain(i)[-1] ^ 1 != j:
-            pairing.join(i, j)
-            for end in (i, j):
-                pairing.cost[end], pairing.margin[end], pairing.other[end] = cost, gain, -1
+        if matching.is_open(i) and matching.is_open(j) and other_end(matching.chain(i)[-1]) != j:
+            matching.join(i, j, cost, gain)
 
 
 def _best_first(option: tuple[float, float, list[int]]) -> tuple[float, list[int]]:
     return -option[0], option[2]
 
 
-def _is_open(pairing: Pairing, end: int, node: int) -> bool:
-    return pairing.nodes[end] == node and pairing.partner[end] < 0 and not pairing.spurs[end // 2]
+def _is_open(matching: EndMatching, end: int, node: int) -> bool:
+    branches = matching.branches
+    return branches.nodes[end] == node and matching.is_open(end) and not branches.spurs[branch_of(end)]
 
 
-def _place(graph: Graph, pairing: Pairing, end: int) -> None:
-    """Put the arm of an end inside of a run where it is, along the run."""
-    start, stop = pairing.spans[end // 2]
-    own = pairing.points[start if end % 2 == 0 else stop - 1]
-    first, last = graph.spans[pairing.original[end // 2]].tolist()
+def _locate(graph: Graph, matching: EndMatching, end: int) -> None:
+    """Set the state of an end inside of a branch: its position, and the tangent of the branch there."""
+    branches = matching.branches
+    start, stop = branches.spans[branch_of(end)]
+    own = branches.points[start if is_start(end) else stop - 1]
+    first, last = graph.spans[branches.branch_id[branch_of(end)]].tolist()
     whole = graph.points[first:last]
     nearest = int(np.argmin(((whole - own) ** 2).sum(axis=1)))
     few = max(int(_DIRECTION_WIDTHS * graph.width), 2)
     along = whole[min(nearest + few, len(whole) - 1)] - whole[max(nearest - few, 0)]
-    along *= (1.0 if end % 2 else -1.0) / max(float(np.hypot(*along)), 1e-9)
-    pairing.arms[end] = (*own, *along, 0.0, 0.0)
+    along *= -inward(end) / max(float(np.hypot(*along)), 1e-9)
+    branches.end_states[end] = (*own, *along, 0.0, 0.0)

@@ -1,187 +1,213 @@
-"""Stage 5, for runs that two cables share: on which side each of them lies, where they cross, and which goes on."""
+"""Stage 5, for branches that two cables share: the side of each cable, their crossings and their ends."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.graph import UNAVAILABLE, Graph, Pairing
+from dloftbs.graph import (
+    POSITION,
+    UNAVAILABLE,
+    Branches,
+    EndMatching,
+    Graph,
+    branch_of,
+    is_start,
+    other_end,
+    same_side,
+    start_of,
+    stop_of,
+)
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.prior import TemporalPrior
 
 _REACH_WIDTHS, _LEAST_REACH_PX = 3.0, 24
 _LEAST_EVIDENCE = 0.1
-_UNCLEAR = 0.7  # of the evidence for crossing or touching; past that, what was seen before does not count
+_UNCLEAR = 0.7  # of the evidence for crossing or touching; above it, the prior does not count
 _LEAST_LEAD = 0.3
 _NOTHING: FloatArray = np.empty((0, 2))
 
 _Series = list[tuple[int, int]]
 
 
-def settle_lanes(graph: Graph, pairing: Pairing, past: TemporalPrior | None = None) -> None:
-    """Give each cable of a shared run its own side of it, and join it with what goes on there.
+def separate_parallel_runs(graph: Graph, matching: EndMatching, prior: TemporalPrior | None = None) -> None:
+    """Give each cable of shared branches its own offset axis, and join it with the cable that continues it.
 
-    Where that is not clear, `past` decides, what was seen before.
+    The prior decides where the mask is unclear. Partners change where the cables cross otherwise than the duplicates
+    were joined; the points and radii of the shared branches change.
 
-    Changes `pairing`: partners, where the cables cross otherwise than the copies were joined, and the points and radii
-    of the shared runs.
+    Parameters
+    ----------
+    graph : Graph
+    matching : EndMatching
+        Changed.
+    prior : TemporalPrior, optional
     """
-    if not pairing.twin:
+    if not matching.branches.duplicate_of:
         return
-    # The width as it is at each pixel: smoothed, it would not show where two cables are one over the other.
-    raw = pairing.raw
-    assert raw is not None  # pairing needed it to find what is shared
-    for series in _all_series(pairing):
-        _settle(graph, pairing, series, raw, past)
+    # Not smoothed: a smooth width does not show where one cable lies over the other.
+    raw_radius = matching.branches.raw_radius
+    assert raw_radius is not None  # shared branches were found by it
+    for series in _all_series(matching):
+        _separate(graph, matching, series, raw_radius, prior)
 
 
-def _all_series(pairing: Pairing) -> list[_Series]:
-    """List the runs that the same two cables share one after the other, as the ends at which the two enter them."""
+def _all_series(matching: EndMatching) -> list[_Series]:
+    """List the series of branches that the same two cables share, as the ends at which the two enter them."""
     found = []
     done: set[int] = set()
-    for run in sorted(pairing.twin):
-        if run not in done:
-            done |= {run, pairing.twin[run]}
-            back = _follow(pairing, 2 * run + 1, done)
-            ahead = _follow(pairing, 2 * run, done)
-            found.append([(one ^ 1, two ^ 1) for one, two in back[:0:-1]] + ahead)
+    for branch, duplicate in sorted(matching.branches.duplicate_of.items()):
+        if branch not in done:
+            done |= {branch, duplicate}
+            back = _follow(matching, stop_of(branch), done)
+            ahead = _follow(matching, start_of(branch), done)
+            found.append(_reversed(back[1:]) + ahead)
     return found
 
 
-def _follow(pairing: Pairing, end: int, done: set[int]) -> _Series:
-    series = [(end, 2 * pairing.twin[end // 2] + end % 2)]
+def _follow(matching: EndMatching, end: int, done: set[int]) -> _Series:
+    duplicate_of = matching.branches.duplicate_of
+    series = [(end, same_side(duplicate_of[branch_of(end)], end))]
     while True:
-        one, two = (pairing.partner[e ^ 1] for e in series[-1])
-        shared = one >= 0 and two >= 0 and pairing.twin.get(one // 2) == two // 2
-        if not shared or (one ^ two) & 1 or one // 2 in done:
+        one, two = (matching.partner[other_end(e)] for e in series[-1])
+        branch = branch_of(one)
+        shared = one >= 0 and two >= 0 and duplicate_of.get(branch) == branch_of(two)
+        if not shared or is_start(one) != is_start(two) or branch in done:
             return series
-        done |= {one // 2, two // 2}
+        done |= {branch, branch_of(two)}
         series.append((one, two))
 
 
-def _settle(graph: Graph, pairing: Pairing, series: _Series, raw: FloatArray, past: TemporalPrior | None) -> None:
-    nodes, partner, width = pairing.nodes, pairing.partner, graph.width
-    if UNAVAILABLE in (nodes[series[0][0]], nodes[series[0][1]]):  # where a cable ends inside comes last
-        series = [(one ^ 1, two ^ 1) for one, two in reversed(series)]
-    last = series[-1]
-    inside = UNAVAILABLE in (nodes[last[0] ^ 1], nodes[last[1] ^ 1])
+def _reversed(series: _Series) -> _Series:
+    return [(other_end(one), other_end(two)) for one, two in reversed(series)]
+
+
+def _separate(
+    graph: Graph, matching: EndMatching, series: _Series, raw_radius: FloatArray, prior: TemporalPrior | None
+) -> None:
+    branches, partner, width = matching.branches, matching.partner, graph.width
+    if _one_stops_at(branches, series[0]):  # the branch inside of which a cable ends comes last
+        series = _reversed(series)
+    ((exit_one, exit_two),) = _reversed(series[-1:])
+    inside = _one_stops_at(branches, (exit_one, exit_two))
     before = [partner[end] for end in series[0]]
-    after = [partner[end ^ 1] for end in last]
+    after = [partner[exit_one], partner[exit_two]]
     if min(before) < 0:
         return
-    stretches = [_stretch(graph, pairing, ends) for ends in series]
+    stretches = [_stretch(graph, branches, ends) for ends in series]
     at = np.concatenate(stretches)
     if len(at) < 2:
         return
-    way = graph.points[at]
-    shift, arc, separation = kernels.lay_lanes(way, raw[at], width)
-    arms = pairing.arms[:, :2]
-    normal = _across(way, 0)
-    first_side = 1.0 if normal @ (arms[before[0]] - arms[before[1]]) >= 0.0 else -1.0
+    middle = graph.points[at]
+    shift, arc, separation = kernels.offset_axes(middle, raw_radius[at], width)
+    positions = branches.end_states[:, POSITION]
+    normal = _across(middle, 0)
+    first_side = 1.0 if normal @ (positions[before[0]] - positions[before[1]]) >= 0.0 else -1.0
     leaves = not inside and min(after) >= 0
     last_side = first_side
-    ways_out = [_NOTHING, _NOTHING]
+    continued = [_NOTHING, _NOTHING]
     if leaves:
-        last_side = 1.0 if _across(way, -1) @ (arms[after[0]] - arms[after[1]]) >= 0.0 else -1.0
-        ways_out = [_along(graph, pairing, end) for end in after]
+        last_side = 1.0 if _across(middle, -1) @ (positions[after[0]] - positions[after[1]]) >= 0.0 else -1.0
+        continued = [_along(graph, branches, end) for end in after]
         if last_side != first_side:
-            ways_out.reverse()
+            continued.reverse()
     shift = first_side * shift
-    ways_in = [_along(graph, pairing, end) for end in before]
-    changed, margin, weakest = kernels.follow_lanes(
-        way + shift, way - shift, arc, separation, ways_in[0], ways_in[1], ways_out[0], ways_out[1], width
+    leading = [_along(graph, branches, end) for end in before]
+    swapped, margin, weakest = kernels.find_swaps(
+        middle + shift, middle - shift, arc, separation, leading[0], leading[1], continued[0], continued[1], width
     )
-    if leaves and past is not None and margin < _UNCLEAR and weakest >= 0:
-        # What comes from the first side leaves on it, if it does not change lanes.
-        stays = (last_side == first_side) != changed[-1]
-        lead = _lead(pairing, past, before, after if stays else after[::-1])
-        if lead > _LEAST_LEAD:
-            changed[weakest:] = ~changed[weakest:]
-            pairing.overruled, margin = max(pairing.overruled, margin), 0.0
+    if leaves and prior is not None and margin < _UNCLEAR and weakest >= 0:
+        # The cable that comes in on the first side leaves on it, unless the two swap sides.
+        stays = (last_side == first_side) != swapped[-1]
+        gain = _gain_of_swap(branches, prior, before, after if stays else after[::-1])
+        if gain > _LEAST_LEAD:
+            swapped[weakest:] = ~swapped[weakest:]
+            matching.raise_override(margin)
+            margin = 0.0
     for end in (*before, *(after if leaves else ())):
-        pairing.margin[end] = pairing.margin[partner[end]] = min(pairing.margin[end], margin)
-    if leaves and (last_side != first_side) != changed[-1]:
-        pairing.exchange(last[0] ^ 1, last[1] ^ 1)
-    sign = np.where(changed[:-1], -1.0, 1.0)
-    if inside and _ends_in_the_other_lane(graph, pairing, last, raw, first_side * sign[-1]):
-        pairing.exchange(series[0][0], series[0][1])
+        matching.limit_margin(end, margin)
+    if leaves and (last_side != first_side) != swapped[-1]:
+        matching.exchange(exit_one, exit_two)
+    sign = np.where(swapped[:-1], -1.0, 1.0)
+    if inside and _stops_on_the_other_axis(graph, branches, series[-1], raw_radius, first_side * sign[-1]):
+        matching.exchange(series[0][0], series[0][1])
         sign = -sign
-    _move(pairing, series, stretches, sign[:, None] * shift, width)
+    _move(branches, series, stretches, sign[:, None] * shift, width)
 
 
-def _lead(pairing: Pairing, past: TemporalPrior, before: list[int], after: list[int]) -> float:
-    """Return the gain, by the past, of two cables leaving a run the other way round."""
+def _one_stops_at(branches: Branches, ends: tuple[int, int]) -> bool:
+    return UNAVAILABLE in (branches.nodes[ends[0]], branches.nodes[ends[1]])
+
+
+def _gain_of_swap(branches: Branches, prior: TemporalPrior, before: list[int], after: list[int]) -> float:
+    """Return the gain in continuity with the prior if two cables leave their shared branches the other way round."""
     rows, columns = np.array([*before, *before]), np.array([*after, *after[::-1]])
-    same, same_2, other, other_2 = past.continuity(pairing.arms, rows, columns).tolist()
+    same, same_2, other, other_2 = prior.continuity(branches.end_states, rows, columns).tolist()
     return float(other + other_2 - same - same_2)
 
 
-def _stretch(graph: Graph, pairing: Pairing, ends: tuple[int, int]) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return the points of the graph that both copies of a run have, in the order in which they are passed."""
-    start, stop = graph.spans[pairing.original[ends[0] // 2]].tolist()
-    shorter = min(b - a for a, b in (pairing.spans[end // 2] for end in ends))
-    forwards = ends[0] % 2 == 0
-    if UNAVAILABLE in (pairing.nodes[ends[0] ^ 1], pairing.nodes[ends[1] ^ 1]):
+def _stretch(graph: Graph, branches: Branches, ends: tuple[int, int]) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return the points of the graph that both duplicates of a branch have, in the order of the route."""
+    start, stop = graph.spans[branches.branch_id[branch_of(ends[0])]].tolist()
+    shorter = min(b - a for a, b in (branches.spans[branch_of(end)] for end in ends))
+    forwards = is_start(ends[0])
+    if _one_stops_at(branches, (other_end(ends[0]), other_end(ends[1]))):
         start, stop = (start, start + shorter) if forwards else (stop - shorter, stop)
     return np.arange(start, stop) if forwards else np.arange(stop - 1, start - 1, -1)
 
 
-def _along(graph: Graph, pairing: Pairing, end: int) -> FloatArray:
-    """Return how a run goes on from one of its ends."""
-    start, stop = pairing.spans[end // 2]
+def _along(graph: Graph, branches: Branches, end: int) -> FloatArray:
+    """Return the points of a branch next to one of its ends, from there on."""
+    start, stop = branches.spans[branch_of(end)]
     most = max(int(_REACH_WIDTHS * graph.width) + 4, _LEAST_REACH_PX)
-    if end % 2 == 0:
-        return pairing.points[start : min(start + most, stop)]
-    return pairing.points[max(stop - most, start) : stop][::-1]
+    if is_start(end):
+        return branches.points[start : min(start + most, stop)]
+    return branches.points[max(stop - most, start) : stop][::-1]
 
 
-def _across(way: FloatArray, at: int) -> FloatArray:
+def _across(middle: FloatArray, at: int) -> FloatArray:
     """Return the normal at the first or the last point, on the side to which x turns into y."""
-    few = way[:8] if at == 0 else way[-8:]
+    few = middle[:8] if at == 0 else middle[-8:]
     dx, dy = few[-1] - few[0]
     return np.array([-dy, dx])
 
 
-def _ends_in_the_other_lane(
-    graph: Graph, pairing: Pairing, ends: tuple[int, int], raw: FloatArray, side: float
+def _stops_on_the_other_axis(
+    graph: Graph, branches: Branches, ends: tuple[int, int], raw_radius: FloatArray, side: float
 ) -> bool:
-    """Tell whether, where one of two cables ends, the lane that goes on is not that of the copy that goes on.
+    """Tell whether the axis that continues beyond the end of one cable is not that of the continuing duplicate.
 
     Parameters
     ----------
-    graph, pairing
+    graph, branches
     ends : (int, int)
-        At which the two enter the run.
-    raw : numpy.ndarray, shape (m,)
+        Ends at which the two enter the branch.
+    raw_radius : numpy.ndarray, shape (m,)
     side : float
         1 where the first of the two lies on the side to which x turns into y, -1 on the other.
     """
-    goes_on = 0 if pairing.nodes[ends[1] ^ 1] == UNAVAILABLE else 1
-    start, stop = graph.spans[pairing.original[ends[0] // 2]].tolist()
-    at = np.arange(start, stop) if ends[0] % 2 == 0 else np.arange(stop - 1, start - 1, -1)
-    a, b = pairing.spans[ends[1 - goes_on] // 2]
-    way = graph.points[at]
-    shift, _, _ = kernels.lay_lanes(way, raw[at], graph.width)
-    evidence = kernels.surviving_lane(way, shift, b - a, graph.width)
-    lies = side if goes_on == 0 else -side
+    continuing = 0 if branches.nodes[other_end(ends[1])] == UNAVAILABLE else 1
+    start, stop = graph.spans[branches.branch_id[branch_of(ends[0])]].tolist()
+    at = np.arange(start, stop) if is_start(ends[0]) else np.arange(stop - 1, start - 1, -1)
+    a, b = branches.spans[branch_of(ends[1 - continuing])]
+    middle = graph.points[at]
+    shift, _, _ = kernels.offset_axes(middle, raw_radius[at], graph.width)
+    evidence = kernels.continuing_axis(middle, shift, b - a, graph.width)
+    lies = side if continuing == 0 else -side
     return abs(evidence) > _LEAST_EVIDENCE and (evidence > 0.0) != (lies > 0.0)
 
 
 def _move(
-    pairing: Pairing,
+    branches: Branches,
     series: _Series,
     stretches: list[np.ndarray[tuple[int], np.dtype[np.int64]]],
     shift: FloatArray,
     width: float,
 ) -> None:
-    """Move the points of the two copies apart, in place: where there are copies, the graph has points of its own."""
-    points, radius = pairing.points, pairing.radius
+    """Move the points of the two duplicates apart, in place: with duplicates, the graph has points of its own."""
     done = 0
     for ends, stretch in zip(series, stretches, strict=True):
         by = shift[done : done + len(stretch)]
         done += len(stretch)
         for end, sign in zip(ends, (1.0, -1.0), strict=True):
-            start, stop = pairing.spans[end // 2]
-            own = slice(start, start + len(by)) if end % 2 == 0 else slice(stop - len(by), stop)
-            points[own] += sign * (by if end % 2 == 0 else by[::-1])
-            radius[own] = 0.5 * width
+            branches.shift(end, sign * by, 0.5 * width)

@@ -1,4 +1,4 @@
-"""Stage 4: skeleton to graph: junctions kept, spurs told, runs moved to the middle of the mask."""
+"""Stage 4: skeleton to graph: junctions kept, spurs found, branches moved to the middle of the mask."""
 
 from __future__ import annotations
 
@@ -7,40 +7,40 @@ import numpy as np
 from dloftbs.graph import Graph
 from dloftbs.kernels import tracing
 from dloftbs.mask_crop import MaskCrop, Skeleton
-from dloftbs.skeleton.kernels import branch_ends as arms_kernels
+from dloftbs.skeleton.kernels import branch_ends
 from dloftbs.skeleton.kernels import junctions as kernels
-from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_runs
+from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_branches
 from dloftbs.skeleton.kernels.recentring import recentre
 
 _SPUR_WIDTHS = 0.6  # a spur sticks out by less
 _MERGE_WIDTHS = 1.0  # a run with less between two junctions makes them one
 _SPECK_WIDTHS2 = 0.3  # what stands alone and covers less, in squares of the width, is noise
-_THROUGH_WIDTHS = 4.0  # how far ahead of an arm is looked
+_THROUGH_WIDTHS = 4.0  # of the mask ahead of an end that are measured
 _BORDER_WIDTHS, _BORDER_PX = 0.5, 2.0  # thinning stops half a width before a straight cut
 _KINK_RAD = 1.2  # a cable does not turn by more within three widths
 
 
-def build_graph(patch: MaskCrop, skeleton: Skeleton, max_runs: int) -> tuple[Graph | None, int]:
+def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[Graph | None, int]:
     """Turn a skeleton into a graph.
 
     Parameters
     ----------
-    patch : MaskCrop
+    crop : MaskCrop
     skeleton : Skeleton
-    max_runs : int
-        With more runs than this there is no graph: it is noise.
+    max_branches : int
+        With more branches than this there is no graph: it is noise.
 
     Returns
     -------
     graph : Graph or None
-    runs : int
-        The number of runs.
+    branch_count : int
+        Number of branches, loops among them.
     """
-    mask = patch.oriented(patch.pixels)
+    mask = crop.oriented(crop.pixels)
     pixels, offsets, n = tracing.trace(skeleton.grid, skeleton.pixels_rc, skeleton.degrees)
-    runs = len(offsets) - 1
-    if runs == 0 or runs > max_runs:
-        return None, runs
+    branch_count = len(offsets) - 1
+    if branch_count == 0 or branch_count > max_branches:
+        return None, branch_count
     nodes, centres, radii = kernels.find_junctions(
         skeleton.grid, skeleton.pixels_rc, skeleton.degrees, pixels, offsets, n, mask
     )
@@ -52,20 +52,32 @@ def build_graph(patch: MaskCrop, skeleton: Skeleton, max_runs: int) -> tuple[Gra
     kinks = find_kinks(points, offsets, nodes, n, width, _KINK_RAD)
     if len(kinks):
         is_spur = spurs
-        offsets_cut, nodes_cut, alive_cut = split_runs(kinks, offsets, nodes, alive, len(radii))
+        offsets_cut, nodes_cut, alive_cut = split_branches(kinks, offsets, nodes, alive, len(radii))
         spurs = np.zeros(len(alive_cut), dtype=np.bool_)
         spurs[np.searchsorted(offsets_cut, offsets[:-1][:n][is_spur])] = True
         offsets, nodes, alive = offsets_cut, nodes_cut, alive_cut
         centres = np.concatenate((centres, points[kinks]))
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
-    spans = arms_kernels.clear_spans(nodes, centres, radii, points, radius, offsets, width)
-    arms = arms_kernels.locate_arms(nodes, centres, radii, points, offsets, spans, width)
-    corners = find_corners(nodes, alive, spurs, arms, centres, points, radius, offsets, mask, width)
-    merged = kernels.settle_ends(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
-    caps = arms_kernels.measure_caps(merged, points, spans, arms, mask, width)
-    through = arms_kernels.measure_through(merged, arms, mask, _THROUGH_WIDTHS * width)
+    spans = branch_ends.clear_spans(nodes, centres, radii, points, radius, offsets, width)
+    states = branch_ends.describe_ends(nodes, centres, radii, points, offsets, spans, width)
+    corners = find_corners(nodes, alive, spurs, states, centres, points, radius, offsets, mask, width)
+    merged = kernels.assign_junctions(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
+    roundness = branch_ends.measure_roundness(merged, points, spans, states, mask, width)
+    clear_distance = branch_ends.measure_clear_distance(merged, states, mask, _THROUGH_WIDTHS * width)
     reach = _BORDER_WIDTHS * width + _BORDER_PX
-    bordering = kernels.find_bordering(merged, points, offsets, *patch.image_transform, *patch.image_size, reach)
+    bordering = kernels.find_bordering(merged, points, offsets, *crop.image_transform, *crop.image_size, reach)
     return Graph(
-        points, pixels, radius, offsets, merged, spans, arms, caps, through, spurs, bordering, corners, width
-    ), runs
+        points,
+        pixels,
+        radius,
+        offsets,
+        merged,
+        spans,
+        states,
+        roundness,
+        clear_distance,
+        spurs,
+        bordering,
+        corners,
+        width,
+    ), branch_count

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from dloftbs.linking.kernels.bending import junction_costs
 from dloftbs.linking.kernels.branch_overlap import (
     MOST_RUNS,
-    _share_price,
+    _overlap_cost,
     changed_junctions,
     has_odd_junction,
     list_paths,
@@ -100,9 +100,9 @@ def test_a_shared_run_leads_straight_through_a_junction_on_its_way() -> None:
 
 @given(st.floats(0, 200), st.floats(0.5, 3.0))
 def test_sharing_costs_less_where_the_mask_is_wider(length: float, ratio: float) -> None:
-    price = _share_price(length, ratio * WIDTH, WIDTH)
-    assert _share_price(length, (ratio + 0.1) * WIDTH, WIDTH) <= price + 1e-12
-    assert _share_price(2 * length, ratio * WIDTH, WIDTH) == pytest.approx(2 * price) or length > 3 * WIDTH
+    price = _overlap_cost(length, ratio * WIDTH, WIDTH)
+    assert _overlap_cost(length, (ratio + 0.1) * WIDTH, WIDTH) <= price + 1e-12
+    assert _overlap_cost(2 * length, ratio * WIDTH, WIDTH) == pytest.approx(2 * price) or length > 3 * WIDTH
 
 
 def test_the_sets_of_arms_before_and_after() -> None:

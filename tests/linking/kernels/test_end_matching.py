@@ -1,4 +1,4 @@
-"""Pairing ends at the least total cost, against all pairings tried one by one."""
+"""EndMatching ends at the least total cost, against all pairings tried one by one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.bending import junction_costs
-from dloftbs.linking.kernels.end_matching import EXACT, least_costs, match_by_exchange, match_exactly, pair_ends
+from dloftbs.linking.kernels.end_matching import EXACT, least_costs, match_by_exchange, match_ends, match_exactly
 
 Pairs = list[tuple[int, int]]
 
@@ -84,7 +84,7 @@ def paired(
     identity: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
     bonus = np.zeros(len(rows)) if bonus is None else bonus
-    return pair_ends(rows, columns, costs, bonus, price, np.arange(len(price)) if identity is None else identity)
+    return match_ends(rows, columns, costs, bonus, price, np.arange(len(price)) if identity is None else identity)
 
 
 @given(st.integers(0, 10**6), st.integers(2, 7))

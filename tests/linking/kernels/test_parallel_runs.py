@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.linking.kernels.parallel_runs import _misfit, _roughness, follow_lanes, lay_lanes, surviving_lane
+from dloftbs.linking.kernels.parallel_runs import _misfit, _roughness, continuing_axis, find_swaps, offset_axes
 
 NOTHING = np.empty((0, 2))
 
@@ -47,7 +47,7 @@ def follow(one: np.ndarray, two: np.ndarray, first: int, last: int, width: float
     run = slice(first, last)
     arc = above[run, 0] - above[first, 0]
     separation = np.abs(one[run, 1] - two[run, 1])
-    return follow_lanes(
+    return find_swaps(
         above[run], below[run], arc, separation,
         above[:first][::-1].copy(), below[:first][::-1].copy(), above[last:].copy(), below[last:].copy(), width,
     )  # fmt: skip
@@ -98,8 +98,8 @@ def test_which_lane_is_called_the_first_does_not_matter(kind: str) -> None:
     above = np.where((one[:, 1] >= two[:, 1])[:, None], one, two)
     below = np.where((one[:, 1] >= two[:, 1])[:, None], two, one)
     arc, separation = np.arange(121.0), np.abs(one[:, 1] - two[:, 1])
-    there = follow_lanes(above, below, arc, separation, *[NOTHING] * 4, 8.0)
-    back = follow_lanes(below, above, arc, separation, *[NOTHING] * 4, 8.0)
+    there = find_swaps(above, below, arc, separation, *[NOTHING] * 4, 8.0)
+    back = find_swaps(below, above, arc, separation, *[NOTHING] * 4, 8.0)
     np.testing.assert_array_equal(there[0], back[0])
     assert there[1] == pytest.approx(back[1])
 
@@ -108,7 +108,7 @@ def test_lanes_lie_half_a_width_inside_of_the_edges() -> None:
     angle = np.linspace(0, 1, 80)
     way = np.column_stack((80 * np.cos(angle), 80 * np.sin(angle)))
     radius = np.linspace(3.0, 30.0, 80)
-    shift, arc, separation = lay_lanes(way, radius, 8.0)
+    shift, arc, separation = offset_axes(way, radius, 8.0)
     np.testing.assert_allclose(separation, np.clip(2 * radius - 8.0, 0.0, 8.0))
     np.testing.assert_allclose(arc, 80 * angle, atol=0.01)
     np.testing.assert_allclose(np.linalg.norm(shift, axis=1), 0.5 * separation, atol=1e-9)
@@ -131,10 +131,10 @@ def ending(goes_on: float, width: float = 8.0, end: int = 80) -> tuple[np.ndarra
 
 @pytest.mark.parametrize("goes_on", [1.0, -1.0])
 def test_the_lane_that_goes_on_is_the_smoother_one(goes_on: float) -> None:
-    evidence = surviving_lane(*ending(goes_on), 80, 8.0)
+    evidence = continuing_axis(*ending(goes_on), 80, 8.0)
     assert evidence * goes_on > 0.5
 
 
 def test_where_too_little_is_left_the_survivor_is_not_known() -> None:
     way, shift = ending(1.0)
-    assert surviving_lane(way[:85], shift[:85], 80, 8.0) == 0.0
+    assert continuing_axis(way[:85], shift[:85], 80, 8.0) == 0.0

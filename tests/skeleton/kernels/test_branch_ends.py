@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.bending import _bend
 from dloftbs.linking.kernels.wide_stretches import wide_reach
-from dloftbs.skeleton.kernels.branch_ends import UNTOLD, clear_spans, locate_arms, measure_caps
+from dloftbs.skeleton.kernels.branch_ends import UNTOLD, clear_spans, describe_ends, measure_roundness
 
 FREE = -1
 
@@ -44,7 +44,7 @@ def arms_of(points: np.ndarray, nodes: tuple[int, int], radius: float, width: fl
     centres, radii = np.array([points[0], points[-1]]), np.array([radius, radius])
     where = np.array(nodes)
     spans = clear_spans(where, centres, radii, points, np.full(len(points), 0.5 * width), offsets, width)
-    return locate_arms(where, centres, radii, points, offsets, spans, width)
+    return describe_ends(where, centres, radii, points, offsets, spans, width)
 
 
 @pytest.mark.parametrize(
@@ -171,7 +171,7 @@ def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.nd
 def cap_of(mask: np.ndarray, line: np.ndarray, arm: np.ndarray, width: float, node: int = FREE) -> float:
     """Return how round the first end of a run is."""
     nodes, spans = np.array([node, -2]), np.array([[0, len(line)]])
-    caps = measure_caps(nodes, line, spans, np.concatenate((arm, arm)), mask, width)
+    caps = measure_roundness(nodes, line, spans, np.concatenate((arm, arm)), mask, width)
     assert caps[1] == UNTOLD
     return float(caps[0])
 

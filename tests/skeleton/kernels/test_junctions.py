@@ -18,11 +18,11 @@ from dloftbs.skeleton import skeletonize
 from dloftbs.skeleton.kernels.junctions import (
     FREE,
     UNAVAILABLE,
+    assign_junctions,
     find_bordering,
     find_junctions,
     merge_junctions,
     prune_spurs,
-    settle_ends,
 )
 
 THIN = CleaningConfig(open_px=1, close_px=1, thin_px=0, fill_holes=False)
@@ -155,7 +155,7 @@ def test_ends_are_settled_as_by_hand(seed: int) -> None:
         for end in ends:
             if (alive[run] and is_inner) or not (alive[run] or spurs[run]) or (spurs[run] and nodes[end] == FREE):
                 expected[end] = UNAVAILABLE
-    assert settle_ends(nodes, spans, alive, spurs, count, 5.0).tolist() == expected
+    assert assign_junctions(nodes, spans, alive, spurs, count, 5.0).tolist() == expected
 
 
 def test_a_run_of_one_pixel_has_its_two_junctions() -> None:

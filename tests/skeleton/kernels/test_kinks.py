@@ -10,8 +10,8 @@ from drawings import draw_cable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.skeleton.kernels.junctions import FREE
-from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_runs
+from dloftbs.graph import FREE
+from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_branches
 
 
 def bent(turn_deg: float, length: int = 40) -> np.ndarray:
@@ -47,7 +47,7 @@ def test_cut_runs_are_those_cut_one_by_one(seed: int) -> None:
     alive = rng.random(n_open) < 0.7
     inside = [i for i in range(offsets[n_open]) if i not in offsets and rng.random() < 0.2]
     cuts = np.array(inside, dtype=np.int64)
-    new_offsets, new_nodes, new_alive = split_runs(cuts, offsets, nodes, alive, 4)
+    new_offsets, new_nodes, new_alive = split_branches(cuts, offsets, nodes, alive, 4)
     runs = []
     for run in range(n_open):
         at, left = int(offsets[run]), int(nodes[2 * run])

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
 
 _BACK_WIDTHS, _REACH_WIDTHS = 2.0, 8.0  # before its end, that tell how a cable and the ground beside it look
 _AGREE = 6  # one in so many samples must be alike: those beside a cable's end may show what hides it
@@ -137,8 +138,8 @@ def sample_references(
     spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
     for e in range(len(ends)):
-        start, stop = spans[ends[e] // 2]
-        back = 1 if ends[e] % 2 == 0 else -1
+        start, stop = spans[branch_of(ends[e])]
+        back = inward(ends[e])
         at = start if back == 1 else stop - 1
         count = int(min(_REACH_WIDTHS * width, stop - start - 1))
         for k in range(_MOST_SAMPLES):
@@ -163,16 +164,16 @@ def sample_references(
 
 
 @helper
-def _along(arms: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt.NDArray[np.float64]) -> None:
+def _along(states: npt.NDArray[np.float64], i: int, j: int, t: float, place: npt.NDArray[np.float64]) -> None:
     """Write where a cubic from one end into another is, and its direction."""
-    cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
+    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
     at_j, of_i, of_j = 3.0 * t * t - 2.0 * t**3, (t - 2.0 * t * t + t**3) * length, (t * t - t**3) * length
     to_j, along_i, along_j = 6.0 * (t - t * t), (1.0 - 4.0 * t + 3.0 * t * t) * length, (2.0 * t - 3.0 * t * t) * length
-    place[0] = arms[i, 0] + at_j * cx + of_i * arms[i, 2] + of_j * arms[j, 2]
-    place[1] = arms[i, 1] + at_j * cy + of_i * arms[i, 3] + of_j * arms[j, 3]
-    dx = to_j * cx + along_i * arms[i, 2] + along_j * arms[j, 2]
-    dy = to_j * cy + along_i * arms[i, 3] + along_j * arms[j, 3]
+    place[0] = states[i, X] + at_j * cx + of_i * states[i, TANGENT_X] + of_j * states[j, TANGENT_X]
+    place[1] = states[i, Y] + at_j * cy + of_i * states[i, TANGENT_Y] + of_j * states[j, TANGENT_Y]
+    dx = to_j * cx + along_i * states[i, TANGENT_X] + along_j * states[j, TANGENT_X]
+    dy = to_j * cy + along_i * states[i, TANGENT_Y] + along_j * states[j, TANGENT_Y]
     norm = max(np.sqrt(dx * dx + dy * dy), 1e-9)
     place[2], place[3] = dx / norm, dy / norm
 
@@ -210,7 +211,7 @@ def _keep_ground(
 def look_across(
     image: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
-    arms: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     pairs: npt.NDArray[np.int64],
     ground: npt.NDArray[np.float64],
     grounds: npt.NDArray[np.int64],
@@ -229,7 +230,7 @@ def look_across(
     image : (h, w, 3) uint8
         The part of the image that `mask` covers.
     mask : (h, w) uint8
-    arms : (e, 4) float64
+    states : (e, 4) float64
         Place and outward direction of each end.
     pairs : (k, 2) int64
         Of them.
@@ -255,13 +256,13 @@ def look_across(
         like_ground = max(_FLOOR, _LENIENT * max(spread[i, 0], spread[j, 0]))
         theirs = np.concatenate((cable[i, : cables[i]], cable[j, : cables[j]]))
         like_cable = max(_FLOOR, _LENIENT * max(spread[i, 1], spread[j, 1]))
-        cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
+        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
         length = np.sqrt(cx * cx + cy * cy)
         steps = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 1), _MOST_SAMPLES)
         beside, is_there = np.empty((2, steps + 1, 3)), np.zeros((2, steps + 1), dtype=np.bool_)
         way = np.empty((steps + 1, 4))
         for k in range(steps + 1):
-            _along(arms, i, j, k / steps, way[k])
+            _along(states, i, j, k / steps, way[k])
             for side in range(2):
                 aside = (2 * side - 1) * (_BESIDE_WIDTHS * width + _CLEAR_PX)
                 x, y = way[k, 0] - aside * way[k, 3], way[k, 1] + aside * way[k, 2]

@@ -1,7 +1,6 @@
 """Costs of joining two ends: the bending that a cable needs through a junction or across a gap.
 
-An arm is what `arms.locate_arms` makes of the end of a run. Costs have no unit; 1 is about what a turn of 90 degrees in
-a junction costs.
+Columns of end states: see `graph_ends`. Costs have no unit; a turn of 90 degrees in a junction costs about 1.
 """
 
 from __future__ import annotations
@@ -11,17 +10,27 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import (
+    CURVATURE,
+    FORBIDDEN,
+    HAS_CURVATURE,
+    TANGENT_X,
+    TANGENT_Y,
+    UNAVAILABLE,
+    X,
+    Y,
+    branch_of,
+)
 
 _PASS_BEND, _PASS_TURN = 1.5, 1.0  # of a pass: per rad^2 of bend, times width / length, and as it is
 _OUTSIDE = 3.0  # of a pass that leaves the mask altogether
 _GAP_BEND, _GAP_TURN = 2.0, 0.4  # of a gap, as above
-_GAP_ARM = 0.4  # of a gap from an arm of a junction: where the mask goes on, a cable rarely stops
+_GAP_ARM = 0.4  # of a gap from an end of a junction: where the mask goes on, a cable rarely stops
 _GAP_ARM_BEND = 1.0  # and per rad^2
-_PROMISE = 0.7  # share of the arms' own curvature that is believed to go on
+_PROMISE = 0.7  # share of the ends' own curvature that is believed to go on
 _PROMISE_WIDTHS = 3.0  # over so much of the way
-_UNKNOWN_BEND = 0.25  # of an arm without any direction, rad^2
+_UNKNOWN_BEND = 0.25  # of an end without any direction, rad^2
 _SETTLED = 0.15  # a pass that costs less is not given up for a gap
-_NEVER = 1e3
 
 OPEN_ARM, OPEN_KINK, OPEN_INSIDE = 1.4, 2.0, 0.4
 """Prices of ends left open: in a junction, where a run turns sharply and nothing else meets it, inside a run."""
@@ -40,12 +49,12 @@ rather than by the straightest ones."""
 
 
 @helper
-def _bend(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
-    """Return how much a curve from one arm into another bends, and how far it is.
+def _bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
+    """Measure the bend of a curve from one end into another, and its length.
 
     For the angles a and b of the two directions against the chord, the curve of least bending energy has
     ``4 (a^2 - a b + b^2) / length`` (a cubic, small angles), which is split here into the part of the turn a + b and
-    that of the swerve (a - b) / 2. A turn that the arms' own curvature promises is free.
+    that of the swerve (a - b) / 2. A turn that continues the ends' own curvature is free.
 
     Returns
     -------
@@ -54,9 +63,9 @@ def _bend(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[
     length : float
         px.
     """
-    cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
+    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
-    ix, iy, jx, jy = arms[i, 2], arms[i, 3], -arms[j, 2], -arms[j, 3]
+    ix, iy, jx, jy = states[i, TANGENT_X], states[i, TANGENT_Y], -states[j, TANGENT_X], -states[j, TANGENT_Y]
     if (ix == 0.0 and iy == 0.0) or (jx == 0.0 and jy == 0.0):
         return _UNKNOWN_BEND, length
     if length < 1.0:
@@ -65,18 +74,20 @@ def _bend(arms: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[
     a = np.arctan2(ix * cy - iy * cx, ix * cx + iy * cy)
     b = np.arctan2(cx * jy - cy * jx, cx * jx + cy * jy)
     turn, swerve = a + b, 0.5 * (a - b)
-    known = max(arms[i, 5] + arms[j, 5], 1.0)
-    curvature = (arms[i, 5] * arms[i, 4] - arms[j, 5] * arms[j, 4]) / known
-    promised = _PROMISE * min(length, _PROMISE_WIDTHS * width) * curvature
-    # A promise is not held against a curve that turns less.
-    turn = max(turn - max(promised, 0.0), 0.0) if turn > 0.0 else min(turn - min(promised, 0.0), 0.0)
+    known = max(states[i, HAS_CURVATURE] + states[j, HAS_CURVATURE], 1.0)
+    curvature = (
+        states[i, HAS_CURVATURE] * states[i, CURVATURE] - states[j, HAS_CURVATURE] * states[j, CURVATURE]
+    ) / known
+    extrapolated = _PROMISE * min(length, _PROMISE_WIDTHS * width) * curvature
+    # A curve that turns less than extrapolated is not charged for the difference.
+    turn = max(turn - max(extrapolated, 0.0), 0.0) if turn > 0.0 else min(turn - min(extrapolated, 0.0), 0.0)
     return 0.25 * turn * turn + 3.0 * swerve * swerve, length
 
 
 @helper
-def _outside(mask: npt.NDArray[np.uint8], arms: npt.NDArray[np.float64], i: int, j: int) -> float:
-    """Return the share of a cubic from one arm into another that does not lie on the mask."""
-    cx, cy = arms[j, 0] - arms[i, 0], arms[j, 1] - arms[i, 1]
+def _outside(mask: npt.NDArray[np.uint8], states: npt.NDArray[np.float64], i: int, j: int) -> float:
+    """Return the share of a cubic from one end into another that does not lie on the mask."""
+    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
     steps = min(int(length / 2.0) + 2, 24)
     out = 0
@@ -84,8 +95,8 @@ def _outside(mask: npt.NDArray[np.uint8], arms: npt.NDArray[np.float64], i: int,
         t = k / steps
         at_i, at_j = 1.0 - 3.0 * t * t + 2.0 * t**3, 3.0 * t * t - 2.0 * t**3
         of_i, of_j = (t - 2.0 * t * t + t**3) * length, (t * t - t**3) * length
-        x = at_i * arms[i, 0] + of_i * arms[i, 2] + at_j * arms[j, 0] + of_j * arms[j, 2]
-        y = at_i * arms[i, 1] + of_i * arms[i, 3] + at_j * arms[j, 1] + of_j * arms[j, 3]
+        x = at_i * states[i, X] + of_i * states[i, TANGENT_X] + at_j * states[j, X] + of_j * states[j, TANGENT_X]
+        y = at_i * states[i, Y] + of_i * states[i, TANGENT_Y] + at_j * states[j, Y] + of_j * states[j, TANGENT_Y]
         row, column = int(y + 0.5), int(x + 0.5)
         inside = 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
         out += not inside
@@ -93,25 +104,25 @@ def _outside(mask: npt.NDArray[np.uint8], arms: npt.NDArray[np.float64], i: int,
 
 
 @helper
-def _pass_cost(arms: npt.NDArray[np.float64], i: int, j: int, width: float, mask: npt.NDArray[np.uint8]) -> float:
-    """Return what it costs to go on from one arm of a junction into another."""
-    bend, length = _bend(arms, i, j, width)
-    return bend * (_PASS_BEND * width / max(length, width) + _PASS_TURN) + _OUTSIDE * _outside(mask, arms, i, j)
+def _link_cost(states: npt.NDArray[np.float64], i: int, j: int, width: float, mask: npt.NDArray[np.uint8]) -> float:
+    """Return the cost of a link between two ends at one junction."""
+    bend, length = _bend(states, i, j, width)
+    return bend * (_PASS_BEND * width / max(length, width) + _PASS_TURN) + _OUTSIDE * _outside(mask, states, i, j)
 
 
 @helper
-def _gap_price(bend: float, length: float, width: float) -> float:
-    """Return what it costs to go on from one end into another where no mask is."""
+def _gap_cost(bend: float, length: float, width: float) -> float:
+    """Return the cost of a link across a gap in the mask."""
     return bend * (_GAP_BEND * width / max(length, width) + _GAP_TURN) + GAP_LENGTH * length / width
 
 
 @kernel(read(float64, 2), read(int64, 2), float64)
-def turn_costs(arms: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], width: float) -> npt.NDArray[np.float64]:
-    """Return what pairs of ends would cost across a gap, wherever they are.
+def turn_costs(states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], width: float) -> npt.NDArray[np.float64]:
+    """Return the costs of pairs of ends across a gap, wherever they lie.
 
     Parameters
     ----------
-    arms : (n, 6) float64
+    states : (n, 6) float64
     pairs : (k, 2) int64
     width : float
         px.
@@ -122,14 +133,14 @@ def turn_costs(arms: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], widt
     """
     costs = np.empty(len(pairs))
     for k in range(len(pairs)):
-        bend, length = _bend(arms, pairs[k, 0], pairs[k, 1], width)
-        costs[k] = _gap_price(bend, length, width)
+        bend, length = _bend(states, pairs[k, 0], pairs[k, 1], width)
+        costs[k] = _gap_cost(bend, length, width)
     return costs
 
 
 @helper
-def _list_arms(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return where the arms of each junction start in a list of ends, and the list."""
+def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """List the ends at each junction: the start of each junction's ends in the list, and the list."""
     count = 0
     for node in nodes:
         count = max(count, node + 1)
@@ -152,18 +163,18 @@ def _list_arms(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt
 def junction_costs(
     nodes: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
-    arms: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     width: float,
     mask: npt.NDArray[np.uint8],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """List the arms of every junction, and what each pair of them costs.
+    """List the ends at every junction and the cost of each pair of them.
 
     Parameters
     ----------
     nodes : (2 n,) int64
         The junction at each end, negative where there is none.
     spur : (n,) bool
-    arms : (2 n, 6) float64
+    states : (2 n, 6) float64
     width : float
         px.
     mask : (H, W) uint8
@@ -171,14 +182,14 @@ def junction_costs(
     Returns
     -------
     first : (junctions + 1,) int64
-        Start of each junction's arms in `members`.
+        Start of each junction's ends in `members`.
     members : (m,) int64
         Ends, junction after junction.
     starts : (junctions + 1,) int64
-        Start of each junction's costs: a square matrix of its arms, row by row.
+        Start of each junction's costs: a square matrix of its states, row by row.
     costs : (k,) float64
     """
-    first, members = _list_arms(nodes)
+    first, members = _list_junction_ends(nodes)
     count = len(first) - 1
     starts = np.zeros(count + 1, dtype=np.int64)
     for node in range(count):
@@ -190,20 +201,20 @@ def junction_costs(
             for b in range(size):
                 i, j = members[first[node] + a], members[first[node] + b]
                 if b <= a:
-                    cost = _NEVER if a == b else costs[starts[node] + b * size + a]
-                elif spur[i // 2] and spur[j // 2]:
-                    cost = _NEVER
+                    cost = FORBIDDEN if a == b else costs[starts[node] + b * size + a]
+                elif spur[branch_of(i)] and spur[branch_of(j)]:
+                    cost = FORBIDDEN
                 else:
-                    cost = _pass_cost(arms, i, j, width, mask)
+                    cost = _link_cost(states, i, j, width, mask)
                 costs[starts[node] + a * size + b] = cost
     return first, members, starts, costs
 
 
 @helper
-def _place_passes(
+def _place_link_costs(
     first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], starts: npt.NDArray[np.int64], ends: int
 ) -> npt.NDArray[np.int64]:
-    """Return where the row of each end starts in the costs of the junctions, and its column."""
+    """Return the start of each end's row in the costs of its junction, and its column."""
     place = np.zeros((ends, 2), dtype=np.int64)
     for node in range(len(first) - 1):
         size = first[node + 1] - first[node]
@@ -214,20 +225,20 @@ def _place_passes(
 
 
 @helper
-def _expand_passes(
+def _expand_link_costs(
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
-    identity: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
-    arms: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     width: float,
     mask: npt.NDArray[np.uint8],
     place: npt.NDArray[np.int64],
-    passes: npt.NDArray[np.float64],
+    link_costs: npt.NDArray[np.float64],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """Return what `_pass_cost` says of the arms of each junction, those of copies among them, the lower end first.
+    """Return the costs of links between the ends at each junction, those of duplicates among them.
 
-    Taken from the originals where that is the same to the last bit: the lower one of a pair goes first.
+    The costs of the graph's own ends are taken over where the order of the two is the same: then they are bit-equal.
 
     Returns
     -------
@@ -244,44 +255,44 @@ def _expand_passes(
         for a in range(size):
             for b in range(a + 1, size):
                 i, j = members[first[node] + a], members[first[node] + b]
-                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
-                    cost = _NEVER
-                elif identity[i] < identity[j]:
-                    cost = passes[place[identity[i], 0] + place[identity[j], 1]]
+                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
+                    cost = FORBIDDEN
+                elif end_id[i] < end_id[j]:
+                    cost = link_costs[place[end_id[i], 0] + place[end_id[j], 1]]
                 else:
-                    cost = _pass_cost(arms, i, j, width, mask)
+                    cost = _link_cost(states, i, j, width, mask)
                 costs[starts[node] + a * size + b] = cost
     return starts, costs
 
 
 @helper
-def _join_bends(
+def _free_corners(
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
     corners: npt.NDArray[np.int64],
-    identity: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
 ) -> None:
-    """Let it cost nothing to go on around a corner: one cable bends there, however sharply."""
+    """Make the link around a corner free: one cable bends there, however sharply."""
     for node in range(len(first) - 1):
         size = first[node + 1] - first[node]
         for a in range(size):
             for b in range(a + 1, size):
                 i, j = members[first[node] + a], members[first[node] + b]
-                if corners[i] >= 0 and corners[i] == corners[j] and identity[i] != identity[j]:
+                if corners[i] >= 0 and corners[i] == corners[j] and end_id[i] != end_id[j]:
                     costs[starts[node] + a * size + b] = 0.0
 
 
 @helper
-def _settled(
+def _find_decided(
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
     spur: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.bool_]:
-    """Tell which arms go straight on into another one, and it into them: no gap need be looked for."""
+    """Tell which ends have a mutual, nearly straight junction link: they take part in no gap."""
     n = 2 * len(spur)
     best = np.full(n, -1, dtype=np.int64)
     best_cost = np.full(n, _SETTLED)
@@ -291,16 +302,16 @@ def _settled(
             for b in range(a + 1, size):
                 i, j = members[first[node] + a], members[first[node] + b]
                 cost = costs[starts[node] + a * size + b]
-                if spur[i // 2] or spur[j // 2]:
+                if spur[branch_of(i)] or spur[branch_of(j)]:
                     continue
                 if cost < best_cost[i]:
                     best[i], best_cost[i] = j, cost
                 if cost < best_cost[j]:
                     best[j], best_cost[j] = i, cost
-    settled = np.zeros(n, dtype=np.bool_)
+    decided = np.zeros(n, dtype=np.bool_)
     for i in range(n):
-        settled[i] = best[i] >= 0 and best[best[i]] == i
-    return settled
+        decided[i] = best[i] >= 0 and best[best[i]] == i
+    return decided
 
 
 @kernel(
@@ -310,44 +321,44 @@ def _settled(
 )  # fmt: skip
 def pair_costs(
     nodes: npt.NDArray[np.int64],
-    identity: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
-    caps: npt.NDArray[np.float64],
-    arms: npt.NDArray[np.float64],
+    end_roundness: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     width: float,
     mask: npt.NDArray[np.uint8],
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
-    passes: npt.NDArray[np.float64],
+    link_costs: npt.NDArray[np.float64],
     bordering: npt.NDArray[np.bool_],
     corners: npt.NDArray[np.int64],
     max_gap: float,
     least_bound: float,
     more: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """List the pairs of ends that are cheaper joined than left open, and the prices of leaving them open.
+    """List the pairs of ends that cost less joined than open, and the cost of leaving each end open.
 
     Parameters
     ----------
     nodes : (n,) int64
         The junction at each end, -1 where it is free, less where it cannot be joined.
-    identity : (n,) int64
-        Equal for ends that are the same, on copies of one run: the end of the original.
+    end_id : (n,) int64
+        End of the graph that each end stands for: equal on duplicates of a branch.
     spur : (n / 2,) bool
-        Runs that need no explanation, but may be the tip of another one.
-    caps : (n,) float64
-        As `arms.measure_caps` makes them.
-    arms : (n, 6) float64
+        Branches that need no explanation, but may be the tip of another one.
+    end_roundness : (n,) float64
+        As `branch_ends.measure_roundness` makes them.
+    states : (n, 6) float64
     width : float
         px.
     mask : (H, W) uint8
-    first, members, starts, passes
-        As `junction_costs` makes them of the originals.
+    first, members, starts, link_costs
+        As `junction_costs` makes them of the graph's ends.
     bordering : (n,) bool
-        Ends that the image's border cuts: no gap leads from them.
+        Ends cut by the image's border: they take part in no gap.
     corners : (n,) int64
-        Equal for two ends that are the arms of one sharp bend; else -1.
+        Equal for two ends that meet in one sharp bend; else -1.
     max_gap : float
         Longest gap, px.
     least_bound : float
@@ -360,27 +371,30 @@ def pair_costs(
     rows, columns : (k,) int64
         The ends, the lower one first, in ascending order.
     costs : (k,) float64
-    price : (n,) float64
+    open_cost : (n,) float64
+        Cost of leaving each end open.
     """
     n = len(nodes)
-    own_first, own_members = _list_arms(nodes)
+    own_first, own_members = _list_junction_ends(nodes)
     degree = np.zeros(len(own_first), dtype=np.int64)
     for end in own_members:
-        degree[nodes[end]] += not spur[end // 2]
-    price = np.empty(n)
+        degree[nodes[end]] += not spur[branch_of(end)]
+    open_cost = np.empty(n)
     for end in range(n):
-        price[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * caps[end]
-        if spur[end // 2]:
-            price[end] = 0.0
+        open_cost[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * end_roundness[end]
+        if spur[branch_of(end)]:
+            open_cost[end] = 0.0
         elif nodes[end] >= 0 and degree[nodes[end]] == 2:
-            price[end] = OPEN_KINK
-    place = _place_passes(first, members, starts, n)
-    own_starts, own_passes = _expand_passes(own_first, own_members, identity, spur, arms, width, mask, place, passes)
-    _join_bends(own_first, own_members, corners, identity, own_starts, own_passes)
-    is_settled = _settled(own_first, own_members, own_starts, own_passes, spur)
+            open_cost[end] = OPEN_KINK
+    place = _place_link_costs(first, members, starts, n)
+    own_starts, own_costs = _expand_link_costs(
+        own_first, own_members, end_id, spur, states, width, mask, place, link_costs
+    )
+    _free_corners(own_first, own_members, corners, end_id, own_starts, own_costs)
+    is_decided = _find_decided(own_first, own_members, own_starts, own_costs, spur)
     loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
     for end in range(n):
-        if nodes[end] >= -1 and not (spur[end // 2] or is_settled[end] or bordering[end]):
+        if nodes[end] > UNAVAILABLE and not (spur[branch_of(end)] or is_decided[end] or bordering[end]):
             loose[looking] = end
             looking += 1
     capacity = 4 * n + 16
@@ -389,39 +403,39 @@ def pair_costs(
     costs = np.empty(capacity)
     count, next_loose = 0, 0
     for i in range(n):
-        if nodes[i] < -1:
+        if nodes[i] <= UNAVAILABLE:
             continue
         while next_loose < looking and loose[next_loose] <= i:
             next_loose += 1
-        at_gap = looking if spur[i // 2] or is_settled[i] or bordering[i] else next_loose
-        at_pass = last_pass = row = 0  # the arms of its junction that come after it, and its row of costs there
+        at_gap = looking if spur[branch_of(i)] or is_decided[i] or bordering[i] else next_loose
+        at_link = last_link = row = 0  # the ends of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
-            at_pass, last_pass = own_first[nodes[i]], own_first[nodes[i] + 1]
-            row = own_starts[nodes[i]] - at_pass
-            while own_members[at_pass] < i:
-                at_pass += 1
-                row += last_pass - own_first[nodes[i]]
-            at_pass += 1
-        while at_gap < looking or at_pass < last_pass:
+            at_link, last_link = own_first[nodes[i]], own_first[nodes[i] + 1]
+            row = own_starts[nodes[i]] - at_link
+            while own_members[at_link] < i:
+                at_link += 1
+                row += last_link - own_first[nodes[i]]
+            at_link += 1
+        while at_gap < looking or at_link < last_link:
             across = loose[at_gap] if at_gap < looking else n
-            onward = own_members[at_pass] if at_pass < last_pass else n
+            onward = own_members[at_link] if at_link < last_link else n
             j = min(across, onward)
             at_gap += across == j
-            bound = price[i] + price[j]
+            bound = open_cost[i] + open_cost[j]
             if onward == j:
-                cost = own_passes[row + at_pass]
-                at_pass += 1
-                if identity[i] == identity[j] or (spur[i // 2] and spur[j // 2]):
+                cost = own_costs[row + at_link]
+                at_link += 1
+                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
                     continue
-                if degree[nodes[i]] == 2 and not spur[i // 2] and not spur[j // 2]:
+                if degree[nodes[i]] == 2 and not spur[branch_of(i)] and not spur[branch_of(j)]:
                     cost = min(cost, 1.98 * OPEN_KINK)  # nothing else explains these two
             else:
-                if identity[i] // 2 == identity[j] // 2:  # the two ends of a run, or those of its copies
+                if branch_of(end_id[i]) == branch_of(end_id[j]):  # the two ends of a branch, or those of its duplicates
                     continue
-                if abs(arms[i, 0] - arms[j, 0]) > max_gap or abs(arms[i, 1] - arms[j, 1]) > max_gap:
+                if abs(states[i, X] - states[j, X]) > max_gap or abs(states[i, Y] - states[j, Y]) > max_gap:
                     continue
-                bend, length = _bend(arms, i, j, width)
-                cost = _gap_price(bend, length, width)
+                bend, length = _bend(states, i, j, width)
+                cost = _gap_cost(bend, length, width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
                     cost += _GAP_ARM + _GAP_ARM_BEND * bend
                 bound = max(bound, least_bound)
@@ -434,4 +448,4 @@ def pair_costs(
                 costs = np.concatenate((costs, np.empty_like(costs)))
             rows[count], columns[count], costs[count] = i, j, cost
             count += 1
-    return rows[:count].copy(), columns[:count].copy(), costs[:count].copy(), price
+    return rows[:count].copy(), columns[:count].copy(), costs[:count].copy(), open_cost

@@ -1,8 +1,8 @@
-"""Runs that two cables share, lying side by side or one over the other: which ones might be.
+"""Branch overlap: series of branches that two cables may share, side by side or one over the other.
 
-Where an odd number of arms meets, a cable ends, or one of the arms is two cables. A shared run leads from one such
-junction to another one, straight through others on the way; or to where one of the two cables ends inside of it, and
-the mask gets narrow.
+At a junction of an odd number of ends a cable stops, or one of the branches holds two cables. Shared branches lead from
+one such junction to another one, straight through others in between; or to a point at which one of the two cables ends
+and the mask gets narrow.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import branch_of, other_end, start_of, stop_of
 
 MOST_RUNS = 6
 """Of a path."""
 
 _LONGEST_WIDTHS = 30.0
-_MOST_TRIALS = 32  # of each arm
+_MOST_TRIALS = 32  # of each end
 _MOST_SLOTS = 64
 _MOST_ARMS = 14  # of a junction; in a larger one nothing can be told
 _STRAIGHT_ON = 1.4  # most that going on through a junction may cost
@@ -25,21 +26,21 @@ _STRAIGHT_ON = 1.4  # most that going on through a junction may cost
 _PRICE_PER_WIDTH = 0.02
 _PRICE_THIN, _THIN = 0.35, 1.15  # per width, where the mask is no wider than one cable
 _BONUS_WIDE = 0.15  # per width and width
-_EVIDENCE_WIDTHS = 6.0  # longer runs count as this long, there
+_EVIDENCE_WIDTHS = 6.0  # longer branches count as this long, there
 _PRICE_END = 0.2  # of a cable that ends inside
 _LEAST_WIDE_WIDTHS = 0.75  # that it must go on before
-_MOSTLY = 0.75  # of a run with a free end, where two cables end together
-_THIN_BETWEEN_WIDTHS, _THIN_BETWEEN = 3.0, 0.6  # in widths, of the run: two cables that cross are thin for less
+_MOSTLY = 0.75  # of a branch with a free end, where two cables end together
+_THIN_BETWEEN_WIDTHS, _THIN_BETWEEN = 3.0, 0.6  # in widths, of the branch: two cables that cross are thin for less
 
 
 @helper
-def _share_price(length: float, run_width: float, width: float) -> float:
-    """Return what it costs that two cables share a run: less where the mask is wider than one."""
-    ratio, share = run_width / width, min(length / width, _EVIDENCE_WIDTHS)
-    price = _PRICE_PER_WIDTH * length / width
+def _overlap_cost(length: float, branch_width: float, width: float) -> float:
+    """Return the cost of two cables sharing a branch: lower where the mask is wider than one cable."""
+    ratio, share = branch_width / width, min(length / width, _EVIDENCE_WIDTHS)
+    overlap_cost = _PRICE_PER_WIDTH * length / width
     if ratio < _THIN:
-        return price + _PRICE_THIN * share * min((_THIN - ratio) / (_THIN - 1.0), 1.0)
-    return price - _BONUS_WIDE * share * min(ratio - _THIN, 0.5)
+        return overlap_cost + _PRICE_THIN * share * min((_THIN - ratio) / (_THIN - 1.0), 1.0)
+    return overlap_cost - _BONUS_WIDE * share * min(ratio - _THIN, 0.5)
 
 
 @helper
@@ -48,18 +49,18 @@ def _slots_at(
     nodes: npt.NDArray[np.int64],
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
-    copies: npt.NDArray[np.int64],
+    duplicates: npt.NDArray[np.int64],
     partial: npt.NDArray[np.int64],
     slots: npt.NDArray[np.int64],
 ) -> int:
-    """Write the arms of a junction, those of shared runs once for each cable; return how many there is room for."""
+    """Write the ends at a junction, those of shared branches once for each cable, up to the room; count them."""
     count = 0
     for k in range(first[node], first[node + 1]):
         if count < len(slots):
             slots[count] = members[k]
             count += 1
-    for c in range(len(copies)):
-        for end in (2 * copies[c], 2 * copies[c] + 1):
+    for c in range(len(duplicates)):
+        for end in (start_of(duplicates[c]), stop_of(duplicates[c])):
             if nodes[end] == node and partial[c] in (-1, end) and count < len(slots):
                 slots[count] = end
                 count += 1
@@ -68,15 +69,15 @@ def _slots_at(
 
 @helper
 def _is_odd(slots: npt.NDArray[np.int64], count: int, spur: npt.NDArray[np.bool_]) -> bool:
-    arms = 0
+    ends = 0
     for k in range(count):
-        arms += not spur[slots[k] // 2]
-    return arms % 2 == 1
+        ends += not spur[branch_of(slots[k])]
+    return ends % 2 == 1
 
 
 @kernel(read(int64, 1), read(boolean, 1))
 def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) -> bool:
-    """Tell whether an odd number of arms, spurs left out, meets anywhere.
+    """Tell whether any junction has an odd number of ends, spurs left out.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) 
         count = max(count, node + 1)
     is_odd = np.zeros(count, dtype=np.bool_)
     for end in range(len(nodes)):
-        if nodes[end] >= 0 and not spur[end // 2]:
+        if nodes[end] >= 0 and not spur[branch_of(end)]:
             is_odd[nodes[end]] = not is_odd[nodes[end]]
     return bool(is_odd.any())
 
@@ -109,10 +110,10 @@ def list_paths(
     members: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
-    copies: npt.NDArray[np.int64],
+    duplicates: npt.NDArray[np.int64],
     partial: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
-    """List the series of runs that two cables might share.
+    """List the series of branches that two cables may share.
 
     Parameters
     ----------
@@ -121,21 +122,21 @@ def list_paths(
     reach : (2 n,) int64
         As `wide_stretches.wide_reach` makes it.
     lengths, widths : (n,) float64
-        Of the runs, px.
+        Of the branches, px.
     width : float
         Of one cable, px.
     first, members, starts, costs
         As `bending.junction_costs` makes them.
-    copies, partial : (c,) int64
-        The runs that are known to be shared, and for each the end from which it is shared in part, or -1.
+    duplicates, partial : (c,) int64
+        Branches already duplicated, and for each the end from which it is shared in part, or -1.
 
     Returns
     -------
     paths : (k, MOST_RUNS) int64
-        The ends at which each run is entered, in order; -1 after the last one.
+        The ends at which each branch is entered, in order; -1 after the last one.
     inside : (k,) bool
         Whether a cable ends inside the last one.
-    price : (k,) float64
+    overlap_cost : (k,) float64
         Cost of sharing them, besides its effect on the junctions.
     """
     count = len(first) - 1
@@ -143,22 +144,22 @@ def list_paths(
     is_odd = np.zeros(count, dtype=np.bool_)
     has_spur = np.zeros(count, dtype=np.bool_)
     for node in range(count):
-        size = _slots_at(node, nodes, first, members, copies, partial, slots)
+        size = _slots_at(node, nodes, first, members, duplicates, partial, slots)
         is_odd[node] = size <= _MOST_ARMS and _is_odd(slots, size, spur)
         for k in range(min(size, _MOST_ARMS)):
-            has_spur[node] = has_spur[node] or spur[slots[k] // 2]  # it may be the tip of the second cable
+            has_spur[node] = has_spur[node] or spur[branch_of(slots[k])]  # it may be the tip of the second cable
     room = 2 * len(nodes) + 64
     paths = np.full((room, MOST_RUNS), -1, dtype=np.int64)
     inside = np.zeros(room, dtype=np.bool_)
-    price = np.empty(room)
+    overlap_cost = np.empty(room)
     found = 0
     is_shared = np.zeros(len(lengths), dtype=np.bool_)
-    for c in range(len(copies)):
-        is_shared[copies[c]] = True
+    for c in range(len(duplicates)):
+        is_shared[duplicates[c]] = True
     stack = np.full((_MOST_SLOTS, MOST_RUNS), -1, dtype=np.int64)
     depth = np.empty(_MOST_SLOTS, dtype=np.int64)
     for start in range(len(nodes)):
-        if nodes[start] < 0 or spur[start // 2] or not is_odd[nodes[start]]:
+        if nodes[start] < 0 or spur[branch_of(start)] or not is_odd[nodes[start]]:
             continue
         stack[0, 0], depth[0] = start, 1
         height, trials = 1, 0
@@ -168,35 +169,35 @@ def list_paths(
             steps = depth[height]
             path = stack[height].copy()
             end = path[steps - 1]
-            run, node = end // 2, nodes[end ^ 1]
-            blocked = is_shared[run] or node == nodes[start]
+            branch, node = branch_of(end), nodes[other_end(end)]
+            blocked = is_shared[branch] or node == nodes[start]
             total, so_far = 0.0, 0.0
             for s in range(steps - 1):
-                before = path[s] // 2
-                blocked = blocked or before == run
+                before = branch_of(path[s])
+                blocked = blocked or before == branch
                 total += lengths[before]
-                so_far += _share_price(lengths[before], widths[before], width)
+                so_far += _overlap_cost(lengths[before], widths[before], width)
             if blocked:
                 continue
-            drops = reach[end] + 0.5 * width < lengths[run] and lengths[run] > width
+            drops = reach[end] + 0.5 * width < lengths[branch] and lengths[branch] > width
             ends = (drops and reach[end] >= _LEAST_WIDE_WIDTHS * width) or (
-                node < 0 and reach[end] > _MOSTLY * lengths[run]
+                node < 0 and reach[end] > _MOSTLY * lengths[branch]
             )
             to_odd = node >= 0 and is_odd[node]
             # From both sides wide and thin between: two cables cross there.
-            thin = lengths[run] - reach[end] - reach[end ^ 1]
-            if ends and to_odd and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[run]):
+            thin = lengths[branch] - reach[end] - reach[other_end(end)]
+            if ends and to_odd and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
                 ends = False
             if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
                 paths[found, :steps] = path[:steps]
                 inside[found] = True
-                price[found] = so_far + _PRICE_END + _PRICE_PER_WIDTH * reach[end] / width
+                overlap_cost[found] = so_far + _PRICE_END + _PRICE_PER_WIDTH * reach[end] / width
                 found += 1
-            if node < 0 or total + lengths[run] > _LONGEST_WIDTHS * width:
+            if node < 0 or total + lengths[branch] > _LONGEST_WIDTHS * width:
                 continue
             if to_odd or has_spur[node]:
                 paths[found, :steps] = path[:steps]
-                price[found] = so_far + _share_price(lengths[run], widths[run], width)
+                overlap_cost[found] = so_far + _overlap_cost(lengths[branch], widths[branch], width)
                 found += 1
             if to_odd:
                 continue
@@ -204,19 +205,19 @@ def list_paths(
             if steps == MOST_RUNS or size > _MOST_ARMS:
                 continue
             here = 0
-            while members[first[node] + here] != end ^ 1:
+            while members[first[node] + here] != other_end(end):
                 here += 1
             for k in range(size):
                 onward = members[first[node] + k]
-                leads = nodes[onward ^ 1] >= 0 or reach[onward] >= _LEAST_WIDE_WIDTHS * width
-                if onward // 2 == run or spur[onward // 2] or not leads or height == _MOST_SLOTS:
+                leads = nodes[other_end(onward)] >= 0 or reach[onward] >= _LEAST_WIDE_WIDTHS * width
+                if branch_of(onward) == branch or spur[branch_of(onward)] or not leads or height == _MOST_SLOTS:
                     continue
                 if costs[starts[node] + here * size + k] < _STRAIGHT_ON:
                     stack[height] = path
                     stack[height, steps] = onward
                     depth[height] = steps + 1
                     height += 1
-    return paths[:found].copy(), inside[:found].copy(), price[:found].copy()
+    return paths[:found].copy(), inside[:found].copy(), overlap_cost[:found].copy()
 
 
 @kernel(
@@ -228,20 +229,20 @@ def changed_junctions(
     nodes: npt.NDArray[np.int64],
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
-    copies: npt.NDArray[np.int64],
+    duplicates: npt.NDArray[np.int64],
     partial: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """List the arms of every junction on the paths, before and after their runs are shared.
+    """List the ends at every junction on the paths, before and after their branches are shared.
 
     Parameters
     ----------
-    paths, inside, nodes, first, members, copies, partial
+    paths, inside, nodes, first, members, duplicates, partial
         As `list_paths` takes and makes them.
 
     Returns
     -------
     sets : (s + 1,) int64
-        Start of each set of arms in `slots`; what many paths have in common is listed once, mostly.
+        Start of each set of ends in `slots`; sets that paths have in common are mostly listed once.
     slots : (m,) int64
         Ends, which may stand twice.
     changes : (k, 3) int64
@@ -258,16 +259,16 @@ def changed_junctions(
         steps = 0
         while steps < MOST_RUNS and paths[p, steps] >= 0:
             steps += 1
-        # The first and the last junction get one arm more, those between two.
+        # The first and the last junction get one end more, those between two.
         for s in range(steps if inside[p] else steps + 1):
-            node = nodes[paths[p, s]] if s < steps else nodes[paths[p, s - 1] ^ 1]
+            node = nodes[paths[p, s]] if s < steps else nodes[other_end(paths[p, s - 1])]
             if before[node] < 0:
                 at = sets[found]
                 here = slots[at : at + _MOST_SLOTS - 2]
-                sets[found + 1] = at + _slots_at(node, nodes, first, members, copies, partial, here)
+                sets[found + 1] = at + _slots_at(node, nodes, first, members, duplicates, partial, here)
                 before[node] = found
                 found += 1
-            only = paths[p, s - 1] ^ 1 if s == steps else (paths[p, s] if s == 0 else -1)
+            only = other_end(paths[p, s - 1]) if s == steps else (paths[p, s] if s == 0 else -1)
             after = with_one[only] if only >= 0 else -1
             if after < 0:
                 after, at = found, sets[found]
@@ -275,7 +276,7 @@ def changed_junctions(
                     slots[at] = slots[k]
                     at += 1
                 if s > 0:
-                    slots[at] = paths[p, s - 1] ^ 1
+                    slots[at] = other_end(paths[p, s - 1])
                     at += 1
                 if s < steps:
                     slots[at] = paths[p, s]

@@ -1,4 +1,4 @@
-"""Ends paired so that all joints together, and all ends left open, cost the least."""
+"""Matching of ends: all joints and all ends left open cost the least in sum."""
 
 from __future__ import annotations
 
@@ -7,38 +7,38 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import FORBIDDEN
 
 EXACT = 10
-"""Up to this many ends that have to do with each other are paired exactly, more by exchanges."""
+"""Largest number of connected ends that are matched exactly; more are matched by exchanges."""
 
 EXACT_AMONG_MANY = 8
-"""The same, where many sets of ends are compared."""
+"""The same limit where many sets of ends are compared."""
 
 _SWEEPS = 20
-_NEVER = 1e6
 
 
 @helper
 def match_exactly(
-    cost: npt.NDArray[np.float64], price: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
+    cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
 ) -> float:
-    """Find the cheapest pairing by dynamic programming over the subsets that can be left.
+    """Find the matching of least cost by dynamic programming over the subsets that can be left.
 
     Parameters
     ----------
     cost : (n, n) float64
         Of each pair, symmetric.
-    price : (n,) float64
-        Of leaving each open.
+    open_cost : (n,) float64
+        Cost of leaving each end open.
     partner : (n,) int64
-        Written: whom each is paired with, -1 where it stays open.
+        Written: the partner of each end, -1 where it stays open.
 
     Returns
     -------
     float
-        What all costs together.
+        Total cost.
     """
-    n = len(price)
+    n = len(open_cost)
     value = np.empty(1 << n)
     choice = np.empty(1 << n, dtype=np.int64)
     ones = np.zeros(1 << n, dtype=np.int64)
@@ -48,11 +48,11 @@ def match_exactly(
     for i in range(n - 1, -1, -1):
         above = n - 1 - i
         for own in range(1 << above):
-            # Whoever is lowest, those below are gone: each by itself, or with one of those above.
+            # `i` is the lowest end left: those below are open, or joined with ends above.
             if above - ones[own] > i:
                 continue
             rest = own << (i + 1)
-            best, chosen = value[rest] + price[i], -1
+            best, chosen = value[rest] + open_cost[i], -1
             for j in range(i + 1, n):
                 if (rest >> j) & 1:
                     total = value[rest & ~(1 << j)] + cost[i, j]
@@ -74,10 +74,10 @@ def match_exactly(
 
 @helper
 def match_by_exchange(
-    cost: npt.NDArray[np.float64], price: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
+    cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
 ) -> float:
-    """As `match_exactly`, for many: what saves most first, then exchanges of two pairs while they save anything."""
-    n = len(price)
+    """Match as `match_exactly` for many ends: the highest gain first, then exchanges of two pairs while they gain."""
+    n = len(open_cost)
     partner[:] = -1
     savings = np.empty(n * (n - 1) // 2)
     rows = np.empty(len(savings), dtype=np.int64)
@@ -85,7 +85,7 @@ def match_by_exchange(
     count = 0
     for i in range(n):
         for j in range(i + 1, n):
-            saving = price[i] + price[j] - cost[i, j]
+            saving = open_cost[i] + open_cost[j] - cost[i, j]
             if saving > 0.0:
                 savings[count], rows[count], columns[count] = saving, i, j
                 count += 1
@@ -101,13 +101,13 @@ def match_by_exchange(
             p, q = partner[i], partner[j]
             if p == j:
                 continue
-            before = (cost[i, p] if p >= 0 else price[i]) + (cost[j, q] if q >= 0 else price[j])
+            before = (cost[i, p] if p >= 0 else open_cost[i]) + (cost[j, q] if q >= 0 else open_cost[j])
             after = cost[i, j]
-            joined = p >= 0 and q >= 0 and cost[p, q] < price[p] + price[q]
+            joined = p >= 0 and q >= 0 and cost[p, q] < open_cost[p] + open_cost[q]
             if joined:
                 after += cost[p, q]
             else:
-                after += (price[p] if p >= 0 else 0.0) + (price[q] if q >= 0 else 0.0)
+                after += (open_cost[p] if p >= 0 else 0.0) + (open_cost[q] if q >= 0 else 0.0)
             if after < before - 1e-9:
                 changed = True
                 partner[i], partner[j] = j, i
@@ -120,46 +120,46 @@ def match_by_exchange(
     total = 0.0
     for i in range(n):
         if partner[i] < 0:
-            total += price[i]
+            total += open_cost[i]
         elif partner[i] > i:
             total += cost[i, partner[i]]
     return total
 
 
 @helper
-def _match(cost: npt.NDArray[np.float64], price: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]) -> float:
-    if len(price) <= EXACT:
-        return match_exactly(cost, price, partner)
-    return match_by_exchange(cost, price, partner)
+def _match(cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]) -> float:
+    if len(open_cost) <= EXACT:
+        return match_exactly(cost, open_cost, partner)
+    return match_by_exchange(cost, open_cost, partner)
 
 
 @helper
-def _next_best(
+def _best_alternative(
     a: int,
     options: npt.NDArray[np.int64],
     partner: npt.NDArray[np.int64],
     cost: npt.NDArray[np.float64],
-    price: npt.NDArray[np.float64],
+    open_cost: npt.NDArray[np.float64],
     same: npt.NDArray[np.int64],
 ) -> tuple[float, int]:
-    """Return how much dearer it would be to break one pair up, and the option that `a` would be paired with, or -1."""
+    """Return the extra cost of the best matching without one pair, and the new partner of `a` in it, or -1."""
     b = partner[a]
-    margin, other = price[a] + price[b] - cost[a, b], -1
+    margin, alternative = open_cost[a] + open_cost[b] - cost[a, b], -1
     for c in options:
         d = partner[c]
-        # The same ways on the other copy of a shared run are no other choice.
+        # The same link on the other duplicate of a branch is no other choice.
         if c == b or same[c] == same[b] or (d >= 0 and same[d] in (same[a], same[b])):
             continue
-        now = cost[a, b] + (cost[c, d] if d >= 0 else price[c])
-        then = cost[a, c] + (min(cost[b, d], price[b] + price[d]) if d >= 0 else price[b])
+        now = cost[a, b] + (cost[c, d] if d >= 0 else open_cost[c])
+        then = cost[a, c] + (min(cost[b, d], open_cost[b] + open_cost[d]) if d >= 0 else open_cost[b])
         if then - now < margin:
-            margin, other = then - now, c
-    return max(margin, 0.0), other
+            margin, alternative = then - now, c
+    return max(margin, 0.0), alternative
 
 
 @helper
 def _find_groups(rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.int64]:
-    """Return for each end the lowest one that a chain of pairs connects it with."""
+    """Return for each end the lowest one connected with it by a chain of pairs."""
     group = np.arange(n)
     for k in range(len(rows)):
         a, b = rows[k], columns[k]
@@ -174,8 +174,8 @@ def _find_groups(rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], n:
 
 
 @helper
-def _put_together(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return where each of the keys 0 to n - 1 starts among the indices put in the order of their keys, and these."""
+def _group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Sort indices by their keys, 0 to n - 1: return the start of each key in the order, and the order."""
     first = np.zeros(n + 1, dtype=np.int64)
     for key in keys:
         first[key + 1] += 1
@@ -190,68 +190,68 @@ def _put_together(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.i
 
 
 @helper
-def _worse_by(
+def _cost_difference(
     partner: npt.NDArray[np.int64],
     alone: npt.NDArray[np.int64],
     cost: npt.NDArray[np.float64],
-    price: npt.NDArray[np.float64],
+    open_cost: npt.NDArray[np.float64],
 ) -> float:
-    """Return how much dearer one pairing is than another; 0 where they are the same."""
-    dearer = 0.0
-    for i in range(len(price)):
+    """Return the extra cost of one matching over another; 0 where they are the same."""
+    difference = 0.0
+    for i in range(len(open_cost)):
         if partner[i] != alone[i]:
-            dearer += price[i] if partner[i] < 0 else 0.5 * cost[i, partner[i]]
-            dearer -= price[i] if alone[i] < 0 else 0.5 * cost[i, alone[i]]
-    return dearer
+            difference += open_cost[i] if partner[i] < 0 else 0.5 * cost[i, partner[i]]
+            difference -= open_cost[i] if alone[i] < 0 else 0.5 * cost[i, alone[i]]
+    return difference
 
 
 @kernel(
     read(int64, 1), read(int64, 1), read(float64, 1), read(float64, 1), read(float64, 1), read(int64, 1)
 )  # fmt: skip
-def pair_ends(
+def match_ends(
     rows: npt.NDArray[np.int64],
     columns: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
     bonus: npt.NDArray[np.float64],
-    price: npt.NDArray[np.float64],
-    identity: npt.NDArray[np.int64],
+    open_cost: npt.NDArray[np.float64],
+    end_id: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64], float]:
-    """Pair ends at the least total cost, each left open at its price.
+    """Match ends at the least total cost; an end may stay open.
 
-    Ends that no chain of possible pairs connects have nothing to do with each other: each such piece is matched by
-    itself, exactly up to `EXACT` ends.
+    Ends that no chain of possible pairs connects are independent: each connected group is matched by itself,
+    exactly up to `EXACT` ends.
 
     Parameters
     ----------
     rows, columns : (k,) int64
-        The pairs that are possible, each once.
+        Possible pairs, each once.
     costs : (k,) float64
     bonus : (k,) float64
         Discount on the cost of each.
-    price : (n,) float64
-        Of leaving each end open.
-    identity : (n,) int64
-        Equal for ends that stand for the same one.
+    open_cost : (n,) float64
+        Cost of leaving each end open.
+    end_id : (n,) int64
+        End of the graph that each end stands for: equal on duplicates of a branch.
 
     Returns
     -------
     partner : (n,) int64
         -1 where an end stays open.
     cost, margin : (n,) float64
-        Of the joint at each end: what it costs, and how much dearer the next best choice would be, the bonus counted.
-    other : (n,) int64
-        The end that this one would be paired with then, or -1.
-    overruled : float
-        Cost saved by the pairing that would be chosen without any bonus.
+        Cost of the joint at each end, and extra cost of the best alternative, bonuses included.
+    alternative : (n,) int64
+        Partner of each end in the best alternative, or -1.
+    override : float
+        Cost saved by the matching without any bonus.
     """
-    n, overruled = len(price), 0.0
+    n, override = len(open_cost), 0.0
     partner = np.full(n, -1, dtype=np.int64)
     cost_of = np.zeros(n)
     margin_of = np.full(n, np.inf)
-    other_of = np.full(n, -1, dtype=np.int64)
+    alternative_of = np.full(n, -1, dtype=np.int64)
     group = _find_groups(rows, columns, n)
-    first, order = _put_together(group, n)
-    first_pair, pair_order = _put_together(group[rows], n)
+    first, order = _group_by_key(group, n)
+    first_pair, pair_order = _group_by_key(group[rows], n)
     local = np.empty(n, dtype=np.int64)
     for root in range(n):
         ends = order[first[root] : first[root + 1]]
@@ -261,8 +261,8 @@ def pair_ends(
         for a in range(size):
             local[ends[a]] = a
         own = pair_order[first_pair[root] : first_pair[root + 1]]
-        plain, has_bonus = np.full((size, size), _NEVER), False
-        both = np.empty(2 * len(own), dtype=np.int64)  # the ends that may be paired, each with whom
+        plain, has_bonus = np.full((size, size), FORBIDDEN), False
+        both = np.empty(2 * len(own), dtype=np.int64)  # both ends of each possible pair
         with_whom = np.empty(len(both), dtype=np.int64)
         for p in range(len(own)):
             k = own[p]
@@ -277,28 +277,28 @@ def pair_ends(
             for k in own:
                 a, b = local[rows[k]], local[columns[k]]
                 cost[a, b] = cost[b, a] = costs[k] - bonus[k]
-        open_price, same = price[ends], identity[ends]
+        own_open_cost, same = open_cost[ends], end_id[ends]
         chosen = np.full(size, -1, dtype=np.int64)
-        _match(cost, open_price, chosen)
+        _match(cost, own_open_cost, chosen)
         if has_bonus:
             alone = np.full(size, -1, dtype=np.int64)
-            _match(plain, open_price, alone)
-            overruled += _worse_by(chosen, alone, plain, open_price)
-        start, option = _put_together(both, size)
+            _match(plain, own_open_cost, alone)
+            override += _cost_difference(chosen, alone, plain, own_open_cost)
+        start, option = _group_by_key(both, size)
         for a in range(size):
             b = chosen[a]
             if b >= 0:
                 partner[ends[a]] = ends[b]
                 cost_of[ends[a]] = plain[a, b]
                 options = with_whom[option[start[a] : start[a + 1]]]
-                margin, c = _next_best(a, options, chosen, cost, open_price, same)
+                margin, c = _best_alternative(a, options, chosen, cost, own_open_cost, same)
                 margin_of[ends[a]] = margin
-                other_of[ends[a]] = ends[c] if c >= 0 else -1
+                alternative_of[ends[a]] = ends[c] if c >= 0 else -1
     for i in range(n):
         j = partner[i]
         if j > i:
             margin_of[i] = margin_of[j] = min(margin_of[i], margin_of[j])
-    return partner, cost_of, margin_of, other_of, overruled
+    return partner, cost_of, margin_of, alternative_of, override
 
 
 @kernel(
@@ -309,24 +309,24 @@ def least_costs(
     sets: npt.NDArray[np.int64],
     slots: npt.NDArray[np.int64],
     nodes: npt.NDArray[np.int64],
-    price: npt.NDArray[np.float64],
+    open_cost: npt.NDArray[np.float64],
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.float64]:
-    """Return what the best pairing of each set of arms costs.
+    """Return the least cost of a matching of each set of ends.
 
     Parameters
     ----------
     sets : (s + 1,) int64
         Start of each set in `slots`.
     slots : (m,) int64
-        Ends at one junction each set; an end may stand twice, but is not paired with itself.
+        Ends at one junction each set; an end may stand twice, but is not matched with itself.
     nodes : (n,) int64
         The junction at each end.
-    price : (n,) float64
-        Of leaving each end open.
+    open_cost : (n,) float64
+        Cost of leaving each end open.
     first, members, starts, costs
         As `bending.junction_costs` makes them.
 
@@ -344,14 +344,14 @@ def least_costs(
         size = len(ends)
         node = nodes[ends[0]]
         stride = first[node + 1] - first[node]
-        cost, open_price = np.empty((size, size)), np.empty(size)
+        cost, own_open_cost = np.empty((size, size)), np.empty(size)
         for a in range(size):
-            open_price[a] = price[ends[a]]
+            own_open_cost[a] = open_cost[ends[a]]
             for b in range(size):
                 cost[a, b] = costs[starts[node] + local[ends[a]] * stride + local[ends[b]]]
         partner = np.empty(size, dtype=np.int64)
         if size <= EXACT_AMONG_MANY:
-            totals[s] = match_exactly(cost, open_price, partner)
+            totals[s] = match_exactly(cost, own_open_cost, partner)
         else:
-            totals[s] = match_by_exchange(cost, open_price, partner)
+            totals[s] = match_by_exchange(cost, own_open_cost, partner)
     return totals

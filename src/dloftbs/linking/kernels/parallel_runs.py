@@ -1,4 +1,4 @@
-"""Two cables in one run: on which side of it each of them lies, and where they change sides."""
+"""Two cables that share branches: the offset axis of each, and the points at which they swap sides."""
 
 from __future__ import annotations
 
@@ -68,16 +68,16 @@ def _roughness(points: npt.NDArray[np.float64], n: int) -> float:
 @helper
 def _gather(
     before: npt.NDArray[np.float64],
-    lane_in: npt.NDArray[np.float64],
+    axis_in: npt.NDArray[np.float64],
     first: int,
     place: int,
-    lane_out: npt.NDArray[np.float64],
+    axis_out: npt.NDArray[np.float64],
     last: int,
     after: npt.NDArray[np.float64],
     most: int,
     points: npt.NDArray[np.float64],
 ) -> int:
-    """Write the points of a way through a narrow place; `before` and `after` are ordered away from the shared run."""
+    """Write the points of a route through a narrow place; `before` and `after` lead away from the shared branches."""
     n = 0
     if first == 0:
         extra = min(len(before), max(most - place, 0))
@@ -85,12 +85,12 @@ def _gather(
             points[n] = before[i]
             n += 1
     for i in range(first, place):
-        points[n] = lane_in[i]
+        points[n] = axis_in[i]
         n += 1
     for i in range(place, last):
-        points[n] = lane_out[i]
+        points[n] = axis_out[i]
         n += 1
-    if last == len(lane_out):
+    if last == len(axis_out):
         extra = min(len(after), max(most - (last - place), 0))
         for i in range(extra):
             points[n] = after[i]
@@ -109,7 +109,7 @@ def _gather(
     read(float64, 2),
     float64,
 )
-def follow_lanes(
+def find_swaps(
     one: npt.NDArray[np.float64],
     two: npt.NDArray[np.float64],
     arc: npt.NDArray[np.float64],
@@ -120,33 +120,33 @@ def follow_lanes(
     after_two: npt.NDArray[np.float64],
     width: float,
 ) -> tuple[npt.NDArray[np.bool_], float, int]:
-    """Tell where two cables in one run change lanes.
+    """Find the points at which two cables that share branches swap axes.
 
-    Where the lanes come close, the cables cross, or touch and part again: whichever leaves the smoother curves.
+    Where the axes come close, the cables either cross or touch and part again: the smoother pair of curves is taken.
 
     Parameters
     ----------
     one, two : (n, 2) float64
-        The lanes: where the cable on the one side lies, and the one on the other, px.
+        Axis of the cable on the one side, and on the other, px.
     arc, separation : (n,) float64
-        Distance along the run, and between the lanes, px.
+        Distance along the branches, and between the axes, px.
     before_one, before_two, after_one, after_two : (m, 2) float64
-        Continuation of the lanes before the first and after the last point, in order away from the run; may be empty.
+        Continuation of the axes before the first and after the last point, leading away from there; may be empty.
     width : float
         Of one cable, px.
 
     Returns
     -------
-    changed : (n + 1,) bool
-        Whether what comes from lane one lies in lane two, at each point and after the last.
+    swapped : (n + 1,) bool
+        Whether the cable that starts on axis one lies on axis two, at each point and after the last.
     margin : float
         Clearness of the least clear decision: half the logarithm of the ratio of the mean squared residuals; infinity
         where there was none to take.
     weakest : int
-        The point at which that one was taken; -1 where there was none.
+        Point of that decision; -1 where there was none.
     """
     n = len(arc)
-    changed = np.zeros(n + 1, dtype=np.bool_)
+    swapped = np.zeros(n + 1, dtype=np.bool_)
     margin, weakest = np.inf, -1
     most = max(int(_WINDOW * width) + 4, _LEAST_WINDOW_PX)
     narrow_px, wide_px = _NARROW * width + _PIXEL, _WIDE * width + _PIXEL
@@ -179,32 +179,32 @@ def follow_lanes(
         stay = 0.0
         cross = 0.0
         for k in range(2):
-            lane, other = (one, two) if k == 0 else (two, one)
+            axis, other = (one, two) if k == 0 else (two, one)
             before = before_one if k == 0 else before_two
-            m = _gather(before, lane, first, place, lane, last, after_one if k == 0 else after_two, most, points)
+            m = _gather(before, axis, first, place, axis, last, after_one if k == 0 else after_two, most, points)
             stay += _roughness(points, m)
-            m = _gather(before, lane, first, place, other, last, after_two if k == 0 else after_one, most, points)
+            m = _gather(before, axis, first, place, other, last, after_two if k == 0 else after_one, most, points)
             cross += _roughness(points, m)
         evidence = 0.5 * np.log((stay + _FLOOR_PX2) / (cross + _FLOOR_PX2))
         if abs(evidence) < margin:
             margin, weakest = abs(evidence), place
         if evidence > 0.0:
-            changed[place:] = ~changed[place:]
-    return changed, margin, weakest
+            swapped[place:] = ~swapped[place:]
+    return swapped, margin, weakest
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)
-def lay_lanes(
-    way: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], width: float
+def offset_axes(
+    middle: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], width: float
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return where the axes of two cables of known width lie in a run that both share.
+    """Offset the axes of two cables of known width from the middle of the mask that they share.
 
     The outer edges of the two are the mask's: each axis lies half a width inside of its own. Two that touch lie a width
     apart: where the mask is wider still, as in a blob, their edges are not to be seen.
 
     Parameters
     ----------
-    way : (n, 2) float64
+    middle : (n, 2) float64
         The middle of the mask, px; two points or more.
     radius : (n,) float64
         Half of its width, px.
@@ -214,20 +214,22 @@ def lay_lanes(
     Returns
     -------
     shift : (n, 2) float64
-        From the middle to the lane on the side to which x turns into y; the other lane lies on the other side.
+        From the middle to the axis on the side to which x turns into y; the other axis lies on the other side.
     arc, separation : (n,) float64
-        Distance along the way, and between the lanes, px.
+        Distance along the middle, and between the axes, px.
     """
-    n = len(way)
+    n = len(middle)
     shift = np.empty((n, 2))
     arc = np.zeros(n)
     separation = np.empty(n)
     reach = max(int(0.5 * width), 1)
     for i in range(n):
         if i > 0:
-            arc[i] = arc[i - 1] + np.sqrt((way[i, 0] - way[i - 1, 0]) ** 2 + (way[i, 1] - way[i - 1, 1]) ** 2)
+            arc[i] = arc[i - 1] + np.sqrt(
+                (middle[i, 0] - middle[i - 1, 0]) ** 2 + (middle[i, 1] - middle[i - 1, 1]) ** 2
+            )
         low, high = max(i - reach, 0), min(i + reach, n - 1)
-        dx, dy = way[high, 0] - way[low, 0], way[high, 1] - way[low, 1]
+        dx, dy = middle[high, 0] - middle[low, 0], middle[high, 1] - middle[low, 1]
         norm = max(np.sqrt(dx * dx + dy * dy), 1e-9)
         separation[i] = min(max(2.0 * radius[i] - width, 0.0), width)
         shift[i, 0], shift[i, 1] = -0.5 * separation[i] * dy / norm, 0.5 * separation[i] * dx / norm
@@ -235,15 +237,15 @@ def lay_lanes(
 
 
 @kernel(read(float64, 2), read(float64, 2), int64, float64)
-def surviving_lane(way: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], end: int, width: float) -> float:
-    """Tell which of two lanes goes on where the other cable ends: the one that leaves the smoother curve.
+def continuing_axis(middle: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], end: int, width: float) -> float:
+    """Tell which of two axes continues beyond the end of the other cable: the one with the smoother curve.
 
     Parameters
     ----------
-    way : (n, 2) float64
+    middle : (n, 2) float64
         The middle of the mask, beyond the end, too, px.
     shift : (n, 2) float64
-        From there to the first lane.
+        From there to the first axis.
     end : int
         Index of the point where the other cable ends.
     width : float
@@ -252,10 +254,10 @@ def surviving_lane(way: npt.NDArray[np.float64], shift: npt.NDArray[np.float64],
     Returns
     -------
     float
-        Above 0 for the first lane, below for the other: half the logarithm of the ratio of the mean squared residuals.
+        Above 0 for the first axis, below for the other: half the logarithm of the ratio of the mean squared residuals.
         0 where too little is left beyond the end to tell.
     """
-    low, high = max(end - int(_BEFORE_END * width), 0), min(end + int(_AFTER_END * width), len(way))
+    low, high = max(end - int(_BEFORE_END * width), 0), min(end + int(_AFTER_END * width), len(middle))
     points = np.empty((high - low, 2))
     rough = np.zeros(2)
     for k in range(2):
@@ -264,8 +266,8 @@ def surviving_lane(way: npt.NDArray[np.float64], shift: npt.NDArray[np.float64],
             if end - 0.25 * width <= i <= end + 0.5 * width:
                 continue  # there the mask is neither as wide as two nor as wide as one
             sign = 0.0 if i > end else (1.0 if k == 0 else -1.0)
-            points[count, 0] = way[i, 0] + sign * shift[i, 0]
-            points[count, 1] = way[i, 1] + sign * shift[i, 1]
+            points[count, 0] = middle[i, 0] + sign * shift[i, 0]
+            points[count, 1] = middle[i, 1] + sign * shift[i, 1]
             count += 1
             beyond += i > end
         if beyond <= width or count < 2 * _TERMS:

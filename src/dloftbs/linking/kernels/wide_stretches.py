@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import kernel, read
+from dloftbs.kernels.shared.graph_ends import branch_of, inward, other_end
 
 _WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin above the one, end below the other
 
@@ -15,7 +16,7 @@ _WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin a
 def wide_reach(
     nodes: npt.NDArray[np.int64], spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
-    """Return how many points from each end of each run on the mask is wider than one cable, and the mean widths.
+    """Count the points from each end of each branch on over which the mask is wider than one cable; return mean widths.
 
     Parameters
     ----------
@@ -31,16 +32,16 @@ def wide_reach(
     -------
     reach : (2 n,) int64
     widths : (n,) float64
-        Of the runs, px; that of one cable where a run has no clear points.
+        Of the branches, px; that of one cable where a branch has no clear points.
     """
     reach = np.zeros(2 * len(spans), dtype=np.int64)
     widths = np.full(len(spans), width)
-    for run in range(len(spans)):
-        if spans[run, 1] > spans[run, 0]:
-            widths[run] = 2.0 * radii[spans[run, 0] : spans[run, 1]].mean()
+    for branch in range(len(spans)):
+        if spans[branch, 1] > spans[branch, 0]:
+            widths[branch] = 2.0 * radii[spans[branch, 0] : spans[branch, 1]].mean()
     for end in range(len(reach)):
-        start, stop = spans[end // 2]
-        step = 1 if end % 2 == 0 else -1
+        start, stop = spans[branch_of(end)]
+        step = inward(end)
         first = start if step == 1 else stop - 1
         thin = 0
         for k in range(stop - start):
@@ -51,6 +52,6 @@ def wide_reach(
             if thin >= _LASTING_WIDTHS * width:
                 break
         # Towards a free end two cables get narrower together.
-        if nodes[end ^ 1] < 0 and reach[end] > 0.75 * width and stop - start - reach[end] < 2.0 * width:
+        if nodes[other_end(end)] < 0 and reach[end] > 0.75 * width and stop - start - reach[end] < 2.0 * width:
             reach[end] = stop - start
     return reach, widths

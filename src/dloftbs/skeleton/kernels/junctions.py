@@ -1,4 +1,4 @@
-"""Junctions of a skeleton: clusters of branch points, the runs that meet there, and spurs among them."""
+"""Junctions of a skeleton: clusters of branch points, the branches that meet there, and spurs among them."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ import numpy.typing as npt
 from numba import boolean, float64, int32, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.shared.graph_ends import FREE, UNAVAILABLE, branch_of, is_start, start_of, stop_of
 from dloftbs.kernels.shared.union_find import find_root, unite
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
 _BRANCH, _LABELLED = 2, 3  # mark branch points in the grid while a kernel runs
-FREE = -1
-"""In the place of a node: the end of a run that touches no junction."""
-UNAVAILABLE = -2
-"""In the place of a node: an end that cannot be joined."""
 
 
 @inlined
@@ -54,7 +51,7 @@ def find_junctions(
     n_open: int,
     mask: npt.NDArray[np.uint8],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Collapse the branch points that touch into junctions, and tell which of them each end of each run touches.
+    """Collapse adjacent branch points into junctions, and find the junction that each branch end touches.
 
     Not checked: the outermost rows and columns of `grid` and `mask` are 0, and the list is complete.
 
@@ -67,17 +64,17 @@ def find_junctions(
     degrees : (n,) uint8
         The number of neighbours of each.
     points : (m, 2) float64
-        ``(x, y)`` of the runs between branch points, as `tracing.trace` makes them.
-    offsets : (runs + 1,) int64
+        ``(x, y)`` of the branches between branch points, as `tracing.trace` makes them.
+    offsets : (branches + 1,) int64
     n_open : int
-        Number of runs with ends; they come first.
+        Number of branches with ends; they come first.
     mask : (H, W) uint8
         Mask that the skeleton is of.
 
     Returns
     -------
     nodes : (2 n_open,) int64
-        The junction at the start and at the end of each run, or `FREE`.
+        The junction at the start and at the end of each branch, or `FREE`.
     centres : (k, 2) float64
         ``(x, y)``, the mean of each junction's branch points.
     radii : (k,) float64
@@ -87,11 +84,11 @@ def find_junctions(
     size = 0
     for i in range(n):
         size += degrees[i] > 2
-    branches = np.empty((size, 2), dtype=np.int32)
+    branch_points = np.empty((size, 2), dtype=np.int32)
     size = 0
     for i in range(n):
         if degrees[i] > 2:
-            branches[size, 0], branches[size, 1] = pixels_rc[i, 0], pixels_rc[i, 1]
+            branch_points[size, 0], branch_points[size, 1] = pixels_rc[i, 0], pixels_rc[i, 1]
             grid[pixels_rc[i, 0], pixels_rc[i, 1]] = _BRANCH
             size += 1
     label = np.empty(size, dtype=np.int64)
@@ -99,16 +96,16 @@ def find_junctions(
     centres = np.empty((size, 2), dtype=np.float64)
     count = 0
     for first in range(size):
-        if grid[branches[first, 0], branches[first, 1]] == _LABELLED:
+        if grid[branch_points[first, 0], branch_points[first, 1]] == _LABELLED:
             continue
-        grid[branches[first, 0], branches[first, 1]] = _LABELLED
+        grid[branch_points[first, 0], branch_points[first, 1]] = _LABELLED
         stack[0] = first
         height, found = 1, 0
         sum_x, sum_y = 0.0, 0.0
         while height > 0:
             height -= 1
             label[stack[height]] = count
-            row, column = branches[stack[height], 0], branches[stack[height], 1]
+            row, column = branch_points[stack[height], 0], branch_points[stack[height], 1]
             found += 1
             sum_x += column
             sum_y += row
@@ -116,34 +113,34 @@ def find_junctions(
                 for c in range(column - 1, column + 2):
                     if grid[r, c] == _BRANCH:
                         grid[r, c] = _LABELLED
-                        stack[height] = _index_of(branches, r, c)
+                        stack[height] = _index_of(branch_points, r, c)
                         height += 1
         centres[count, 0], centres[count, 1] = sum_x / found, sum_y / found
         count += 1
 
     nodes = np.full(2 * n_open, FREE, dtype=np.int64)
     for end in range(2 * n_open):
-        run = end // 2
-        i = offsets[run] if end % 2 == 0 else offsets[run + 1] - 1
+        branch = branch_of(end)
+        i = offsets[branch] if is_start(end) else offsets[branch + 1] - 1
         row, column = int(points[i, 1]), int(points[i, 0])
         for r in range(row - 1, row + 2):
             for c in range(column - 1, column + 2):
                 if grid[r, c] == _LABELLED and nodes[end] == FREE:
-                    node = label[_index_of(branches, r, c)]
-                    # A run of one pixel has its two junctions in order.
-                    if end % 2 == 0 or offsets[run + 1] - offsets[run] > 1 or node != nodes[end - 1]:
+                    node = label[_index_of(branch_points, r, c)]
+                    # A branch of one pixel has its two junctions in order.
+                    if is_start(end) or offsets[branch + 1] - offsets[branch] > 1 or node != nodes[end - 1]:
                         nodes[end] = node
     radii = np.empty(count, dtype=np.float64)
     for node in range(count):
         radii[node] = _inscribed_radius(mask, centres[node, 0], centres[node, 1])
     for i in range(size):
-        grid[branches[i, 0], branches[i, 1]] = 1
+        grid[branch_points[i, 0], branch_points[i, 1]] = 1
     return nodes, centres[:count].copy(), radii
 
 
 @helper
 def _sticks_out(
-    run: int,
+    branch: int,
     nodes: npt.NDArray[np.int64],
     centres: npt.NDArray[np.float64],
     radii: npt.NDArray[np.float64],
@@ -151,12 +148,12 @@ def _sticks_out(
     offsets: npt.NDArray[np.int64],
     mask: npt.NDArray[np.uint8],
 ) -> float:
-    """Return how far a run with one free end sticks out of its junction, px; infinity for other runs."""
-    start, stop = nodes[2 * run], nodes[2 * run + 1]
+    """Return how far a branch with one free end sticks out of its junction, px; infinity for other branches."""
+    start, stop = nodes[start_of(branch)], nodes[stop_of(branch)]
     if (start >= 0) == (stop >= 0):
         return np.inf
     node = max(start, stop)
-    tip = offsets[run] if start < 0 else offsets[run + 1] - 1
+    tip = offsets[branch] if start < 0 else offsets[branch + 1] - 1
     x, y = points[tip, 0], points[tip, 1]
     away = np.sqrt((x - centres[node, 0]) ** 2 + (y - centres[node, 1]) ** 2)
     return away + _inscribed_radius(mask, x, y) - radii[node]
@@ -172,28 +169,28 @@ def prune_spurs(
     mask: npt.NDArray[np.uint8],
     least: float,
 ) -> npt.NDArray[np.bool_]:
-    """Find the runs that are spurs: they end freely, and stick out of their junction by little.
+    """Find the branches that are spurs: they end freely, and stick out of their junction by little.
 
-    A run sticks out by the distance that the mask reaches farther with its tip than around the junction. The shortest
-    goes first, and a junction keeps one run. Where only one is left, its end is free from then on and may be the tip of
-    a spur itself.
+    A branch sticks out by how much farther the mask reaches with its tip than around the junction. The shortest goes
+    first, and a junction keeps one branch; where only one is left, its end is free from then on and may be the tip of a
+    spur itself.
 
     Parameters
     ----------
     nodes : (2 n,) int64
-        As `find_junctions` makes them; a junction that is down to one run becomes `FREE`.
+        As `find_junctions` makes them; a junction that is down to one branch becomes `FREE`.
     centres, radii : (k, 2), (k,) float64
     points : (m, 2) float64
     offsets : (n + 1,) int64
-        Of the runs with ends, and more.
+        Of the branches with ends, and more.
     mask : (H, W) uint8
     least : float
-        Least length by which a run sticks out, px; shorter ones are spurs.
+        Least length by which a branch sticks out, px; shorter ones are spurs.
 
     Returns
     -------
     (n,) bool
-        Which runs stay.
+        Branches that stay.
     """
     n = len(nodes) // 2
     alive = np.ones(n, dtype=np.bool_)
@@ -202,23 +199,23 @@ def prune_spurs(
         if node >= 0:
             degree[node] += 1
     out = np.full(n, np.inf)
-    for run in range(n):
-        out[run] = _sticks_out(run, nodes, centres, radii, points, offsets, mask)
+    for branch in range(n):
+        out[branch] = _sticks_out(branch, nodes, centres, radii, points, offsets, mask)
     while n > 0:
-        run = int(np.argmin(out))
-        if not out[run] < least:  # what is struck off is infinite, and comes back once at most
+        branch = int(np.argmin(out))
+        if not out[branch] < least:  # what is struck off is infinite, and comes back once at most
             break
-        out[run] = np.inf
-        node = max(nodes[2 * run], nodes[2 * run + 1])
+        out[branch] = np.inf
+        node = max(nodes[start_of(branch)], nodes[stop_of(branch)])
         if degree[node] == 1:
             continue
-        alive[run] = False
+        alive[branch] = False
         degree[node] -= 1
         if degree[node] == 1:
             for end in range(2 * n):
-                if nodes[end] == node and alive[end // 2]:
+                if nodes[end] == node and alive[branch_of(end)]:
                     nodes[end] = FREE
-                    out[end // 2] = _sticks_out(end // 2, nodes, centres, radii, points, offsets, mask)
+                    out[branch_of(end)] = _sticks_out(branch_of(end), nodes, centres, radii, points, offsets, mask)
     return alive
 
 
@@ -233,7 +230,7 @@ def find_bordering(
     image_width: int,
     reach: float,
 ) -> npt.NDArray[np.bool_]:
-    """Tell which free ends the image's border cuts.
+    """Find the free ends that the image's border cuts.
 
     Parameters
     ----------
@@ -254,7 +251,7 @@ def find_bordering(
     bordering = np.zeros(len(nodes), dtype=np.bool_)
     for end in range(len(nodes)):
         if nodes[end] == FREE:
-            i = offsets[end // 2] if end % 2 == 0 else offsets[end // 2 + 1] - 1
+            i = offsets[branch_of(end)] if is_start(end) else offsets[branch_of(end) + 1] - 1
             x = points[i, 0] * matrix[0, 0] + points[i, 1] * matrix[0, 1] + offset[0]
             y = points[i, 0] * matrix[1, 0] + points[i, 1] * matrix[1, 1] + offset[1]
             bordering[end] = min(x, y, image_width - 1.0 - x, image_height - 1.0 - y) <= reach
@@ -269,7 +266,7 @@ def drop_specks(
     radius: npt.NDArray[np.float64],
     least: float,
 ) -> None:
-    """Drop the runs that touch no junction and cover less than an area of the mask.
+    """Drop the branches that touch no junction and cover less than an area of the mask.
 
     Parameters
     ----------
@@ -282,22 +279,22 @@ def drop_specks(
     least : float
         px^2.
     """
-    for run in range(len(alive)):
-        alone = nodes[2 * run] == FREE and nodes[2 * run + 1] == FREE
-        if alone and 2.0 * radius[offsets[run] : offsets[run + 1]].sum() < least:
-            alive[run] = False
+    for branch in range(len(alive)):
+        alone = nodes[start_of(branch)] == FREE and nodes[stop_of(branch)] == FREE
+        if alone and 2.0 * radius[offsets[branch] : offsets[branch + 1]].sum() < least:
+            alive[branch] = False
 
 
 @inlined
 def _is_inner(
-    run: int,
+    branch: int,
     nodes: npt.NDArray[np.int64],
     clear: npt.NDArray[np.int64],
     alive: npt.NDArray[np.bool_],
     least: float,
 ) -> bool:
-    """Tell whether a run between two junctions is too short to have a direction of its own."""
-    return alive[run] and nodes[2 * run] >= 0 and nodes[2 * run + 1] >= 0 and clear[run] < least
+    """Tell whether a branch between two junctions is too short to have a direction of its own."""
+    return alive[branch] and nodes[start_of(branch)] >= 0 and nodes[stop_of(branch)] >= 0 and clear[branch] < least
 
 
 @kernel(read(int64, 1), read(int64, 1), read(boolean, 1), int64, float64)
@@ -308,18 +305,18 @@ def merge_junctions(
     count: int,
     least: float,
 ) -> npt.NDArray[np.int64]:
-    """Merge junctions that are joined by a run too short to have a direction of its own.
+    """Merge junctions that are joined by a branch too short to have a direction of its own.
 
     Parameters
     ----------
     nodes : (2 n,) int64
     clear : (n,) int64
-        Number of points of each run that lie clear of its junctions.
+        Number of points of each branch that lie clear of its junctions.
     alive : (n,) bool
     count : int
         Number of junctions.
     least : float
-        A run with fewer clear points than this merges its junctions.
+        A branch with fewer clear points than this merges its junctions.
 
     Returns
     -------
@@ -327,16 +324,16 @@ def merge_junctions(
         The lowest junction of those that each is merged with.
     """
     group = np.arange(count)
-    for run in range(len(clear)):
-        if _is_inner(run, nodes, clear, alive, least):
-            unite(group, nodes[2 * run], nodes[2 * run + 1])
+    for branch in range(len(clear)):
+        if _is_inner(branch, nodes, clear, alive, least):
+            unite(group, nodes[start_of(branch)], nodes[stop_of(branch)])
     for node in range(count):
         group[node] = find_root(group, node)
     return group
 
 
 @kernel(read(int64, 1), read(int64, 2), read(boolean, 1), read(boolean, 1), int64, float64)
-def settle_ends(
+def assign_junctions(
     nodes: npt.NDArray[np.int64],
     spans: npt.NDArray[np.int64],
     alive: npt.NDArray[np.bool_],
@@ -344,34 +341,34 @@ def settle_ends(
     count: int,
     least: float,
 ) -> npt.NDArray[np.int64]:
-    """Tell for each end of each run which junction it is joined at, now that near ones are merged.
+    """Assign a junction to each end of each branch, with near junctions merged.
 
     Parameters
     ----------
     nodes : (2 n,) int64
     spans : (n, 2) int64
-        The points of each run that lie clear of its junctions.
+        The points of each branch that lie clear of its junctions.
     alive, spurs : (n,) bool
         Runs that are neither are left out.
     count : int
         Number of junctions.
     least : float
-        A run with fewer clear points than this merges its junctions.
+        A branch with fewer clear points than this merges its junctions.
 
     Returns
     -------
     (2 n,) int64
-        The junction, by the lowest of those that are merged; `FREE`; or `UNAVAILABLE`: the ends of runs inside a
+        The junction, by the lowest of those that are merged; `FREE`; or `UNAVAILABLE`: the ends of branches inside a
         junction and of those that are left out, and the free end of a spur.
     """
     clear = spans[:, 1] - spans[:, 0]
     group = merge_junctions(nodes, clear, alive, count, least)
-    settled = np.empty_like(nodes)
+    assigned = np.empty_like(nodes)
     for end in range(len(nodes)):
-        run, node = end // 2, nodes[end]
-        left_out = not (alive[run] or spurs[run]) or (spurs[run] and node == FREE)
-        if left_out or _is_inner(run, nodes, clear, alive, least):
-            settled[end] = UNAVAILABLE
+        branch, node = branch_of(end), nodes[end]
+        left_out = not (alive[branch] or spurs[branch]) or (spurs[branch] and node == FREE)
+        if left_out or _is_inner(branch, nodes, clear, alive, least):
+            assigned[end] = UNAVAILABLE
         else:
-            settled[end] = group[node] if node >= 0 else node
-    return settled
+            assigned[end] = group[node] if node >= 0 else node
+    return assigned

@@ -1,4 +1,4 @@
-"""Sharp bends: where a run of a skeleton is cut, and where the corner of a bend has grown a run of its own."""
+"""Sharp bends: points at which a branch is cut, and corners of bends that have a branch of their own."""
 
 from __future__ import annotations
 
@@ -7,10 +7,20 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.graph_ends import (
+    FREE,
+    TANGENT_X,
+    TANGENT_Y,
+    branch_of,
+    is_start,
+    other_end,
+    start_of,
+    stop_of,
+)
 
 _CHORD_WIDTHS = 1.5
-_ALONG = 0.85  # cosine of the most that a mitre points away from the middle between its arms
-_LEAST_ANGLE = 0.1  # rad; of arms that are as good as parallel, the mitre may be as long as between these
+_ALONG = 0.85  # cosine of the most that a mitre points away from the middle between its ends
+_LEAST_ANGLE = 0.1  # rad; of ends that are as good as parallel, the mitre may be as long as between these
 _LONGER, _LONGER_WIDTHS, _LONGER_PX = 1.25, 0.75, 3.0  # than the mitre of that angle and width: skeletons are ragged
 _WIDE = 1.15  # in widths, the mean along a mitre; it narrows from two widths to one
 _AHEAD_RAD, _ASIDE_RAD = (-0.26, 0.0, 0.26), (0.52, 0.79, 1.05)  # rays at a tip: before it, and towards its corners
@@ -30,12 +40,12 @@ def find_kinks(
     width: float,
     sharp: float,
 ) -> npt.NDArray[np.int64]:
-    """Find where runs turn more sharply than a cable can: where two cables meet at an angle, and no branch shows it.
+    """Find points at which branches turn more sharply than a cable can: two cables may meet at an angle there.
 
     Parameters
     ----------
     points : (m, 2) float64
-    offsets : (runs + 1,) int64
+    offsets : (branches + 1,) int64
     nodes : (2 n_open,) int64
     n_open : int
     width : float
@@ -52,9 +62,9 @@ def find_kinks(
     blunt = np.cos(sharp) ** 2 if sharp < 0.5 * np.pi else 0.0
     found = np.empty(len(points), dtype=np.int64)
     count = 0
-    for run in range(n_open):
+    for branch in range(n_open):
         best, best_turn = -1, sharp
-        for i in range(offsets[run] + reach, offsets[run + 1] - reach):
+        for i in range(offsets[branch] + reach, offsets[branch + 1] - reach):
             ax, ay = points[i, 0] - points[i - reach, 0], points[i, 1] - points[i - reach, 1]
             bx, by = points[i + reach, 0] - points[i, 0], points[i + reach, 1] - points[i, 1]
             if best >= 0 and i > best + reach:
@@ -74,20 +84,20 @@ def find_kinks(
 
 
 @kernel(read(int64, 1), read(int64, 1), read(int64, 1), read(boolean, 1), int64)
-def split_runs(
+def split_branches(
     cuts: npt.NDArray[np.int64],
     offsets: npt.NDArray[np.int64],
     nodes: npt.NDArray[np.int64],
     alive: npt.NDArray[np.bool_],
     count: int,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-    """Cut runs in two, with a new junction of two arms at each cut.
+    """Cut branches in two, with a new junction of two ends at each cut.
 
     Parameters
     ----------
     cuts : (k,) int64
-        Indices of points, ascending: where the second part starts. Those in runs that are not alive are left out.
-    offsets : (runs + 1,) int64
+        Indices of points, ascending: where the second part starts. Those in branches that are not alive are left out.
+    offsets : (branches + 1,) int64
     nodes : (2 n_open,) int64
     alive : (n_open,) bool
     count : int
@@ -96,7 +106,7 @@ def split_runs(
     Returns
     -------
     offsets, nodes, alive
-        With the parts in the place of each run.
+        With the parts in the place of each branch.
     """
     n_open = len(alive)
     room = len(cuts)
@@ -104,19 +114,19 @@ def split_runs(
     new_nodes = np.empty(len(nodes) + 2 * room, dtype=np.int64)
     new_alive = np.empty(n_open + room, dtype=np.bool_)
     n, k = 0, 0
-    for run in range(n_open):
-        new_offsets[n] = offsets[run]
-        new_nodes[2 * n] = nodes[2 * run]
-        new_alive[n] = alive[run]
-        while k < len(cuts) and cuts[k] < offsets[run + 1]:
-            if alive[run]:
-                new_nodes[2 * n + 1] = count + k
+    for branch in range(n_open):
+        new_offsets[n] = offsets[branch]
+        new_nodes[start_of(n)] = nodes[start_of(branch)]
+        new_alive[n] = alive[branch]
+        while k < len(cuts) and cuts[k] < offsets[branch + 1]:
+            if alive[branch]:
+                new_nodes[stop_of(n)] = count + k
                 n += 1
                 new_offsets[n] = cuts[k]
-                new_nodes[2 * n] = count + k
+                new_nodes[start_of(n)] = count + k
                 new_alive[n] = True
             k += 1
-        new_nodes[2 * n + 1] = nodes[2 * run + 1]
+        new_nodes[stop_of(n)] = nodes[stop_of(branch)]
         n += 1
     loops = len(offsets) - n_open
     new_offsets[n : n + loops] = offsets[n_open:]
@@ -124,12 +134,12 @@ def split_runs(
 
 
 @helper
-def _mitre_length(arms: npt.NDArray[np.float64], a: int, b: int, width: float) -> float:
-    """Return how far before the corner of two arms their skeletons meet, px.
+def _mitre_length(states: npt.NDArray[np.float64], a: int, b: int, width: float) -> float:
+    """Return the distance from the corner of two ends to the point where their skeletons meet, px.
 
     There a disc touches both outer sides and the inner corner.
     """
-    cosine = arms[a, 2] * arms[b, 2] + arms[a, 3] * arms[b, 3]
+    cosine = states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y]
     sine = np.sin(0.5 * max(np.arccos(min(cosine, 1.0)), _LEAST_ANGLE))
     return 0.5 * width * (1.0 - sine) / (sine * (1.0 + sine))
 
@@ -138,7 +148,7 @@ def _mitre_length(arms: npt.NDArray[np.float64], a: int, b: int, width: float) -
 def _apex(
     points: npt.NDArray[np.float64], radius: npt.NDArray[np.float64], first: int, last: int, width: float
 ) -> tuple[int, float]:
-    """Return the last point of a run in this order at which the mask is as wide as a cable, and the mean width."""
+    """Return the last point of a branch in this order at which the mask is as wide as a cable, and the mean width."""
     step = 1 if last >= first else -1
     apex, total = first, 0.0
     for k in range(abs(last - first) + 1):
@@ -151,7 +161,7 @@ def _apex(
 
 @helper
 def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
-    """Return how far the mask goes from a point along a unit vector, to a quarter of a pixel."""
+    """Measure the mask from a point along a unit vector, to a quarter of a pixel."""
     t = 0.0
     while t < most:
         row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)
@@ -185,7 +195,7 @@ def find_corners(
     nodes: npt.NDArray[np.int64],
     alive: npt.NDArray[np.bool_],
     spurs: npt.NDArray[np.bool_],
-    arms: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
     centres: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
     radius: npt.NDArray[np.float64],
@@ -193,18 +203,18 @@ def find_corners(
     mask: npt.NDArray[np.uint8],
     width: float,
 ) -> npt.NDArray[np.int64]:
-    """Find the corners of bends that have a run of their own, and make spurs of those runs.
+    """Find the corners of bends that have a branch of their own, and make spurs of those branches.
 
-    The skeletons of two arms that meet at a small angle join before the corner, and lead there as one: a mitre. It lies
-    between the two, is as long as the angle and the width tell, wider than a cable, since both go through it, and ends
-    round: what hides a crossing leaves a corner that is cut off.
+    The skeletons of two ends that meet at a small angle join before the corner and lead there as one branch: a mitre.
+    It lies between the two, has the length that follows from the angle and the width, is wider than a cable, since both
+    go through it, and ends round: an occluder over a crossing leaves a corner that is cut off.
 
     Parameters
     ----------
     nodes : (2 n,) int64
     alive, spurs : (n,) bool
         Changed.
-    arms : (2 n, 6) float64
+    states : (2 n, 6) float64
     centres : (k, 2) float64
         Of the junctions.
     points : (m, 2) float64
@@ -223,31 +233,31 @@ def find_corners(
     """
     corners = np.full(len(nodes), -1, dtype=np.int64)
     for root in range(len(nodes)):
-        stub, node = root // 2, nodes[root]
-        if node < 0 or nodes[root ^ 1] != -1 or not (alive[stub] or spurs[stub]):
+        stub, node = branch_of(root), nodes[root]
+        if node < 0 or nodes[other_end(root)] != FREE or not (alive[stub] or spurs[stub]):
             continue
         count, a, b = 0, -1, -1
         for end in range(len(nodes)):
-            if nodes[end] == node and alive[end // 2] and end != root:
+            if nodes[end] == node and alive[branch_of(end)] and end != root:
                 count += 1
                 a, b = b, end
-        if count != 2 or a // 2 == b // 2:
+        if count != 2 or branch_of(a) == branch_of(b):
             continue
         first, last = offsets[stub], offsets[stub + 1] - 1
-        if root % 2 == 1:
+        if not is_start(root):
             first, last = last, first
         apex, mean = _apex(points, radius, first, last, width)
         hx, hy = points[last, 0] - centres[node, 0], points[last, 1] - centres[node, 1]
         length = max(np.sqrt(hx * hx + hy * hy), 1e-9)
-        mx, my = arms[a, 2] + arms[b, 2], arms[a, 3] + arms[b, 3]
-        if arms[a, 2] * arms[b, 2] + arms[a, 3] * arms[b, 3] <= 0.0:
+        mx, my = states[a, TANGENT_X] + states[b, TANGENT_X], states[a, TANGENT_Y] + states[b, TANGENT_Y]
+        if states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y] <= 0.0:
             continue
         if hx * mx + hy * my < _ALONG * length * np.sqrt(mx * mx + my * my):
             continue
         if not _is_round(mask, points[apex, 0], points[apex, 1], hx / length, hy / length, width):
             continue
         if alive[stub]:
-            longest = _LONGER * _mitre_length(arms, a, b, width) + _LONGER_WIDTHS * width + _LONGER_PX
+            longest = _LONGER * _mitre_length(states, a, b, width) + _LONGER_WIDTHS * width + _LONGER_PX
             if length > longest or mean < _WIDE * width:
                 continue
             alive[stub], spurs[stub] = False, True
