@@ -1,4 +1,4 @@
-"""What a stream's past does to its frames, and that frames can overrule it."""
+"""The prior that a stream gives to its frames, and frames that override it."""
 
 from __future__ import annotations
 

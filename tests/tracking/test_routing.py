@@ -1,4 +1,4 @@
-"""Known tracks led through frames that the detector read wrongly, on curves built by hand."""
+"""Known tracks routed through frames that the detector linked wrongly, on curves built by hand."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from dloftbs.detection import Detection
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track, TrackState
 
-SETTLE = TrackingConfig().override_frames
-CLEAR = SETTLE + 4
+OVERRIDE = TrackingConfig().override_frames
+CLEAR = OVERRIDE + 4
 WIDTH = 6.0
 
 
@@ -32,8 +32,8 @@ def see(tracker: Tracker, *curves: BSplineCurve | Detection, size: tuple[int, in
     return tracker.update([c if isinstance(c, Detection) else shown(c) for c in curves], size=size)
 
 
-def settled(*curves: BSplineCurve, size: tuple[int, int] | None = None, frames: int = CLEAR) -> Tracker:
-    """Return a tracker that has seen these for a while."""
+def tracked(*curves: BSplineCurve, size: tuple[int, int] | None = None, frames: int = CLEAR) -> Tracker:
+    """Return a tracker that knows these well."""
     tracker = Tracker()
     for _ in range(frames):
         see(tracker, *curves, size=size)
@@ -60,7 +60,7 @@ def evenly(curve: BSplineCurve, share: np.ndarray) -> np.ndarray:
 
 
 def followed(tracks: tuple[Track, ...], truth: list[BSplineCurve], px: float) -> None:
-    """Check that tracks are the first ones still, run as they did, and lie on the truth."""
+    """Check that the tracks have kept their ids and directions, and lie on the truth."""
     assert [track.id for track in tracks] == list(range(1, len(truth) + 1))
     for track, true in zip(tracks, truth, strict=True):
         assert track.state is TrackState.CONFIRMED
@@ -115,26 +115,26 @@ WAVES = (wave(), wave((0.0, 40.0)).transformed([[0.6, -0.8], [0.8, 0.6]], [200.0
 class TestWrongTurnAtACrossing:
     def test_for_some_frames_changes_nothing(self, pair, misread):
         """Wrong readings as long as the tracks count twice: these are fewer than half of those that it takes."""
-        tracker = settled(*pair)
+        tracker = tracked(*pair)
         for step in range(1, 41):
             truth = [shifted(pair[0], step, 0.5 * step), shifted(pair[1], -step, 0.3 * step)]
-            wrong = 4 < step % 10 < 4 + SETTLE // 2
+            wrong = 4 < step % 10 < 4 + OVERRIDE // 2
             tracks = see(tracker, *(misread(*truth) if wrong else truth))
             followed(tracks, truth, 2.0)
             assert all(track.inferred == () for track in tracks)
 
-    def test_for_long_is_believed_and_given_up_again(self, pair, misread):
+    def test_for_long_is_adopted_and_given_up_again(self, pair, misread):
         """Three times the frames where one is believed first: the other one's way changes by that, and counts anew."""
-        tracker = settled(*pair)
+        tracker = tracked(*pair)
         found = misread(*pair)
-        for _ in range(3 * SETTLE + 2):
+        for _ in range(3 * OVERRIDE + 2):
             tracks = see(tracker, *found)
         believed = [track.curve for track in tracks if track.state is TrackState.CONFIRMED]
         assert len(believed) == 2
         assert all(
             min(far(curve, f) for f in (one, one.reversed())) < 2.0 for one, curve in self.pairs(found, believed)
         )
-        for _ in range(SETTLE + 2):
+        for _ in range(OVERRIDE + 2):
             tracks = see(tracker, *pair)
         right = [track.curve for track in tracks if track.state is TrackState.CONFIRMED]
         assert all(min(far(curve, t) for t in (one, one.reversed())) < 2.0 for one, curve in self.pairs(pair, right))
@@ -159,13 +159,13 @@ class TestOccluded:
     @pytest.mark.parametrize("flip", [False, True])
     def test_what_is_cut_and_linked_to_another_cable_is_still_a_part_of_its_own(self, flip):
         """Beside a crossing one cable is hidden, and what is left of it is linked to the other one's far half."""
-        tracker = settled(*SLOPES)
+        tracker = tracked(*SLOPES)
         for step in range(1, 16):
             a, b = truth = [shifted(SLOPES[0], step, 0.5 * step), shifted(SLOPES[1], -step, 0.3 * step)]
             i, j = crossing(a, b)
             linked = joined(part(a, i, 1.0).reversed(), part(b, j, 1.0))
             found = [part(a, 0.0, i - 0.1), linked.reversed() if flip else linked, part(b, 0.0, j)]
-            wrong = 4 <= step < 4 + SETTLE
+            wrong = 4 <= step < 4 + OVERRIDE
             tracks = see(tracker, *(found if wrong else truth))
             followed(tracks, truth, WIDTH)
             hidden = sum(high - low for low, high in tracks[0].inferred)
@@ -174,7 +174,7 @@ class TestOccluded:
     @pytest.mark.parametrize("flip", [False, True])
     def test_what_is_linked_across_a_gap_comes_apart_there(self, flip):
         first, second = wave(), line((60.0, 160.0), (420.0, 160.0))
-        tracker = settled(first, second)
+        tracker = tracked(first, second)
         for step in range(1, 20):
             w, s = truth = [shifted(first, step, 0.5 * step), shifted(second, 0.0, 0.3 * step)]
             ends = part(w, 0.62, 1.0).reversed(), part(s, 0.5, 1.0)
@@ -182,7 +182,7 @@ class TestOccluded:
             low, high = (crossing(whole, line(tuple(p), tuple(p + 0.1)))[0] for p in (ends[0](1.0), ends[1](0.0)))
             linked = shown(whole, (low, high))
             found = [part(w, 0.0, 0.45), linked.reversed() if flip else linked, part(s, 0.0, 0.5)]
-            wrong = 4 <= step < 4 + SETTLE
+            wrong = 4 <= step < 4 + OVERRIDE
             followed(see(tracker, *(found if wrong else truth)), truth, WIDTH)
 
     DRIFTS = pytest.mark.xfail(
@@ -275,7 +275,7 @@ class TestTouching:
     def test_another_one_s_end_does_not_change_the_usual_length(self, known, flip):
         start = wave()(1.0)
         base = (wave(), line((start[0] + 8.0, start[1] + 4.0), (start[0] + 180.0, start[1] + 120.0)))
-        tracker = settled(*(base if known else base[:1]))
+        tracker = tracked(*(base if known else base[:1]))
         for step in range(1, 10):
             a, b = (shifted(c, 0.5 * step, step) for c in base)
             long, rest = joined(a, part(b, 0.0, 0.35)), part(b, 0.35, 1.0)
@@ -308,7 +308,7 @@ class TestAtTheBorder:
         ids=["straight", "wavy"],
     )
     def test_what_left_comes_back_as_it_is_seen(self, curve):
-        tracker = settled(curve, size=self.SIZE)
+        tracker = tracked(curve, size=self.SIZE)
         for step, out in enumerate([*range(25), *range(24, -1, -1), 0]):
             whole = shifted(curve, 5.0 * out, 0.0)
             seen = self.inside(whole)
@@ -322,7 +322,7 @@ class TestScale:
     @pytest.mark.parametrize("rate", [1.01, 0.99])
     @pytest.mark.parametrize("shape", SHAPES)
     def test_nearer_and_farther_is_not_hidden(self, shape, rate):
-        tracker = settled(SHAPES[shape])
+        tracker = tracked(SHAPES[shape])
         for step in range(1, 61):
             scale = rate ** (step if step <= 30 else 60 - step)
             truth = SHAPES[shape].transformed(np.eye(2) * scale, [0.3 * step, 0.0])
@@ -342,7 +342,7 @@ def test_order_and_direction_of_the_detections_do_not_matter(seed):
     kinds = [rng.integers(0, 4, len(cables)) for _ in range(12)]
 
     def run(shuffled: bool) -> list[list[Track]]:
-        tracker, result = settled(*cables), []
+        tracker, result = tracked(*cables), []
         for step, kind in enumerate(kinds):
             now = [shifted(c, step, 0.5 * step * (k - 1)) for k, c in enumerate(cables)]
             found = swapped(*now[:2]) if kind[0] == 1 else list(now[:2])

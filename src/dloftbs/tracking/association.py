@@ -6,10 +6,8 @@ be one more part of a track that is partly hidden, and a track may be a part of 
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +19,8 @@ from dloftbs.observation import Observation, U, sample_curve
 from dloftbs.tracking.alignment import is_at_border, locate_on_track, snap_to_end
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_spans
-from dloftbs.tracking.track_model import HISTORY_FRAMES, MIN_SEEN_FRAMES, TrackModel, interpolate_samples
+from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel, interpolate_samples
 from dloftbs.tracks import TrackState
 
 _MAX_MEAN, _MAX_ANYWHERE = 0.02, 0.03  # of an unambiguous match: distance by length, on average and at any sample
@@ -35,7 +34,6 @@ _PART_OVERLAP = 0.2  # of a part's length: the most that may lie where another p
 
 _MAX_PAIR_RATIO = 1.5  # of widths and of lengths: two that may be one object that moved fast
 _PAIR_SHIFT_WEIGHT = 0.5  # of the mean shift, where it tells the direction of such a one
-_CORNER_SAMPLES, _MIN_STRAIGHT_COSINE = 4, 0.7  # samples that tell an end's direction; a smaller cosine is a corner
 _BORDER_STRIDE, _PART_STRIDE = 9, 7  # one sample in so many is tested
 _SPAN_SAMPLES = 32
 _END_MISFIT_RATIO = 1.5  # of the misfit elsewhere: a part that fits an end not worse than this lies there
@@ -128,35 +126,6 @@ def match_remaining_pair(
     oriented = observation if forward <= backward else observation.reversed()
     track_observations[t].matches = [PartialMatch(oriented, WHOLE, WHOLE)]
     return []
-
-
-class PredictedTracks(NamedTuple):
-    """Predicted samples of the tracks.
-
-    Parameters
-    ----------
-    points : numpy.ndarray, shape (t, SAMPLES, 2)
-    lengths, length_tolerances : numpy.ndarray, shape (t,)
-        px; and the largest differences that do not count.
-    closed : numpy.ndarray, shape (t,), bool
-    """
-
-    points: FloatArray
-    lengths: FloatArray
-    length_tolerances: FloatArray
-    closed: npt.NDArray[np.bool_]
-
-    @classmethod
-    def extrapolate(cls, models: Sequence[TrackModel], duration_s: float) -> PredictedTracks:
-        """Predict the tracks by continuing their motion for some seconds."""
-        points = np.array([m.points for m in models])
-        points += duration_s * np.array([m.velocity for m in models])
-        lengths, tolerances = np.array([m.length for m in models]), np.array([m.length_tolerance_px for m in models])
-        return cls(points, lengths, tolerances, np.array([m.curve.closed for m in models]))
-
-    def subset(self, rows: list[int]) -> PredictedTracks:
-        """Return some of the tracks."""
-        return PredictedTracks(self.points[rows], self.lengths[rows], self.length_tolerances[rows], self.closed[rows])
 
 
 class Association:
@@ -429,42 +398,3 @@ def _within(span: tuple[float, float], part: tuple[float, float]) -> tuple[float
 
 def _reverse(span: tuple[float, float]) -> tuple[float, float]:
     return 1.0 - span[1], 1.0 - span[0]
-
-
-def find_merged(models: Sequence[TrackModel], track_observations: Sequence[TrackObservation]) -> None:
-    """Find pairs of tracks that together are one detection: two objects that touch, or one that was split."""
-    sharing: dict[int, list[int]] = {}
-    for t, one in enumerate(track_observations):
-        for index in one.detection_indices:
-            sharing.setdefault(index, []).append(t)
-    for index, tracks in sharing.items():
-        if len(tracks) != 2:
-            continue
-        matches = track_observations[tracks[0]].matches
-        length = next(m.observation.object_length for m in matches if m.observation.detection_index == index)
-        pair = [models[t] for t in tracks]
-        if abs(sum(m.length for m in pair) - length) < sum(m.position_tolerance_px for m in pair):
-            separate = any(m.known_separate for m in pair) or _were_separate(*pair) or _meet_at_corner(*pair)
-            for t in tracks:
-                track_observations[t].merged, track_observations[t].known_separate = not separate, separate
-
-
-def _were_separate(one: TrackModel, other: TrackModel) -> bool:
-    """Return True if two tracks, as long as now, ever had their ends apart; parts that grow together are one object."""
-    back = np.arange(min(one.hits, other.hits, HISTORY_FRAMES - 1))
-    if not len(back):
-        return False
-    first, second = (one.hits - back) % HISTORY_FRAMES, (other.hits - back) % HISTORY_FRAMES
-    ends = one.recent_ends[first][:, :, None], other.recent_ends[second][:, None, :]
-    distances = np.linalg.norm(ends[0] - ends[1], axis=3).min(axis=(1, 2))
-    as_now = np.abs(one.recent_lengths[first] - one.length) < one.position_tolerance_px
-    as_now &= np.abs(other.recent_lengths[second] - other.length) < other.position_tolerance_px
-    return bool((distances[as_now] > one.position_tolerance_px + other.position_tolerance_px).any())
-
-
-def _meet_at_corner(one: TrackModel, other: TrackModel) -> bool:
-    """Return True if two tracks make a corner where their nearest ends meet, which a single object rarely has."""
-    ends = [(points, points[::-1]) for points in (one.points, other.points)]
-    first, second = min(itertools.product(*ends), key=lambda pair: math.dist(pair[0][0], pair[1][0]))
-    before, after = first[0] - first[_CORNER_SAMPLES], second[_CORNER_SAMPLES] - second[0]
-    return float(before @ after) < _MIN_STRAIGHT_COSINE * math.hypot(*before) * math.hypot(*after)

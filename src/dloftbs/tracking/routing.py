@@ -13,11 +13,11 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
-from dloftbs.tracking.association import PredictedTracks
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.kernels.alignment import box_distances
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import PartialMatch
+from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel
 

@@ -17,13 +17,7 @@ from dloftbs.detection import Detection
 from dloftbs.errors import InputError
 from dloftbs.observation import SAMPLES, Observation, U, make_observations, sample_curve
 from dloftbs.tracking.alignment import ends_at_border, find_whole_view
-from dloftbs.tracking.association import (
-    PredictedTracks,
-    associate,
-    find_merged,
-    match_remaining_pair,
-    match_unambiguous,
-)
+from dloftbs.tracking.association import associate, match_remaining_pair, match_unambiguous
 from dloftbs.tracking.fusion import (
     collect_new_objects,
     inferred_spans,
@@ -33,9 +27,11 @@ from dloftbs.tracking.fusion import (
     restart_loop,
     visible_parts,
 )
+from dloftbs.tracking.merged_tracks import find_merged
 from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.occlusion import drop_absent_spans
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
+from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.reconstruction import reconstruct
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import (

@@ -1,4 +1,4 @@
-"""The way of a remembered curve through a frame's curves: against a slow twin, and under changes that must not matter.
+"""Routes of a known curve through a frame's curves: against a slow twin, and under changes that must not matter.
 
 Constants are the kernel's own: a twin tells whether the cheapest way is found, not what the prices should be.
 """
@@ -80,7 +80,7 @@ def problem_of(nodes: np.ndarray, *curves: BSplineCurve, reach: float = REACH, u
 
 
 class Twin:
-    """The same prices, state by state: a node is a signed sample, or None where it is hidden."""
+    """The same costs, state by state: a node is a signed sample, or None if it is hidden."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
@@ -100,7 +100,7 @@ class Twin:
         )
 
     def price_of(self, at: list[int]) -> float:
-        """Return what a way costs that is given, infinite where it may not be."""
+        """Return the cost of a given route, infinite if it is not allowed."""
         total, last = 0.0, None
         for k, signed in enumerate(at):
             before = at[k - 1] if k else 0
@@ -129,7 +129,7 @@ class Twin:
         return result
 
     def _near(self, k: int) -> dict[int, float]:
-        """Map each sample that a node may be, signed, to its price."""
+        """Map each candidate of a node, signed, to its cost."""
         problem, found = self.problem, {}
         for i, sample in enumerate(problem.samples):
             off = sample - problem.nodes[k]
@@ -143,7 +143,7 @@ class Twin:
         return dict(sorted(found.items(), key=lambda sample: sample[1])[: kernels._MAX_CANDIDATES])
 
     def _edge(self, signed: int, after: bool) -> float:
-        """Return the price of being hidden after a sample, or before it."""
+        """Return the cost of being hidden after a sample, or before it."""
         i = abs(signed) - 1
         first, last = self.problem.bounds[self.problem.part[i]]
         to_end = last - i if (signed > 0) == after else i - first
@@ -151,7 +151,7 @@ class Twin:
         return kernels._HIDE_AT_END_COST if to_end <= room else kernels._HIDE_INSIDE_COST
 
     def _onward(self, k: int, before: int, signed: int) -> float:
-        """Return the price of going on from one sample to the next."""
+        """Return the cost of continuing from one sample to the next."""
         j, i = abs(before) - 1, abs(signed) - 1
         gone = (i - j) if signed > 0 else (j - i)
         if self.problem.part[i] == self.problem.part[j] and (before > 0) == (signed > 0) and 2 <= gone <= 6:
@@ -194,7 +194,7 @@ class Twin:
         return min(ways, default=math.inf) + self.own[k][signed]
 
     def _hidden_cost(self, k: int) -> tuple[float, tuple[int, int] | None]:
-        """Return what it costs at least to be hidden, and where that way was last seen."""
+        """Return the least cost of being hidden, and where that route was last seen."""
         unseen = self.problem.unseen[k]
         if k == 0:
             return unseen, None
@@ -211,7 +211,7 @@ def places(problem: Problem, at: list[int]) -> np.ndarray:
 
 @st.composite
 def problems(draw: st.DrawFn) -> Problem:
-    """Curves, pieces of them and curves across them, near a remembered one; some samples taken."""
+    """Curves, pieces of them and curves across them, near a known one; some samples claimed."""
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     kind = draw(st.sampled_from(("wave", "random", "arc")))
     base = {
@@ -250,7 +250,7 @@ def test_boxes_hold_their_curves():
 
 
 @given(problems())
-def test_the_way_is_as_cheap_as_the_slow_twin_s(problem):
+def test_the_route_is_as_cheap_as_the_slow_twin_s(problem):
     twin = Twin(problem)
     at, price = problem.route()
     assert twin.price_of(at) == pytest.approx(twin.cheapest(), abs=1e-9)

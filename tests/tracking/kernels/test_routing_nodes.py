@@ -1,4 +1,4 @@
-"""Nodes in between samples, and the runs of a way, each against a slow twin."""
+"""Nodes in between samples, and the intervals of a route, each against a slow twin."""
 
 from __future__ import annotations
 
@@ -24,41 +24,43 @@ def test_nodes_lie_on_the_lines_between_samples(samples: int, count: int) -> Non
     np.testing.assert_allclose(nodes, expected, rtol=0.0, atol=1e-12)
 
 
-def runs_by_hand(at: list[int], fewest: int) -> list[list[int]]:
-    """Return the runs as lists of nodes."""
-    runs: list[list[int]] = []
+def intervals_by_hand(at: list[int], min_nodes: int) -> list[list[int]]:
+    """Return the intervals as lists of nodes."""
+    intervals: list[list[int]] = []
     for node, signed in enumerate(at):
         if signed == 0:
             continue
-        if runs and runs[-1][-1] == node - 1 and goes_on(at, runs[-1], node):
-            runs[-1].append(node)
+        if intervals and intervals[-1][-1] == node - 1 and goes_on(at, intervals[-1], node):
+            intervals[-1].append(node)
         else:
-            runs.append([node])
-    return [run for run in runs if len(run) >= fewest]
+            intervals.append([node])
+    return [interval for interval in intervals if len(interval) >= min_nodes]
 
 
-def goes_on(at: list[int], run: list[int], node: int) -> bool:
-    """Tell whether a node goes on along the part of a run, in its direction; one node has none yet."""
-    before, i = abs(at[run[-1]]) - 1, abs(at[node]) - 1
+def goes_on(at: list[int], interval: list[int], node: int) -> bool:
+    """Tell whether a node goes on along the part of an interval, in its direction; one node has none yet."""
+    before, i = abs(at[interval[-1]]) - 1, abs(at[node]) - 1
     way = 1 if at[node] > 0 else -1
-    turns = len(run) > 1 and (at[run[-1]] > 0) != (at[node] > 0)
+    turns = len(interval) > 1 and (at[interval[-1]] > 0) != (at[node] > 0)
     return not turns and PART[before] == PART[i] and 1 <= way * (i - before) <= 6
 
 
 @given(st.lists(st.integers(-len(PART), len(PART)), min_size=1, max_size=24), st.integers(1, 3))
-def test_runs_are_those_found_node_by_node(at: list[int], fewest: int) -> None:
+def test_intervals_are_those_found_node_by_node(at: list[int], min_nodes: int) -> None:
     found = np.empty((len(at), 6), np.int64)
-    count = routing.find_intervals(np.array(at), PART, fewest, found)
+    count = routing.find_intervals(np.array(at), PART, min_nodes, found)
     expected = []
-    for run in runs_by_hand(at, fewest):
-        samples = [abs(at[node]) - 1 for node in run]
+    for interval in intervals_by_hand(at, min_nodes):
+        samples = [abs(at[node]) - 1 for node in interval]
         way = 1 if samples[-1] >= samples[0] else -1
-        origin = np.median([routing.SAMPLES_PER_NODE * node - way * i for node, i in zip(run, samples, strict=True)])
-        expected.append([PART[samples[0]], samples[0], samples[-1], run[0], run[-1], round(2.0 * origin)])
+        origin = np.median(
+            [routing.SAMPLES_PER_NODE * node - way * i for node, i in zip(interval, samples, strict=True)]
+        )
+        expected.append([PART[samples[0]], samples[0], samples[-1], interval[0], interval[-1], round(2.0 * origin)])
     assert found[:count].tolist() == expected
 
 
-def test_a_run_ends_where_nothing_is_seen_and_where_it_goes_over() -> None:
+def test_an_interval_ends_where_nothing_is_seen_and_where_it_goes_over() -> None:
     at = np.array([1, 4, 7, 0, 8, 9, 10, 13, 12, 11, 10])
     found = np.empty((len(at), 6), np.int64)
     count = routing.find_intervals(at, PART, 2, found)

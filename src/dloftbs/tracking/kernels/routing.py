@@ -357,10 +357,8 @@ def find_route(
         Curve of each sample: 0, 1, ...
     bounds : (p, 2) int64
         First and last sample of each curve.
-    boxes : (p, 4) float64
-        As `bounding_boxes` writes them.
-    longest_step : float
-        Longest distance from sample to sample: those of a short curve lie closer together.
+    boxes, longest_step
+        As `bounding_boxes` makes them.
     extra_cost : (n,) float64
         Added to the cost of each sample.
     spacing : float
