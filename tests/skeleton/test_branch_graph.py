@@ -16,32 +16,32 @@ from dloftbs.skeleton import build_graph, skeletonize
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
 
-def arms_at(graph: Graph) -> list[int]:
-    """Return how many arms that are no spurs each junction has, sorted."""
+def ends_at(graph: Graph) -> list[int]:
+    """Count the ends at each junction, spurs left out, sorted."""
     nodes = graph.nodes[~np.repeat(graph.spurs, 2)]
     return sorted(np.unique(nodes[nodes >= 0], return_counts=True)[1].tolist())
 
 
 @pytest.mark.parametrize("width", [3.0, 7.0, 12.0, 40.0])
 def test_a_cable_is_one_run_with_two_free_ends(width: float) -> None:
-    patch, graph = graph_of(draw(LINE, width=width))
+    crop, graph = graph_of(draw(LINE, width=width))
     assert (graph.branch_count, graph.loops) == (1, [])
     assert graph.nodes.tolist() == [FREE, FREE]
     assert graph.spans.tolist() == [[0, len(graph.points)]]
     assert graph.width == pytest.approx(width, abs=0.5)
-    away = np.abs(patch.to_image(graph.points) @ (-10.0 / 360, 1.0) - (120.0 - 20 / 36)) / np.hypot(1, 1 / 36)
+    away = np.abs(crop.to_image(graph.points) @ (-10.0 / 360, 1.0) - (120.0 - 20 / 36)) / np.hypot(1, 1 / 36)
     inner = slice(int(width), -int(width))
     assert away[inner].max() < 0.6
 
 
 @pytest.mark.parametrize("angle", [90, 60, 40])
-def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> None:
-    patch, graph = graph_of(draw(*cross(angle)))
-    assert arms_at(graph) == [4]
-    arms = graph.end_states[graph.nodes >= 0]
-    to_centre = np.array([200.0, 120.0]) - patch.to_image(arms[:, :2])
-    matrix, _ = patch.image_transform
-    pointing = arms[:, 2:4] @ matrix.T
+def test_a_cross_is_one_junction_of_four_ends_that_point_at_it(angle: float) -> None:
+    crop, graph = graph_of(draw(*cross(angle)))
+    assert ends_at(graph) == [4]
+    states = graph.end_states[graph.nodes >= 0]
+    to_centre = np.array([200.0, 120.0]) - crop.to_image(states[:, :2])
+    matrix, _ = crop.image_transform
+    pointing = states[:, 2:4] @ matrix.T
     cosines = np.einsum("ij,ij->i", pointing, to_centre) / np.linalg.norm(to_centre, axis=1)
     assert cosines.min() > 0.97
 
@@ -49,38 +49,38 @@ def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> 
 def test_an_oblique_cross_is_one_junction_or_two_with_a_run_between() -> None:
     for angle in (10, 15, 20, 30):
         _, graph = graph_of(draw(*cross(angle)))
-        assert arms_at(graph) in ([4], [3, 3])
+        assert ends_at(graph) in ([4], [3, 3])
 
 
-def test_a_t_is_a_junction_of_three_arms() -> None:
+def test_a_t_is_a_junction_of_three_ends() -> None:
     _, graph = graph_of(draw(LINE, [(200, 125), (210, 220)]))
-    assert arms_at(graph) == [3]
+    assert ends_at(graph) == [3]
     assert not graph.spurs.any()
 
 
 def test_what_sticks_out_by_less_than_the_cable_is_wide_is_a_spur() -> None:
     _, graph = graph_of(draw(LINE) | draw([(200, 125), (201, 131)], width=3))
-    assert arms_at(graph) in ([], [2])
+    assert ends_at(graph) in ([], [2])
     assert graph.spurs.sum() <= 1
     _, graph = graph_of(draw(LINE) | draw([(200, 125), (202, 145)], width=5))
-    assert arms_at(graph) == [3]
+    assert ends_at(graph) == [3]
 
 
-def test_a_ring_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
+def test_a_loop_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
     _, ring = graph_of(draw(circle((200, 120), 80)))
     assert (ring.branch_count, len(ring.loops)) == (0, 1)
     a = np.linspace(0, 2 * np.pi, 600)
     _, eight = graph_of(draw(np.column_stack((200 + 150 * np.sin(a), 120 + 80 * np.sin(2 * a)))))
     assert eight.loops == []
-    assert arms_at(eight) == [4]
+    assert ends_at(eight) == [4]
 
 
-def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_arms() -> None:
+def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_ends() -> None:
     _, graph = graph_of(draw([(100, 200), (200, 30), (300, 200)]))
     assert graph.branch_count == 2
-    assert arms_at(graph) == [2]
+    assert ends_at(graph) == [2]
     _, smooth = graph_of(draw(circle((200, 160), 60, np.pi, 2 * np.pi)))
-    assert (smooth.branch_count, arms_at(smooth)) == (1, [])
+    assert (smooth.branch_count, ends_at(smooth)) == (1, [])
 
 
 def test_specks_and_what_was_swallowed_cannot_be_joined() -> None:
@@ -106,31 +106,31 @@ def test_the_end_that_a_slanting_cut_leaves_points_along_the_cable(slant: float)
     mask = draw([(20, 120), (380, 120)], width=13)
     yy, xx = np.indices(mask.shape)
     mask[xx > 250 + slant * (yy - 120)] = 0
-    patch, graph = graph_of(mask)
-    tips = patch.to_image(graph.end_states[:, :2])
+    crop, graph = graph_of(mask)
+    tips = crop.to_image(graph.end_states[:, :2])
     right = int(np.argmax(tips[:, 0]))
-    ahead = patch.to_image(graph.end_states[:, :2] + graph.end_states[:, 2:4])[right] - tips[right]
+    ahead = crop.to_image(graph.end_states[:, :2] + graph.end_states[:, 2:4])[right] - tips[right]
     assert abs(np.degrees(np.arctan2(ahead[1], ahead[0]))) < 15.0
     assert abs(tips[right, 1] - 120.0) < 3.0
     assert graph.end_roundness[right] < 0.6
 
 
 def test_more_runs_than_allowed_make_no_graph() -> None:
-    patch = clean(draw(*cross(90)), Config().cleaning)
-    assert patch is not None
-    skeleton = skeletonize(patch)
-    graph, runs = build_graph(patch, skeleton, 1000)
+    crop = clean(draw(*cross(90)), Config().cleaning)
+    assert crop is not None
+    skeleton = skeletonize(crop)
+    graph, branches = build_graph(crop, skeleton, 1000)
     assert graph is not None
-    assert build_graph(patch, skeleton, runs)[0] is not None
-    assert build_graph(patch, skeleton, runs - 1) == (None, runs)
+    assert build_graph(crop, skeleton, branches)[0] is not None
+    assert build_graph(crop, skeleton, branches - 1) == (None, branches)
 
 
 @given(random_masks)
 def test_every_graph_fits_together(mask: np.ndarray) -> None:
-    patch = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
-    if patch is None:
+    crop = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
+    if crop is None:
         return
-    graph, _ = build_graph(patch, skeletonize(patch), 10_000)
+    graph, _ = build_graph(crop, skeletonize(crop), 10_000)
     if graph is None:
         return
     n, total = graph.branch_count, len(graph.points)
