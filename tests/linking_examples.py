@@ -19,24 +19,24 @@ SIZE = (240, 400)
 
 
 def graph_of(mask: np.ndarray) -> tuple[MaskCrop, Graph]:
-    """Return the patch and the graph of a mask that has one."""
-    patch = clean(mask, Config().cleaning)
-    assert patch is not None
-    graph, _ = build_graph(patch, skeletonize(patch), 1000)
+    """Return the crop and the graph of a mask that has one."""
+    crop = clean(mask, Config().cleaning)
+    assert crop is not None
+    graph, _ = build_graph(crop, skeletonize(crop), 1000)
     assert graph is not None
-    return patch, graph
+    return crop, graph
 
 
 def matching_of(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, EndMatching]:
     """Return what comes out of the matching alone."""
-    patch, graph = graph_of(mask)
-    return patch, graph, match_ends(patch, graph, max_gap_widths)
+    crop, graph = graph_of(mask)
+    return crop, graph, match_ends(crop, graph, max_gap_widths)
 
 
-def settled(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, EndMatching]:
+def linked(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Graph, EndMatching]:
     """Return what is ready to be assembled."""
-    patch, graph = graph_of(mask)
-    return patch, graph, link(patch, graph, LinkingConfig(max_gap_widths=max_gap_widths)).matching
+    crop, graph = graph_of(mask)
+    return crop, graph, link(crop, graph, LinkingConfig(max_gap_widths=max_gap_widths)).matching
 
 
 def detect(mask: np.ndarray, **linking: object) -> list[Detection]:

@@ -101,6 +101,7 @@ MAY_IMPORT = {
 BEHIND_DOORS = ROOMS | {"camera", "config", "evidence"}
 KNOWN_TO_KERNELS = ("kernels.compiler", "kernels.shared")
 SAME_NAME_ON_PURPOSE = {"__init__", "config", "demo"}  # the commands are named as they are typed
+ENDS_KNOWN_TO = {"graph", "skeleton", "linking", "prior", "evidence", "tracking"}
 HEAVY = ("numpy", "numba", "scipy", "cv2")
 
 
@@ -345,3 +346,26 @@ def test_criteria_know_no_source_and_no_picture(name):
         found.partition(".")[0] for found in imports_of(name, path.read_text())
     }
     assert not foreign or name.split(".")[1] in ("suites", "runner", "report")
+
+
+def end_arithmetic(source: str) -> list[str]:
+    """Return the expressions of a module that compute with the numbers of branch ends by themselves."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case (
+                ast.BinOp(op=ast.BitXor(), right=ast.Constant(value=1))
+                | ast.BinOp(left=ast.Name(id="end"), op=ast.FloorDiv() | ast.Mod() | ast.RShift() | ast.BitAnd())
+            ):
+                found.append(ast.unparse(node))
+    return found
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name.partition(".")[0] in ENDS_KNOWN_TO])
+def test_the_numbers_of_ends_are_read_by_the_functions_of_graph_ends_alone(name):
+    assert end_arithmetic(MODULES[name].read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("source", ["far = nodes[end ^ 1]", "spurs[end // 2]", "step = 1 if end % 2 == 0 else -1"])
+def test_arithmetic_with_the_numbers_of_ends_is_found(source):
+    assert len(end_arithmetic(source)) == 1

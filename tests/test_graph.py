@@ -67,25 +67,25 @@ def test_a_cable_is_followed_from_end_to_end() -> None:
     assert joined.chains() == [([3, 0, 5], False)]
 
 
-def test_a_ring_is_listed_once_and_after_what_has_ends() -> None:
-    ring_and_line = matching([FREE] * 6, [3, 2, 1, 0, -1, -1])
-    assert ring_and_line.chains() == [([4], False), ([0, 2], True)]
+def test_a_loop_is_listed_once_and_after_what_has_ends() -> None:
+    loop_and_line = matching([FREE] * 6, [3, 2, 1, 0, -1, -1])
+    assert loop_and_line.chains() == [([4], False), ([0, 2], True)]
     alone = matching([FREE, FREE], [1, 0])
     assert alone.chains() == [([0], True)]
 
 
 def test_what_is_no_cable_is_left_out() -> None:
-    runs = matching([UNAVAILABLE] * 2 + [0, UNAVAILABLE] + [FREE, 0], [-1] * 6, [False, True, False])
-    assert runs.chains() == [([4], False)]
-    runs.join(2, 5, 1.0, 2.0)
-    assert [runs.cost[end] for end in (2, 5)] == [1.0, 1.0]
-    assert [runs.margin[end] for end in (2, 5)] == [2.0, 2.0]
-    assert runs.chains() == [([3, 5], False)]  # a spur may be the tip of a cable
+    joined = matching([UNAVAILABLE] * 2 + [0, UNAVAILABLE] + [FREE, 0], [-1] * 6, [False, True, False])
+    assert joined.chains() == [([4], False)]
+    joined.join(2, 5, 1.0, 2.0)
+    assert [joined.cost[end] for end in (2, 5)] == [1.0, 1.0]
+    assert [joined.margin[end] for end in (2, 5)] == [2.0, 2.0]
+    assert joined.chains() == [([3, 5], False)]  # a spur may be the tip of a cable
 
 
 def test_only_what_runs_through_one_junction_is_a_crossing() -> None:
-    runs = matching([FREE, 0, 0, 1, 2, FREE], [-1, 2, 1, 4, 3, -1])
-    assert [runs.is_crossing(end) for end in (1, 2, 3, 4)] == [True, True, False, False]
+    joined = matching([FREE, 0, 0, 1, 2, FREE], [-1, 2, 1, 4, 3, -1])
+    assert [joined.is_crossing(end) for end in (1, 2, 3, 4)] == [True, True, False, False]
     gap = matching([FREE, FREE, FREE, FREE], [-1, 2, 1, -1])
     assert not gap.is_crossing(1)
 
@@ -99,25 +99,25 @@ def check(partner: list[int]) -> None:
 def test_partners_stay_mutual_and_every_run_is_in_one_chain(seed: int) -> None:
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 7))
-    runs = matching([FREE] * 2 * n, [-1] * 2 * n)
+    joined = matching([FREE] * 2 * n, [-1] * 2 * n)
     for _ in range(12):
         i, j = rng.integers(0, 2 * n, 2).tolist()
         if rng.random() < 0.3:
-            runs.open(i)
-            assert runs.partner[i] == -1
-        elif i != j and runs.partner[i] == runs.partner[j] == -1:
-            runs.join(i, j, 0.5, 1.0)
-        elif i != j and runs.partner[i] != j:
-            before = runs.partner[i], runs.partner[j]
-            runs.exchange(i, j)
-            assert (runs.partner[j], runs.partner[i]) == before
-        check(runs.partner)
-        chains = runs.chains()
+            joined.open(i)
+            assert joined.partner[i] == -1
+        elif i != j and joined.partner[i] == joined.partner[j] == -1:
+            joined.join(i, j, 0.5, 1.0)
+        elif i != j and joined.partner[i] != j:
+            before = joined.partner[i], joined.partner[j]
+            joined.exchange(i, j)
+            assert (joined.partner[j], joined.partner[i]) == before
+        check(joined.partner)
+        chains = joined.chains()
         assert sorted(branch_of(end) for chain, _ in chains for end in chain) == list(range(n))
         for chain, is_loop in chains:
-            assert is_loop == (runs.partner[chain[0]] >= 0)
+            assert is_loop == (joined.partner[chain[0]] >= 0)
             for here, there in pairwise(chain):
-                assert runs.partner[other_end(here)] == there
+                assert joined.partner[other_end(here)] == there
 
 
 def test_the_margin_of_a_joint_is_lowered_at_both_ends_and_never_raised() -> None:

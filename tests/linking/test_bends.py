@@ -31,7 +31,7 @@ def test_a_sharp_bend_is_one_cable_with_its_corner(angle: float, width: int) -> 
         assert distances(found, [line])[0] < 0.5 * width + 5.0, turned
 
 
-def test_a_mitre_is_a_spur_whose_corner_both_arms_know() -> None:
+def test_a_mitre_is_a_spur_whose_corner_both_ends_know() -> None:
     _, graph = graph_of(draw_cable(bend(30, 10), 12, SIZE))
     known = graph.corners[graph.corners >= 0]
     assert len(known) == 2

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from drawings import mask_from_text, random_masks
 from hypothesis import given
-from linking_examples import beside, circle, cross, draw, settled
+from linking_examples import beside, circle, cross, draw, linked
 
 import dloftbs
 from dloftbs import Centerline, Config, JointKind
@@ -26,7 +26,7 @@ LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
 
 def lines_of(mask: np.ndarray) -> list[Centerline]:
-    return assemble(*settled(mask), 1.5)
+    return assemble(*linked(mask), 1.5)
 
 
 def steps(line: Centerline) -> np.ndarray:
@@ -120,16 +120,16 @@ def test_cables_side_by_side_run_through_without_jumps() -> None:
 
 @given(random_masks)
 def test_every_centre_line_fits_together(mask: np.ndarray) -> None:
-    patch = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
-    if patch is None:
+    crop = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
+    if crop is None:
         return
-    graph, _ = build_graph(patch, skeletonize(patch), 10_000)
+    graph, _ = build_graph(crop, skeletonize(crop), 10_000)
     if graph is None:
         return
-    matching = match_ends(patch, graph, 25.0)
+    matching = match_ends(crop, graph, 25.0)
     separate_parallel_runs(graph, matching)
     open_loops(graph, matching)
-    for line in assemble(patch, graph, matching, 1.5):
+    for line in assemble(crop, graph, matching, 1.5):
         assert len(line.joints) == len(line.segments) - 1
         assert len(line.points) == len(line.radius) == len(line.u)
         assert len(line.points) >= 2
@@ -181,10 +181,10 @@ LETTERS = """
 .#..#.......######
 .###..............
 """
-"""At the bottom right, a cable ends in a junction, in a run that is too short to have points of its own."""
+"""At the bottom right, a cable ends in a junction, in a branch that is too short to have points of its own."""
 
 
-def test_every_span_of_points_lies_within_its_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_span_of_points_lies_within_its_branch(monkeypatch: pytest.MonkeyPatch) -> None:
     spans: list[np.ndarray] = []
 
     def spy(points: np.ndarray, radius: np.ndarray, given: np.ndarray, *rest: Any) -> Any:

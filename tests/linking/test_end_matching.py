@@ -84,8 +84,8 @@ def test_dashes_are_joined_in_order_and_parallel_cables_are_not() -> None:
     assert joined(matching) == []
 
 
-def test_a_gap_beside_a_crossing_does_not_steal_its_arms() -> None:
-    """A third cable ends right before the crossing, in line with one of the arms."""
+def test_a_gap_beside_a_crossing_does_not_steal_its_ends() -> None:
+    """A third cable ends right before the crossing, in line with one of the ends."""
     mask = draw(*cross(90), [(205, 20), (230, 20)])
     _, graph, matching = matching_of(mask)
     crossing = [(i, j) for i, j in joined(matching) if matching.is_crossing(i)]
@@ -98,18 +98,20 @@ def test_a_run_that_two_cables_share_is_listed_twice(crosses: bool) -> None:
     _, graph, matching = matching_of(draw(*beside(70, 7, crosses)))
     assert len(matching.branches.duplicate_of) % 2 == 0
     assert len(matching.branches.duplicate_of) >= 2
-    for copy, run in matching.branches.duplicate_of.items():
-        assert matching.branches.duplicate_of[run] == copy
-        assert matching.branches.branch_id[copy] == matching.branches.branch_id[run]
+    for copy, branch in matching.branches.duplicate_of.items():
+        assert matching.branches.duplicate_of[branch] == copy
+        assert matching.branches.branch_id[copy] == matching.branches.branch_id[branch]
         a, b = matching.branches.spans[copy]
-        c, d = matching.branches.spans[run]
+        c, d = matching.branches.spans[branch]
         np.testing.assert_array_equal(matching.branches.points[a:b], matching.branches.points[c:d])
     assert len(matching.branches.points) > len(graph.points)
     assert len(matching.chains()) == 2
-    assert all(matching.partner[end] >= 0 for run in matching.branches.duplicate_of for end in (2 * run, 2 * run + 1))
+    assert all(
+        matching.partner[end] >= 0 for branch in matching.branches.duplicate_of for end in (2 * branch, 2 * branch + 1)
+    )
 
 
-def test_three_arms_alike_leave_no_sure_choice() -> None:
+def test_three_ends_alike_leave_no_sure_choice() -> None:
     ends = [(200 + 100 * np.cos(a), 120 + 100 * np.sin(a)) for a in 0.2 + np.arange(3) * 2 * np.pi / 3]
     _, _, matching = matching_of(draw(*[[(200, 120), end] for end in ends]))
     assert len(joined(matching)) == 1
@@ -121,13 +123,13 @@ def test_three_arms_alike_leave_no_sure_choice() -> None:
 
 @given(random_masks)
 def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
-    patch = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
-    if patch is None:
+    crop = clean(mask, Config().replace({"cleaning.open_px": 1}).cleaning)
+    if crop is None:
         return
-    graph, _ = build_graph(patch, skeletonize(patch), 10_000)
+    graph, _ = build_graph(crop, skeletonize(crop), 10_000)
     if graph is None:
         return
-    matching = match_ends(patch, graph, 25.0)
+    matching = match_ends(crop, graph, 25.0)
     most = 2 * max(OPEN_ARM, OPEN_CUT, OPEN_KINK)
     for i, j in enumerate(matching.partner):
         if j >= 0:
@@ -141,30 +143,30 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
 
 
 def test_the_graph_stays_as_it_is() -> None:
-    patch, graph = graph_of(draw(*beside(70, 7, True)))
+    crop, graph = graph_of(draw(*beside(70, 7, True)))
     before = {name: np.copy(value) for name, value in vars(graph).items()}
-    match_ends(patch, graph, 25.0)
+    match_ends(crop, graph, 25.0)
     for name, value in vars(graph).items():
         np.testing.assert_array_equal(value, before[name])
 
 
-def fork(dearer: float) -> list[list[tuple[float, float]]]:
+def fork(extra: float) -> list[list[tuple[float, float]]]:
     """Return a cable that ends before a gap and two beyond it, of which the second is the worse continuation."""
-    return [[(20, 120), (180, 120)], [(205, 129), (380, 160)], [(205, 111 - dearer), (380, 60 - dearer)]]
+    return [[(20, 120), (180, 120)], [(205, 129), (380, 160)], [(205, 111 - extra), (380, 60 - extra)]]
 
 
-def past_along(points: list[tuple[float, float]], patch: MaskCrop, graph: Graph, trust: float = 1.0) -> TemporalPrior:
+def prior_along(points: list[tuple[float, float]], crop: MaskCrop, graph: Graph, trust: float = 1.0) -> TemporalPrior:
     (seen,) = dloftbs.detect(draw(points))
-    return TemporalPrior([(seen.curve, trust)], patch, graph.width)
+    return TemporalPrior([(seen.curve, trust)], crop, graph.width)
 
 
-@pytest.mark.parametrize("dearer", [0, 7])
-def test_where_two_continuations_are_about_alike_the_past_decides(dearer: float) -> None:
-    patch, graph = graph_of(draw(*fork(dearer)))
-    alone = match_ends(patch, graph, 25.0)
-    start, lower, upper = fork(dearer)
-    follow_lower = match_ends(patch, graph, 25.0, past_along([*start, *lower], patch, graph))
-    follow_upper = match_ends(patch, graph, 25.0, past_along([*start, *upper], patch, graph))
+@pytest.mark.parametrize("extra", [0, 7])
+def test_where_two_continuations_are_about_alike_the_prior_decides(extra: float) -> None:
+    crop, graph = graph_of(draw(*fork(extra)))
+    alone = match_ends(crop, graph, 25.0)
+    start, lower, upper = fork(extra)
+    follow_lower = match_ends(crop, graph, 25.0, prior_along([*start, *lower], crop, graph))
+    follow_upper = match_ends(crop, graph, 25.0, prior_along([*start, *upper], crop, graph))
     assert len(joined(follow_lower)) == len(joined(follow_upper)) == 1
     assert joined(follow_lower) != joined(follow_upper)
     follows, overrules = sorted((follow_lower, follow_upper), key=lambda found: joined(found) != joined(alone))
@@ -176,14 +178,14 @@ def test_where_two_continuations_are_about_alike_the_past_decides(dearer: float)
         assert overrules.cost[i] == overrules.cost[j] > 0.0
 
 
-def test_a_past_of_little_trust_does_not() -> None:
-    patch, graph = graph_of(draw(*fork(7)))
+def test_a_prior_of_little_weight_does_not() -> None:
+    crop, graph = graph_of(draw(*fork(7)))
     start, _, upper = fork(7)
-    past = past_along([*start, *upper], patch, graph, trust=0.2)
-    assert joined(match_ends(patch, graph, 25.0, past)) == joined(match_ends(patch, graph, 25.0))
+    prior = prior_along([*start, *upper], crop, graph, trust=0.2)
+    assert joined(match_ends(crop, graph, 25.0, prior)) == joined(match_ends(crop, graph, 25.0))
 
 
-def test_the_past_does_not_bend_a_clear_crossing() -> None:
-    patch, graph = graph_of(draw(*cross(90)))
-    wrong = past_along([(60, 120), (190, 120), (200, 130), (200, 220)], patch, graph)
-    assert joined(match_ends(patch, graph, 25.0, wrong)) == joined(match_ends(patch, graph, 25.0))
+def test_the_prior_does_not_bend_a_clear_crossing() -> None:
+    crop, graph = graph_of(draw(*cross(90)))
+    wrong = prior_along([(60, 120), (190, 120), (200, 130), (200, 220)], crop, graph)
+    assert joined(match_ends(crop, graph, 25.0, wrong)) == joined(match_ends(crop, graph, 25.0))

@@ -1,4 +1,4 @@
-"""Gaps that end inside a run that two cables share."""
+"""Gaps that end inside a branch that two cables share."""
 
 from __future__ import annotations
 

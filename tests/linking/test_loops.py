@@ -1,4 +1,4 @@
-"""Rings that come from a misread crossing, and a number of cables that is known."""
+"""Loops that come from a misread crossing, and a number of cables that is known."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def loop_that_crosses_itself() -> np.ndarray:
 
 
 def misread(graph: Graph, matching: EndMatching) -> None:
-    """Exchange the two joints of the only crossing, so that a ring comes apart from the rest."""
+    """Exchange the two joints of the only crossing, so that a loop comes apart from the rest."""
     i, k = sorted({min(i, j) for i, j in enumerate(matching.partner) if j >= 0})
     for one, other in ((i, k), (matching.partner[i], k)):
         matching.exchange(one, other)
         if any(is_loop for _, is_loop in matching.chains()):
             return
         matching.exchange(one, other)
-    raise AssertionError("no exchange makes a ring")
+    raise AssertionError("no exchange makes a loop")
 
 
 def test_a_misread_crossing_is_put_right() -> None:
@@ -37,7 +37,7 @@ def test_a_misread_crossing_is_put_right() -> None:
     assert [is_loop for _, is_loop in matching.chains()] == [False]
 
 
-def test_a_ring_that_only_a_gap_closes_is_opened_there() -> None:
+def test_a_loop_that_only_a_gap_closes_is_opened_there() -> None:
     _, graph, matching = matching_of(draw(circle((200, 120), 80, 0.2, 2 * np.pi - 0.2)))
     matching.join(0, 1, 0.0, 1.0)
     open_loops(graph, matching)
@@ -46,7 +46,7 @@ def test_a_ring_that_only_a_gap_closes_is_opened_there() -> None:
 
 
 @pytest.mark.parametrize(("x", "radius"), [(165, 18), (180, 18), (225, 18), (240, 22)])
-def test_a_ring_whose_crossing_is_hidden_is_put_into_the_cable_beside_it(x: float, radius: float) -> None:
+def test_a_loop_whose_crossing_is_hidden_is_put_into_the_cable_beside_it(x: float, radius: float) -> None:
     mask = hide(draw(coil(40.0)), x, 180.0 if radius == 18 and x != 165 else 170.0, radius)
     _, graph, matching = matching_of(mask)
     separate_parallel_runs(graph, matching)
@@ -64,13 +64,13 @@ def test_a_figure_eight_stays_closed() -> None:
     assert [is_loop for _, is_loop in matching.chains()] == [True]
 
 
-def test_a_ring_that_a_straight_cable_crosses_stays_a_ring() -> None:
+def test_a_loop_that_a_straight_cable_crosses_stays_a_loop() -> None:
     _, graph, matching = matching_of(draw(circle((200, 100), 70), [(20, 120), (380, 140)]))
     open_loops(graph, matching)
     assert sorted(is_loop for _, is_loop in matching.chains()) == [False, True]
 
 
-def test_without_rings_nothing_changes() -> None:
+def test_without_loops_nothing_changes() -> None:
     _, graph, matching = matching_of(draw([(20, 60), (380, 80)], [(200, 20), (210, 220)]))
     before = list(matching.partner)
     open_loops(graph, matching)

@@ -16,36 +16,36 @@ from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
 
 
-def sides_of_ends(patch: MaskCrop, matching: EndMatching) -> list[tuple[bool, bool]]:
+def sides_of_ends(crop: MaskCrop, matching: EndMatching) -> list[tuple[bool, bool]]:
     """Return for each cable, from left to right, whether its ends lie in the lower half of the image."""
     found = []
     for chain, _ in matching.chains():
         at = []
         for end in (chain[0], chain[-1] ^ 1):
             start, stop = matching.branches.spans[end // 2]
-            at.append(patch.to_image(matching.branches.points[[start if end % 2 == 0 else stop - 1]])[0])
+            at.append(crop.to_image(matching.branches.points[[start if end % 2 == 0 else stop - 1]])[0])
         found.append(tuple(y > 120 for _, y in sorted(map(tuple, at))))
     return sorted(found)
 
 
-def test_where_crossing_and_touching_are_about_alike_the_past_decides() -> None:
+def test_where_crossing_and_touching_are_about_alike_the_prior_decides() -> None:
     """The crossing is too short for the mask alone to show it."""
     cables = beside(7 * 5, 7, True)
-    patch, graph, matching = matching_of(draw(*cables))
+    crop, graph, matching = matching_of(draw(*cables))
     before = [detection for cable in cables for detection in dloftbs.detect(draw(cable))]
     assert len(before) == 2
-    past = TemporalPrior([(detection.curve, 1.0) for detection in before], patch, graph.width)
-    separate_parallel_runs(graph, matching, past)
-    assert sides_of_ends(patch, matching) == [(False, True), (True, False)]
+    prior = TemporalPrior([(detection.curve, 1.0) for detection in before], crop, graph.width)
+    separate_parallel_runs(graph, matching, prior)
+    assert sides_of_ends(crop, matching) == [(False, True), (True, False)]
     assert matching.override > 0.0
 
 
-def test_the_past_does_not_exchange_what_clearly_touches() -> None:
+def test_the_prior_does_not_exchange_what_clearly_touches() -> None:
     touching = beside(7 * 15, 7, False)
-    patch, graph, matching = matching_of(draw(*touching))
+    crop, graph, matching = matching_of(draw(*touching))
     wrong = [dloftbs.detect(draw(cable))[0] for cable in beside(7 * 15, 7, True)]
-    separate_parallel_runs(graph, matching, TemporalPrior([(seen.curve, 0.2) for seen in wrong], patch, graph.width))
-    assert sides_of_ends(patch, matching) == [(False, False), (True, True)]
+    separate_parallel_runs(graph, matching, TemporalPrior([(seen.curve, 0.2) for seen in wrong], crop, graph.width))
+    assert sides_of_ends(crop, matching) == [(False, False), (True, True)]
     assert matching.override == 0.0
 
 
@@ -58,17 +58,15 @@ SHORT = pytest.mark.xfail(strict=True, raises=AssertionError, reason="a crossing
 )
 def test_cables_side_by_side_come_out_on_their_own_side(length_widths: int, crosses: bool) -> None:
     cables = beside(7 * length_widths, 7, crosses)
-    patch, graph, matching = matching_of(draw(*cables))
+    crop, graph, matching = matching_of(draw(*cables))
     separate_parallel_runs(graph, matching)
-    assert sides_of_ends(patch, matching) == (
-        [(False, True), (True, False)] if crosses else [(False,) * 2, (True,) * 2]
-    )
+    assert sides_of_ends(crop, matching) == ([(False, True), (True, False)] if crosses else [(False,) * 2, (True,) * 2])
 
 
 @pytest.mark.parametrize("crosses", [False, True])
-def test_each_copy_lies_in_its_own_lane_and_is_as_wide_as_one_cable(crosses: bool) -> None:
+def test_each_duplicate_lies_in_its_own_axis_and_is_as_wide_as_one_cable(crosses: bool) -> None:
     cables = beside(70, 7, crosses)
-    patch, graph, matching = matching_of(draw(*cables))
+    crop, graph, matching = matching_of(draw(*cables))
     separate_parallel_runs(graph, matching)
     trees = [cKDTree(dense(cable)) for cable in cables]
     assert matching.branches.duplicate_of
@@ -79,7 +77,7 @@ def test_each_copy_lies_in_its_own_lane_and_is_as_wide_as_one_cable(crosses: boo
             start, stop = matching.branches.spans[one]
             np.testing.assert_allclose(matching.branches.radius[start:stop], 0.5 * graph.width)
             away = np.min(
-                [tree.query(patch.to_image(matching.branches.points[start:stop]))[0] for tree in trees], axis=0
+                [tree.query(crop.to_image(matching.branches.points[start:stop]))[0] for tree in trees], axis=0
             )
             assert np.median(away) < 1.0
         a, b = (matching.branches.points[slice(*matching.branches.spans[one])] for one in (run, other))

@@ -16,8 +16,8 @@ from dloftbs.skeleton import build_graph, skeletonize
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
 
-def arms_at(graph: Graph) -> list[int]:
-    """Return how many arms that are no spurs each junction has, sorted."""
+def ends_at(graph: Graph) -> list[int]:
+    """Count the ends at each junction, spurs left out, sorted."""
     nodes = graph.nodes[~np.repeat(graph.spurs, 2)]
     return sorted(np.unique(nodes[nodes >= 0], return_counts=True)[1].tolist())
 
@@ -35,13 +35,13 @@ def test_a_cable_is_one_run_with_two_free_ends(width: float) -> None:
 
 
 @pytest.mark.parametrize("angle", [90, 60, 40])
-def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> None:
+def test_a_cross_is_one_junction_of_four_ends_that_point_at_it(angle: float) -> None:
     crop, graph = graph_of(draw(*cross(angle)))
-    assert arms_at(graph) == [4]
-    arms = graph.end_states[graph.nodes >= 0]
-    to_centre = np.array([200.0, 120.0]) - crop.to_image(arms[:, :2])
+    assert ends_at(graph) == [4]
+    states = graph.end_states[graph.nodes >= 0]
+    to_centre = np.array([200.0, 120.0]) - crop.to_image(states[:, :2])
     matrix, _ = crop.image_transform
-    pointing = arms[:, 2:4] @ matrix.T
+    pointing = states[:, 2:4] @ matrix.T
     cosines = np.einsum("ij,ij->i", pointing, to_centre) / np.linalg.norm(to_centre, axis=1)
     assert cosines.min() > 0.97
 
@@ -49,38 +49,38 @@ def test_a_cross_is_one_junction_of_four_arms_that_point_at_it(angle: float) -> 
 def test_an_oblique_cross_is_one_junction_or_two_with_a_run_between() -> None:
     for angle in (10, 15, 20, 30):
         _, graph = graph_of(draw(*cross(angle)))
-        assert arms_at(graph) in ([4], [3, 3])
+        assert ends_at(graph) in ([4], [3, 3])
 
 
-def test_a_t_is_a_junction_of_three_arms() -> None:
+def test_a_t_is_a_junction_of_three_ends() -> None:
     _, graph = graph_of(draw(LINE, [(200, 125), (210, 220)]))
-    assert arms_at(graph) == [3]
+    assert ends_at(graph) == [3]
     assert not graph.spurs.any()
 
 
 def test_what_sticks_out_by_less_than_the_cable_is_wide_is_a_spur() -> None:
     _, graph = graph_of(draw(LINE) | draw([(200, 125), (201, 131)], width=3))
-    assert arms_at(graph) in ([], [2])
+    assert ends_at(graph) in ([], [2])
     assert graph.spurs.sum() <= 1
     _, graph = graph_of(draw(LINE) | draw([(200, 125), (202, 145)], width=5))
-    assert arms_at(graph) == [3]
+    assert ends_at(graph) == [3]
 
 
-def test_a_ring_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
+def test_a_loop_is_a_loop_and_a_figure_eight_has_one_junction() -> None:
     _, ring = graph_of(draw(circle((200, 120), 80)))
     assert (ring.branch_count, len(ring.loops)) == (0, 1)
     a = np.linspace(0, 2 * np.pi, 600)
     _, eight = graph_of(draw(np.column_stack((200 + 150 * np.sin(a), 120 + 80 * np.sin(2 * a)))))
     assert eight.loops == []
-    assert arms_at(eight) == [4]
+    assert ends_at(eight) == [4]
 
 
-def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_arms() -> None:
+def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_ends() -> None:
     _, graph = graph_of(draw([(100, 200), (200, 30), (300, 200)]))
     assert graph.branch_count == 2
-    assert arms_at(graph) == [2]
+    assert ends_at(graph) == [2]
     _, smooth = graph_of(draw(circle((200, 160), 60, np.pi, 2 * np.pi)))
-    assert (smooth.branch_count, arms_at(smooth)) == (1, [])
+    assert (smooth.branch_count, ends_at(smooth)) == (1, [])
 
 
 def test_specks_and_what_was_swallowed_cannot_be_joined() -> None:
@@ -119,10 +119,10 @@ def test_more_runs_than_allowed_make_no_graph() -> None:
     crop = clean(draw(*cross(90)), Config().cleaning)
     assert crop is not None
     skeleton = skeletonize(crop)
-    graph, runs = build_graph(crop, skeleton, 1000)
+    graph, branches = build_graph(crop, skeleton, 1000)
     assert graph is not None
-    assert build_graph(crop, skeleton, runs)[0] is not None
-    assert build_graph(crop, skeleton, runs - 1) == (None, runs)
+    assert build_graph(crop, skeleton, branches)[0] is not None
+    assert build_graph(crop, skeleton, branches - 1) == (None, branches)
 
 
 @given(random_masks)

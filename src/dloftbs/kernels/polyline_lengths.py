@@ -58,7 +58,7 @@ def lay_out(
     spans: npt.NDArray[np.int64],
     first: npt.NDArray[np.int64],
     n_open: int,
-    arms: npt.NDArray[np.float64],
+    end_states: npt.NDArray[np.float64],
     matrix: npt.NDArray[np.float64],
     offset: npt.NDArray[np.float64],
 ) -> tuple[
@@ -80,8 +80,8 @@ def lay_out(
         Start of each line among the points of all lines, and the end; each has one point or more.
     n_open : int
         Number of lines with ends; the rest are loops.
-    arms : (e, 2 or more) float64
-        Other places: ``(x, y)`` and more, which does not count.
+    end_states : (e, 2 or more) float64
+        States of branch ends: position ``(x, y)`` first; further columns are not read.
     matrix, offset : (2, 2), (2,) float64
         From the points to the image, ``matrix @ p + offset``.
 
@@ -95,11 +95,11 @@ def lay_out(
     widths : (c,) float64
         Twice the median radius.
     places : (e, 2) float64
-        Those of the arms.
+        Positions of the ends in the image.
     """
     total = first[len(first) - 1]
     own_points, own_radius, u = np.empty((total, 2)), np.empty(total), np.empty(total)
-    places = np.empty((len(arms), 2))
+    places = np.empty((len(end_states), 2))
     xx, xy, yx, yy = matrix[0, 0], matrix[0, 1], matrix[1, 0], matrix[1, 1]
     count = 0
     for k in range(len(spans)):
@@ -108,8 +108,8 @@ def lay_out(
             own_points[count, 0], own_points[count, 1] = x * xx + y * xy + offset[0], x * yx + y * yy + offset[1]
             own_radius[count] = radius[i]
             count += 1
-    for i in range(len(arms)):
-        x, y = arms[i, 0], arms[i, 1]
+    for i in range(len(end_states)):
+        x, y = end_states[i, 0], end_states[i, 1]
         places[i, 0], places[i, 1] = x * xx + y * xy + offset[0], x * yx + y * yy + offset[1]
     widths = np.empty(len(first) - 1)
     for c in range(len(widths)):

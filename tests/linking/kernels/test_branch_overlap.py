@@ -23,76 +23,76 @@ FULL = np.ones((400, 600), dtype=np.uint8)
 NONE = np.empty(0, dtype=np.int64)
 
 
-def arms_of(ends: list[tuple[float, float, float]]) -> np.ndarray:
-    """Return arms from ``(x, y, outward direction in degrees)``."""
+def states_of(ends: list[tuple[float, float, float]]) -> np.ndarray:
+    """Return end states from ``(x, y, outward direction in degrees)``."""
     return np.array([[x, y, np.cos(np.radians(a)), np.sin(np.radians(a)), 0.0, 1.0] for x, y, a in ends])
 
 
 def two_ys() -> tuple[np.ndarray, np.ndarray]:
-    """Two Y junctions joined by a run of 60 px: the nodes and arms of five runs, the third of which is shared."""
+    """Two Y junctions joined by a branch of 60 px: the third of five branches is shared."""
     nodes = np.array([-1, 0, -1, 0, 0, 1, 1, -1, 1, -1])
     ends = [
         (50, 150, 200), (190, 198, 20), (50, 250, 160), (190, 202, -20),
         (206, 200, 180), (254, 200, 0),
         (270, 198, 160), (410, 150, -20), (270, 202, 200), (410, 250, 20),
     ]  # fmt: skip
-    return nodes, arms_of(ends)
+    return nodes, states_of(ends)
 
 
 def paths_of(
-    nodes: np.ndarray, arms: np.ndarray, wide: float = 2.0, spur: np.ndarray | None = None, **known: np.ndarray
+    nodes: np.ndarray, states: np.ndarray, wide: float = 2.0, spur: np.ndarray | None = None, **known: np.ndarray
 ) -> tuple[list[list[int]], np.ndarray, np.ndarray]:
     n = len(nodes) // 2
     spur = np.zeros(n, dtype=np.bool_) if spur is None else spur
-    lengths = np.linalg.norm(arms[::2, :2] - arms[1::2, :2], axis=1)
+    lengths = np.linalg.norm(states[::2, :2] - states[1::2, :2], axis=1)
     widths = np.full(n, WIDTH)
     widths[2] = wide * WIDTH
     reach = known.get("reach", np.zeros(2 * n, dtype=np.int64))
-    costs = junction_costs(nodes, spur, arms, WIDTH, FULL)
-    paths, inside, price = list_paths(
-        nodes, spur, reach, lengths, widths, WIDTH, *costs, known.get("copies", NONE), known.get("partial", NONE)
+    costs = junction_costs(nodes, spur, states, WIDTH, FULL)
+    paths, inside, open_cost = list_paths(
+        nodes, spur, reach, lengths, widths, WIDTH, *costs, known.get("duplicates", NONE), known.get("partial", NONE)
     )
-    return [[end for end in path if end >= 0] for path in paths.tolist()], inside, price
+    return [[end for end in path if end >= 0] for path in paths.tolist()], inside, open_cost
 
 
 def test_the_run_between_two_ys_may_be_shared() -> None:
-    paths, inside, price = paths_of(*two_ys())
+    paths, inside, open_cost = paths_of(*two_ys())
     assert sorted(paths) == [[4], [5]]
     assert not inside.any()
-    assert (price < 0).all()  # it is as wide as two
+    assert (open_cost < 0).all()  # it is as wide as two
     assert (paths_of(*two_ys(), wide=1.0)[2] > 0.9).all()
 
 
 def test_what_is_shared_already_is_not_shared_again() -> None:
-    paths, _, _ = paths_of(*two_ys(), copies=np.array([2]), partial=np.array([-1]))
+    paths, _, _ = paths_of(*two_ys(), duplicates=np.array([2]), partial=np.array([-1]))
     assert paths == []
 
 
-def test_a_junction_of_four_arms_needs_no_explanation() -> None:
+def test_a_junction_of_four_ends_needs_no_explanation() -> None:
     nodes = np.array([0, -1, 0, -1, 0, -1, 0, -1])
-    arms = arms_of([
+    states = states_of([
         (206, 200, 180), (300, 200, 0), (200, 206, 270), (200, 300, 90),
         (194, 200, 0), (100, 200, 180), (200, 194, 90), (200, 100, 270),
     ])  # fmt: skip
-    assert paths_of(nodes, arms)[0] == []
-    # A spur is no arm: of the three others, one may be two.
+    assert paths_of(nodes, states)[0] == []
+    # A spur does not count: of the three others, one may be two.
     reach = np.array([40, 0, 0, 0, 0, 0, 0, 0])
-    paths, inside, _ = paths_of(nodes, arms, spur=np.array([False, True, False, False]), reach=reach)
+    paths, inside, _ = paths_of(nodes, states, spur=np.array([False, True, False, False]), reach=reach)
     assert paths == [[0]]
     assert inside.tolist() == [True]
 
 
 def test_a_shared_run_leads_straight_through_a_junction_on_its_way() -> None:
-    """Another cable crosses the run between the two Ys."""
+    """Another cable crosses the branch between the two Ys."""
     nodes = np.array([-1, 0, -1, 0, 0, 2, 1, -1, 1, -1, 2, 1, 2, -1, 2, -1])
-    arms = arms_of([
+    states = states_of([
         (50, 150, 200), (190, 198, 20), (50, 250, 160), (190, 202, -20),
         (206, 200, 180), (222, 200, 0),
         (270, 198, 160), (410, 150, -20), (270, 202, 200), (410, 250, 20),
         (238, 200, 180), (254, 200, 0),
         (230, 192, 90), (230, 100, 270), (230, 208, 270), (230, 300, 90),
     ])  # fmt: skip
-    paths, _, _ = paths_of(nodes, arms)
+    paths, _, _ = paths_of(nodes, states)
     assert [4, 10] in paths
     assert [11, 5] in paths
     assert all(end // 2 in (2, 5) for path in paths for end in path)
@@ -100,27 +100,30 @@ def test_a_shared_run_leads_straight_through_a_junction_on_its_way() -> None:
 
 @given(st.floats(0, 200), st.floats(0.5, 3.0))
 def test_sharing_costs_less_where_the_mask_is_wider(length: float, ratio: float) -> None:
-    price = _overlap_cost(length, ratio * WIDTH, WIDTH)
-    assert _overlap_cost(length, (ratio + 0.1) * WIDTH, WIDTH) <= price + 1e-12
-    assert _overlap_cost(2 * length, ratio * WIDTH, WIDTH) == pytest.approx(2 * price) or length > 3 * WIDTH
+    open_cost = _overlap_cost(length, ratio * WIDTH, WIDTH)
+    assert _overlap_cost(length, (ratio + 0.1) * WIDTH, WIDTH) <= open_cost + 1e-12
+    assert _overlap_cost(2 * length, ratio * WIDTH, WIDTH) == pytest.approx(2 * open_cost) or length > 3 * WIDTH
 
 
 def test_the_sets_of_arms_before_and_after() -> None:
-    nodes, arms = two_ys()
-    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), arms, WIDTH, FULL)
+    nodes, states = two_ys()
+    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH, FULL)
     paths = np.full((2, MOST_RUNS), -1)
     paths[:, 0] = 4
     sets, slots, changes = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2], NONE, NONE)
     groups = [sorted(slots[a:b].tolist()) for a, b in pairwise(sets)]
     assert changes[:, 2].tolist() == [0, 0, 1]
-    # At each junction the arms as they are, and with the shared one twice; a cable that ends inside changes one only.
+    # At each junction the ends as they are, and with the shared one twice; a cable that ends inside changes one only.
     assert [groups[k] for k in changes[:, 0]] == [[1, 3, 4], [5, 6, 8], [1, 3, 4]]
     assert [groups[k] for k in changes[:, 1]] == [[1, 3, 4, 4], [5, 5, 6, 8], [1, 3, 4, 4]]
     assert len(groups) == 4  # each once
 
 
 @given(st.lists(st.tuples(st.integers(-2, 4), st.integers(-2, 4), st.booleans()), max_size=12))
-def test_odd_junctions_are_noticed(runs: list[tuple[int, int, bool]]) -> None:
-    nodes, spur = np.array([run[:2] for run in runs], dtype=np.int64).ravel(), np.array([s for *_, s in runs], np.bool_)
-    met = [node for *ends, is_spur in runs for node in ends if not is_spur]
+def test_odd_junctions_are_noticed(branches: list[tuple[int, int, bool]]) -> None:
+    nodes, spur = (
+        np.array([branch[:2] for branch in branches], dtype=np.int64).ravel(),
+        np.array([s for *_, s in branches], np.bool_),
+    )
+    met = [node for *ends, is_spur in branches for node in ends if not is_spur]
     assert has_odd_junction(nodes, spur) == any(met.count(node) % 2 for node in range(5))

@@ -20,7 +20,7 @@ from dloftbs.synthetic import draw_tube_mask
 
 
 def runs_of(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a mask in the kernels' frame, and the points and offsets of its skeleton's runs."""
+    """Return a mask in the kernels' frame, and the points and offsets of its skeleton's branches."""
     grid = fast_skeleton(mask)
     points, offsets, _ = trace(grid, *listed(grid))
     return padded(mask), points, offsets
@@ -36,12 +36,12 @@ def straight_band(angle: float, width: float, length: float) -> tuple[np.ndarray
 
 
 def end_of(frame: np.ndarray, points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the longest run with its last end led on."""
+    """Return the longest branch with its last end extended."""
     middle, radius = recentre(frame, points, offsets)
-    run = slice(*offsets[np.argmax(np.diff(offsets)) :][:2])
-    drop, added = extend_end(frame, middle[run], float(np.median(radius[run])))
+    branch = slice(*offsets[np.argmax(np.diff(offsets)) :][:2])
+    drop, added = extend_end(frame, middle[branch], float(np.median(radius[branch])))
     assert len(added)
-    return np.concatenate((middle[run][: len(middle[run]) - drop], added))
+    return np.concatenate((middle[branch][: len(middle[branch]) - drop], added))
 
 
 @pytest.mark.parametrize("width", [2, 3, 12, 30])  # at 5 px some of them look round
@@ -143,8 +143,8 @@ def test_all_eight_versions_of_a_mask_give_the_same_ends(mask: np.ndarray) -> No
     for start, stop in pairwise(offsets.tolist()):
         drop, added = extend_end(frame, middle[start:stop], float(radius[start]))
         for how in EIGHT_VERSIONS[1:]:
-            run = np.ascontiguousarray(turn_points(middle[start:stop], frame.shape, *how))
-            again, moved = extend_end(np.ascontiguousarray(turn(frame, *how)), run, float(radius[start]))
+            branch = np.ascontiguousarray(turn_points(middle[start:stop], frame.shape, *how))
+            again, moved = extend_end(np.ascontiguousarray(turn(frame, *how)), branch, float(radius[start]))
             assert again == drop
             np.testing.assert_allclose(moved, turn_points(added, frame.shape, *how), atol=1e-5)
 

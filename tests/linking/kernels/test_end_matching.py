@@ -27,9 +27,9 @@ def all_pairings(ends: list[int]) -> Iterator[Pairs]:
             yield [(first, other), *pairs]
 
 
-def total(pairs: Pairs, cost: np.ndarray, price: np.ndarray) -> float:
+def total(pairs: Pairs, cost: np.ndarray, open_cost: np.ndarray) -> float:
     joined = {end for pair in pairs for end in pair}
-    return sum(cost[pair] for pair in pairs) + sum(price[i] for i in range(len(price)) if i not in joined)
+    return sum(cost[pair] for pair in pairs) + sum(open_cost[i] for i in range(len(open_cost)) if i not in joined)
 
 
 def problem(seed: int, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -47,11 +47,11 @@ def pairs_of(partner: np.ndarray) -> Pairs:
 
 @given(st.integers(0, 10**6), st.integers(1, 8))
 def test_the_exact_matching_is_the_best_of_all(seed: int, n: int) -> None:
-    cost, price = problem(seed, n)
+    cost, open_cost = problem(seed, n)
     partner = np.full(n, -7)
-    value = match_exactly(cost, price, partner)
-    assert value == pytest.approx(min(total(pairs, cost, price) for pairs in all_pairings(list(range(n)))))
-    assert total(pairs_of(partner), cost, price) == pytest.approx(value)
+    value = match_exactly(cost, open_cost, partner)
+    assert value == pytest.approx(min(total(pairs, cost, open_cost) for pairs in all_pairings(list(range(n)))))
+    assert total(pairs_of(partner), cost, open_cost) == pytest.approx(value)
     assert all(j == -1 or partner[j] == i for i, j in enumerate(partner))
 
 
@@ -59,10 +59,10 @@ def test_exchanges_are_never_better_than_exact_and_on_most_as_good() -> None:
     as_good = 0
     for seed in range(200):
         n = 3 + seed % 10
-        cost, price = problem(seed, n)
+        cost, open_cost = problem(seed, n)
         partner, best = np.full(n, -7), np.full(n, -7)
-        value, least = match_by_exchange(cost, price, partner), match_exactly(cost, price, best)
-        assert total(pairs_of(partner), cost, price) == pytest.approx(value)
+        value, least = match_by_exchange(cost, open_cost, partner), match_exactly(cost, open_cost, best)
+        assert total(pairs_of(partner), cost, open_cost) == pytest.approx(value)
         assert all(j == -1 or partner[j] == i for i, j in enumerate(partner))
         assert value >= least - 1e-9
         as_good += value <= least + 1e-9
@@ -78,21 +78,21 @@ def paired(
     rows: np.ndarray,
     columns: np.ndarray,
     costs: np.ndarray,
-    price: np.ndarray,
+    open_cost: np.ndarray,
     *,
     bonus: np.ndarray | None = None,
-    identity: np.ndarray | None = None,
+    end_id: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
     bonus = np.zeros(len(rows)) if bonus is None else bonus
-    return match_ends(rows, columns, costs, bonus, price, np.arange(len(price)) if identity is None else identity)
+    return match_ends(rows, columns, costs, bonus, open_cost, np.arange(len(open_cost)) if end_id is None else end_id)
 
 
 @given(st.integers(0, 10**6), st.integers(2, 7))
 def test_margins_say_how_much_dearer_it_is_without_a_joint(seed: int, n: int) -> None:
-    cost, price = problem(seed, n)
-    partner, cost_of, margin, other, _ = paired(*dense_pairs(cost), price)
-    least = min(total(pairs, cost, price) for pairs in all_pairings(list(range(n))))
-    assert total(pairs_of(partner), cost, price) == pytest.approx(least)
+    cost, open_cost = problem(seed, n)
+    partner, cost_of, margin, other, _ = paired(*dense_pairs(cost), open_cost)
+    least = min(total(pairs, cost, open_cost) for pairs in all_pairings(list(range(n))))
+    assert total(pairs_of(partner), cost, open_cost) == pytest.approx(least)
     for i, j in enumerate(partner):
         if j < 0:
             assert cost_of[i] == 0.0
@@ -103,7 +103,9 @@ def test_margins_say_how_much_dearer_it_is_without_a_joint(seed: int, n: int) ->
         assert margin[i] == margin[j]
         assert other[i] not in (i, j)
         without = min(
-            total(pairs, cost, price) for pairs in all_pairings(list(range(n))) if (min(i, j), max(i, j)) not in pairs
+            total(pairs, cost, open_cost)
+            for pairs in all_pairings(list(range(n)))
+            if (min(i, j), max(i, j)) not in pairs
         )
         # Only what changes one more pair is looked at: the true next best may be nearer, never farther.
         assert 0.0 <= without - least <= margin[i] + 1e-9
@@ -112,15 +114,15 @@ def test_margins_say_how_much_dearer_it_is_without_a_joint(seed: int, n: int) ->
 def test_margins_of_four_joined_ends_are_exact() -> None:
     joined = 0
     for seed in range(100):
-        cost, price = problem(seed, 4)
-        partner, _, margin, *_ = paired(*dense_pairs(cost), price)
+        cost, open_cost = problem(seed, 4)
+        partner, _, margin, *_ = paired(*dense_pairs(cost), open_cost)
         if partner.min() < 0:
             continue
         joined += 1
-        least = total(pairs_of(partner), cost, price)
+        least = total(pairs_of(partner), cost, open_cost)
         for i, j in pairs_of(partner):
             rest = [pairs for pairs in all_pairings([0, 1, 2, 3]) if (i, j) not in pairs]
-            assert margin[i] == pytest.approx(min(total(pairs, cost, price) for pairs in rest) - least)
+            assert margin[i] == pytest.approx(min(total(pairs, cost, open_cost) for pairs in rest) - least)
     assert joined > 10
 
 
@@ -136,7 +138,7 @@ def test_the_next_best_choice_is_named() -> None:
 
 def test_another_copy_of_the_same_end_is_no_other_choice() -> None:
     rows, columns, costs = np.array([0, 0]), np.array([1, 2]), np.array([0.1, 0.3])
-    _, _, margin, other, _ = paired(rows, columns, costs, np.ones(3), identity=np.array([0, 1, 1]))
+    _, _, margin, other, _ = paired(rows, columns, costs, np.ones(3), end_id=np.array([0, 1, 1]))
     np.testing.assert_allclose(margin[:2], 1.9)  # what it costs to leave both open
     assert other.tolist() == [-1, -1, -1]
 
@@ -148,12 +150,12 @@ def test_pieces_that_have_nothing_to_do_with_each_other_are_matched_by_themselve
     n = sum(sizes)
     name = rng.permutation(n)
     rows, columns, costs = [], [], []
-    price = np.empty(n)
+    open_cost = np.empty(n)
     expected = 0.0
     start = 0
     for k, size in enumerate(sizes):
         cost, own = problem(k, size)
-        price[name[start : start + size]] = own
+        open_cost[name[start : start + size]] = own
         expected += match_exactly(cost, own, np.empty(size, dtype=np.int64))
         for i, j, c in zip(*dense_pairs(cost), strict=True):
             rows.append(name[start + i])
@@ -162,9 +164,9 @@ def test_pieces_that_have_nothing_to_do_with_each_other_are_matched_by_themselve
         start += size
     order = rng.permutation(len(rows))
     pairs = np.array(rows)[order], np.array(columns)[order], np.array(costs)[order]
-    partner, cost_of, *_ = paired(*pairs, price)
+    partner, cost_of, *_ = paired(*pairs, open_cost)
     joined = partner >= 0
-    assert 0.5 * cost_of.sum() + price[~joined].sum() == pytest.approx(expected)
+    assert 0.5 * cost_of.sum() + open_cost[~joined].sum() == pytest.approx(expected)
 
 
 def test_nothing_to_pair() -> None:
@@ -182,51 +184,51 @@ def test_sets_of_arms_cost_what_their_best_pairing_costs() -> None:
     mask = np.ones((60, 60), dtype=np.uint8)
     nodes = np.array([0, 1, 0, -1, 0, 1, 1, 0, -1, 1])
     angle = rng.uniform(0, 2 * np.pi, 10)
-    arms = np.column_stack((rng.uniform(20, 40, (10, 2)), np.cos(angle), np.sin(angle), np.zeros(10), np.ones(10)))
-    first, members, starts, costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), arms, 5.0, mask)
-    price = rng.uniform(0.5, 1.5, 10)
+    states = np.column_stack((rng.uniform(20, 40, (10, 2)), np.cos(angle), np.sin(angle), np.zeros(10), np.ones(10)))
+    first, members, starts, costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, 5.0, mask)
+    open_cost = rng.uniform(0.5, 1.5, 10)
     groups = [[0, 2, 4, 7], [1, 5, 6], [0, 2, 2, 7], [9], [1, 5, 5, 9, 9]]
     sets = np.cumsum([0, *map(len, groups)])
-    totals = least_costs(sets, np.concatenate(groups), nodes, price, first, members, starts, costs)
+    totals = least_costs(sets, np.concatenate(groups), nodes, open_cost, first, members, starts, costs)
     for ends, found in zip(groups, totals, strict=True):
         node = nodes[ends[0]]
         here = members[first[node] : first[node + 1]].tolist()
         matrix = costs[starts[node] : starts[node + 1]].reshape(len(here), len(here))
         cost = np.array([[matrix[here.index(a), here.index(b)] for b in ends] for a in ends])
         everything = all_pairings(list(range(len(ends))))
-        assert found == pytest.approx(min(total(pairs, cost, price[ends]) for pairs in everything))
+        assert found == pytest.approx(min(total(pairs, cost, open_cost[ends]) for pairs in everything))
 
 
 @given(st.integers(0, 10**6), st.integers(2, 14))
 def test_a_bonus_is_counted_in_the_choice_and_not_in_the_cost(seed: int, n: int) -> None:
-    cost, price = problem(seed, n)
+    cost, open_cost = problem(seed, n)
     rows, columns, costs = dense_pairs(cost)
     rng = np.random.default_rng(seed)
     bonus = rng.uniform(0.0, 0.6, len(rows)) * (rng.random(len(rows)) < 0.3)
-    partner, cost_of, margin, other, overruled = paired(rows, columns, costs, price, bonus=bonus)
-    same, _, same_margin, same_other, nothing = paired(rows, columns, costs - bonus, price)
+    partner, cost_of, margin, other, overruled = paired(rows, columns, costs, open_cost, bonus=bonus)
+    same, _, same_margin, same_other, nothing = paired(rows, columns, costs - bonus, open_cost)
     assert nothing == 0.0
     for mine, its in ((partner, same), (margin, same_margin), (other, same_other)):
         np.testing.assert_array_equal(mine, its)
     joined = partner >= 0
     np.testing.assert_array_equal(cost_of[joined], cost[np.flatnonzero(joined), partner[joined]])
-    alone, *_ = paired(rows, columns, costs, price)
-    here, there = (total(pairs_of(choice), cost, price) for choice in (partner, alone))
+    alone, *_ = paired(rows, columns, costs, open_cost)
+    here, there = (total(pairs_of(choice), cost, open_cost) for choice in (partner, alone))
     assert overruled == pytest.approx(here - there)
     assert overruled == 0.0 or (partner != alone).any()
 
 
-def open_margins(partner: np.ndarray, cost: np.ndarray, price: np.ndarray) -> list[tuple[float, int]]:
+def open_margins(partner: np.ndarray, cost: np.ndarray, open_cost: np.ndarray) -> list[tuple[float, int]]:
     """Return for each joined end how much dearer the next best change of one more pair is, and the end it leads to."""
     found = []
     for a, b in enumerate(partner.tolist()):
-        best = (price[a] + price[b] - cost[a, b], -1) if b >= 0 else (np.inf, -1)
-        for c in range(len(price)) if b >= 0 else ():
+        best = (open_cost[a] + open_cost[b] - cost[a, b], -1) if b >= 0 else (np.inf, -1)
+        for c in range(len(open_cost)) if b >= 0 else ():
             if c in (a, b) or cost[a, c] >= 1e6:
                 continue
             d = int(partner[c])
-            now = cost[a, b] + (cost[c, d] if d >= 0 else price[c])
-            then = cost[a, c] + (min(cost[b, d], price[b] + price[d]) if d >= 0 else price[b])
+            now = cost[a, b] + (cost[c, d] if d >= 0 else open_cost[c])
+            then = cost[a, c] + (min(cost[b, d], open_cost[b] + open_cost[d]) if d >= 0 else open_cost[b])
             best = min(best, (then - now, c), key=lambda option: option[0])
         found.append((max(best[0], 0.0), best[1]))
     return found
@@ -234,9 +236,9 @@ def open_margins(partner: np.ndarray, cost: np.ndarray, price: np.ndarray) -> li
 
 @given(st.integers(0, 10**6), st.integers(2, 16))
 def test_the_next_best_choice_is_the_best_of_all_others(seed: int, n: int) -> None:
-    cost, price = problem(seed, n)
-    partner, _, margin, other, _ = paired(*dense_pairs(cost), price)
-    expected = open_margins(partner, cost, price)
+    cost, open_cost = problem(seed, n)
+    partner, _, margin, other, _ = paired(*dense_pairs(cost), open_cost)
+    expected = open_margins(partner, cost, open_cost)
     assert other.tolist() == [end for _, end in expected]
     for i, j in pairs_of(partner):
         assert margin[i] == margin[j] == pytest.approx(min(expected[i][0], expected[j][0]))

@@ -41,7 +41,7 @@ def two_smooth(kind: str, width: float, length: int = 121, slope: float = 0.35) 
 
 
 def follow(one: np.ndarray, two: np.ndarray, first: int, last: int, width: float) -> tuple[np.ndarray, float, int]:
-    """Make a run of the points from `first` to `last`, and arms of the rest, sorted by side as the mask shows them."""
+    """Share the points from `first` to `last`; the rest leads there and on, sorted by side as in the mask."""
     above = np.where((one[:, 1] >= two[:, 1])[:, None], one, two)
     below = np.where((one[:, 1] >= two[:, 1])[:, None], two, one)
     run = slice(first, last)
@@ -119,9 +119,9 @@ def test_lanes_lie_half_a_width_inside_of_the_edges() -> None:
 
 
 def ending(goes_on: float, width: float = 8.0, end: int = 80) -> tuple[np.ndarray, np.ndarray]:
-    """Return the middle of the mask and the first lane's shift, where one of two straight cables ends at a point.
+    """Return the middle of the mask and the first axis's shift, where one of two straight cables ends at a point.
 
-    `goes_on` is 1 where the cable in the first lane goes on straight, -1 where the other one does.
+    `goes_on` is 1 where the cable in the first axis goes on straight, -1 where the other one does.
     """
     x = np.arange(160.0)
     y = np.where(x < end, 0.0, goes_on * 0.5 * width)

@@ -1,4 +1,4 @@
-"""Where the runs of a junction come clear of it, where they point, how they bend, and how free ends look."""
+"""End states of branches, clear spans, and the shapes of free ends."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ def test_spans_go_from_the_first_to_the_last_clear_point(seed: int) -> None:
     centres, radii = points[rng.integers(0, len(points), 3)] + rng.uniform(-2, 2, (3, 2)), rng.uniform(0, 6, 3)
     nodes = rng.integers(-1, 3, 2 * n)
     spans = clear_spans(nodes, centres, radii, points, np.full(len(points), 3.0), offsets, 6.0)
-    for run in range(n):
-        a, b = offsets[run : run + 2]
+    for branch in range(n):
+        a, b = offsets[branch : branch + 2]
         clear = [
             [node < 0 or np.linalg.norm(points[i] - centres[node]) >= radii[node] for i in range(a, b)]
-            for node in nodes[2 * run : 2 * run + 2]
+            for node in nodes[2 * branch : 2 * branch + 2]
         ]
         start = next((i for i in range(b - a) if clear[0][i]), b - a)
         stop = next((i + 1 for i in range(b - a - 1, start - 1, -1) if clear[1][i]), start)
         if start >= stop:
-            assert spans[run].tolist() == [(a + b) // 2] * 2
+            assert spans[branch].tolist() == [(a + b) // 2] * 2
         else:
-            assert spans[run].tolist() == [a + start, a + stop]
+            assert spans[branch].tolist() == [a + start, a + stop]
 
 
-def arms_of(points: np.ndarray, nodes: tuple[int, int], radius: float, width: float) -> np.ndarray:
-    """Return both arms of one run, whose junctions are where it starts and stops."""
+def states_of(points: np.ndarray, nodes: tuple[int, int], radius: float, width: float) -> np.ndarray:
+    """Return both end states of one branch, whose junctions are where it starts and stops."""
     offsets = np.array([0, len(points)])
     centres, radii = np.array([points[0], points[-1]]), np.array([radius, radius])
     where = np.array(nodes)
@@ -69,30 +69,30 @@ def test_what_tapers_at_a_free_end_is_left_out(narrow: int, cut: int, node: int)
 def test_a_straight_run_points_out_of_both_ends(angle: float, width: float) -> None:
     along = np.array([np.cos(angle), np.sin(angle)])
     points = np.arange(0.0, 12 * width)[:, None] * along
-    arms = arms_of(points, (0, 1), 0.6 * width, width)
-    np.testing.assert_allclose(arms[:, 2:4], [-along, along], atol=1e-9)
-    np.testing.assert_allclose(arms[:, 4], 0.0, atol=1e-9)
-    assert arms[:, 5].tolist() == [1.0, 1.0]
-    first = np.linalg.norm(arms[0, :2])
+    states = states_of(points, (0, 1), 0.6 * width, width)
+    np.testing.assert_allclose(states[:, 2:4], [-along, along], atol=1e-9)
+    np.testing.assert_allclose(states[:, 4], 0.0, atol=1e-9)
+    assert states[:, 5].tolist() == [1.0, 1.0]
+    first = np.linalg.norm(states[0, :2])
     assert 0.6 * width - 1e-9 <= first <= 0.6 * width + 1.0
 
 
 @pytest.mark.parametrize("width", [4.0, 10.0, 40.0])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_an_arc_is_known_by_its_curvature(width: float, side: float) -> None:
-    """Through a gap in a circle, the arms of the rest of it bend almost nothing more than promised."""
+    """Through a gap in a circle, the ends of the rest of it bend hardly more than extrapolated."""
     radius = 5 * width
     angle = np.linspace(0.3, 2 * np.pi - 0.3, int(2 * np.pi * radius))
     points = np.column_stack((radius * np.cos(angle), side * radius * np.sin(angle)))
-    arms = arms_of(points, (FREE, FREE), 0.0, width)
-    # Outwards from its start the circle is run backwards.
-    share = arms[:, 4] * radius * [-side, side]  # of the few points of a thin arm only a part is believed
+    states = states_of(points, (FREE, FREE), 0.0, width)
+    # Outwards from its start the circle is followed backwards.
+    share = states[:, 4] * radius * [-side, side]  # of the few points of a thin end only a part is believed
     assert (share > (0.85 if width >= 10 else 0.4)).all()
     assert (share < 1.1).all()
     tangents = np.array([np.sin(0.3), -side * np.cos(0.3)]), np.array([np.sin(0.3), side * np.cos(0.3)])
-    np.testing.assert_allclose(arms[:, 2:4], tangents, atol=0.06 if width >= 10 else 0.12)
-    bend, _ = _bend(arms, 0, 1, width)
-    straight = arms.copy()
+    np.testing.assert_allclose(states[:, 2:4], tangents, atol=0.06 if width >= 10 else 0.12)
+    bend, _ = _bend(states, 0, 1, width)
+    straight = states.copy()
     straight[:, 5] = 0.0
     assert bend < (0.4 if width >= 10 else 0.6) * _bend(straight, 0, 1, width)[0]
 
@@ -101,21 +101,21 @@ def test_noise_is_not_taken_for_a_bend() -> None:
     rng = np.random.default_rng(1)
     width = 4.0
     points = np.column_stack((np.arange(60.0), 0.3 * rng.standard_normal(60)))
-    arms = arms_of(points, (0, 1), 3.0, width)
-    assert np.abs(arms[:, 4] * width).max() < 0.15
-    assert np.abs(arms[:, 3]).max() < 0.25
+    states = states_of(points, (0, 1), 3.0, width)
+    assert np.abs(states[:, 4] * width).max() < 0.15
+    assert np.abs(states[:, 3]).max() < 0.25
 
 
 def test_a_short_run_points_from_end_to_end_and_has_no_known_bend() -> None:
     points = np.column_stack((np.arange(6.0), np.zeros(6)))
-    arms = arms_of(points, (0, 1), 2.0, 8.0)
-    np.testing.assert_allclose(arms[:, 2:4], [[-1, 0], [1, 0]])
-    assert arms[:, 4:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
+    states = states_of(points, (0, 1), 2.0, 8.0)
+    np.testing.assert_allclose(states[:, 2:4], [[-1, 0], [1, 0]])
+    assert states[:, 4:].tolist() == [[0.0, 0.0], [0.0, 0.0]]
 
 
 def test_one_point_has_no_direction() -> None:
-    arms = arms_of(np.array([[3.0, 4.0]]), (FREE, FREE), 0.0, 5.0)
-    assert arms.tolist() == [[3.0, 4.0, 0.0, 0.0, 0.0, 0.0]] * 2
+    states = states_of(np.array([[3.0, 4.0]]), (FREE, FREE), 0.0, 5.0)
+    assert states.tolist() == [[3.0, 4.0, 0.0, 0.0, 0.0, 0.0]] * 2
 
 
 def reach_of(radii: list[float], nodes: tuple[int, int] = (0, 1), width: float = 4.0) -> list[int]:
@@ -141,14 +141,14 @@ def test_two_cables_get_narrower_together_towards_a_free_end() -> None:
     assert reach_of([4.0] * 20 + [2.0] * 4, (0, 1)) == [20, 24]
 
 
-def test_the_mean_width_of_each_run() -> None:
+def test_the_mean_width_of_each_branch() -> None:
     spans = np.array([[0, 4], [6, 8], [9, 9]])
     radii = np.arange(12.0)
     assert wide_reach(np.full(6, -1), spans, radii, 5.0)[1].tolist() == [3.0, 13.0, 5.0]
 
 
 def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Draw a bar that ends in the middle of the picture; return it, its centre line from there on, and the arm."""
+    """Draw a bar that ends in the middle of the picture; return it, its centre line from there on, and the end."""
     size = 12 * width
     yy, xx = np.indices((size, size), dtype=float)
     along = np.array([np.cos(angle), np.sin(angle)])
@@ -169,26 +169,26 @@ def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.nd
 
 
 def cap_of(mask: np.ndarray, line: np.ndarray, arm: np.ndarray, width: float, node: int = FREE) -> float:
-    """Return how round the first end of a run is."""
+    """Return the roundness of the first end of a branch."""
     nodes, spans = np.array([node, -2]), np.array([[0, len(line)]])
-    caps = measure_roundness(nodes, line, spans, np.concatenate((arm, arm)), mask, width)
-    assert caps[1] == UNTOLD
-    return float(caps[0])
+    end_roundness = measure_roundness(nodes, line, spans, np.concatenate((arm, arm)), mask, width)
+    assert end_roundness[1] == UNTOLD
+    return float(end_roundness[0])
 
 
 @pytest.mark.parametrize("width", [7, 12, 40])
 @pytest.mark.parametrize("angle", [0.0, 0.6, np.pi / 4, 2.5])
 def test_round_flat_and_hollow_ends_are_told_apart(width: int, angle: float) -> None:
-    caps = {}
+    end_roundness = {}
     for kind in ("round", "flat", "slanting", "hollow"):
-        caps[kind] = cap_of(*bar_with_end(kind, width, angle), width)
-    assert all(0.0 <= cap <= 1.0 for cap in caps.values())
-    assert caps["hollow"] <= caps["flat"] < caps["round"] - 0.3
-    assert caps["slanting"] < caps["round"] - 0.3
+        end_roundness[kind] = cap_of(*bar_with_end(kind, width, angle), width)
+    assert all(0.0 <= cap <= 1.0 for cap in end_roundness.values())
+    assert end_roundness["hollow"] <= end_roundness["flat"] < end_roundness["round"] - 0.3
+    assert end_roundness["slanting"] < end_roundness["round"] - 0.3
     if width >= 12:  # in thinner ones a pixel is too much of the radius
         slack = 0.35 if width < 40 else 0.15
-        assert caps["round"] > 1.0 - slack
-        assert max(caps["flat"], caps["hollow"], caps["slanting"]) < slack
+        assert end_roundness["round"] > 1.0 - slack
+        assert max(end_roundness["flat"], end_roundness["hollow"], end_roundness["slanting"]) < slack
 
 
 def test_of_ends_that_are_not_free_and_of_short_and_thin_ones_nothing_is_told() -> None:

@@ -1,4 +1,4 @@
-"""Where the runs of a skeleton meet."""
+"""Junctions of a skeleton, and the branches that meet there."""
 
 from __future__ import annotations
 
@@ -86,20 +86,20 @@ def test_a_junction_knows_how_far_the_mask_reaches() -> None:
 
 
 def star(lengths: list[float], width: float = 4.0) -> tuple[np.ndarray, ...]:
-    """Return a junction in the middle of straight runs that end freely, and a mask that is all foreground around it."""
+    """Return a junction in the middle of straight branches with free ends, and a mask of foreground around it."""
     angles = np.linspace(0, 2 * np.pi, len(lengths), endpoint=False)
-    runs = [
+    branches = [
         100.0 + np.arange(1.0, length + 1)[:, None] * (np.cos(a), np.sin(a))
         for length, a in zip(lengths, angles, strict=True)
     ]
     yy, xx = np.indices((201, 201))
     mask = np.zeros((201, 201), dtype=np.uint8)
-    for run in runs:
-        for x, y in run:
+    for branch in branches:
+        for x, y in branch:
             mask |= ((xx - x) ** 2 + (yy - y) ** 2 <= (width / 2) ** 2).astype(np.uint8)
     nodes = np.array([0, FREE] * len(lengths))
-    offsets = np.cumsum([0, *map(len, runs)])
-    return nodes, np.array([[100.0, 100.0]]), np.array([width / 2]), np.concatenate(runs), offsets, mask
+    offsets = np.cumsum([0, *map(len, branches)])
+    return nodes, np.array([[100.0, 100.0]]), np.array([width / 2]), np.concatenate(branches), offsets, mask
 
 
 def test_only_what_sticks_out_by_little_is_a_spur() -> None:
@@ -124,15 +124,15 @@ def test_without_runs_nothing_is_pruned() -> None:
 @given(st.integers(0, 10**6))
 def test_merged_junctions_are_the_connected_ones(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    count, runs = int(rng.integers(1, 9)), int(rng.integers(0, 12))
-    nodes = rng.integers(-1, count, 2 * runs)
-    clear, alive = rng.integers(0, 10, runs), rng.random(runs) < 0.8
+    count, branches = int(rng.integers(1, 9)), int(rng.integers(0, 12))
+    nodes = rng.integers(-1, count, 2 * branches)
+    clear, alive = rng.integers(0, 10, branches), rng.random(branches) < 0.8
     group = merge_junctions(nodes, clear, alive, count, 5.0)
     expected = list(range(count))
     for _ in range(count):
-        for run in range(runs):
-            a, b = nodes[2 * run : 2 * run + 2]
-            if alive[run] and a >= 0 and b >= 0 and clear[run] < 5.0:
+        for branch in range(branches):
+            a, b = nodes[2 * branch : 2 * branch + 2]
+            if alive[branch] and a >= 0 and b >= 0 and clear[branch] < 5.0:
                 expected[a] = expected[b] = min(expected[a], expected[b])
     assert group.tolist() == expected
 
@@ -140,20 +140,24 @@ def test_merged_junctions_are_the_connected_ones(seed: int) -> None:
 @given(st.integers(0, 10**6))
 def test_ends_are_settled_as_by_hand(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    count, runs = int(rng.integers(0, 9)), int(rng.integers(0, 12))
-    nodes = rng.integers(-1, count, 2 * runs)
-    alive = rng.random(runs) < 0.7
-    spurs = ~alive & (rng.random(runs) < 0.5)
-    spans = np.cumsum(rng.integers(0, 10, (runs, 2)), axis=1)
+    count, branches = int(rng.integers(0, 9)), int(rng.integers(0, 12))
+    nodes = rng.integers(-1, count, 2 * branches)
+    alive = rng.random(branches) < 0.7
+    spurs = ~alive & (rng.random(branches) < 0.5)
+    spans = np.cumsum(rng.integers(0, 10, (branches, 2)), axis=1)
     clear = spans[:, 1] - spans[:, 0]
     group = merge_junctions(nodes, clear, alive, count, 5.0)
     expected = [int(group[node]) if node >= 0 else FREE for node in nodes]
-    for run in range(runs):
-        ends = (2 * run, 2 * run + 1)
-        if alive[run]:
-            is_inner = clear[run] < 5.0 and min(nodes[end] for end in ends) >= 0
+    for branch in range(branches):
+        ends = (2 * branch, 2 * branch + 1)
+        if alive[branch]:
+            is_inner = clear[branch] < 5.0 and min(nodes[end] for end in ends) >= 0
         for end in ends:
-            if (alive[run] and is_inner) or not (alive[run] or spurs[run]) or (spurs[run] and nodes[end] == FREE):
+            if (
+                (alive[branch] and is_inner)
+                or not (alive[branch] or spurs[branch])
+                or (spurs[branch] and nodes[end] == FREE)
+            ):
                 expected[end] = UNAVAILABLE
     assert assign_junctions(nodes, spans, alive, spurs, count, 5.0).tolist() == expected
 
@@ -169,7 +173,7 @@ def test_a_run_of_one_pixel_has_its_two_junctions() -> None:
         """
     )
     _, _, _, offsets, n, (nodes, centres, _) = found_in(mask)
-    bridge = [run for run in range(n) if min(nodes[2 * run : 2 * run + 2]) >= 0]
+    bridge = [branch for branch in range(n) if min(nodes[2 * branch : 2 * branch + 2]) >= 0]
     assert len(centres) == 2
     assert len(bridge) == 1
     assert offsets[bridge[0] + 1] - offsets[bridge[0]] == 1

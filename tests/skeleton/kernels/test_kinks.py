@@ -1,4 +1,4 @@
-"""Where runs turn sharply, and how they are cut."""
+"""Sharp turns of branches, and the cuts there."""
 
 from __future__ import annotations
 
@@ -48,28 +48,28 @@ def test_cut_runs_are_those_cut_one_by_one(seed: int) -> None:
     inside = [i for i in range(offsets[n_open]) if i not in offsets and rng.random() < 0.2]
     cuts = np.array(inside, dtype=np.int64)
     new_offsets, new_nodes, new_alive = split_branches(cuts, offsets, nodes, alive, 4)
-    runs = []
-    for run in range(n_open):
-        at, left = int(offsets[run]), int(nodes[2 * run])
+    branches = []
+    for branch in range(n_open):
+        at, left = int(offsets[branch]), int(nodes[2 * branch])
         for k, cut in enumerate(inside):
-            if alive[run] and offsets[run] < cut < offsets[run + 1]:
-                runs.append((at, left, 4 + k, True))
+            if alive[branch] and offsets[branch] < cut < offsets[branch + 1]:
+                branches.append((at, left, 4 + k, True))
                 at, left = cut, 4 + k
-        runs.append((at, left, int(nodes[2 * run + 1]), bool(alive[run])))
-    assert new_offsets.tolist() == [run[0] for run in runs] + offsets[n_open:].tolist()
-    assert new_nodes.tolist() == [node for run in runs for node in run[1:3]]
-    assert new_alive.tolist() == [run[3] for run in runs]
+        branches.append((at, left, int(nodes[2 * branch + 1]), bool(alive[branch])))
+    assert new_offsets.tolist() == [branch[0] for branch in branches] + offsets[n_open:].tolist()
+    assert new_nodes.tolist() == [node for branch in branches for node in branch[1:3]]
+    assert new_alive.tolist() == [branch[3] for branch in branches]
 
 
 class Meeting:
-    """Runs that meet at a few junctions, most of them two arms and a stub, in a mask that ends round or is cut off."""
+    """Branches that meet at a few junctions, most of them two and a stub, in a mask that ends round or is cut off."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
         self.width = width = float(rng.uniform(3.0, 14.0))
         self.centres = np.array([(60.0, 60.0), (180.0, 60.0), (60.0, 180.0)]) + rng.uniform(-3.0, 3.0, (3, 2))
         self.mask = np.zeros((240, 240), dtype=np.uint8)
-        runs, nodes, radii = [], [], []
+        branches, nodes, radii = [], [], []
         self.outwards: list[np.ndarray] = []
         for node, centre in enumerate(self.centres):
             middle, half = rng.uniform(-np.pi, np.pi), rng.uniform(0.1, 0.85)
@@ -90,25 +90,25 @@ class Meeting:
                     self.mask[near & (beyond > 0.0)] = 0
                 elsewhere = rng.integers(0, 3) if rng.random() < 0.1 else FREE
                 backwards = rng.random() < 0.5
-                runs.append(points[::-1] if backwards else points)
+                branches.append(points[::-1] if backwards else points)
                 nodes.append((elsewhere, node) if backwards else (node, elsewhere))
                 wide = (rng.uniform(1.2, 2.0), rng.uniform(0.5, 1.0)) if is_stub else (1.0, 1.0)
                 widths = width * np.linspace(*wide, len(points))
                 radii.append(0.5 * (widths[::-1] if backwards else widths))
                 self.outwards += [along, -along] if backwards else [-along, along]
-        self.points, self.radius = np.concatenate(runs), np.concatenate(radii)
-        self.offsets = np.cumsum([0, *map(len, runs)])
+        self.points, self.radius = np.concatenate(branches), np.concatenate(radii)
+        self.offsets = np.cumsum([0, *map(len, branches)])
         self.nodes = np.array(nodes).ravel()
-        tips = [run[end] for run in runs for end in (0, -1)]
-        self.arms = np.column_stack((tips, self.outwards, np.zeros((len(tips), 2))))
-        self.alive = rng.random(len(runs)) < 0.9
-        self.spurs = ~self.alive & (rng.random(len(runs)) < 0.8)
+        tips = [branch[end] for branch in branches for end in (0, -1)]
+        self.states = np.column_stack((tips, self.outwards, np.zeros((len(tips), 2))))
+        self.alive = rng.random(len(branches)) < 0.9
+        self.spurs = ~self.alive & (rng.random(len(branches)) < 0.8)
 
     def find(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the corners, and which runs are alive and which are spurs afterwards."""
+        """Return the corners, and which branches are alive and which are spurs afterwards."""
         alive, spurs = self.alive.copy(), self.spurs.copy()
-        runs = self.points, self.radius, self.offsets
-        corners = find_corners(self.nodes, alive, spurs, self.arms, self.centres, *runs, self.mask, self.width)
+        branches = self.points, self.radius, self.offsets
+        corners = find_corners(self.nodes, alive, spurs, self.states, self.centres, *branches, self.mask, self.width)
         return corners, alive, spurs
 
     def reach(self, place: np.ndarray, way: np.ndarray) -> float:
@@ -139,7 +139,7 @@ def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]
         if len(ends) != 2 or ends[0] // 2 == ends[1] // 2:
             continue
         at = np.arange(meeting.offsets[stub], meeting.offsets[stub + 1])[:: -1 if root % 2 else 1]
-        one, two = (meeting.arms[end, 2:4] for end in ends)
+        one, two = (meeting.states[end, 2:4] for end in ends)
         way = meeting.points[at[-1]] - meeting.centres[node]
         length = float(np.hypot(*way))
         between = (one + two) / np.hypot(*(one + two))
