@@ -80,7 +80,7 @@ def literal_far(colour: np.ndarray, colours: np.ndarray) -> float:
 
 
 def literal_spread(colours: np.ndarray) -> float:
-    return float(np.sort([literal_far(colour, colours) for colour in colours] or [0.0])[len(colours) // 2])
+    return float(np.sort([literal_far(colour, colours) for colour in colours] or [0.0])[len(colours) // 6])
 
 
 def literal_references(scene: Scene, end: int) -> tuple[np.ndarray, np.ndarray]:
@@ -123,8 +123,8 @@ def literal_look(scene: Scene, i: int, j: int) -> list[float]:
     ground, cable = zip(*(literal_references(scene, int(scene.ends[e])) for e in (i, j)), strict=True)
     if sum(map(len, ground)) < 6 or min(map(len, cable)) == 0:
         return [0.0, 0.0, 0.0]
-    like_ground = max(12.0, *(2.0 * literal_spread(colours) for colours in ground))
-    like_cable = max(12.0, *(2.0 * literal_spread(colours) for colours in cable))
+    like_ground = max(12.0, *(4.0 * literal_spread(colours) for colours in ground))
+    like_cable = max(12.0, *(4.0 * literal_spread(colours) for colours in cable))
     grounds, cables = np.concatenate(ground), np.concatenate(cable)
     (ax, ay, adx, ady), (bx, by, bdx, bdy) = scene.ways[i], scene.ways[j]
     length = float(np.hypot(bx - ax, by - ay))
