@@ -37,6 +37,7 @@ _CONSTANTS: tuple[tuple[str, float], ...] = (
     ("gap: per rad² of bend, times width / length", bending._GAP_BEND),
     ("gap: per rad² of bend", bending._GAP_TURN),
     ("gap: per width of its length", bending.GAP_LENGTH),
+    ("gap: less, per width that an image shows to be hidden", pairing_stage._HIDDEN),
     ("gap: from an end at a junction", bending._GAP_ARM),
     ("open end: at a junction", bending.OPEN_ARM),
     ("open end: free and round", bending.OPEN_ROUND),

@@ -149,13 +149,19 @@ class TestEnds:
         mask[:, 186:214] = 0
         assert len(detect(mask, max_gap_widths=max_gap_widths)) == count
 
+    @pytest.mark.parametrize("width", [7, 9])
+    def test_round_ends_that_face_each_other_across_nine_widths_stay_open(self, width: int) -> None:
+        left, right = [(20, 60), (150, 60)], [(150 + 10 * width, 60), (280 + 10 * width, 60)]
+        mask = draw(np.array(left), np.array(right), width=width, size=(120, 420))
+        assert [detection.inferred for detection in detect(mask)] == [(), ()]
+
     def test_a_gap_longer_than_the_default_longest_is_not(self) -> None:
         mask = draw(LINE, width=4)
         mask[:, 140:260] = 0  # 30 widths
         assert len(detect(mask)) == 2
 
     def test_dashes_that_are_nearly_joined_are_one_cable_where_that_is_known(self) -> None:
-        dashes = draw([(10, 100), (80, 103)], [(171, 106), (230, 109)], [(321, 112), (395, 115)])
+        dashes = draw([(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)])
         apart = detect(dashes)
         assert len(apart) == 3
         assert all(0.5 < found.confidence < 0.9 for found in apart)  # it is in doubt

@@ -77,8 +77,8 @@ def test_without_loops_nothing_changes() -> None:
     assert matching.partner == before
 
 
-# Gaps of twelve widths: round ends nearly bridge them.
-DASHES = [[(10, 100), (80, 103)], [(171, 106), (230, 109)], [(321, 112), (395, 115)]]
+# Gaps of eight widths: round ends nearly bridge them.
+DASHES = [[(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)]]
 
 
 @pytest.mark.parametrize("objects", [1, 2, 3, 7])
