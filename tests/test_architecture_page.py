@@ -66,7 +66,7 @@ def test_the_page_names_a_file_for_every_typical_change():
 @pytest.mark.parametrize(
     ("name", "file"),
     [
-        ("measure_caps", "skeleton/kernels/branch_ends.py"),
+        ("measure_roundness", "skeleton/kernels/branch_ends.py"),
         ("make_tracker", "pipeline.py"),
         ("detect", "api.py"),
         ("track", "api.py"),
