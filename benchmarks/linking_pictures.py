@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import make_interp_spline
 
-from benchmarks.readings import Look, constants, joints_block, look_at, names_of, readings
+from benchmarks.constants import linking_tables
+from benchmarks.readings import Look, joints_block, look_at, names_of, readings
 from dloftbs import BSplineCurve
 from dloftbs.centerline import JointKind
 from dloftbs.graph import FREE
@@ -55,7 +56,7 @@ class Scene:
 def main() -> None:
     """Draw all pictures, and bring the page up to date."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    made = {"constants": constants()}
+    made = {"constants": linking_tables()}
     for scene in SCENES:
         look = look_at(scene.draw())
         cv2.imwrite(str(PICTURES / f"{scene.name}.png"), draw(look), [cv2.IMWRITE_PNG_COMPRESSION, 9])

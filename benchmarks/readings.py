@@ -11,54 +11,14 @@ from dloftbs import Config, Detection, Frame
 from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
 from dloftbs.graph import POSITION, TANGENT, Branches, EndMatching, Graph, branch_of, ends_of, other_end
-from dloftbs.linking import centerlines, link, loops
-from dloftbs.linking import end_matching as pairing_stage
+from dloftbs.linking import link
 from dloftbs.linking.end_matching import match_ends
-from dloftbs.linking.kernels import bending, branch_overlap, end_matching, parallel_runs, wide_stretches
+from dloftbs.linking.kernels import bending, branch_overlap, wide_stretches
 from dloftbs.mask_crop import MaskCrop
-from dloftbs.skeleton import branch_graph
-from dloftbs.skeleton.kernels import branch_ends
 from dloftbs.stage_order import run_stages
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-
-_CONSTANTS: tuple[tuple[str, float], ...] = (
-    ("a spur sticks out of its junction by less, widths", branch_graph._SPUR_WIDTHS),
-    ("a shorter branch between two junctions merges them, widths", branch_graph._MERGE_WIDTHS),
-    ("a branch is cut where it turns by more, between chords of 1.5 widths, rad", branch_graph._KINK_RAD),
-    ("an end's tangent and curvature are fitted over, widths", branch_ends._REACH_WIDTHS),
-    ("... starting outside of the junction by, widths", branch_ends._CLEAR_WIDTHS),
-    ("... and inside of a free end by, widths", branch_ends._BLUNT_WIDTHS),
-    ("... and where the mask tapers there, by up to, widths", branch_ends._TAPER_WIDTHS),
-    ("junction link: per rad² of bend, times width / length", bending._PASS_BEND),
-    ("junction link: per rad² of bend", bending._PASS_TURN),
-    ("junction link: times the share of it that leaves the mask", bending._OUTSIDE),
-    ("gap: per rad² of bend, times width / length", bending._GAP_BEND),
-    ("gap: per rad² of bend", bending._GAP_TURN),
-    ("gap: per width of its length", bending.GAP_LENGTH),
-    ("gap: less, per width that an image shows to be hidden", pairing_stage._HIDDEN),
-    ("gap: from an end at a junction", bending._GAP_ARM),
-    ("open end: at a junction", bending.OPEN_ARM),
-    ("open end: free and round", bending.OPEN_ROUND),
-    ("open end: free and cut off", bending.OPEN_CUT),
-    ("open end: of a cable inside of a shared branch", bending.OPEN_INSIDE),
-    ("open end: at a sharp turn where nothing else meets", bending.OPEN_KINK),
-    ("share of the ends' curvature that is extrapolated", bending._PROMISE),
-    ("ends that lack less to be joined are in doubt", pairing_stage.UNCLEAR),
-    ("gap: per width of ground in sight", pairing_stage._GROUND),
-    ("ends matched exactly, up to", end_matching.EXACT),
-    ("shared branch: per width of its length", branch_overlap._PRICE_PER_WIDTH),
-    ("shared branch: more per width, where the mask is as narrow as one cable", branch_overlap._PRICE_THIN),
-    ("shared branch: less per width and width that the mask is wider", branch_overlap._BONUS_WIDE),
-    ("shared branch: more, if a cable ends inside", branch_overlap._PRICE_END),
-    ("shared branch: longest, widths", branch_overlap._LONGEST_WIDTHS),
-    ("parallel runs: axes nearer than this may cross, widths", parallel_runs._NARROW),
-    ("parallel runs: length before and behind over which smoothness is compared, widths", parallel_runs._WINDOW),
-    ("loop: opened into a chain that crosses it where that costs less", loops._WORTH),
-    ("confidence of a crossing: margin that multiplies the odds by e", centerlines._CROSSING_SCALE),
-    ("confidence of a gap: margin that multiplies the odds by e", centerlines._GAP_SCALE),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,12 +165,6 @@ def joints_block(look: Look) -> str:
             figures = f"cost {joint.cost:.2f}, margin {joint.margin:.2f}, confidence {joint.confidence:.2f}"
             lines.append(f"cable {cable}: {joint.kind.value:8} {span}, {figures}, otherwise {to}")
     return "\n".join([*lines, "```"])
-
-
-def constants() -> str:
-    """Return a table in Markdown of the constants."""
-    rows = [f"| {text} | {value:g} |" for text, value in _CONSTANTS]
-    return "\n".join(["| what | value |", "| --- | ---: |", *rows])
 
 
 def _end_ids(branches: Branches) -> npt.NDArray[np.int64]:

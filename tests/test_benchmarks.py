@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import compare, compare_run, digests_run, english, growth, process, profile
+from benchmarks import compare, compare_run, constants, digests_run, english, growth, process, profile
 from benchmarks.docs import published
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
@@ -200,3 +200,56 @@ def test_openings_entries_phrases_and_words_are_counted_in_docstrings_alone(tmp_
     assert capsys.readouterr().out.splitlines()[-1] == (
         "        1        1        2        1 openings, entries, phrases, words in 1 files"
     )
+
+
+def test_constants_are_read_and_changed_where_they_are_defined(tmp_path, monkeypatch):
+    monkeypatch.setattr(constants, "SOURCES", tmp_path)
+    page = tmp_path / "page.py"
+    page.write_text(
+        '"""A module."""\n'
+        "_REACH_WIDTHS, _MOST = 2.0, 8  # é\n"
+        "_SLIP = (0.6, -0.5)\n"
+        '"""Cost of a step;\nin turn.\n\nSource: by hand;\nno | reason.\n"""\n'
+        'NAMES = ("a", 1)\n'
+        "_FLAG = True\n"
+        "_LIMIT: float = 3.0\n"
+        '"""Limit."""\n',
+        "utf-8",
+    )
+    found = {one.name: one for one in constants.constants(tmp_path)}
+    assert {name: one.text for name, one in found.items()} == {
+        "_REACH_WIDTHS": "2.0",
+        "_MOST": "8",
+        "_SLIP": "(0.6, -0.5)",
+        "_LIMIT": "3.0",
+    }
+    assert {name: one.lacks for name, one in found.items()} == {
+        "_REACH_WIDTHS": "docstring",
+        "_MOST": "docstring",
+        "_SLIP": "",
+        "_LIMIT": "unit, source",
+    }
+    assert found["_SLIP"].meaning == "Cost of a step; in turn."
+    assert "| `_SLIP` | `(0.6, -0.5)` | Cost of a step; in turn. | by hand; no \\| reason. |" in constants.tables(
+        found.values(), sources=True
+    )
+    assert not found["_MOST"].scalable
+    assert "_REACH_WIDTHS, _MOST = 4.0, 8  # é\n" in found["_REACH_WIDTHS"].scaled(2.0)
+    assert "_SLIP = (0.3, -0.25)\n" in found["_SLIP"].scaled(0.5)
+    assert "_LIMIT: float = 1.5\n" in found["_LIMIT"].scaled(0.5)
+
+
+@pytest.mark.parametrize("room", constants.ROOMS)
+def test_every_constant_of_the_stages_has_a_unit_and_a_source(room):
+    found = list(constants.constants(constants.SOURCES / room))
+    assert found
+    assert {one.key: one.lacks for one in found if one.lacks} == {}
+
+
+def test_the_pages_list_the_constants_as_they_are():
+    found = [one for room in constants.ROOMS for one in constants.constants(constants.SOURCES / room)]
+    for page, made in (
+        (constants.LINKING, constants.linking_tables()),
+        (constants.PAGE, constants.tables(found, sources=True)),
+    ):
+        assert made in page.read_text("utf-8"), "run `python -m benchmarks.constants`"

@@ -22,16 +22,46 @@ from dloftbs.detection import Crossing, Detection
 from dloftbs.frame import Frame
 
 MIN_CONFIDENCE = 0.2
-"""Below this share by which one explanation is better than the other, which pass is on top counts as unknown."""
+"""Share by which one explanation must be better than the other, or the upper pass counts as unknown.
 
-# At a radius of two widths these chords stray from the curve by 4 % of the width.
+Source: by hand.
+"""
+
 _CHORD_WIDTHS = 0.75
+"""Length of the chords that stand for a curve, widths.
+
+Source: geometry; at a radius of two widths these chords stray from the curve by 4 % of the width.
+"""
+
 _MIN_CHORD_PX = 1.5
+"""Smallest length of such a chord, px.
+
+Source: by hand; about the distance of two pixels.
+"""
+
 _MAX_CHORDS = 20_000
-# A cable that turned back in less than this would be bent to a radius below half its width.
+"""Largest number of chords of a curve.
+
+Source: bounds time and memory.
+"""
+
 _TURN_WIDTHS = 3.0
+"""Length of a curve, widths, within which two of its chords are no crossing.
+
+Source: geometry; a cable that turned back in less would be bent to a radius below half its width.
+"""
+
 _NEAR_WIDTHS = 1.5
+"""Distance of two intersections of the same two passes, mean widths, up to which they are one crossing.
+
+Source: by hand; two cables that meet at 40 degrees overlap over as much.
+"""
+
 _REACH_WIDTHS = 0.5
+"""Distance from another object, widths of it, within which a curve stays with that object.
+
+Source: geometry; half a width from the axis is the border.
+"""
 
 
 class _Lines(NamedTuple):

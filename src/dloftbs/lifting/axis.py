@@ -20,25 +20,95 @@ from dloftbs.lifting.kernels.surfaces import DEPTH_TYPES, find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.mask_crop import MaskCrop
 
-_STEP_WIDTHS = 0.6  # from section to section
-_LEAST_PIXELS = 9.0  # of a section
-_LEAST_SECTIONS = 8
-_SPAN_WIDTHS = 2.4  # from knot to knot of the smooth line
-_BLOCK_WIDTHS = 8.0  # over which the width is averaged
-# How far from the middle line a section looks, in radii, and how far it stays off the border, px: the pixels there mix
-# with what is behind.
-_SHARE, _BORDER_PX, _LEAST_SHARE = 0.6, 1.0, 0.3
-_MIXED_PX = 2.0  # along the curve, off what hides it
-_FLOOR_WIDTHS = 0.05  # no cable's surface is known, or need be, better than this
-_STRETCH_WIDTHS = 6.0  # what covers a cable for longer shows in the mask
-_INFERRED_WIDTHS = 1.0  # a shorter stretch between two that are seen is not reported
+_STEP_WIDTHS = 0.6
+"""Distance from section to section, widths.
 
-_MOST_TIMES = 2.0  # the farthest extrapolated depth over the farthest that was seen
+Source: by hand; neighbouring sections barely share pixels.
+"""
+
+_LEAST_PIXELS = 9.0
+"""Smallest number of pixels of a section.
+
+Source: by hand; a median of as many is robust.
+"""
+
+_LEAST_SECTIONS = 8
+"""Smallest number of sections of a curve.
+
+Source: by hand; twice the four coefficients of a cubic.
+"""
+
+_SPAN_WIDTHS = 2.4
+"""Distance from knot to knot of the smooth line, widths.
+
+Source: by hand; four sections, so that a knot span is determined by several.
+"""
+
+_BLOCK_WIDTHS = 8.0
+"""Length over which the width is levelled, widths.
+
+Source: by hand.
+"""
+
+_SHARE = 0.6
+"""Distance from the axis up to which a section looks, radii.
+
+Source: geometry; the surface of a round cable is 0.2 radii farther away there.
+"""
+
+_BORDER_PX = 1.0
+"""Distance from a cable's border within which no depth is taken, px.
+
+Source: geometry; pixels there mix with the background.
+"""
+
+_LEAST_SHARE = 0.3
+"""Distance from the axis up to which a section looks at the least, radii.
+
+Source: by hand; thin cables have nothing but border.
+"""
+
+_MIXED_PX = 2.0
+"""Distance along the curve from an occluder within which no depth is taken, px.
+
+Source: by hand; pixels there mix with it, on both grids.
+"""
+
+_FLOOR_WIDTHS = 0.05
+"""Accuracy of a cable's surface that is enough, widths.
+
+Source: by hand; it keeps the robust fit from rejecting the cable's own texture where depth is exact.
+"""
+
+_STRETCH_WIDTHS = 6.0
+"""Largest length of an occluder that only depth shows, widths.
+
+Source: by hand; a longer one shows in the mask.
+"""
+
+_INFERRED_WIDTHS = 1.0
+"""Least length of a stretch without depth that is reported, widths.
+
+Source: by hand.
+"""
+
+_MOST_TIMES = 2.0
+"""Largest ratio of an extrapolated depth to the farthest one that was seen.
+
+Source: by hand; beyond it the extrapolation has failed.
+"""
 
 LEAST_SEEN = 0.3
-"""Share of a curve that must have depth of its own."""
+"""Least share of a curve that must have depth of its own.
+
+Source: by hand.
+"""
+
 MOST_EXTRAPOLATED = 0.2
-"""Largest share of a curve's length that is extended straight beyond the last depth at an end."""
+"""Largest share of a curve's length that is extended straight beyond the last depth at an end.
+
+Source: by hand.
+"""
 
 _Interval = tuple[float, float]
 

@@ -28,18 +28,78 @@ from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.kernels.end_extension import extend_end, is_seen
 from dloftbs.mask_crop import MaskCrop
 
-_LEAST, _LEAST_AROUND = 2, 8  # points of a line, and of a loop
-_TAIL_WIDTHS = 6.0  # of a cable, at the end that is extended
-_OUT_WIDTHS = 0.35  # a cable comes out of a crossing that sticks out by more
+_LEAST = 2
+"""Smallest number of points of an open centre line.
+
+Source: geometry; a line has two ends.
+"""
+
+_LEAST_AROUND = 8
+"""Smallest number of points of a closed centre line.
+
+Source: by hand; twice the four points that a cubic needs.
+"""
+
+_TAIL_WIDTHS = 6.0
+"""Length before a free end that is given to its extension, widths.
+
+Source: by hand; twice the 5.5 radii that `extend_end` looks at.
+"""
+
+_OUT_WIDTHS = 0.35
+"""Least distance by which a cable's tip shows beyond the cable that it crosses, widths.
+
+Source: by hand; more than the pixel noise of an edge.
+"""
+
 _AHEAD_WIDTHS = 3.5
+"""Largest distance from an open end to such a tip, widths.
+
+Source: by hand; beyond it the tip would have a skeleton of its own.
+"""
+
 _CAP_PX = 4.5
-_MOST_HALF_TURN = 1.4  # rad
-_CORNER_WIDTHS = 3.0  # from an end to the corner of its bend, at most
-_PARALLEL = 0.4  # sine between two tangents below which their intersection is uncertain
-_STEEP = 0.5  # sine of the least angle between a cable that passes a junction and the end that is extended
-# A joint is right with the probability 1 / (1 + exp(-margin / scale)): fitted to 9000 joints of generated sequences,
-# and even where two readings cost the same.
-_CROSSING_SCALE, _GAP_SCALE = 0.025, 0.25
+"""Width up to which a cable's end counts as flat, px.
+
+Source: geometry; the same limit as in `end_extension`, twice `_SEEN_PX`.
+"""
+
+_MOST_HALF_TURN = 1.4
+"""Largest half turn across a gap for which an arc lengthens the gap, rad.
+
+Source: by hand; the arc over its chord diverges at pi.
+"""
+
+_CORNER_WIDTHS = 3.0
+"""Largest distance from a branch end to the corner of its bend, widths.
+
+Source: by hand.
+"""
+
+_PARALLEL = 0.4
+"""Sine of the angle of two branch ends below which the point where they meet is uncertain.
+
+Source: by hand; at this angle an error of 1 px aside is 2.5 px along.
+"""
+
+_STEEP = 0.5
+"""Sine of the least angle at which a tip is sought beyond another cable.
+
+Source: geometry; at 30 degrees the way across the other cable is two of its widths.
+"""
+
+_CROSSING_SCALE = 0.025
+"""Margin, in units of cost, that multiplies the odds of a crossing joint by e.
+
+Source: fit to 9000 joints of generated sequences; two readings of the same cost are even by definition.
+"""
+
+_GAP_SCALE = 0.25
+"""Margin, in units of cost, that multiplies the odds of a gap joint by e.
+
+Source: fit to 9000 joints of generated sequences, as `_CROSSING_SCALE`.
+"""
+
 _CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # members of an enumeration are slow to look up
 
 

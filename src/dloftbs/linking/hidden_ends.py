@@ -19,7 +19,11 @@ from dloftbs.graph import (
 )
 from dloftbs.linking.kernels.bending import OPEN_INSIDE, turn_costs
 
-_DIRECTION_WIDTHS = 1.0  # of the branch, to both sides, that tell where a cable inside of it points
+_DIRECTION_WIDTHS = 1.0
+"""Length to both sides of a hidden end over which its direction is taken, widths.
+
+Source: by hand; as long as the skeleton needs to be smooth.
+"""
 
 
 def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float) -> None:

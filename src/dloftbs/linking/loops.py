@@ -10,9 +10,28 @@ from dloftbs.graph import EndMatching, Graph, branch_of, other_end, same_side
 from dloftbs.linking.kernels.bending import turn_costs
 
 _MOST_RINGS = 20
-_WORTH = 0.5  # a loop is opened into a chain that crosses it where this costs less
-_LONGER_WIDTHS = 3.0  # what is shorter is rather a speck than a part of a cable
-_RATHER_THAN_GAP = 0.3  # how much more that may cost than opening the loop at a gap
+"""Largest number of rounds in which rings are opened.
+
+Source: bounds time; each round opens a ring.
+"""
+
+_WORTH = 0.5
+"""Largest extra cost of opening a ring into a cable that crosses it.
+
+Source: by hand; in favour of it is that closed cables are rare.
+"""
+
+_LONGER_WIDTHS = 3.0
+"""Least length by which the longest cables must grow for a join, widths.
+
+Source: by hand; a shorter piece is rather a speck than a part of a cable.
+"""
+
+_RATHER_THAN_GAP = 0.3
+"""Largest extra cost of an exchange over opening the ring at a gap.
+
+Source: by hand; an exchange keeps one cable more whole.
+"""
 
 
 def open_loops(graph: Graph, matching: EndMatching) -> None:

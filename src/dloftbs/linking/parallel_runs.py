@@ -21,11 +21,41 @@ from dloftbs.graph import (
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.prior import TemporalPrior
 
-_REACH_WIDTHS, _LEAST_REACH_PX = 3.0, 24
+_REACH_WIDTHS = 3.0
+"""Length of the branches before and behind a shared one that is compared, widths.
+
+Source: as `_WINDOW` of the kernel.
+"""
+
+_LEAST_REACH_PX = 24
+"""Least length of these, px.
+
+Source: as `_LEAST_WINDOW_PX` of the kernel.
+"""
+
 _LEAST_EVIDENCE = 0.1
-_UNCLEAR = 0.7  # of the evidence for crossing or touching; above it, the prior does not count
+"""Evidence, half a logarithm of a ratio of residuals, above which a cable is moved to the other lane.
+
+Source: by hand; below it the smoother of two lanes is chance.
+"""
+
+_UNCLEAR = 0.7
+"""Evidence for crossing or touching above which the past does not count.
+
+Source: by hand; it is a factor of 2 between the root mean squared residuals.
+"""
+
 _LEAST_LEAD = 0.3
+"""Least advantage by the past, a difference of two sums of continuity, for an exchange.
+
+Source: by hand; continuity of a link is in 0 to 1.
+"""
+
 _NOTHING: FloatArray = np.empty((0, 2))
+"""No points.
+
+Source: by definition.
+"""
 
 _Series = list[tuple[int, int]]
 

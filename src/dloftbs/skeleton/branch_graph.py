@@ -12,12 +12,47 @@ from dloftbs.skeleton.kernels import junctions as kernels
 from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_branches
 from dloftbs.skeleton.kernels.recentring import recentre
 
-_SPUR_WIDTHS = 0.6  # a spur sticks out by less
-_MERGE_WIDTHS = 1.0  # a run with less between two junctions makes them one
-_SPECK_WIDTHS2 = 0.3  # what stands alone and covers less, in squares of the width, is noise
-_THROUGH_WIDTHS = 4.0  # of the mask ahead of an end that are measured
-_BORDER_WIDTHS, _BORDER_PX = 0.5, 2.0  # thinning stops half a width before a straight cut
-_KINK_RAD = 1.2  # a cable does not turn by more within three widths
+_SPUR_WIDTHS = 0.6
+"""Distance by which a branch must stick out of its junction, widths; below it is a spur.
+
+Source: by hand; a bump of a cable's edge is lower, and the paper's 10 px do not scale with the width.
+"""
+
+_MERGE_WIDTHS = 1.0
+"""Length between two junctions below which they are one, widths.
+
+Source: geometry; a crossing at a right angle is one width long, and thinning splits it.
+"""
+
+_SPECK_WIDTHS2 = 0.3
+"""Area of a piece of the mask that stands alone below which it is noise, squares of a width.
+
+Source: by hand.
+"""
+
+_THROUGH_WIDTHS = 4.0
+"""Distance ahead of a branch end in which the mask is measured, widths.
+
+Source: by hand; half a width more than `_AHEAD_WIDTHS` of the centre lines, which uses it.
+"""
+
+_BORDER_WIDTHS = 0.5
+"""Distance from the image's border within which an end is cut by it, widths; `_BORDER_PX` is added.
+
+Source: geometry; thinning stops half a width before a straight cut.
+"""
+
+_BORDER_PX = 2.0
+"""Distance from the image's border within which an end is cut by it, px, besides `_BORDER_WIDTHS`.
+
+Source: by hand; cleaning and thinning each move an end by a pixel.
+"""
+
+_KINK_RAD = 1.2
+"""Turn of a branch within three widths above which it is cut, rad.
+
+Source: by hand; a cable bent to a radius of its width turns by more, but rarely does so.
+"""
 
 
 def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[Graph | None, int]:

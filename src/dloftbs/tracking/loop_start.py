@@ -8,6 +8,11 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 
 _DEGREE = 3
+"""Degree of the splines.
+
+Source: by definition; cubic, as in the paper.
+"""
+
 _SAME_U = 1e-9  # parameters that differ by less are the same
 
 

@@ -9,7 +9,12 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.kernels import least_squares
 
 _SAMPLES = 129  # along a curve, at even parameters
-_KNOTS = 33  # distinct knots of a filtered curve: four samples a span
+
+_KNOTS = 33
+"""Number of knots of a smooth curve.
+
+Source: by hand; more than the 25 of the paper.
+"""
 
 
 class CurveFilter:

@@ -10,7 +10,10 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.observation import Observation
 
 WHOLE = (0.0, 1.0)
-"""The span of a whole curve."""
+"""Share of a curve that is all of it.
+
+Source: by definition.
+"""
 
 _EMPTY_SPAN = 1e-9  # of u: a shorter span is a rounding error
 

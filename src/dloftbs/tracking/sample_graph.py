@@ -18,7 +18,19 @@ MIN_NODES = 3
 """Of a track, and of an interval."""
 
 _MAX_NODES = 128
-_REACH_WIDTHS, _REACH_SHARE = 2.0, 0.025  # of a width, and of the length: distance from the predicted position
+
+_REACH_WIDTHS = 2.0
+"""Distance from where a node is expected in which it is sought, widths.
+
+Source: by hand.
+"""
+
+_REACH_SHARE = 0.025
+"""The same distance as a share of the length; the larger one counts.
+
+Source: by hand.
+"""
+
 _REACH_STEP = 0.5  # of the distance that a track moves in a frame
 _WIDENING_PER_S, _MAX_WIDENING = 4.0, 3.0  # growth of the reach of what is not seen, and its bound
 _HIDDEN_COST, _STILL_HIDDEN_COST = 1.0, 0.4  # of a node that is hidden, and of one that was hidden before

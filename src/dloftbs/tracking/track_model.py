@@ -27,10 +27,30 @@ JUMP_SHARE = 0.1
 """Of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion."""
 
 _MAX_SEEN_FRAMES = 8.0  # bound of the count, so that old spans can be given up
-_LENGTH_GAIN = 0.05  # of a small change of the length, a frame
-_VELOCITY_GAIN = 0.8  # of the last step
-_MOTION_S = 0.1  # time for which a motion is extrapolated
-_HALF_LIFE_S = 0.5  # of the confidence in a hidden sample
+
+_LENGTH_GAIN = 0.05
+"""Share of a small change of length that is taken over per frame.
+
+Source: by hand; a stretch that disappears little by little would never be missed at a larger one.
+"""
+
+_VELOCITY_GAIN = 0.8
+"""Share of the last step in a velocity.
+
+Source: by hand; little smoothing, as lag costs more than noise.
+"""
+
+_MOTION_S = 0.1
+"""Time for which a motion goes on by itself, s.
+
+Source: by hand; three frames at 30 per second.
+"""
+
+_HALF_LIFE_S = 0.5
+"""Half-life of the confidence in a stretch that is not seen, s.
+
+Source: by hand.
+"""
 
 
 class Prediction(NamedTuple):

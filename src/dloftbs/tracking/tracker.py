@@ -44,7 +44,11 @@ from dloftbs.tracking.track_model import (
 )
 from dloftbs.tracks import Track, TrackState
 
-_ROUNDING_S = 1e-6  # stamps that differ by less are the same
+_ROUNDING_S = 1e-6
+"""Difference of two time stamps that are the same, s.
+
+Source: numerics; seconds since 1970 are rounded to 0.24e-6 as floating-point numbers.
+"""
 
 
 class Tracker:

@@ -15,7 +15,18 @@ from numba import boolean, float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.union_find import find_root
 
-_LEFT, _ENDED = -1, -2  # how a walk along a curve ended that did not come to another intersection
+_LEFT = -1
+"""Code of a walk that left the other curve.
+
+Source: by definition.
+"""
+
+_ENDED = -2
+"""Code of a walk that came to the end of its curve.
+
+Source: by definition.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]

@@ -14,18 +14,77 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 ACROSS = 7
-ALONG = 6
-PLACES = ACROSS * ACROSS + 4 * ALONG * ACROSS
+"""Number of places across a pass.
 
-# How far the places go from the axis: in widths, and short of the border by px, since the pixels there mix with, or are
-# rounded to, what lies behind; but as far as this at the least.
-_HALF, _BORDER_PX, _LEAST_HALF = 0.42, 1.0, 0.15
-_STEP = 0.3  # in widths: from one row of a side to the next
-_CLEAR = 0.4  # in widths: from the other object to the first row
-_CHORD = 0.75  # in widths: how far to either side the direction at a crossing is taken
-_LEAST_SINE = 0.3  # more oblique crossings are too long to be predicted from the sides
-_CORE = 2  # of the places across, how many to either side of the axis tell the depth
-_LEAST_KNOWN = 6  # least number of places with depth behind a median: holes are as large as crossings
+Source: bounds time; odd, so that one lies on the axis.
+"""
+
+ALONG = 6
+"""Number of rows of places along a side.
+
+Source: bounds time; enough for the median of the depth.
+"""
+
+PLACES = ACROSS * ACROSS + 4 * ALONG * ACROSS
+"""Number of places of a crossing.
+
+Source: by definition; a grid and four sides.
+"""
+
+_HALF = 0.42
+"""Distance from the axis up to which places go, widths; `_BORDER_PX` short of the border.
+
+Source: by hand.
+"""
+
+_BORDER_PX = 1.0
+"""Distance from the border within which there are no places, px.
+
+Source: geometry; pixels there mix with, or are rounded to, what lies behind.
+"""
+
+_LEAST_HALF = 0.15
+"""Distance from the axis up to which places go at the least, widths.
+
+Source: by hand; thin cables have nothing but border.
+"""
+
+_STEP = 0.3
+"""Distance from row to row of a side, widths.
+
+Source: by hand; six rows are one and a half widths.
+"""
+
+_CLEAR = 0.4
+"""Distance from the other object to the first row, widths.
+
+Source: by hand; shadows and mixed pixels lie nearer.
+"""
+
+_CHORD = 0.75
+"""Distance to either side over which the direction at a crossing is taken, widths.
+
+Source: as `_CHORD_WIDTHS` of `curve_crossings`.
+"""
+
+_LEAST_SINE = 0.3
+"""Sine of the crossing angle below which the upper pass is not told.
+
+Source: by hand; more oblique crossings are too long for the sides to foretell them.
+"""
+
+_CORE = 2
+"""Number of places to either side of the axis that tell the depth.
+
+Source: by hand; farther out depth mixes.
+"""
+
+_LEAST_KNOWN = 6
+"""Smallest number of places with depth.
+
+Source: by hand; holes of depth are as large as crossings.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]

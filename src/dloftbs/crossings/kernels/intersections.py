@@ -10,7 +10,12 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
 
-_CHUNK = 8  # chords that share a box
+_CHUNK = 8
+"""Number of chords that share a bounding box.
+
+Source: bounds time.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]

@@ -9,19 +9,90 @@ from numba import float64, int64, uint8
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
 
-_BACK_WIDTHS, _REACH_WIDTHS = 2.0, 8.0  # before its end, that tell how a cable and the ground beside it look
-_AGREE = 6  # one in so many samples must be alike: those beside a cable's end may show what hides it
-_APART_WIDTHS, _STEP_WIDTHS = 1.0, 0.5  # from sample to sample, there and in the gap
-_BESIDE_WIDTHS = 1.0  # from the axis to the ground
-_CLEAR_WIDTHS, _CLEAR_PX = 0.25, 1.0  # mixed pixels at the edge of the mask are left out
-_MOST_SAMPLES = 24  # of a reference, and of a gap
-_BLOCK_WIDTHS = 0.2  # half the side of the square whose mean is a sample
-_LEAST_REFERENCES = 6  # samples of ground; below that nothing is told
-# Times the spread of the samples. Of drawn pictures of facing ends (60 flat, 60 round; wood, tiles) .90 are right
-# at 2, .93 to .95 at 3, .97 to .98 at 4; of cables behind discs .98, .98 and .97.
+_BACK_WIDTHS = 2.0
+"""Distance before a cable's end at which its reference samples start, widths.
+
+Source: by hand; the last widths before an occluder may be shadowed.
+"""
+
+_REACH_WIDTHS = 8.0
+"""Distance before a cable's end at which its reference samples stop, widths.
+
+Source: by hand; farther away light and ground may differ.
+"""
+
+_AGREE = 6
+"""One in this number of reference samples must be alike.
+
+Source: by hand; samples beside an end may show what hides the cable, so a majority cannot be asked for.
+"""
+
+_APART_WIDTHS = 1.0
+"""Distance between two reference samples, widths.
+
+Source: by hand; squares of `_BLOCK_WIDTHS` do not overlap at this distance.
+"""
+
+_STEP_WIDTHS = 0.5
+"""Distance between two samples along a gap, widths.
+
+Source: by hand; squares of `_BLOCK_WIDTHS` barely leave a gap at this distance.
+"""
+
+_BESIDE_WIDTHS = 1.0
+"""Distance from the axis to the samples of the ground beside a cable, widths.
+
+Source: geometry; half a width beyond the edge.
+"""
+
+_CLEAR_WIDTHS = 0.25
+"""Margin around the mask in which nothing counts as ground, widths; `_CLEAR_PX` is added.
+
+Source: by hand; shadows and blur grow with the width.
+"""
+
+_CLEAR_PX = 1.0
+"""Margin around the mask in which nothing counts as ground, px, besides `_CLEAR_WIDTHS`.
+
+Source: geometry; pixels at the edge mix cable and ground.
+"""
+
+_MOST_SAMPLES = 24
+"""Largest number of samples of a reference, and of a gap.
+
+Source: bounds time and memory.
+"""
+
+_BLOCK_WIDTHS = 0.2
+"""Half the side of the square of pixels whose mean is a sample, widths.
+
+Source: by hand; the square lies within the cable, and averages noise.
+"""
+
+_LEAST_REFERENCES = 6
+"""Number of ground samples below which nothing is told.
+
+Source: by hand; the same number as `_AGREE`, so that one sample must agree.
+"""
+
 _LENIENT = 4.0
-_FLOOR = 12.0  # grey levels, within which colours are the same
-_AMBIGUOUS = 0.5  # of the distance to the farther one of ground and cable
+"""Largest distance of equal colours, as a multiple of the references' spread.
+
+Source: measured on drawn pictures of facing ends (60 flat, 60 round; wood, tiles): 0.90 of the decisions are right at
+2, 0.93 to 0.95 at 3, 0.97 to 0.98 at 4; of cables behind discs 0.98, 0.98 and 0.97.
+"""
+
+_FLOOR = 12.0
+"""Colour distance within which two colours are the same in any case, grey levels.
+
+Source: by hand; a few times the noise of a camera's 8-bit image.
+"""
+
+_AMBIGUOUS = 0.5
+"""Ratio of the distances to ground and cable below which the nearer of the two counts.
+
+Source: by hand.
+"""
 
 
 @helper

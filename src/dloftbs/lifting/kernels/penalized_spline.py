@@ -15,13 +15,53 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 _ORDER = 4
+"""Number of basis functions of a cubic that are not zero in a knot span.
+
+Source: by definition.
+"""
+
 _PAD = _ORDER - 1
-_PENALTIES = 10.0 ** np.arange(-3.0, 5.0)  # in units of the mean weight that a coefficient has
-_STIFF = 4  # the penalty to begin with: waves of twenty knots or more
-_STARTS, _ROUNDS = 2, 3
+"""Number of rows of zeros after a band matrix.
+
+Source: by definition; the order less one.
+"""
+
+_PENALTIES = 10.0 ** np.arange(-3.0, 5.0)
+"""Factors of the roughness, as multiples of the mean weight of a coefficient, among which cross-validation chooses.
+
+Source: numerics; from hardly any smoothing to straight, by factors of ten.
+"""
+
+_STIFF = 4
+"""Index of the first of these factors.
+
+Source: by hand; it lets pass waves of twenty knots or more, and outliers do not bend such a line.
+"""
+
+_STARTS = 2
+"""Number of first rounds, with weights by Huber.
+
+Source: by hand.
+"""
+
+_ROUNDS = 3
+"""Number of further rounds, with weights by Tukey.
+
+Source: by hand.
+"""
+
 _TUKEY = 4.685
-# Neighbouring residuals of depth are alike, and cross-validation mistakes them for a shape; this makes up for it.
+"""Limit of Tukey's biweight, as a multiple of the standard deviation.
+
+Source: literature; 95 % efficiency for Gaussian noise (Huber, Robust Statistics, 1981).
+"""
+
 _CAUTION = 1.2
+"""Factor of the number of parameters in cross-validation.
+
+Source: by hand; neighbouring residuals of depth are alike, which plain cross-validation takes for a shape.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 

@@ -10,7 +10,12 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
 
-_MOST_IN_BLOCK = 20  # points that tell a block's radius
+_MOST_IN_BLOCK = 20
+"""Largest number of points that tell the radius of a block.
+
+Source: bounds time.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]

@@ -14,16 +14,67 @@ from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 DEPTH_TYPES = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
 """Of depth images that `find_surface` takes."""
 
-_MOST_ACROSS = 2  # pixels to either side of the axis
-_ENOUGH = 15  # pixels in a section
-_WIRES = 16  # of the network that sorts them
-_WIDEST = 0.95  # of the radius: largest distance from the axis at which the round surface is predicted
-_CROWD = 3  # more than one in three pixels of a section show the surface
-_KEEP = 3.0  # of the length of that crowd: how far from its middle depth still belongs to the surface
-_KEEP_RADII = 0.1  # and this in any case
-_AROUND = 3  # changes of depth to either side tell what is usual
+_MOST_ACROSS = 2
+"""Largest number of pixels to either side of the axis.
+
+Source: bounds time.
+"""
+
+_ENOUGH = 15
+"""Largest number of pixels of a section.
+
+Source: bounds time; five across by three along, one less than `_WIRES`.
+"""
+
+_WIRES = 16
+"""Number of values that the sorting network sorts.
+
+Source: by definition; the power of two above `_ENOUGH`.
+"""
+
+_WIDEST = 0.95
+"""Distance from the axis beyond which a round surface is not foretold further, radii.
+
+Source: numerics; its slope diverges at 1.
+"""
+
+_CROWD = 3
+"""One in this number of a section's pixels shows the surface, at the least.
+
+Source: by hand.
+"""
+
+_KEEP = 3.0
+"""Distance from the middle of these pixels' depths, as a multiple of their range, up to which a depth belongs to the
+surface.
+
+Source: by hand.
+"""
+
+_KEEP_RADII = 0.1
+"""Distance from that middle up to which a depth belongs to the surface in any case, radii.
+
+Source: by hand.
+"""
+
+_AROUND = 3
+"""Number of changes of depth to either side that tell the usual one.
+
+Source: by hand.
+"""
+
 _STEP_SIGMAS = 6.0
-_LEAST_SHARE = 0.25  # least share of a section's pixels that have depth
+"""Change of depth, as a multiple of the noise's standard deviation, above which it is a step.
+
+Source: by hand; noise exceeds it once in 500 million.
+"""
+
+_LEAST_SHARE = 0.25
+"""Share of a section's pixels that must have depth.
+
+Source: by hand.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]

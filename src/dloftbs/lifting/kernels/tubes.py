@@ -8,7 +8,12 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
 
-_LEAST_SINE = 0.2  # between ray and axis: a tube that points at the camera shows its end, not its side
+_LEAST_SINE = 0.2
+"""Smallest sine of the angle between ray and axis by which a radius is divided.
+
+Source: by hand; a tube that points at the camera shows its end, not its side.
+"""
+
 
 _Floats = npt.NDArray[np.float64]
 

@@ -22,32 +22,110 @@ from dloftbs.kernels.shared.graph_ends import (
     branch_of,
 )
 
-_PASS_BEND, _PASS_TURN = 1.5, 1.0  # of a pass: per rad^2 of bend, times width / length, and as it is
-_OUTSIDE = 3.0  # of a pass that leaves the mask altogether
-_GAP_BEND, _GAP_TURN = 2.0, 0.4  # of a gap, as above
-_GAP_ARM = 0.4  # of a gap from an end of a junction: where the mask goes on, a cable rarely stops
-_GAP_ARM_BEND = 1.0  # and per rad^2
-_PROMISE = 0.7  # share of the ends' own curvature that is believed to go on
-_PROMISE_WIDTHS = 3.0  # over so much of the way
-_UNKNOWN_BEND = 0.25  # of an end without any direction, rad^2
-_SETTLED = 0.15  # a pass that costs less is not given up for a gap
+_PASS_BEND = 1.5
+"""Cost of a pass through a junction, per rad^2 of bend, times width over length.
 
-OPEN_ARM, OPEN_KINK, OPEN_INSIDE = 1.4, 2.0, 0.4
-"""Prices of ends left open: in a junction, where a run turns sharply and nothing else meets it, inside a run."""
+Source: by hand; the factor follows the energy of a cubic, which goes with one over its length.
+"""
 
-OPEN_ROUND, OPEN_CUT = 0.3, 1.1
-"""Prices of free ends left open, round and cut off ones: what hides a cable leaves straight or hollow ends.
+_PASS_TURN = 1.0
+"""Cost of a pass through a junction, per rad^2 of bend, whatever its length.
 
-They differ by what ``python -m benchmarks.end_shapes`` measures on generated masks, where free ends are flat, round,
-frayed and tapered, and others cut by discs and bars: roundness changes the odds by 2.9 to 3.1 nats, each worth 0.25.
-How high both lie is a balance between generated cables behind discs and others that only face each other.
+Source: by hand; it sets the unit of all costs.
+"""
+
+_OUTSIDE = 3.0
+"""Cost of a pass that lies outside of the mask altogether; less in proportion to the share.
+
+Source: by hand; more than two ends left open in a junction.
+"""
+
+_GAP_BEND = 2.0
+"""Cost of a gap, per rad^2 of bend, times width over length.
+
+Source: by hand; as `_PASS_BEND`.
+"""
+
+_GAP_TURN = 0.4
+"""Cost of a gap, per rad^2 of bend, whatever its length.
+
+Source: by hand; below `_PASS_TURN`, since a hidden cable may turn out of sight.
+"""
+
+_GAP_ARM = 0.4
+"""Extra cost of a gap from a branch end in a junction.
+
+Source: by hand; a cable rarely stops where the mask goes on.
+"""
+
+_GAP_ARM_BEND = 1.0
+"""Extra cost of a gap from a branch end in a junction, per rad^2 of bend.
+
+Source: by hand; as `_GAP_ARM`.
+"""
+
+_PROMISE = 0.7
+"""Share of the branch ends' own curvature that is extrapolated.
+
+Source: by hand; a fitted curvature is noisy, and cables unbend.
+"""
+
+_PROMISE_WIDTHS = 3.0
+"""Length over which that curvature is extrapolated, widths.
+
+Source: by hand.
+"""
+
+_UNKNOWN_BEND = 0.25
+"""Bend assumed for a branch end without a direction, rad^2.
+
+Source: by hand; that of a turn of 1 rad.
+"""
+
+_SETTLED = 0.15
+"""Cost of a pass below which no gap is sought from its ends.
+
+Source: by hand; it saves time, and lies below half the least cost of two open ends.
+"""
+
+OPEN_ARM = 1.4
+"""Cost of an end left open in a junction.
+
+Source: by hand; with the unit of `_PASS_TURN`, a pair in a junction is joined up to a bend of 2.8 rad^2 at most.
+"""
+
+OPEN_KINK = 2.0
+"""Cost of an end left open at a sharp turn of a branch where nothing else meets.
+
+Source: by hand; above `OPEN_ARM`, since nothing else explains the end.
+"""
+
+OPEN_INSIDE = 0.4
+"""Cost of an end left open inside of a branch that two cables share.
+
+Source: by hand; below `OPEN_ARM`, since nothing is seen to go on.
+"""
+
+OPEN_ROUND = 0.3
+"""Cost of a round free end left open.
+
+Source: measured, against `OPEN_CUT`, by ``python -m benchmarks.end_shapes`` on generated masks, where free ends are
+flat, round, frayed and tapered, and others cut by discs and bars: roundness changes the odds by 2.9 to 3.1 nats, each
+worth 0.25. How high both lie is a balance, by hand, between generated cables behind discs and others that only face
+each other.
+"""
+
+OPEN_CUT = 1.1
+"""Cost of a cut off free end left open; what hides a cable leaves straight or hollow ends.
+
+Source: as `OPEN_ROUND`.
 """
 
 GAP_LENGTH = 0.09
 """Price of a gap, per width of its length, where nobody knows what lies there.
 
-Of generated cables that only face each other .48 are right at 0.06, .59 at 0.09 and .62 at 0.1, of cables behind discs
-and bars .85, .85 and .84: the price is as high as costs the hidden ones nothing.
+Source: measured; of generated cables that only face each other .48 are right at 0.06, .59 at 0.09, .62 at 0.1 and .64
+at 0.12, of cables behind discs and bars .854, .846, .837 and .804. Two of the authors' masks are split at 0.1.
 """
 
 

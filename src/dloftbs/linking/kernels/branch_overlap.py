@@ -15,22 +15,100 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of, other_end, start_of, stop_of
 
 MOST_RUNS = 6
-"""Of a path."""
+"""Largest number of branches of a path that two cables share.
+
+Source: bounds time and memory.
+"""
 
 _LONGEST_WIDTHS = 30.0
-_MOST_TRIALS = 32  # of each end
+"""Largest length of a path that two cables share, widths.
+
+Source: by hand; it bounds the search.
+"""
+
+_MOST_TRIALS = 32
+"""Largest number of paths tried from each branch end.
+
+Source: bounds time.
+"""
+
 _MOST_SLOTS = 64
-_MOST_ARMS = 14  # of a junction; in a larger one nothing can be told
-_STRAIGHT_ON = 1.4  # most that going on through a junction may cost
+"""Largest number of paths and of branch ends of a junction kept at a time.
+
+Source: bounds memory.
+"""
+
+_MOST_ARMS = 14
+"""Largest number of branch ends of a junction that a path may lead through.
+
+Source: bounds time; all ways to pair them are compared.
+"""
+
+_STRAIGHT_ON = 1.4
+"""Largest cost of a pass by which a path may go on through a junction.
+
+Source: by hand; equal to `OPEN_ARM`, the cost of stopping there.
+"""
 
 _PRICE_PER_WIDTH = 0.02
-_PRICE_THIN, _THIN = 0.35, 1.15  # per width, where the mask is no wider than one cable
-_BONUS_WIDE = 0.15  # per width and width
-_EVIDENCE_WIDTHS = 6.0  # longer branches count as this long, there
-_PRICE_END = 0.2  # of a cable that ends inside
-_LEAST_WIDE_WIDTHS = 0.75  # that it must go on before
-_MOSTLY = 0.75  # of a branch with a free end, where two cables end together
-_THIN_BETWEEN_WIDTHS, _THIN_BETWEEN = 3.0, 0.6  # in widths, of the branch: two cables that cross are thin for less
+"""Cost of sharing a branch, per width of its length.
+
+Source: by hand; it prefers the shorter of two paths that are alike otherwise.
+"""
+
+_PRICE_THIN = 0.35
+"""Extra cost of sharing a branch, per width of its length, where the mask is as narrow as one cable.
+
+Source: by hand; see `_EVIDENCE_WIDTHS` for its limit.
+"""
+
+_THIN = 1.15
+"""Mean width of a branch, in widths of a cable, below which it looks like one cable.
+
+Source: by hand; above the noise of a median width.
+"""
+
+_BONUS_WIDE = 0.15
+"""Discount for sharing a branch, per width of its length and width by which the mask is wider than `_THIN`.
+
+Source: by hand.
+"""
+
+_EVIDENCE_WIDTHS = 6.0
+"""Length of a branch beyond which its width tells no more, widths.
+
+Source: by hand; widths of neighbouring places are not independent.
+"""
+
+_PRICE_END = 0.2
+"""Extra cost of a cable that ends inside of a shared branch.
+
+Source: by hand; half of `OPEN_INSIDE`.
+"""
+
+_LEAST_WIDE_WIDTHS = 0.75
+"""Least length for which a branch must be wide, where a cable ends inside, widths.
+
+Source: by hand; a junction widens the mask for half a width.
+"""
+
+_MOSTLY = 0.75
+"""Share of a branch with a free end that must be wide, where two cables end together.
+
+Source: by hand.
+"""
+
+_THIN_BETWEEN_WIDTHS = 3.0
+"""Length between two wide stretches, widths, below which the branch counts as crossed and not as ended in.
+
+Source: by hand; two cables that cross are thin for less.
+"""
+
+_THIN_BETWEEN = 0.6
+"""Share of a branch between two wide stretches below which it counts as crossed.
+
+Source: by hand; as `_THIN_BETWEEN_WIDTHS`.
+"""
 
 
 @helper

@@ -13,20 +13,113 @@ from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-_TAIL_RADII = 1.5  # of a skeleton's end that may veer into a corner
-_FIT_RADII = 4.0  # before it, for its direction and its bending
+_TAIL_RADII = 1.5
+"""Length of a skeleton's end that is left out, since it may veer into a corner, radii.
+
+Source: geometry; thinning bends within a radius of a flat end.
+"""
+
+_FIT_RADII = 4.0
+"""Length before that over which direction and bending are fitted, radii.
+
+Source: by hand; two widths, as for all branch ends.
+"""
+
 _LEAST_FIT_PX = 6.0
-_LONGEST_RADII = 4.0  # from there to the tip; what goes on for longer is no end
-_PULL, _MOST_PULL = 3.0, 0.5  # towards the middle: share of the way per step, times the radius, and its limit
-_TURN = 0.4  # change of heading for the way to the middle, times the square of that share
+"""Least length over which direction and bending are fitted, px.
+
+Source: by hand; thin cables are as coarse as their pixels.
+"""
+
+_LONGEST_RADII = 4.0
+"""Largest length of an extension, radii; a longer one is no end.
+
+Source: geometry; the part left out and a cap, with a margin.
+"""
+
+_PULL = 3.0
+"""Share of the way to the middle made per step, times the radius, px.
+
+Source: by hand; wide cables have smoother edges and need less.
+"""
+
+_MOST_PULL = 0.5
+"""Largest share of the way to the middle made per step.
+
+Source: by hand.
+"""
+
+_TURN = 0.4
+"""Change of heading, rad, per px of the way to the middle and the square of that share.
+
+Source: by hand; a damped controller of heading, the share being its gain.
+"""
+
 _HALVINGS = 24
-_INNER = (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)  # rays along the end, beside the axis by so many radii
+"""Number of halvings of the step that leaves the mask.
+
+Source: numerics; 2^-24 px.
+"""
+
+_INNER = (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
+"""Places of the rays at the middle of an end, radii beside the axis.
+
+Source: by hand; a mean over both sides is less ragged than one ray.
+"""
+
 _OUTER = (0.5, 0.6, 0.7, 0.8)
-_BACK, _FARTHEST = 0.5, 2.0  # they start so many radii before the tip, and are so many long at most
-_FLAT, _ROUND = 0.35, 0.65  # roundness
-_UNSEEN_PX, _SEEN_PX = 1.5, 2.25  # radius; a cap that is too small for its shape to be seen is taken for flat
-_MOST_AHEAD = 0.5  # radii
-_TIE = 1e-6  # what lies in the middle between two pixels belongs to the one ahead, from wherever it is looked at
+"""Places of the rays at the sides of an end, radii beside the axis.
+
+Source: by hand; the outermost fifth mixes with the cable's edge.
+"""
+
+_BACK = 0.5
+"""Distance before the tip at which the rays start, radii.
+
+Source: by hand; within the mask at the outer rays of a round end.
+"""
+
+_FARTHEST = 2.0
+"""Largest length of the rays, radii.
+
+Source: geometry; past any cap.
+"""
+
+_FLAT = 0.35
+"""Roundness at and below which an end is flat.
+
+Source: by hand; as far below one half as `_ROUND` is above it.
+"""
+
+_ROUND = 0.65
+"""Roundness at and above which an end is round.
+
+Source: by hand; one half, and a margin for the raggedness of pixels.
+"""
+
+_UNSEEN_PX = 1.5
+"""Radius below which a cap is too small for its shape to be seen, px.
+
+Source: geometry; such a disc is 3 pixels wide.
+"""
+
+_SEEN_PX = 2.25
+"""Radius above which a cap's shape is seen, px.
+
+Source: by hand; one and a half times `_UNSEEN_PX`.
+"""
+
+_MOST_AHEAD = 0.5
+"""Largest correction of an end along the axis, radii.
+
+Source: by hand; a ragged tip is no longer.
+"""
+
+_TIE = 1e-6
+"""Shift of a place that lies in the middle between two pixels, px.
+
+Source: numerics; such a place belongs to the pixel ahead, from wherever it is looked at.
+"""
 
 
 @helper

@@ -10,12 +10,22 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN
 
 EXACT = 10
-"""Largest number of connected ends that are matched exactly; more are matched by exchanges."""
+"""Number of connected ends up to which they are paired exactly; more are paired by exchanges.
+
+Source: bounds time, which doubles with each end.
+"""
 
 EXACT_AMONG_MANY = 8
-"""The same limit where many sets of ends are compared."""
+"""Number of ends up to which they are paired exactly where many sets of ends are compared.
+
+Source: bounds time, as `EXACT`.
+"""
 
 _SWEEPS = 20
+"""Largest number of rounds of exchanges.
+
+Source: bounds time; exchanges end by themselves, as each lowers the cost.
+"""
 
 
 @helper

@@ -8,14 +8,65 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-_TERMS = 4  # of a cubic
-_NARROW, _WIDE = 0.4, 0.7  # widths between the axes: below the one they may cross, above the other they do not
-_WINDOW = 3.0  # widths to both sides of a narrow place that are looked at
-_LEAST_WINDOW_PX = 24  # thin cables are as coarse as their pixels
+_TERMS = 4
+"""Number of coefficients of a cubic.
+
+Source: by definition.
+"""
+
+_NARROW = 0.4
+"""Distance of two offset axes below which their cables may cross, widths; `_PIXEL` is added.
+
+Source: by hand; axes of cables side by side are one width apart.
+"""
+
+_WIDE = 0.7
+"""Distance of two offset axes above which their cables do not cross, widths; `_PIXEL` is added.
+
+Source: by hand; above `_NARROW`, so that noise does not make two places of one.
+"""
+
+_WINDOW = 3.0
+"""Length to both sides of a narrow place that is compared, widths.
+
+Source: by hand.
+"""
+
+_LEAST_WINDOW_PX = 24
+"""Least length to both sides of a narrow place that is compared, px.
+
+Source: by hand; thin cables are as coarse as their pixels.
+"""
+
 _PIXEL = 1.0
-_BEFORE_END, _AFTER_END = 5.0, 4.0  # widths around the end of one of them
+"""Error of the distance of two offset axes, px.
+
+Source: geometry; half a pixel at each edge of the mask.
+"""
+
+_BEFORE_END = 5.0
+"""Length compared before the end of one of two cables, widths.
+
+Source: by hand.
+"""
+
+_AFTER_END = 4.0
+"""Length compared beyond the end of one of two cables, widths.
+
+Source: by hand.
+"""
+
 _FLOOR_END_PX2 = 0.01
-_FLOOR_PX2 = 0.04  # of the mean squared residual: what the pixels' staircase leaves
+"""Mean squared residual left by pixels in any case, where one of two cables ends, squares of a px.
+
+Source: by hand.
+"""
+
+_FLOOR_PX2 = 0.04
+"""Mean squared residual left by pixels in any case, squares of a px.
+
+Source: by hand; about half of 1/12, the variance of rounding to pixels.
+"""
 
 
 @helper

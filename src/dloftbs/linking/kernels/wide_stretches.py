@@ -9,7 +9,23 @@ from numba import float64, int64
 from dloftbs.kernels.compiler import kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of, inward, other_end
 
-_WIDE, _NARROW, _LASTING_WIDTHS = 1.3, 1.2, 2.0  # in widths: two cables begin above the one, end below the other
+_WIDE = 1.3
+"""Width of the mask, in widths of a cable, above which two cables lie side by side.
+
+Source: by hand; cables that overlap by more cannot be told apart.
+"""
+
+_NARROW = 1.2
+"""Width of the mask, in widths of a cable, below which there is one cable.
+
+Source: by hand; below `_WIDE`, so that noise does not cut a stretch.
+"""
+
+_LASTING_WIDTHS = 2.0
+"""Length of a narrow place that ends a wide stretch, widths.
+
+Source: by hand; two cables that cross are narrow for less.
+"""
 
 
 @kernel(read(int64, 1), read(int64, 2), read(float64, 1), float64)

@@ -22,25 +22,104 @@ from dloftbs.kernels.shared.graph_ends import (
     stop_of,
 )
 
-_REACH_WIDTHS = 2.0  # direction and curvature are taken over this much of an end
-_CLEAR_WIDTHS = 0.25  # from this far outside of a junction on
-_BLUNT_WIDTHS = 0.5  # from this far inside of a free end on, since thinning bends ends into corners
-_STRAIGHT_WIDTHS = 1.0  # what is shorter is taken for straight
+_REACH_WIDTHS = 2.0
+"""Length of a branch over which its end's direction and curvature are fitted, widths.
+
+Source: by hand.
+"""
+
+_CLEAR_WIDTHS = 0.25
+"""Distance outside of a junction at which the fit starts, widths.
+
+Source: by hand; the skeleton bends near a junction.
+"""
+
+_BLUNT_WIDTHS = 0.5
+"""Distance inside of a free end at which the fit starts, widths.
+
+Source: geometry; thinning bends ends into corners within half a width.
+"""
+
+_STRAIGHT_WIDTHS = 1.0
+"""Length below which a branch end is fitted as straight, widths.
+
+Source: by hand; over less, noise bends a parabola more than cables do.
+"""
+
 _LEAST_POINTS = 3
-_TAPERED, _TAPER_WIDTHS = 0.92, 2.2  # of the usual width, and over how much of a branch at most
-_ACROSS = np.linspace(-0.75, 0.75, 11)  # of the radius: where a cap is looked at
+"""Smallest number of points of a fit.
+
+Source: by definition; a parabola has three coefficients.
+"""
+
+_TAPERED = 0.92
+"""Ratio of a place's width to the usual one below which a free end tapers there.
+
+Source: by hand.
+"""
+
+_TAPER_WIDTHS = 2.2
+"""Largest length of a taper, widths; a longer narrow stretch is a narrow cable.
+
+Source: geometry; a cut at an angle of 25 degrees to the axis is as long.
+"""
+
+_ACROSS = np.linspace(-0.75, 0.75, 11)
+"""Places across an end at which the mask ahead is measured, radii.
+
+Source: by hand; eleven places, short of the edge, whose pixels are ragged.
+"""
+
 # How far the mask goes ahead there, in radii, is about c + slant * k + roundness * sqrt(1 - k^2): least squares.
 _, _TO_SLANT, _TO_ROUND = np.linalg.pinv(np.stack([np.ones_like(_ACROSS), _ACROSS, np.sqrt(1.0 - _ACROSS**2)], axis=1))
-_CAP_WIDTHS = 0.8  # before a free end: from where its cap is looked at
-_TOLD_WIDTHS = 3.0  # what is shorter than that has ends of its own rather than a cable's
-_SLANT = 0.25  # more than the end of a cable has
-_NOTCH = 4  # half pixels
-_DUMB_PX = 4.0  # of so wide a cable, caps tell nothing; of one twice as wide, all
-UNTOLD = 0.65
-"""Roundness of an end of which nothing is known."""
 
-_NOISE_PX = 0.3  # of a point of the centre line, to both sides
-_USUAL_BEND = 0.25  # curvature times width
+_CAP_WIDTHS = 0.8
+"""Distance before a free end from which its roundness is measured, widths.
+
+Source: by hand; past the part that thinning bends.
+"""
+
+_TOLD_WIDTHS = 3.0
+"""Least length of a branch for its end's roundness to tell anything, widths.
+
+Source: by hand; shorter pieces have ends of their own rather than a cable's.
+"""
+
+_SLANT = 0.25
+"""Slant of an end, a ratio, above which it counts against roundness.
+
+Source: by hand; more than a cable's own end has.
+"""
+
+_NOTCH = 4
+"""Length of a notch in the mask that is passed, in steps of half a pixel.
+
+Source: by hand; two pixels.
+"""
+
+_DUMB_PX = 4.0
+"""Width up to which an end's shape tells nothing, px; at twice that it tells all.
+
+Source: by hand; the cap of a thinner cable is two rows of pixels.
+"""
+
+UNTOLD = 0.65
+"""Roundness of an end of which nothing is known, in 0..1.
+
+Source: by hand; between flat and round, nearer to a cable's own end.
+"""
+
+_NOISE_PX = 0.3
+"""Standard deviation of a point of the centre line, px.
+
+Source: by hand; about that of rounding to pixels, 0.29.
+"""
+
+_USUAL_BEND = 0.25
+"""Curvature times width, a ratio, that is usual of a cable; it damps noisy fits.
+
+Source: by hand; a radius of four widths.
+"""
 
 
 @helper

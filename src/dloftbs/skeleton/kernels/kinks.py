@@ -19,16 +19,83 @@ from dloftbs.kernels.shared.graph_ends import (
 )
 
 _CHORD_WIDTHS = 1.5
-_ALONG = 0.85  # cosine of the most that a mitre points away from the middle between its ends
-_LEAST_ANGLE = 0.1  # rad; of ends that are as good as parallel, the mitre may be as long as between these
-_LONGER, _LONGER_WIDTHS, _LONGER_PX = 1.25, 0.75, 3.0  # than the mitre of that angle and width: skeletons are ragged
-_WIDE = 1.15  # in widths, the mean along a mitre; it narrows from two widths to one
-_AHEAD_RAD, _ASIDE_RAD = (-0.26, 0.0, 0.26), (0.52, 0.79, 1.05)  # rays at a tip: before it, and towards its corners
-# From a round tip the mask goes on aside by hardly more than ahead, from a flat one by up to twice that: drawn bends of
-# 90 to 30 degrees in every rotation stay below this, two in three corners of loops cut by discs do not.
-_ROUND, _RAGGED_PX = 1.15, 0.75
-_SHAPELESS_PX = 6.0  # the tip of a thinner cable shows no shape
-_TIP = 0.9  # of the width: beyond it, a skeleton is in the cap or in a corner
+"""Length of the chords before and behind a point that tell its turn, widths.
+
+Source: by hand; together three widths, more than a mitre's rounding.
+"""
+
+_ALONG = 0.85
+"""Cosine of the largest angle of a mitre with the middle between its two branches.
+
+Source: by hand; 32 degrees, as short mitres are ragged.
+"""
+
+_LEAST_ANGLE = 0.1
+"""Smallest angle between two branches that is told from parallel ones, rad.
+
+Source: numerics; the length of a mitre diverges at 0.
+"""
+
+_LONGER = 1.25
+"""Largest length of a mitre, as a multiple of that of its angle and width.
+
+Source: by hand; skeletons are ragged.
+"""
+
+_LONGER_WIDTHS = 0.75
+"""Length added to this limit, widths.
+
+Source: by hand; skeletons are ragged.
+"""
+
+_LONGER_PX = 3.0
+"""Length added to this limit, px.
+
+Source: by hand; skeletons are ragged.
+"""
+
+_WIDE = 1.15
+"""Least mean width along a mitre, widths.
+
+Source: by hand; it narrows from two widths to one, so its mean is about one and a half.
+"""
+
+_AHEAD_RAD = (-0.26, 0.0, 0.26)
+"""Angles of the rays before a tip, rad.
+
+Source: by hand; 0 and 15 degrees to both sides.
+"""
+
+_ASIDE_RAD = (0.52, 0.79, 1.05)
+"""Angles of the rays towards the corners of a tip, rad.
+
+Source: by hand; 30, 45 and 60 degrees, where the corner of a flat tip is.
+"""
+
+_ROUND = 1.15
+"""Ratio of the mask's reach aside to that ahead up to which a tip is round.
+
+Source: measured on drawn bends of 90 to 30 degrees in every rotation, which stay below this; two in three corners of
+loops that discs cut do not, as a flat tip reaches up to twice as far aside.
+"""
+
+_RAGGED_PX = 0.75
+"""Length added to that reach for the pixels of an edge, px.
+
+Source: measured with `_ROUND`.
+"""
+
+_SHAPELESS_PX = 6.0
+"""Width below which a tip shows no shape, px.
+
+Source: by hand.
+"""
+
+_TIP = 0.9
+"""Ratio of a place's width to the cable's above which a mitre is not yet in the cap.
+
+Source: by hand; beyond it a skeleton is in the cap or in a corner.
+"""
 
 
 @kernel(read(float64, 2), read(int64, 1), read(int64, 1), int64, float64, float64)

@@ -15,15 +15,52 @@ from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.polyline import chord_direction
 
 _REACH = 2.5
-"""Of one smoothing, times the root of the radius: noise is as long as some pixels, bends are as long as some widths."""
+"""Half the window of one smoothing, px, per square root of the radius in px.
+
+Source: by hand; noise is as long as some pixels, bends are as long as some widths.
+"""
 
 _LEAST_REACH_PX = 4
+"""Number of points to either side that tell the direction for a first radius, px.
+
+Source: by hand.
+"""
+
 _ROUGH_SITES = 13
-_WIDEST = 8  # no wall is looked for farther away than this share of the mask: along another cable it may be far
-_THINNEST = 0.25  # radius, px
-_DIAGONAL = 0.05  # around 45 degrees, where both columns and rows are looked at: difference of the normal's components
-_FAINT = 0.01  # weight of "no shift, the rough radius" against that of the sites nearby
-_TIE = 1e-6  # what lies in the middle between two pixels belongs to the one ahead, from wherever it is looked at
+"""Number of places whose median is the first radius.
+
+Source: bounds time.
+"""
+
+_WIDEST = 8
+"""Share of the mask's longer side, as one over this number, beyond which no edge is sought for the first radius.
+
+Source: by hand; along another cable the edge may be far.
+"""
+
+_THINNEST = 0.25
+"""Smallest radius, px.
+
+Source: geometry; a line of one pixel has 0.5, and an error of half of it is usual.
+"""
+
+_DIAGONAL = 0.05
+"""Difference of a normal's components around 45 degrees up to which rows and columns are both searched.
+
+Source: by hand; it makes the change from one to the other continuous.
+"""
+
+_FAINT = 0.01
+"""Weight of "no shift, the first radius", as a share of the weight of the places nearby.
+
+Source: by hand; it only counts where all of them are missing.
+"""
+
+_TIE = 1e-6
+"""Shift of a place that lies in the middle between two pixels, px.
+
+Source: numerics; such a place belongs to the pixel ahead, from wherever it is looked at.
+"""
 
 
 @inlined

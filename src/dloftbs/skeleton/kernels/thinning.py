@@ -13,12 +13,38 @@ from numba import uint8, uint64
 from dloftbs.kernels.compiler import inlined, kernel, read, write
 from dloftbs.kernels.shared.bitmask_layout import TILE_ROWS
 
-NORTH, EAST, SOUTH, WEST = 0, 2, 4, 6
-"""The four sides from which pixels are peeled."""
+NORTH = 0
+"""Code of the side above, the number of its neighbour.
+
+Source: by definition.
+"""
+
+EAST = 2
+"""Code of the right side, the number of its neighbour.
+
+Source: by definition.
+"""
+
+SOUTH = 4
+"""Code of the side below, the number of its neighbour.
+
+Source: by definition.
+"""
+
+WEST = 6
+"""Code of the left side, the number of its neighbour.
+
+Source: by definition.
+"""
+
 
 _Words = npt.NDArray[np.uint64]
 
-_TURNS = 4  # one from each side; a tile rests when these have taken nothing of it and of the tiles that touch it
+_TURNS = 4
+"""Number of turns, one from each side, after which a tile rests that lost nothing.
+
+Source: by definition.
+"""
 
 
 @inlined

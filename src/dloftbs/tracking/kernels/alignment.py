@@ -10,13 +10,23 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-_STRIDE = 4  # one sample in so many is compared for an unambiguous match
+_STRIDE = 4
+"""Step between the samples that tell whether two curves are alike as they stand.
+
+Source: bounds time.
+"""
+
 _SHIFT_WEIGHT = (
     0.5  # of the mean shift, where starts are compared: a cable rather moves as a whole than slides along itself
 )
 _MIN_SAMPLES = 8  # compared, of a short curve
 _SEARCH_STEP = 2.0  # samples from start to start; then halved
+
 _HALVINGS = 7
+"""Number of halvings of that step.
+
+Source: numerics; to 1/64 of a sample.
+"""
 
 
 @helper
