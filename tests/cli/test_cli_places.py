@@ -14,8 +14,10 @@ from dloftbs.cli import demo_files
 from dloftbs.cli.commands.detect import detect
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.limits import FilledPath
+from dloftbs.cli.outputs import config_beside
 from dloftbs.cli.places import READING
 from dloftbs.config import Config
+from dloftbs.errors import SinkError
 from dloftbs.synthetic import several_cables
 
 
@@ -185,6 +187,11 @@ def test_a_foreign_configuration_is_found_before_older_results_are_replaced(plac
     (place / "curves.config.yaml").write_text("mine")
     run("detect", "mask.png", "--out", "curves.csv", code=1)
     assert (place / "curves.csv").read_text() == "older"
+
+
+def test_the_root_of_all_folders_is_no_place_for_a_configuration(tmp_path):
+    with pytest.raises(SinkError, match="root of all folders"):
+        config_beside((tmp_path.anchor,), Config())
 
 
 def test_the_configuration_of_a_run_may_be_used_again(place):

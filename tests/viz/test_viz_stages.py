@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -178,3 +180,11 @@ def test_single_pixels_survive_reduction():
     mask = np.zeros((2000, 2000), bool)
     mask[1001, 777] = True
     assert View(0, 0, 2000, 2000, 0.3).mask(mask).any()
+
+
+def test_points_beyond_the_frame_are_left_out(trace_of):
+    trace = trace_of()
+    height, width = trace.mask.shape
+    outside = Segment(np.array([[-3.0, 5.0], [5.0, height + 0.6], [width + 2.0, 4.0]]), np.ones(3))
+    picture = viz.draw_stages(replace(trace, segments=(*trace.segments, outside)))  # raised IndexError
+    assert picture.shape == viz.draw_stages(trace).shape

@@ -92,12 +92,14 @@ def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:
     Raises
     ------
     SinkError
-        If there is a file that `write_config` did not write.
+        If there is a file that `write_config` did not write, or the path has no name.
     """
     first = next((path for path in paths if path not in (None, STANDARD_OUTPUT)), None)
     if first is None:
         return None
     beside = Path(os.path.realpath(first))
+    if not beside.name:
+        raise SinkError(f"cannot write {str(first)!r}: it is the root of all folders; name a file or a folder in it")
     target = beside.with_name(f"{beside.stem}.config.yaml")
     if _says(target, config):
         return None

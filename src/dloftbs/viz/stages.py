@@ -169,9 +169,10 @@ def _dim(trace: StageTrace, view: View, style: Style, faint: float) -> Picture:
 
 
 def _fill(picture: Picture, view: View, size: tuple[int, ...], points: FloatArray, colour: Colour) -> None:
-    """Paint pixels of the frame, given by their centres (n, 2)."""
+    """Paint pixels of the frame, given by their centres (n, 2); what lies beyond the frame is left out."""
     layer = np.zeros(size, np.bool_)
-    x, y = np.rint(points).astype(np.intp).T
+    pixels = np.rint(points).astype(np.intp)
+    x, y = pixels[((pixels >= 0) & (pixels < size[::-1])).all(axis=1)].T
     layer[y, x] = True
     shown = view.mask(layer)
     if view.zoom < 2.0:
