@@ -1,4 +1,4 @@
-"""Several pipelines on one stream: ids numbered together, and crossings across pipelines."""
+"""Several pipelines on one stream: ids that tell them apart, and crossings across pipelines."""
 
 from __future__ import annotations
 
@@ -39,11 +39,17 @@ def test_objects_of_two_pipelines_cross():
     assert [detection for detection, _ in crossing.passes] == [0, 1]
 
 
-def test_ids_are_numbered_across_pipelines_and_stay():
+def test_ids_tell_pipelines_apart_and_stay():
     group = PipelineGroup(CONFIGS)
     for index in range(3):
         result = group.process(frame(index=index))
     assert [track.id for track in result.tracks] == [1, 2]
+
+
+def test_an_object_keeps_its_id_whatever_the_other_pipeline_sees():
+    group = PipelineGroup(CONFIGS)
+    assert [track.id for track in group.process(frame(red=False)).tracks] == [2]
+    assert 2 in [track.id for track in group.process(frame(index=1)).tracks]
 
 
 def test_times_add_up():

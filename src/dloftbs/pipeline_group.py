@@ -1,4 +1,4 @@
-"""Several pipelines on one stream, for objects that differ in colour, with ids that are numbered together."""
+"""Several pipelines on one stream, for objects that differ in colour, with ids that tell them apart."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from dloftbs.pipeline import Pipeline
 class PipelineGroup:
     """Pipelines that share a stream; each tracks its own objects, so that those of two colours are never mixed up.
 
+    Track k of pipeline j of n, both counted from 1, has the id ``(k - 1) n + j``.
+
     Parameters
     ----------
     configs : sequence of Config
@@ -25,7 +27,6 @@ class PipelineGroup:
     def __init__(self, configs: Sequence[Config]) -> None:
         self._pipelines = [Pipeline(config) for config in configs]
         self._lifting = configs[0].lifting
-        self._ids: dict[tuple[int, int], int] = {}  # by pipeline and id there, in the order of appearance
 
     def process(self, frame: Frame) -> FrameResult:
         """Find the objects of one frame, their crossings and their tracks; the times of the pipelines add up.
@@ -42,7 +43,7 @@ class PipelineGroup:
         crossings = find_crossings(detections, frame, self._lifting)
         crossings_ms = 1e3 * (perf_counter() - since)
         tracks = tuple(
-            replace(track, id=self._ids.setdefault((number, track.id), len(self._ids) + 1))
+            replace(track, id=(track.id - 1) * len(results) + number + 1)
             for number, result in enumerate(results)
             for track in result.tracks
         )

@@ -86,7 +86,7 @@ def test_a_longer_gap_is_less_sure() -> None:
         (line,) = lines_of(mask)
         confidences.append(line.joints[0].confidence)
     assert confidences == sorted(confidences, reverse=True)
-    assert confidences[0] - confidences[2] > 0.01
+    assert confidences[0] - confidences[2] > 0.02
 
 
 def test_a_spur_divides_no_cable() -> None:

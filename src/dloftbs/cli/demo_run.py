@@ -47,8 +47,8 @@ class DemoRun:
 def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoRun:
     """Track the video in the folder, write curves and overlay beside it, and score them.
 
-    Each cable has a colour of its own and so a pipeline of its own, with tracks of its own; their ids are numbered
-    together. Tracking, drawing and scoring come one after the other, so that the timing is not disturbed.
+    Each cable has a colour of its own and so a pipeline of its own, with tracks of its own; their ids tell
+    them apart. Tracking, drawing and scoring come one after the other, so that the timing is not disturbed.
 
     Raises
     ------
