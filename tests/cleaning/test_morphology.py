@@ -89,6 +89,20 @@ def test_nothing_left_is_none(mask: np.ndarray) -> None:
     assert clean(mask, PAPER) is None
 
 
+@pytest.mark.parametrize("specks", range(14300, 14900, 50))
+def test_where_a_mask_lies_in_the_image_does_not_decide_whether_it_is_noise(specks: int) -> None:
+    here = np.zeros((700, 760), dtype=np.uint8)
+    here[50:52, 64:670] = 1  # a cable that the opening takes, and that is put back unless all is noise
+    grid = here[56:650:4, 64:670:4]
+    grid[np.unravel_index(np.arange(specks), grid.shape)] = 1
+    here[649, 64] = 1
+    kept = []
+    for shift in range(8):
+        crop = clean(np.roll(here, (shift, shift), axis=(0, 1)), CleaningConfig())
+        kept.append(0 if crop is None else int(crop.pixels.sum()))
+    assert kept in ([0] * 8, [2 * 606] * 8)
+
+
 def test_a_closing_fills_pin_holes() -> None:
     mask = np.ones((11, 11), dtype=np.uint8)
     mask[5, 5] = 0

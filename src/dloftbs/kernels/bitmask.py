@@ -52,7 +52,7 @@ def cut(packed: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int,
     x0, y0 : int
         The image's column and row that are 0 in the bitmask.
     area : int
-        Number of pixels of the box, widened to whole bytes and by the margin, as far as the image goes.
+        Number of pixels of the box, without the margin: the same wherever the mask lies in the image.
     """
     rows, count = packed.shape
     across = np.zeros(count, dtype=np.uint64)
@@ -74,10 +74,9 @@ def cut(packed: _Words, columns: int, margin: int) -> tuple[_Words, _Words, int,
         first += 1
     while across[last] == 0:
         last -= 1
-    left = WORD_BITS * first + lowest_one(across[first]) // _BYTE * _BYTE
-    right = WORD_BITS * last + (_length(across[last]) + _BYTE - 1) // _BYTE * _BYTE
+    left, right = WORD_BITS * first + lowest_one(across[first]), WORD_BITS * last + _length(across[last])
     above, below = max(top - margin, 0), min(bottom + margin, rows)
-    area = (below - above) * (min(right + margin, columns) - max(left - margin, 0))
+    area = (bottom - top) * (right - left)
     pad = (margin + WORD_BITS - 1) // WORD_BITS + 1
     bitmask = np.zeros((last - first + 1 + 2 * pad, below - above + 2), dtype=np.uint64)
     for row in range(top, bottom):

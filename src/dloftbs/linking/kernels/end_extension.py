@@ -115,6 +115,13 @@ _MOST_AHEAD = 0.5
 Source: by hand; a ragged tip is no longer.
 """
 
+_BREAK_WIDTHS = 0.5
+"""Longest break of the mask in a stretch that is seen, widths.
+
+Source: geometry; halfway across it the mask is a quarter of a width away, and the fitted curve may be as far again from
+the straight line.
+"""
+
 _TIE = 1e-6
 """Shift of a place that lies in the middle between two pixels, px.
 
@@ -315,7 +322,7 @@ def extend_end(
 
 @kernel(read(uint8, 2), read(float64, 2), int64, int64, float64)
 def is_seen(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], i: int, j: int, width: float) -> bool:
-    """Tell whether a cable can be seen all the way between two points: the mask has no break longer than its width.
+    """Tell whether a cable can be seen all the way between two points: the mask has no long break.
 
     Parameters
     ----------
@@ -334,12 +341,12 @@ def is_seen(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], i: int
     length = np.hypot(way_x, way_y)
     if length <= 2.0 * width:  # half a width at each end is on the mask
         return True
-    steps, last = int(length) + 1, -1
+    steps, last, longest = int(length) + 1, -1, _BREAK_WIDTHS * width
     for k in range(steps + 1):
         t = k * (1.0 / steps) if k < steps else 1.0
         column, row = int(np.rint(points[i, 0] + way_x * t)), int(np.rint(points[i, 1] + way_y * t))
         if mask[min(max(row, 0), mask.shape[0] - 1), min(max(column, 0), mask.shape[1] - 1)] != 0:
-            if k - last > width:
+            if k - last - 1 > longest:
                 return False
             last = k
-    return steps + 1 - last <= width
+    return steps - last <= longest
