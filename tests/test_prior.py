@@ -8,8 +8,9 @@ from drawings import EIGHT_VERSIONS, turn, turn_points
 from linking_examples import SIZE, draw, graph_of
 
 import dloftbs
-from dloftbs.prior import TemporalPrior
+from dloftbs.prior import PriorCurve, TemporalPrior
 
+GAP = (0.37, 0.63)
 DASHES = [[(20, 60), (150, 70)], [(230, 76), (380, 90)]]
 
 
@@ -18,7 +19,7 @@ def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None
     whole, dashes = (turn(draw(*cables), *version) for cables in ([[(20, 60), (380, 90)]], DASHES))
     (seen,) = dloftbs.detect(whole)
     patch, graph = graph_of(dashes)
-    past = TemporalPrior([(seen.curve, 0.7)], patch, graph.width)
+    past = TemporalPrior([PriorCurve(seen.curve, 0.7)], patch, graph.width)
     rows, columns = np.triu_indices(len(graph.end_states), 1)
     found = past.continuity(graph.end_states, rows, columns)
     (best,) = np.flatnonzero(found)
@@ -31,9 +32,27 @@ def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None
 def test_samples_are_even() -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
     patch, graph = graph_of(draw(*DASHES))
-    past = TemporalPrior([(seen.curve, 1.0), (seen.curve.reversed(), 0.5)], patch, graph.width).samples
+    past = TemporalPrior(
+        [PriorCurve(seen.curve, 1.0), PriorCurve(seen.curve.reversed(), 0.5)], patch, graph.width
+    ).samples
     assert past.first.tolist() == [0, len(past.points) // 2, len(past.points)]
     steps = np.hypot(*np.diff(past.points[: past.first[1]], axis=0).T)
     np.testing.assert_allclose(steps, past.steps[0], rtol=0.02)
     np.testing.assert_allclose(past.points[: past.first[1]], past.points[past.first[1] :][::-1], atol=1e-6)
     assert past.weight.tolist() == [1.0, 0.5]
+
+
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_stretch_that_was_never_seen_says_nothing_about_a_joint(reverse: bool) -> None:
+    (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
+    patch, graph = graph_of(draw(*DASHES))
+    curve, others = seen.curve.reversed() if reverse else seen.curve, PriorCurve(seen.curve, 0.5, ((0.0, 0.2),))
+    past = TemporalPrior([PriorCurve(curve, 1.0, (GAP,)), others], patch, graph.width)
+    rows, columns = np.triu_indices(len(graph.end_states), 1)
+    assert 0.0 < past.continuity(graph.end_states, rows, columns).max() <= 0.5
+    only = TemporalPrior([PriorCurve(curve, 1.0, (GAP,))], patch, graph.width)
+    assert not only.continuity(graph.end_states, rows, columns).any()
+    parts = only.samples
+    assert len(parts.steps) == 2
+    assert parts.first[-1] == len(parts.points)
+    assert len(past.samples.weight) == 3

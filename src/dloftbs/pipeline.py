@@ -5,10 +5,10 @@ from __future__ import annotations
 from time import perf_counter
 
 from dloftbs.config import Config, GreedyLinkingConfig, NearestTrackingConfig, TrackingConfig
-from dloftbs.curve import BSplineCurve
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
+from dloftbs.prior import PriorCurve
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import HsvSegmenter
 from dloftbs.stage_order import Segmenter, StageRun, run_stages
@@ -75,14 +75,14 @@ class Pipeline:
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
 
-    def _predict(self, stamp: float | None) -> tuple[tuple[BSplineCurve, float], ...]:
-        """Return the curves that ambiguous links should follow, with their weights in 0..1."""
+    def _predict(self, stamp: float | None) -> tuple[PriorCurve, ...]:
+        """Return the curves that ambiguous links should follow."""
         if self._without_prior > 0:
             self._without_prior -= 1
             return ()
         if isinstance(self._config.linking, GreedyLinkingConfig) or not isinstance(self._tracker, Tracker):
             return ()
-        return tuple((track.curve, track.confidence) for track in self._tracker.predict(stamp))
+        return tuple(PriorCurve(one.curve, one.confidence, one.unseen) for one in self._tracker.predict(stamp))
 
     def _suspend_prior_if_wrong(self, override: float) -> None:
         """Link the next frames without a prior if it has prevailed over clearly cheaper links in too many frames."""

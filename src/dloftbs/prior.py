@@ -19,13 +19,32 @@ _STEP_WIDTHS = 0.5  # from sample to sample
 _MAX_SAMPLES = 2000  # of a curve
 
 
+class PriorCurve(NamedTuple):
+    """A predicted curve.
+
+    Parameters
+    ----------
+    curve : BSplineCurve
+        In the image, px.
+    weight : float
+        In 0..1.
+    unseen : tuple of (float, float)
+        Intervals of ``u`` that no frame has shown: they were inferred from the start, and say nothing about a joint.
+    """
+
+    curve: BSplineCurve
+    weight: float
+    unseen: tuple[tuple[float, float], ...] = ()
+
+
 class PriorSamples(NamedTuple):
     """Samples of the predicted curves, in the orientation of a mask crop.
 
     Parameters
     ----------
     points : numpy.ndarray, shape (m, 2)
-        Evenly spaced samples of all curves, one after the other.
+        Evenly spaced samples of all curves, one after the other. A curve with unseen stretches is one for each part
+        between them.
     first : numpy.ndarray, shape (c + 1,)
         First sample of each curve.
     steps, longest : numpy.ndarray, shape (c,)
@@ -49,21 +68,21 @@ class TemporalPrior:
 
     Parameters
     ----------
-    predicted : sequence of (BSplineCurve, float)
-        Curves in the image, each with its weight in 0..1; one or more.
+    predicted : sequence of PriorCurve
+        One or more.
     patch : MaskCrop
     width : float
         Of the cables, px.
     """
 
-    predicted: Sequence[tuple[BSplineCurve, float]]
+    predicted: Sequence[PriorCurve]
     patch: MaskCrop
     width: float
 
     @cached_property
     def samples(self) -> PriorSamples:
         """Samples of the curves."""
-        curves = [curve for curve, _ in self.predicted]
+        curves = [one.curve for one in self.predicted]
         closed = np.array([curve.closed for curve in curves])
         points, first, steps, longest = sample_curves(
             np.concatenate([curve.knots for curve in curves]),
@@ -74,7 +93,32 @@ class TemporalPrior:
             _STEP_WIDTHS * self.width,
             _MAX_SAMPLES,
         )
-        return PriorSamples(points, first, steps, longest, closed, np.array([weight for _, weight in self.predicted]))
+        weight = np.array([one.weight for one in self.predicted])
+        samples = PriorSamples(points, first, steps, longest, closed, weight)
+        return self._seen_parts(samples) if any(one.unseen for one in self.predicted) else samples
+
+    def _seen_parts(self, samples: PriorSamples) -> PriorSamples:
+        """Return the samples without the unseen stretches, the parts between them as curves of their own."""
+        counts = np.diff(samples.first)
+        owner = np.repeat(np.arange(len(counts)), counts)
+        u = (np.arange(len(owner)) - samples.first[owner]) / (counts[owner] - 1)
+        seen = np.ones(len(owner), dtype=np.bool_)
+        for number, one in enumerate(self.predicted):
+            for low, high in one.unseen:
+                seen &= (owner != number) | (u < low) | (u > high)
+        follows = np.concatenate(([False], seen[:-1] & (owner[1:] == owner[:-1])))
+        starts = np.flatnonzero(seen & ~follows)
+        first = np.append(np.cumsum(seen)[starts] - 1, np.count_nonzero(seen))
+        part_of = owner[starts]
+        whole = np.array([not one.unseen for one in self.predicted])
+        return PriorSamples(
+            samples.points[seen],
+            first,
+            samples.steps[part_of],
+            samples.longest[part_of],
+            (samples.closed & whole)[part_of],
+            samples.weight[part_of],
+        )
 
     def continuity(
         self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]

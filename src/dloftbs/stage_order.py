@@ -19,7 +19,6 @@ from dloftbs.centerline import Centerline
 from dloftbs.cleaning import clean
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsConfig, PixelLiftingConfig
 from dloftbs.crossings import find_crossings
-from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
@@ -29,7 +28,7 @@ from dloftbs.graph import Graph
 from dloftbs.lifting import Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
-from dloftbs.prior import TemporalPrior
+from dloftbs.prior import PriorCurve, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, lift_pixels, link_segments, make_segments, walk
 from dloftbs.skeleton import build_graph, skeletonize
 
@@ -70,11 +69,11 @@ class _Clock:
 
 
 def run_stages(
-    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[tuple[BSplineCurve, float]] = ()
+    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[PriorCurve] = ()
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
-    Ambiguous links of the default method follow the predicted curves, each with its weight in 0..1.
+    Ambiguous links of the default method follow the predicted curves.
 
     Raises
     ------
@@ -137,7 +136,7 @@ def _link_by_bending(
     config: LinkingConfig,
     most: int,
     clock: _Clock,
-    predicted: Sequence[tuple[BSplineCurve, float]],
+    predicted: Sequence[PriorCurve],
     image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""

@@ -11,6 +11,7 @@ from builders import curve_through, detection_of, line, loop, part, through_json
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
@@ -605,6 +606,64 @@ class TestPlainSight:
         assert error_px(track.curve, whole) < 5.0
         assert is_covered(track.inferred, float(end))
         assert not is_covered(track.inferred, 0.5)
+
+    @pytest.mark.parametrize("end", [0, 1])
+    def test_a_cable_that_snaps_back_has_no_end_that_is_not_there(self, end):
+        """It is shorter than before, but the rest of it left its place."""
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 10, wave())
+        width = detection_of(wave()).width
+        seen = part(wave(), *((0.2, 1.0) if end == 0 else (0.0, 0.8)))
+        for _ in range(5):
+            seen = seen.transformed(np.eye(2), [0.0, 1.5 * width])
+            (track,) = see(tracker, seen)
+            assert (track.id, track.curve, track.inferred) == (1, seen, ())
+
+
+class TestNeverSeen:
+    """A stretch that every frame inferred is no reason to believe in it."""
+
+    WHOLE_CABLE = level(0.0, 600.0)
+    GAP = (0.45, 0.55)
+    JOINED = detection_of(WHOLE_CABLE, joints=(Joint(JointKind.GAP, GAP, 1.0, 1.0),))
+    PARTS = (part(WHOLE_CABLE, 0.0, 0.45), part(WHOLE_CABLE, 0.55, 1.0))
+
+    def joined_for(self, frames: int) -> Tracker:
+        tracker = Tracker(AT_ONCE)
+        for _ in range(frames):
+            (track,) = tracker.update([self.JOINED])
+        assert track.inferred == (self.GAP,)
+        return tracker
+
+    def test_the_frames_so_far_say_which_it_is(self):
+        tracker = self.joined_for(20)
+        ((low, high),) = tracker.predict()[0].unseen
+        assert (low, high) == (pytest.approx(0.45, abs=0.02), pytest.approx(0.55, abs=0.02))
+        see(tracker, self.WHOLE_CABLE)
+        assert tracker.predict()[0].unseen == ()
+
+    @pytest.mark.parametrize("flip", [False, True])
+    def test_a_frame_with_two_cables_has_two_tracks(self, flip):
+        tracker = self.joined_for(20)
+        parts = [one.reversed() for one in self.PARTS[::-1]] if flip else self.PARTS
+        tracks = see(tracker, *parts)
+        assert ids(tracks) == [1, 2]
+        assert [track.inferred for track in tracks] == [(), ()]
+
+    @pytest.mark.parametrize("stays", [0, 1])
+    def test_beyond_it_nothing_is_assumed_hidden(self, stays):
+        tracker = self.joined_for(20)
+        (track,) = see(tracker, self.PARTS[stays])
+        assert (track.id, track.inferred) == (1, ())
+        assert track.curve.length == pytest.approx(self.PARTS[stays].length, rel=0.02)
+
+    @pytest.mark.parametrize("stays", [0, 1])
+    def test_once_seen_it_may_be_hidden(self, stays):
+        tracker = self.joined_for(20)
+        shown_for(tracker, 10, self.WHOLE_CABLE)
+        (track,) = see(tracker, self.PARTS[stays])
+        assert track.curve.length == pytest.approx(600.0, rel=0.02)
+        assert is_covered(track.inferred, 0.5)
 
 
 def turned(curve: BSplineCurve, angle: float) -> BSplineCurve:

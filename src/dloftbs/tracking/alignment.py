@@ -18,6 +18,12 @@ _SHIFT_WEIGHT = 0.3  # of the mean shift: unexpected motion must not hide where 
 _SHAPE_S, _MOTION_WEIGHT = 0.5, 0.2  # time for which a shape tells where a part lies, and what its motion adds
 _MAJORITY = 0.5  # of a detection
 _CUT_FIT = 0.5  # of the misfit as a whole: if the rest fits so much better where it was, an end was cut off
+
+_CUT_WIDTHS = 0.5
+"""Misfit of the rest of a track up to which an end may have been cut off, widths.
+
+Source: geometry; the predicted centre line of what stayed where it was lies on the mask still.
+"""
 _BORDER_PX, _BORDER_WIDTHS = 3.0, 1.5
 
 
@@ -57,12 +63,24 @@ def locate_on_track(
 
 
 def find_whole_view(
-    model: TrackModel, predicted: FloatArray, observation: Observation, size: tuple[int, int] | None
+    model: TrackModel, predicted: FloatArray, observation: Observation, start: float, size: tuple[int, int] | None
 ) -> Observation | None:
     """Return the whole object of an observation that shows one track alone; None if that is only a part of the track.
 
     It is the whole track, whatever its length, tilt and bend, unless the image's border cuts it, or an end was cut off
-    or added since the last frame, which shows in the rest staying where it was predicted.
+    or added, which shows in the rest staying where it was predicted.
+
+    Parameters
+    ----------
+    model : TrackModel
+    predicted : numpy.ndarray, shape (SAMPLES, 2)
+        Predicted samples of the track.
+    observation : Observation
+        In the track's direction.
+    start : float
+        Where it begins if it is a part, in ``u`` of the track.
+    size : (int, int) or None
+        ``(H, W)`` of the image.
     """
     if observation.curve.closed or model.curve.closed:
         return None
@@ -74,14 +92,16 @@ def find_whole_view(
         return min(  # all of it tells the direction better than a small part
             (whole, whole.reversed()), key=lambda one: kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT)
         )
-    if not whole.contiguous or model.hidden or any(ends_at_border(whole, size, model.width)):
+    if not whole.contiguous or any(ends_at_border(whole, size, model.width)):
         return None
     share = whole.length / length
     short, long = (whole.points, predicted) if share <= 1.0 else (predicted, whole.points)
     share = min(share, 1.0 / share)
     misfit = kernels.misfit_at(whole.points, predicted, 1.0, 0.0, 1.0)
-    misfit_if_cut = min(kernels.misfit_at(short, long, share, low, 1.0) for low in (0.0, 1.0 - share))
-    return whole if misfit_if_cut > _CUT_FIT * misfit else None
+    starts = (0.0, min(max(start, 0.0), 1.0 - share), 1.0 - share)
+    misfit_if_cut = min(kernels.misfit_at(short, long, share, low, 1.0) for low in starts)
+    far = share >= _MAJORITY and misfit_if_cut > _CUT_WIDTHS * model.width  # never of an unknown width
+    return whole if far or misfit_if_cut > _CUT_FIT * misfit else None
 
 
 def _misfit_at(model: TrackModel, predicted: FloatArray, observation: Observation, start: float) -> float:

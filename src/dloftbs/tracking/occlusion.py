@@ -21,12 +21,13 @@ def drop_absent_spans(
 ) -> tuple[list[PartialMatch], list[PartialMatch], tuple[float, float]]:
     """Return the matches that belong to a track, those that do not, and the span of the former ``u`` that remains.
 
-    A span that is not seen is assumed hidden if it was seen in enough frames before. Beyond the image's border it may
-    always go on, and a gap that the detector bridges is not questioned. Matches that are connected by an absent span
-    only are no parts of one track: the longest group stays.
+    A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with what is
+    seen by more than a stretch that every frame so far has inferred. Beyond the image's border it may always go on, and
+    a gap that the detector bridges is not questioned. Matches that are connected by an absent span only are no parts of
+    one track: the longest group stays.
     """
     questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, size)]
-    absent = [span for span in questioned if median_seen_frames(model, span) < MIN_SEEN_FRAMES]
+    absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
     if not absent:
         return list(matches), [], WHOLE
     groups = _split_at(matches, absent)
@@ -42,6 +43,20 @@ def drop_absent_spans(
         for match in kept
     ]
     return moved, [match for group in groups if group is not kept for match in group], (low, high)
+
+
+def _absent_part(model: TrackModel, span: tuple[float, float]) -> tuple[float, float] | None:
+    """Return the part of a span that is assumed absent: at an end of the track, from the first unseen stretch on."""
+    if median_seen_frames(model, span) < MIN_SEEN_FRAMES:
+        return span
+    unseen = [(low, high) for low, high in model.unseen_spans if low < span[1] and high > span[0]]
+    if not unseen:
+        return None
+    if span[0] <= 0.0:
+        return 0.0, min(unseen[-1][1], span[1])
+    if span[1] >= 1.0:
+        return max(unseen[0][0], span[0]), 1.0
+    return span
 
 
 def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, float]]) -> list[list[PartialMatch]]:

@@ -65,12 +65,15 @@ class Prediction(NamedTuple):
         Of the object, px; None if it was never observed.
     confidence : float
         The track's, in 0..1.
+    unseen : tuple of (float, float)
+        The intervals of ``u`` that no frame has shown so far.
     """
 
     id: int
     curve: BSplineCurve
     width: float | None
     confidence: float
+    unseen: tuple[tuple[float, float], ...]
 
 
 @dataclass(slots=True, eq=False)
@@ -173,6 +176,7 @@ class TrackModel:
         )
         model.detection = observation.detection
         model.inferred = observation.gaps
+        model.seen_frames = (~samples_within(observation.gaps)).astype(np.float64)
         model.shape = observation.points
         return model
 
@@ -185,6 +189,18 @@ class TrackModel:
     def position_tolerance_px(self) -> float:
         """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self._width_or_0
+
+    @property
+    def unseen_spans(self) -> tuple[tuple[float, float], ...]:
+        """The intervals of ``u``, from one seen sample to another, that every frame so far has inferred."""
+        unseen = self.seen_frames <= 0.0
+        if not unseen.any():
+            return ()
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], unseen, [False])).astype(np.int8)))
+        return tuple(
+            (float(U[max(low - 1, 0)]), float(U[min(high, SAMPLES - 1)]))
+            for low, high in zip(edges[::2], edges[1::2], strict=True)
+        )
 
     @property
     def _width_or_0(self) -> float:
@@ -207,7 +223,7 @@ class TrackModel:
             self.full_lengths[self.hits % HISTORY_FRAMES] = observation.length
             self.usual_length_px = None
         self.inferred, self.confidence = observation.gaps, 1.0
-        self.seen_frames = np.minimum(self.seen_frames + 1.0, _MAX_SEEN_FRAMES)
+        self.seen_frames = np.minimum(self.seen_frames + ~samples_within(observation.gaps), _MAX_SEEN_FRAMES)
         if self.hidden or self.misses:
             self.unseen_s = np.zeros(SAMPLES)
             self.hidden = ()
@@ -215,20 +231,28 @@ class TrackModel:
         self.visible = None
 
     def update_partly(
-        self, curve: BSplineCurve, points: FloatArray, length: float, hidden: tuple[tuple[float, float], ...], dt: float
+        self,
+        curve: BSplineCurve,
+        points: FloatArray,
+        length: float,
+        hidden: tuple[tuple[float, float], ...],
+        inferred: tuple[tuple[float, float], ...],
+        dt: float,
     ) -> None:
-        """Adopt a reconstructed curve, some spans of which are hidden."""
+        """Adopt a reconstructed curve, some spans of which are inferred: hidden ones, or bridged by the detector."""
         is_hidden = samples_within(hidden)
         self.velocity = filter_velocity(self.velocity, points - self.points, dt)
         jumped = np.abs(points - self.points).max(axis=1) > JUMP_SHARE * length
         if self.misses or jumped.any():
             self.velocity[:] = 0.0
-        self.curve, self.points, self.length, self.hidden = curve, points, length, hidden
+        self.curve, self.points, self.length = curve, points, length
+        self.hidden, self.inferred = hidden, inferred
         self.shape_age_s += dt
         self.unseen_s = np.where(is_hidden, self.unseen_s + dt, 0.0)
         # Spans seen up to the bound are kept; those seen in a few frames are forgotten within as many.
         fading = np.where(self.seen_frames < _MAX_SEEN_FRAMES, self.seen_frames - 1.0, self.seen_frames)
-        self.seen_frames = np.where(is_hidden, fading, np.minimum(self.seen_frames + 1.0, _MAX_SEEN_FRAMES))
+        seen = np.minimum(self.seen_frames + ~samples_within(inferred), _MAX_SEEN_FRAMES)
+        self.seen_frames = np.where(is_hidden, fading, seen)
         self.confidence = self._compute_confidence()
         self.visible = None
 

@@ -167,6 +167,7 @@ class Tracker:
                 move_curve(model.curve, model.velocity, duration),
                 None if math.isnan(model.width) else model.width,
                 model.confidence,
+                model.unseen_spans,
             )
             for model in self._models
             if model.state is not TrackState.TENTATIVE
@@ -225,10 +226,16 @@ class Tracker:
         for model, one, points in zip(models, track_observations, predicted.points[rows], strict=True):
             alone = len(one.detection_indices) == 1 and claims[one.matches[0].observation.detection_index] == 1
             if alone and all(are_consecutive(*pair) for pair in pairwise(one.matches)):
-                whole = find_whole_view(model, points, one.matches[0].observation, self._size)
+                first = one.matches[0]
+                whole = find_whole_view(model, points, first.observation, first.track_span[0], self._size)
                 one.matches = one.matches if whole is None else [PartialMatch(whole, WHOLE, WHOLE)]
             if one.matches:
-                unassigned += self._update_track(model, one, dt)
+                rejected = self._update_track(model, one, dt)
+                unassigned += rejected
+                kept = {
+                    m.observation.detection_index for m in one.matches if id(m.observation) not in map(id, rejected)
+                }
+                claims.subtract({part.detection_index for part in rejected} - kept)
         # A detection of one track only is all that track's.
         unassigned = [part for part in unassigned if claims[part.detection_index] != 1]
         ended = {m.id for m, one in zip(models, track_observations, strict=True) if not self._continues(m, one, dt)}
@@ -345,11 +352,10 @@ class Tracker:
         longest = max(matches, key=lambda m: m.observation.length).observation
         model.detection = longest.detection
         points, _ = sample_curve(curve)
-        model.update_partly(curve, points, model.length, hidden_spans(matches), dt)
+        model.update_partly(curve, points, model.length, hidden_spans(matches), inferred_spans(matches), dt)
         if not any(ends_at_border(longest, self._size, model.width)) and not shared:
             lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
             model.update_conflict(longest, sum(lengths.values()))
-        model.inferred = inferred_spans(matches)
 
     def _continues(self, model: TrackModel, observed: TrackObservation, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""

@@ -161,7 +161,9 @@ def slow_is_seen(mask: np.ndarray, start: np.ndarray, stop: np.ndarray, width: f
 
 
 @given(random_masks, st.integers(0, 2**32 - 1))
-def test_a_cable_is_seen_between_points_where_no_break_is_longer_than_half_its_width(mask: np.ndarray, seed: int) -> None:
+def test_a_cable_is_seen_between_points_where_no_break_is_longer_than_half_its_width(
+    mask: np.ndarray, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     points = rng.uniform(-3.0, (mask.shape[1] + 2.0, mask.shape[0] + 2.0), (8, 2))
     for i in range(1, len(points)):
