@@ -29,8 +29,8 @@ LINKING = ROOT / "docs" / "linking.md"
 PAGE = ROOT / "docs" / "constants.md"
 RUNNER = Path(__file__).with_name("constants_run.py")
 
-ROOMS = ("skeleton", "evidence", "linking", "lifting", "crossings")
-"""Rooms whose constants each have a unit and a source; tracking is not yet among them."""
+ROOMS = ("skeleton", "evidence", "linking", "lifting", "crossings", "tracking")
+"""Rooms whose constants each have a unit and a source."""
 
 LINKED = ("skeleton", "evidence", "linking")
 """Rooms that docs/linking.md is about."""

@@ -12,19 +12,71 @@ from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.track_model import TrackModel
 
-_AT_BORDER, _HIDDEN_BEFORE = 0.3, 0.7  # weights of a misfit where the other end is at the border, or was hidden
-_INNER_FIT = 0.7  # of the misfit at an end: a part that fits so much better elsewhere has both ends hidden
-_SHIFT_WEIGHT = 0.3  # of the mean shift: unexpected motion must not hide where a part lies
-_SHAPE_S, _MOTION_WEIGHT = 0.5, 0.2  # time for which a shape tells where a part lies, and what its motion adds
-_MAJORITY = 0.5  # of a detection
-_CUT_FIT = 0.5  # of the misfit as a whole: if the rest fits so much better where it was, an end was cut off
+_AT_BORDER = 0.3
+"""Weight of the misfit at one end of a track where the other end of the part lies at the image's border, ratio.
+
+Source: by hand; the cut end is inside of the track, so that the other one decides.
+"""
+
+_HIDDEN_BEFORE = 0.7
+"""Weight of the misfit at one end of a track where only the other end was hidden before, ratio.
+
+Source: by hand; less than that of the border, as an occluder moves.
+"""
+
+_INNER_FIT = 0.7
+"""Share of the misfit at an end below which a part that fits elsewhere has both ends hidden.
+
+Source: by hand; a part at an end is the commoner case.
+"""
+
+_SHIFT_WEIGHT = 0.3
+"""Weight of the mean shift in the misfit of a part, ratio.
+
+Source: by hand; unexpected motion must not hide where a part lies.
+"""
+
+_SHAPE_S = 0.5
+"""Time for which the shape of the whole tells where a part lies, s.
+
+Source: by hand; as the half-life of the confidence in what is not seen.
+"""
+
+_MOTION_WEIGHT = 0.2
+"""Weight of the motion beside the shape in the misfit of a part, ratio.
+
+Source: by hand; it only breaks ties between places of one shape.
+"""
+
+_MAJORITY = 0.5
+"""Share of a curve that is most of it.
+
+Source: by definition.
+"""
+
+_CUT_FIT = 0.5
+"""Share of the misfit as a whole below which the rest fits better where it was: an end may have been cut off.
+
+Source: by hand.
+"""
 
 _CUT_WIDTHS = 0.5
 """Misfit of the rest of a track up to which an end may have been cut off, widths.
 
 Source: geometry; the predicted centre line of what stayed where it was lies on the mask still.
 """
-_BORDER_PX, _BORDER_WIDTHS = 3.0, 1.5
+
+_BORDER_PX = 3.0
+"""Distance from the image's border within which it may cut an end, px, besides `_BORDER_WIDTHS`.
+
+Source: by hand; cleaning, thinning and fitting each move an end by a pixel.
+"""
+
+_BORDER_WIDTHS = 1.5
+"""Distance from the image's border within which it may cut an end, widths.
+
+Source: by hand; a cable that leaves at a slant ends about one width before it.
+"""
 
 
 def locate_on_track(

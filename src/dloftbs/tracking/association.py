@@ -18,26 +18,95 @@ from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation, U, sample_curve
 from dloftbs.tracking.alignment import is_at_border, locate_on_track, snap_to_end
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.kernels.routing import MAX_BRIDGE, MAX_BRIDGE_CHANGE
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_spans
 from dloftbs.tracking.prediction import PredictedTracks
-from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel, interpolate_samples
+from dloftbs.tracking.track_model import MAX_WIDENING, MIN_SEEN_FRAMES, WIDENING_PER_S, TrackModel, interpolate_samples
 from dloftbs.tracks import TrackState
 
-_MAX_MEAN, _MAX_ANYWHERE = 0.02, 0.03  # of an unambiguous match: distance by length, on average and at any sample
-_MARGIN_RATIO = 3.0  # of an unambiguous match: how many times farther any other must be
-_MISFIT_CAP = 1.5  # of the gate: the most that a sample's distance counts
-_UNCOVERED_COST = 0.5  # of the gate: cost of the part of the longer one that the shorter one lacks
-_WIDENING_PER_S, _MAX_WIDENING = 4.0, 3.0  # growth of the gate of a track that is not seen, and its bound
-_MAX_WIDTH_RATIO = 3.0
-_MIN_GATE_WIDTHS = 3.0
-_PART_OVERLAP = 0.2  # of a part's length: the most that may lie where another part is assumed
+_MAX_MEAN = 0.02
+"""Largest mean distance of an unambiguous match, as a share of the length.
 
-_MAX_PAIR_RATIO = 1.5  # of widths and of lengths: two that may be one object that moved fast
-_PAIR_SHIFT_WEIGHT = 0.5  # of the mean shift, where it tells the direction of such a one
-_BORDER_STRIDE, _PART_STRIDE = 9, 7  # one sample in so many is tested
+Source: by hand; a hand's motion from frame to frame, and well below the gate.
+"""
+
+_MAX_ANYWHERE = 0.03
+"""Largest distance of a sample of an unambiguous match, as a share of the length.
+
+Source: by hand; one and a half times `_MAX_MEAN`, so that no end is missing.
+"""
+
+_MARGIN_RATIO = 3.0
+"""Number of times that any other candidate must be farther than an unambiguous match.
+
+Source: by hand.
+"""
+
+_MISFIT_CAP = 1.5
+"""Largest distance of a sample that counts, as a multiple of the gate.
+
+Source: by hand; beyond the gate, so that outliers do not decide.
+"""
+
+_UNCOVERED_COST = 0.5
+"""Cost of the length of the longer curve that the shorter one lacks, as a share of the gate.
+
+Source: by hand; half of what no match at all costs.
+"""
+
+_MAX_WIDTH_RATIO = 3.0
+"""Ratio of widths above which two are different objects.
+
+Source: by hand; a cable that comes nearer by a half is twice as wide.
+"""
+
+_MIN_GATE_WIDTHS = 3.0
+"""Least gate, widths.
+
+Source: by hand; short objects move by more than a share of their length.
+"""
+
+_PART_OVERLAP = 0.2
+"""Share of a part's length that may lie where another part is assumed.
+
+Source: by hand.
+"""
+
+_MAX_PAIR_RATIO = 1.5
+"""Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
+
+Source: by hand.
+"""
+
+_PAIR_SHIFT_WEIGHT = 0.5
+"""Weight of the mean shift where it tells the direction of an object that moved fast, ratio.
+
+Source: by hand.
+"""
+
+_BORDER_STRIDE = 9
+"""Step between the samples that are tested for the image's border.
+
+Source: bounds time; eight samples along a curve.
+"""
+
+_PART_STRIDE = 7
+"""Step between the samples of a detection that an unmatched track is compared with.
+
+Source: bounds time; ten samples along a curve.
+"""
+
 _SPAN_SAMPLES = 32
-_END_MISFIT_RATIO = 1.5  # of the misfit elsewhere: a part that fits an end not worse than this lies there
-_MAX_BRIDGE, _MAX_BRIDGE_CHANGE = 1.15, 0.5  # of a hidden length: distance of its ends, and the change of that
+"""Number of samples of a span of a track that is compared with a detection.
+
+Source: bounds time; half of a curve's `SAMPLES`.
+"""
+
+_END_MISFIT_RATIO = 1.5
+"""Ratio of misfits up to which a part that fits better elsewhere lies at an end.
+
+Source: by hand; a part at an end is the commoner case.
+"""
 
 
 def match_unambiguous(
@@ -158,7 +227,7 @@ class Association:
         self._gate = self._compute_gates(config.gate)
         closed = np.array([one.curve.closed for one in observations])
         distances = kernels.box_distances(predicted.points, found)
-        self._is_near = distances < _MAX_WIDENING * self._gate
+        self._is_near = distances < MAX_WIDENING * self._gate
         measured = (distances < _MISFIT_CAP * self._gate) & self._has_similar_width()
         self._misfit, self._start, self._backwards = kernels.align_all(
             predicted.points,
@@ -198,7 +267,7 @@ class Association:
 
     def _compute_gates(self, share: float) -> FloatArray:
         """Return the largest distance for each pair, shape (tracks, observations)."""
-        widening = [min(1.0 + _WIDENING_PER_S * float(m.unseen_s.mean()), _MAX_WIDENING) * share for m in self._models]
+        widening = [min(1.0 + WIDENING_PER_S * float(m.unseen_s.mean()), MAX_WIDENING) * share for m in self._models]
         least = [0.0 if math.isnan(m.width) else _MIN_GATE_WIDTHS * m.width for m in self._models]
         mean = np.sqrt(np.multiply.outer([m.length for m in self._models], self._lengths))
         gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])
@@ -299,7 +368,7 @@ class Association:
                 continue
             for low, high in hidden_spans(matches):
                 unseen_s = float(np.interp(0.5 * (low + high), U, model.unseen_s))
-                gate = self._gate[t, d] * min(1.0 + _WIDENING_PER_S * unseen_s, _MAX_WIDENING)
+                gate = self._gate[t, d] * min(1.0 + WIDENING_PER_S * unseen_s, MAX_WIDENING)
                 candidate = self._match_hidden_span(t, d, low, high)
                 if candidate is not None and candidate[0] < gate and (best is None or candidate[0] / gate < best[0]):
                     best = candidate[0] / gate, t, candidate[1]
@@ -368,8 +437,8 @@ class Association:
             chord = float(np.linalg.norm(ends[1] - ends[0]))
             hidden = max(span[1] - span[0], 0.0) * model.length
             expected = float(np.linalg.norm(np.diff(interpolate_samples(self._points[t], np.array(span)), axis=0)))
-            if chord > _MAX_BRIDGE * hidden + tolerance or abs(chord - expected) > (
-                _MAX_BRIDGE_CHANGE * hidden + tolerance
+            if chord > MAX_BRIDGE * hidden + tolerance or abs(chord - expected) > (
+                MAX_BRIDGE_CHANGE * hidden + tolerance
             ):
                 return False
         return True

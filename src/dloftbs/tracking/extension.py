@@ -13,9 +13,16 @@ from dloftbs.tracking.sample_graph import Interval, SampleGraph
 from dloftbs.tracking.track_model import TrackModel
 
 HIDDEN_UNCERTAINTY = 0.15
-"""Uncertainty of a hidden length, as a share of it."""
+"""Uncertainty of a hidden length, as a share of it.
 
-_SHORT_EXTENSION = 2 * kernels.SAMPLES_PER_NODE  # samples: two nodes, at an edge that is no end of the track
+Source: by hand.
+"""
+
+_SHORT_EXTENSION = 2 * kernels.SAMPLES_PER_NODE
+"""Number of samples of a short extension: two nodes, at an edge that is no end of the track.
+
+Source: by hand.
+"""
 
 
 def complete_detection(graph: SampleGraph, intervals: list[Interval], model: TrackModel) -> list[Interval]:

@@ -11,11 +11,9 @@ from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
 from dloftbs.tracking.alignment import ends_at_border
 from dloftbs.tracking.occlusion import median_seen_frames
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, are_consecutive, hidden_spans
+from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, VisibleCurve, are_consecutive, hidden_spans
 from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
 from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
-
-_SAME_U = 1e-9  # parameters that differ by less are the same
 
 
 def collect_new_objects(
@@ -65,7 +63,7 @@ def _is_bridge(model: TrackModel, hidden: tuple[float, float], last: PartialMatc
         return True
     span = (last.curve_span[1], match.curve_span[0])
     gaps = match.observation.gaps
-    if any(low <= span[0] + _SAME_U and span[1] <= high + _SAME_U for low, high in gaps):
+    if any(low <= span[0] + SAME_U and span[1] <= high + SAME_U for low, high in gaps):
         return False
     # The length of the whole curve by that of its part.
     bridge = (span[1] - span[0]) * match.observation.length / (match.curve_span[1] - match.curve_span[0])

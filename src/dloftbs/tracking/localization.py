@@ -16,7 +16,16 @@ from dloftbs.tracking.sample_graph import Interval, SampleGraph
 from dloftbs.tracking.track_model import TrackModel, interpolate_samples
 
 _SPAN_SAMPLES = 33
-_MAX_BEND = 3.0  # length by chord of a hidden span: beyond, the chord says nothing about the length
+"""Number of samples of a hidden span whose chord is measured.
+
+Source: bounds time; half of a curve's `SAMPLES`.
+"""
+
+_MAX_BEND = 3.0
+"""Ratio of length to chord of a hidden span beyond which the chord says nothing about the length.
+
+Source: by hand; of a hairpin, whose ends meet.
+"""
 
 
 def localize(

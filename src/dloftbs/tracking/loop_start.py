@@ -6,6 +6,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
+from dloftbs.tracking.partial_match import SAME_U
 
 _DEGREE = 3
 """Degree of the splines.
@@ -13,22 +14,20 @@ _DEGREE = 3
 Source: by definition; cubic, as in the paper.
 """
 
-_SAME_U = 1e-9  # parameters that differ by less are the same
-
 
 def move_start(curve: BSplineCurve, u: float) -> BSplineCurve:
     """Return exactly the same loop, starting at the former `u` in 0..1: a knot is inserted there (Boehm, 1980).
 
     Loops of another degree than 3 are returned unchanged.
     """
-    if curve.degree != _DEGREE or min(u, 1.0 - u) < _SAME_U:
+    if curve.degree != _DEGREE or min(u, 1.0 - u) < SAME_U:
         return curve
     spans = len(curve.control_points) - _DEGREE
-    k = int(np.searchsorted(curve.knots[: _DEGREE + spans + 1], u + _SAME_U, side="right")) - 1
+    k = int(np.searchsorted(curve.knots[: _DEGREE + spans + 1], u + SAME_U, side="right")) - 1
     indices = np.arange(k - 3, k + spans + 5)  # enough of the infinite, periodic sequences
     knots = _periodic_knots(curve.knots, spans, indices)
     control = curve.control_points[indices % spans]
-    if abs(u - knots[3]) < _SAME_U:  # there is a knot already: it becomes the first
+    if abs(u - knots[3]) < SAME_U:  # there is a knot already: it becomes the first
         return _make_loop(knots[: spans + 7] - u, control[:spans])
     weight = ((u - knots[1:4]) / (knots[4:7] - knots[1:4]))[:, None]
     mixed = (1.0 - weight) * control[:3] + weight * control[1:4]

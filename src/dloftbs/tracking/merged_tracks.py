@@ -11,7 +11,17 @@ import numpy as np
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.track_model import HISTORY_FRAMES, TrackModel
 
-_CORNER_SAMPLES, _MIN_STRAIGHT_COSINE = 4, 0.7  # samples that tell an end's direction; a smaller cosine is a corner
+_CORNER_SAMPLES = 4
+"""Number of samples that tell the direction of an end.
+
+Source: by hand; a sixteenth of the length.
+"""
+
+_MIN_STRAIGHT_COSINE = 0.7
+"""Cosine between two ends that meet below which they make a corner.
+
+Source: by hand; a turn of 45 degrees.
+"""
 
 
 def find_merged(models: Sequence[TrackModel], track_observations: Sequence[TrackObservation]) -> None:

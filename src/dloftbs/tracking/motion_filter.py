@@ -8,7 +8,11 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.kernels import least_squares
 
-_SAMPLES = 129  # along a curve, at even parameters
+_SAMPLES = 129
+"""Number of samples along a curve that is smoothed, at even parameters.
+
+Source: by hand; four to each of `_KNOTS`.
+"""
 
 _KNOTS = 33
 """Number of knots of a smooth curve.

@@ -9,11 +9,14 @@ import numpy as np
 
 from dloftbs.observation import U
 from dloftbs.tracking.alignment import is_at_border
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, are_consecutive, hidden_spans
+from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
 from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
 
-_SAME_U = 1e-9  # parameters that differ by less are the same
 _SPAN_SAMPLES = 9
+"""Number of samples of a span whose median is taken.
+
+Source: bounds time; an odd number, so that it is one of them.
+"""
 
 
 def drop_absent_spans(
@@ -32,8 +35,8 @@ def drop_absent_spans(
         return list(matches), [], WHOLE
     groups = _split_at(matches, absent)
     kept = max(groups, key=lambda group: sum(m.track_span[1] - m.track_span[0] for m in group))
-    low = max((high for _, high in absent if high <= kept[0].track_span[0] + _SAME_U), default=0.0)
-    high = min((low for low, _ in absent if low >= kept[-1].track_span[1] - _SAME_U), default=1.0)
+    low = max((high for _, high in absent if high <= kept[0].track_span[0] + SAME_U), default=0.0)
+    high = min((low for low, _ in absent if low >= kept[-1].track_span[1] - SAME_U), default=1.0)
     model.resample(low + U * (high - low))
     model.length *= high - low
     moved = [
@@ -63,7 +66,7 @@ def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, flo
     """Return the matches in groups, split where a span is absent."""
     groups: list[list[PartialMatch]] = [[]]
     for match in matches:
-        if groups[-1] and any(abs(match.track_span[0] - high) < _SAME_U for _, high in absent):
+        if groups[-1] and any(abs(match.track_span[0] - high) < SAME_U for _, high in absent):
             groups.append([])
         groups[-1].append(match)
     return groups
@@ -79,8 +82,8 @@ def _is_certainly_hidden(
 ) -> bool:
     """Return True if a span begins at the image's border, or the detector itself bridges it."""
     if span[0] > 0.0 and span[1] < 1.0:
-        before = next(m for m in matches if abs(m.track_span[1] - span[0]) < _SAME_U)
-        after = next(m for m in matches if abs(m.track_span[0] - span[1]) < _SAME_U)
+        before = next(m for m in matches if abs(m.track_span[1] - span[0]) < SAME_U)
+        after = next(m for m in matches if abs(m.track_span[0] - span[1]) < SAME_U)
         return are_consecutive(before, after)
     if size is None:
         return False

@@ -15,7 +15,11 @@ WHOLE = (0.0, 1.0)
 Source: by definition.
 """
 
-_EMPTY_SPAN = 1e-9  # of u: a shorter span is a rounding error
+SAME_U = 1e-9
+"""Difference in ``u`` below which two parameters are the same, units of ``u``.
+
+Source: numerics.
+"""
 
 
 class PartialMatch(NamedTuple):
@@ -105,7 +109,7 @@ class VisibleCurve(NamedTuple):
 def hidden_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:
     """Return the spans of a track's ``u`` that no match covers, ascending."""
     edges = [0.0, *(edge for match in matches for edge in match.track_span), 1.0]
-    return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > _EMPTY_SPAN)
+    return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > SAME_U)
 
 
 def are_consecutive(first: PartialMatch, second: PartialMatch) -> bool:

@@ -15,17 +15,57 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.kernels import least_squares
+from dloftbs.tracking.partial_match import SAME_U
 
-_SAMPLES = 193  # of the reconstructed curve, at even parameters
+_SAMPLES = 193
+"""Number of samples of the reconstructed curve, at even parameters.
+
+Source: by hand; three to each of a curve's `SAMPLES`.
+"""
+
 _SAMPLES_PER_SPAN = 4
+"""Number of samples to a span of the reconstructed spline.
+
+Source: by hand; fewer do not determine it against noise.
+"""
+
 _U = np.linspace(0.0, 1.0, _SAMPLES)
+"""Parameters of the samples, units of ``u``.
+
+Source: by definition.
+"""
+
 _KNOTS = least_squares.open_knots(_U, _SAMPLES // _SAMPLES_PER_SPAN)
-_WINDOW_SHARE = 0.15  # of the whole length: the least visible length that determines a rigid motion
-_MIN_POINTS = 4  # of a visible part that determines a rotation
+
+_WINDOW_SHARE = 0.15
+"""Least visible share of the whole length that determines a rigid motion.
+
+Source: by hand.
+"""
+
+_MIN_POINTS = 4
+"""Least number of points of a visible part that determine a rotation.
+
+Source: by hand; two do, without noise.
+"""
+
 _MAX_ITERATIONS = 20
+"""Number of steps of the search for a wave of headings.
+
+Source: bounds time.
+"""
+
 _END_TOLERANCE_PX = 0.05
-_MAX_TURN = 0.5 * math.pi  # radians, of a wave of the headings
-_SAME_U = 1e-9  # parameters that differ by less are the same
+"""Distance of an end from where it should be at which that search is over, px.
+
+Source: numerics; below what a curve is known to.
+"""
+
+_MAX_TURN = 0.5 * math.pi
+"""Largest turn of a wave of headings, rad.
+
+Source: by hand; beyond a right angle the span winds up.
+"""
 
 
 class VisiblePart(NamedTuple):
@@ -64,7 +104,7 @@ def reconstruct(before: BSplineCurve, scope: tuple[float, float], parts: Sequenc
     visible: list[tuple[int, int]] = []  # first and last sample
     for part in parts:
         (low, high), (first, last) = part.track_span, part.curve_span
-        start, stop = int(_U.searchsorted(low - _SAME_U)), int(_U.searchsorted(high + _SAME_U, side="right"))
+        start, stop = int(_U.searchsorted(low - SAME_U)), int(_U.searchsorted(high + SAME_U, side="right"))
         if start < stop:
             share = np.minimum(np.maximum((_U[start:stop] - low) / (high - low), 0.0), 1.0)
             new[start:stop] = part.curve(first + share * (last - first))

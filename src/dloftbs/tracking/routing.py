@@ -21,11 +21,35 @@ from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel
 
-_MAX_SHARED_NODES = 2  # where two tracks cross
-_MAX_CLAIMED_SHARE = 0.5  # of a part that still counts as unassigned
-_JUMP_SEEN_SHARE = 0.8  # of a track: if less is seen, it may have jumped
-_NEW_SCENE_SHARE = 0.4  # of all tracks: if less is seen, it may be another scene
-_MIN_SEEN_SHARE = 0.25  # of a track that is routed
+_MAX_SHARED_NODES = 2
+"""Number of nodes that two tracks may share where they cross.
+
+Source: geometry; a crossing is about a width long, and so is the node spacing.
+"""
+
+_MAX_CLAIMED_SHARE = 0.5
+"""Share of a part up to which it counts as unassigned.
+
+Source: by definition; the majority.
+"""
+
+_JUMP_SEEN_SHARE = 0.8
+"""Share of a track below which, if no more is seen, it may have jumped.
+
+Source: by hand.
+"""
+
+_NEW_SCENE_SHARE = 0.4
+"""Share of all tracks below which, if no more is seen, the frame may show another scene.
+
+Source: by hand; less than one of two.
+"""
+
+_MIN_SEEN_SHARE = 0.25
+"""Share of a track that must be seen for a route to count.
+
+Source: by hand; shorter parts fit many places.
+"""
 
 
 class RoutingResult(NamedTuple):

@@ -12,12 +12,19 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
-from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 MIN_NODES = 3
-"""Of a track, and of an interval."""
+"""Number of nodes of a track, and of an interval, at least.
+
+Source: by hand; fewer have no bend.
+"""
 
 _MAX_NODES = 128
+"""Number of nodes of a track at most.
+
+Source: bounds time.
+"""
 
 _REACH_WIDTHS = 2.0
 """Distance from where a node is expected in which it is sought, widths.
@@ -31,10 +38,29 @@ _REACH_SHARE = 0.025
 Source: by hand.
 """
 
-_REACH_STEP = 0.5  # of the distance that a track moves in a frame
-_WIDENING_PER_S, _MAX_WIDENING = 4.0, 3.0  # growth of the reach of what is not seen, and its bound
-_HIDDEN_COST, _STILL_HIDDEN_COST = 1.0, 0.4  # of a node that is hidden, and of one that was hidden before
-_CLAIMED_COST = 1.5  # of a sample that another track has claimed
+_REACH_STEP = 0.5
+"""Share of a track's motion in a frame that is added to the reach.
+
+Source: by hand.
+"""
+
+_HIDDEN_COST = 1.0
+"""Cost of a node that is hidden.
+
+Source: by definition; that of a sample at the limit of reach.
+"""
+
+_STILL_HIDDEN_COST = 0.4
+"""Cost of a node that is hidden and was before.
+
+Source: by hand; what hid it is likely there still.
+"""
+
+_CLAIMED_COST = 1.5
+"""Extra cost of a sample that another track has claimed.
+
+Source: by hand; above `_HIDDEN_COST`: rather hidden than shared.
+"""
 
 
 class Interval(NamedTuple):
@@ -116,7 +142,7 @@ class SampleGraph:
         width = 0.0 if math.isnan(model.width) else model.width
         speed = np.hypot(*model.velocity.T)
         reach = max(_REACH_WIDTHS * width, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
-        reach = reach * np.minimum(1.0 + _WIDENING_PER_S * model.unseen_s, _MAX_WIDENING)
+        reach = reach * np.minimum(1.0 + WIDENING_PER_S * model.unseen_s, MAX_WIDENING)
         samples, nodes, assignment = np.empty((SAMPLES, 4)), np.empty((count, 4)), np.empty(count, np.int64)
         samples[:, :2], samples[:, 2] = predicted, reach
         samples[:, 3] = np.where(model.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)

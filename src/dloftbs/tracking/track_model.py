@@ -18,15 +18,40 @@ from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracks import Track, TrackState
 
 MIN_SEEN_FRAMES = 3
-"""Number of frames in which a span must have been seen to be assumed hidden, not absent, once it is missing."""
+"""Number of frames in which a span must have been seen to be assumed hidden, not absent, once it is missing.
+
+Source: by hand; one or two frames may be a detector's error.
+"""
 
 HISTORY_FRAMES = 32
-"""Number of frames for which the ends and the lengths are recorded."""
+"""Number of frames for which the ends and the lengths are recorded.
+
+Source: bounds memory; a second at 30 per second.
+"""
 
 JUMP_SHARE = 0.1
-"""Of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion."""
+"""Share of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion.
 
-_MAX_SEEN_FRAMES = 8.0  # bound of the count, so that old spans can be given up
+Source: by hand.
+"""
+
+_MAX_SEEN_FRAMES = 8.0
+"""Bound of the number of frames in which a span was seen, so that old spans can be given up.
+
+Source: by hand.
+"""
+
+WIDENING_PER_S = 4.0
+"""Growth of the gate and of the reach of what is not seen, multiples per second.
+
+Source: by hand; it doubles in a quarter of a second.
+"""
+
+MAX_WIDENING = 3.0
+"""Largest multiple to which they grow.
+
+Source: by hand.
+"""
 
 _LENGTH_GAIN = 0.05
 """Share of a small change of length that is taken over per frame.

@@ -172,8 +172,8 @@ class Twin:
         slack = self.problem.slack
         same = self.problem.part[abs(signed) - 1] == self.problem.part[abs(before) - 1] and (signed > 0) == (before > 0)
         return (
-            math.hypot(*span) <= kernels._MAX_BRIDGE * hidden + slack
-            and math.hypot(*moved) <= kernels._MAX_BRIDGE_CHANGE * hidden + slack
+            math.hypot(*span) <= kernels.MAX_BRIDGE * hidden + slack
+            and math.hypot(*moved) <= kernels.MAX_BRIDGE_CHANGE * hidden + slack
             and not (same and signed <= before)
         )
 

@@ -16,11 +16,24 @@ _STRIDE = 4
 Source: bounds time.
 """
 
-_SHIFT_WEIGHT = (
-    0.5  # of the mean shift, where starts are compared: a cable rather moves as a whole than slides along itself
-)
-_MIN_SAMPLES = 8  # compared, of a short curve
-_SEARCH_STEP = 2.0  # samples from start to start; then halved
+_SHIFT_WEIGHT = 0.5
+"""Weight of the mean shift where starts are compared, ratio.
+
+Source: by hand; a cable rather moves as a whole than slides along itself.
+"""
+
+
+_MIN_SAMPLES = 8
+"""Least number of samples of a short curve that are compared.
+
+Source: by hand; a direction and a bend take as many.
+"""
+
+_SEARCH_STEP = 2.0
+"""Step between the starts that are tried first, samples.
+
+Source: bounds time; it is then halved.
+"""
 
 _HALVINGS = 7
 """Number of halvings of that step.

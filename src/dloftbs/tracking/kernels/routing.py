@@ -11,19 +11,94 @@ from numba import float64, int64
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 
 SAMPLES_PER_NODE = 4
-"""Number of samples of a frame's curves from one node of the known curve to the next."""
+"""Number of samples of a frame's curves from one node of the known curve to the next.
 
-_MAX_CANDIDATES = 64  # samples near a node, the cheapest
-_MIN_COSINE = 0.5  # of the angle between a node's heading and a sample's
-_ALONG_WEIGHT = 0.25  # of a squared distance along the curve: the motion in that direction is known the least
-_TURN_COST = 1.0  # of a right angle between the headings; a distance at the limit of reach costs 1
-_SLIP_COST = (0.6, 0.15, 0.0, 0.15, 0.6)  # of advancing by 2 to 6 samples from node to node
-_SWITCH_COST = 2.0  # of changing to another curve
-_HIDE_AT_END_COST, _HIDE_INSIDE_COST = 0.3, 3.0  # of a hidden span that begins or ends there
-_MAX_BRIDGE, _MAX_BRIDGE_CHANGE = 1.15, 0.5  # of a hidden length: chord between its ends, and the change of that
-_MAX_STEP = 6  # samples from node to node
-_MAX_SWITCH_STEP, _MIN_SWITCH_ADVANCE = 1.75, 0.2  # node spacings, from one curve to another
-_PRUNE_COST = 8.0  # states that cost more than a node's cheapest by this are not continued
+Source: by hand; a node is found to a quarter of the spacing.
+"""
+
+_MAX_CANDIDATES = 64
+"""Number of samples near a node that are kept, the cheapest.
+
+Source: bounds time.
+"""
+
+_MIN_COSINE = 0.5
+"""Least cosine between the headings of a node and of a sample that may be it.
+
+Source: by hand; a crossing cable is left out, a bend that moves is not.
+"""
+
+_ALONG_WEIGHT = 0.25
+"""Weight of a squared distance along the curve, ratio.
+
+Source: by hand; the motion in that direction is known the least.
+"""
+
+_TURN_COST = 1.0
+"""Cost of a right angle between the headings; a distance at the limit of reach costs 1.
+
+Source: by definition of the unit of cost, and by hand.
+"""
+
+_SLIP_COST = (0.6, 0.15, 0.0, 0.15, 0.6)
+"""Cost of advancing by 2 to 6 samples from node to node.
+
+Source: by hand.
+"""
+
+_SWITCH_COST = 2.0
+"""Cost of changing to another curve.
+
+Source: by hand; twice that of a hidden node, so that it takes some nodes to be worth it.
+"""
+
+_HIDE_AT_END_COST = 0.3
+"""Cost of a hidden span that begins or ends at the end of a curve.
+
+Source: by hand; such ends are where something may hide the rest.
+"""
+
+_HIDE_INSIDE_COST = 3.0
+"""Cost of a hidden span that begins or ends inside of a curve.
+
+Source: by hand; what is seen to go on is hardly hidden.
+"""
+
+MAX_BRIDGE = 1.15
+"""Ratio of the chord between the ends of a hidden span to its length up to which it may be hidden.
+
+Source: by hand; with `HIDDEN_UNCERTAINTY` of the length.
+"""
+
+MAX_BRIDGE_CHANGE = 0.5
+"""Change of that chord since the track was last seen, as a share of the hidden length.
+
+Source: by hand.
+"""
+
+_MAX_STEP = 6
+"""Number of samples from node to node at most.
+
+Source: by hand; half as far again as there are samples to a node.
+"""
+
+_MAX_SWITCH_STEP = 1.75
+"""Distance over which a track may change from one curve to another, multiples of the node spacing.
+
+Source: by hand; the next node but one is too far.
+"""
+
+_MIN_SWITCH_ADVANCE = 0.2
+"""Advance along the track with such a change, multiples of the node spacing.
+
+Source: by hand; above 0, so that no track turns back.
+"""
+
+_PRUNE_COST = 8.0
+"""Cost above that of a node's cheapest state beyond which a state is not continued.
+
+Source: bounds time; more than two hidden spans inside of curves.
+"""
 
 
 @helper
@@ -182,11 +257,11 @@ def _may_reappear(
     i, j, way = abs(signed) - 1, abs(last_signed) - 1, 1 if signed > 0 else -1
     dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
     hidden = (node - last_node) * spacing
-    if math.sqrt(dx * dx + dy * dy) > _MAX_BRIDGE * hidden + slack:
+    if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE * hidden + slack:
         return False
     dx -= nodes[node, 0] - nodes[last_node, 0]
     dy -= nodes[node, 1] - nodes[last_node, 1]
-    if math.sqrt(dx * dx + dy * dy) > _MAX_BRIDGE_CHANGE * hidden + slack:
+    if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE_CHANGE * hidden + slack:
         return False
     return part[i] != part[j] or way * last_signed < 0 or way * (i - j) > 0  # nothing is seen twice
 
