@@ -1,4 +1,4 @@
-"""What was seen before, in the pose of a patch."""
+"""Predicted curves as the linking of a crop uses them."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ DASHES = [[(20, 60), (150, 70)], [(230, 76), (380, 90)]]
 
 
 @pytest.mark.parametrize("version", EIGHT_VERSIONS)
-def test_curves_are_posed_as_the_patch_is(version: tuple[int, int, int]) -> None:
+def test_curves_have_the_orientation_of_the_crop(version: tuple[int, int, int]) -> None:
     whole, dashes = (turn(draw(*cables), *version) for cables in ([[(20, 60), (380, 90)]], DASHES))
     (seen,) = dloftbs.detect(whole)
-    patch, graph = graph_of(dashes)
-    past = TemporalPrior([PriorCurve(seen.curve, 0.7)], patch, graph.width)
+    crop, graph = graph_of(dashes)
+    prior = TemporalPrior([PriorCurve(seen.curve, 0.7)], crop, graph.width)
     rows, columns = np.triu_indices(len(graph.end_states), 1)
-    found = past.continuity(graph.end_states, rows, columns)
+    found = prior.continuity(graph.end_states, rows, columns)
     (best,) = np.flatnonzero(found)
     assert 0.5 < found[best] <= 0.7
-    ends = patch.to_image(graph.end_states[[rows[best], columns[best]], :2])
+    ends = crop.to_image(graph.end_states[[rows[best], columns[best]], :2])
     expected = turn_points(np.array([[150.0, 70.0], [230.0, 76.0]]), SIZE, *version)
     assert min(np.abs(ends - expected).max(), np.abs(ends[::-1] - expected).max()) < 6.0
 
 
 def test_samples_are_even() -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
-    patch, graph = graph_of(draw(*DASHES))
-    past = TemporalPrior(
-        [PriorCurve(seen.curve, 1.0), PriorCurve(seen.curve.reversed(), 0.5)], patch, graph.width
+    crop, graph = graph_of(draw(*DASHES))
+    prior = TemporalPrior(
+        [PriorCurve(seen.curve, 1.0), PriorCurve(seen.curve.reversed(), 0.5)], crop, graph.width
     ).samples
-    assert past.first.tolist() == [0, len(past.points) // 2, len(past.points)]
-    steps = np.hypot(*np.diff(past.points[: past.first[1]], axis=0).T)
-    np.testing.assert_allclose(steps, past.steps[0], rtol=0.02)
-    np.testing.assert_allclose(past.points[: past.first[1]], past.points[past.first[1] :][::-1], atol=1e-6)
-    assert past.weight.tolist() == [1.0, 0.5]
+    assert prior.first.tolist() == [0, len(prior.points) // 2, len(prior.points)]
+    steps = np.hypot(*np.diff(prior.points[: prior.first[1]], axis=0).T)
+    np.testing.assert_allclose(steps, prior.steps[0], rtol=0.02)
+    np.testing.assert_allclose(prior.points[: prior.first[1]], prior.points[prior.first[1] :][::-1], atol=1e-6)
+    assert prior.weight.tolist() == [1.0, 0.5]
 
 
 @pytest.mark.parametrize("reverse", [False, True])
 def test_a_stretch_that_was_never_seen_says_nothing_about_a_joint(reverse: bool) -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
-    patch, graph = graph_of(draw(*DASHES))
+    crop, graph = graph_of(draw(*DASHES))
     curve, others = seen.curve.reversed() if reverse else seen.curve, PriorCurve(seen.curve, 0.5, ((0.0, 0.2),))
-    past = TemporalPrior([PriorCurve(curve, 1.0, (GAP,)), others], patch, graph.width)
+    prior = TemporalPrior([PriorCurve(curve, 1.0, (GAP,)), others], crop, graph.width)
     rows, columns = np.triu_indices(len(graph.end_states), 1)
-    assert 0.0 < past.continuity(graph.end_states, rows, columns).max() <= 0.5
-    only = TemporalPrior([PriorCurve(curve, 1.0, (GAP,))], patch, graph.width)
+    assert 0.0 < prior.continuity(graph.end_states, rows, columns).max() <= 0.5
+    only = TemporalPrior([PriorCurve(curve, 1.0, (GAP,))], crop, graph.width)
     assert not only.continuity(graph.end_states, rows, columns).any()
     parts = only.samples
     assert len(parts.steps) == 2
     assert parts.first[-1] == len(parts.points)
-    assert len(past.samples.weight) == 3
+    assert len(prior.samples.weight) == 3

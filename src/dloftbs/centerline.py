@@ -173,7 +173,7 @@ class Centerline:
     closed : bool
         Whether the object is a loop without ends; then it is one segment, whose last pixel touches its first.
     ends_confidence : float
-        Confidence that no gap leads on from its ends, in 0..1; below 0.9 a gap was nearly bridged.
+        Confidence that no gap continues from its ends, in 0..1; below 0.9 a gap was nearly bridged.
 
     Raises
     ------

@@ -255,6 +255,6 @@ class BSplineCurve:
 
 
 def check_curve(name: str, curve: object, ndim: int) -> None:
-    """Raise an `InputError` if a value is no curve with so many dimensions."""
+    """Raise an `InputError` if a value is no curve of that number of dimensions."""
     if not isinstance(curve, BSplineCurve) or curve.ndim != ndim:
         raise InputError(f"{name} must be a BSplineCurve with {ndim} dimensions, got {shown(curve)}")

@@ -141,7 +141,7 @@ def _stage_ms(given: object) -> dict[str, float]:
 
 
 def _dropped(line: Centerline) -> dict[str, Any]:
-    """Return what is known of an object that was dropped; without a curve, the ``u`` of its joints says nothing."""
+    """Return a description of an object that was dropped; without a curve, the ``u`` of its joints says nothing."""
     return {
         "start": line.points[0].tolist(),
         "end": line.points[-1].tolist(),

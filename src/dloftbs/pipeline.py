@@ -1,4 +1,4 @@
-"""The stages on the frames of a stream, with what is kept from frame to frame."""
+"""The stages on the frames of a stream, with the state that is kept from frame to frame."""
 
 from __future__ import annotations
 

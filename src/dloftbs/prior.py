@@ -70,13 +70,13 @@ class TemporalPrior:
     ----------
     predicted : sequence of PriorCurve
         One or more.
-    patch : MaskCrop
+    crop : MaskCrop
     width : float
         Of the cables, px.
     """
 
     predicted: Sequence[PriorCurve]
-    patch: MaskCrop
+    crop: MaskCrop
     width: float
 
     @cached_property
@@ -89,7 +89,7 @@ class TemporalPrior:
             np.concatenate([curve.control_points for curve in curves]),
             np.array([len(curve.control_points) for curve in curves]),
             closed,
-            *self.patch.image_transform,
+            *self.crop.image_transform,
             _STEP_WIDTHS * self.width,
             _MAX_SAMPLES,
         )

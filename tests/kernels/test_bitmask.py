@@ -94,9 +94,9 @@ def test_bytes_are_the_pixels(mask: np.ndarray) -> None:
 def test_listed_pixels_agree_with_their_slow_twin(mask: np.ndarray, how: tuple[int, int, int]) -> None:
     wide = np.tile(mask, (1, 3))
     pixels_rc, degrees = list_pixels(framed_bitmask(wide), *wide.shape, *map(bool, how))
-    posed = turn(np.pad(wide, 1), *how)
-    np.testing.assert_array_equal(pixels_rc, np.argwhere(posed))
-    np.testing.assert_array_equal(degrees, slow_degrees(posed)[tuple(pixels_rc.T)])
+    turned = turn(np.pad(wide, 1), *how)
+    np.testing.assert_array_equal(pixels_rc, np.argwhere(turned))
+    np.testing.assert_array_equal(degrees, slow_degrees(turned)[tuple(pixels_rc.T)])
     assert (pixels_rc.dtype, degrees.dtype) == (np.int32, np.uint8)
 
 

@@ -13,7 +13,7 @@ from dloftbs import Config
 from dloftbs.cleaning import clean
 from dloftbs.graph import UNAVAILABLE, EndMatching, Graph
 from dloftbs.linking.end_matching import PRIOR_BONUS, match_ends
-from dloftbs.linking.kernels.bending import OPEN_ARM, OPEN_CUT, OPEN_KINK
+from dloftbs.linking.kernels.bending import OPEN_CUT, OPEN_JUNCTION, OPEN_KINK
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import PriorCurve, TemporalPrior
 from dloftbs.skeleton import build_graph, skeletonize
@@ -47,7 +47,7 @@ def test_the_stem_of_a_t_stays_open() -> None:
     assert max(turns(graph, matching)) < 12
     assert matching.branches.duplicate_of == {}
     ((i, _),) = joined(matching)
-    assert 0.3 < matching.margin[i] < 2 * OPEN_ARM
+    assert 0.3 < matching.margin[i] < 2 * OPEN_JUNCTION
     assert matching.alternative[i] >= 0
 
 
@@ -130,7 +130,7 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
     if graph is None:
         return
     matching = match_ends(crop, graph, 25.0)
-    most = 2 * max(OPEN_ARM, OPEN_CUT, OPEN_KINK)
+    most = 2 * max(OPEN_JUNCTION, OPEN_CUT, OPEN_KINK)
     for i, j in enumerate(matching.partner):
         if j >= 0:
             assert matching.partner[j] == i != j

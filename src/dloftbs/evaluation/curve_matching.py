@@ -1,7 +1,7 @@
 """Matching of found with true curves in one frame, with the missing and the redundant ones.
 
-What is not there is a value and not an error: a frame without curves has a mean of NaN and counts of what is missing
-or redundant. Whoever averages over frames must sum the counts, too, or failures vanish from the table.
+Nothing found is a value and not an error: a frame without curves has a mean of NaN and counts of the missing and the
+redundant ones. Whoever averages over frames must sum the counts, too, or failures vanish from the table.
 """
 
 from __future__ import annotations

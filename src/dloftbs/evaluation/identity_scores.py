@@ -1,6 +1,6 @@
 """Scores of identities and directions over a sequence: CLEAR MOT, IDF1, direction flips.
 
-`TrackingScorer` takes a frame at a time and knows neither the tracker nor what its distances mean. What is not there is
+`TrackingScorer` takes a frame at a time and knows neither the tracker nor what its distances mean. Nothing found is
 a value: a frame without output counts each of its objects as missed, and a rate of nothing is NaN, never left out.
 
 References

@@ -39,7 +39,7 @@ def sample_curves(
     step_px: float,
     most: int,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Sample cubic curves in the image at evenly spaced ``u``, both ends included, and turn the samples into a pose.
+    """Sample cubic curves in the image at evenly spaced ``u``, both ends included, in the orientation of a crop.
 
     Not checked: the knots fit the control points and span 0 to 1.
 
@@ -53,7 +53,7 @@ def sample_curves(
         Number of control points of each curve.
     closed : (c,) bool
     matrix, offset : (2, 2), (2,) float64
-        From the pose to the image, ``matrix @ p + offset``: a signed permutation.
+        From the crop to the image, ``matrix @ p + offset``: a signed permutation.
     step_px : float
         From sample to sample, about.
     most : int
@@ -62,7 +62,7 @@ def sample_curves(
     Returns
     -------
     points : (m, 2) float64
-        In the pose.
+        In the orientation of the crop.
     first : (c + 1,) int64
         Start of each curve's samples, and the end.
     steps, longest : (c,) float64

@@ -47,7 +47,7 @@ Source: derived from `_GAP_SCALE`; the odds against such a gap are nine to one, 
 """
 
 _CHORD_REACH_PX = 4
-"""Number of points to either side over which the direction across a branch is taken for its width, px.
+"""Number of points to either side over which the direction across a branch is measured for its width, px.
 
 Source: by hand; long enough for a staircase, short enough for a bend.
 """
@@ -278,7 +278,7 @@ def _find_shared(
     reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
     first, members, *_ = junctions
-    open_cost = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_ARM)
+    open_cost = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_JUNCTION)
     nodes: list[int] | None = None
     for _ in range(_ROUNDS):
         paths, inside, path_cost = branch_overlap.list_paths(

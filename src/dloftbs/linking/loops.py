@@ -15,7 +15,7 @@ _MOST_RINGS = 20
 Source: bounds time; each round opens a ring.
 """
 
-_WORTH = 0.5
+_MOST_EXTRA_COST = 0.5
 """Largest extra cost of opening a ring into a cable that crosses it.
 
 Source: by hand; in favour of it is that closed cables are rare.
@@ -58,10 +58,10 @@ def _open(graph: Graph, matching: EndMatching, loop: list[int]) -> bool:
         if exchange is None or extra_cost > gain + _RATHER_THAN_GAP:
             matching.open(end)
             return True
-    elif exchange is None or extra_cost > _WORTH:
+    elif exchange is None or extra_cost > _MOST_EXTRA_COST:
         return False
     assert exchange is not None
-    matching.exchange(*exchange, margin=max(_WORTH - extra_cost, 0.0))  # loops are rare: that speaks for it
+    matching.exchange(*exchange, margin=max(_MOST_EXTRA_COST - extra_cost, 0.0))  # loops are rare: that speaks for it
     return True
 
 

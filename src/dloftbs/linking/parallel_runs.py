@@ -34,9 +34,9 @@ Source: as `_LEAST_WINDOW_PX` of the kernel.
 """
 
 _LEAST_EVIDENCE = 0.1
-"""Evidence, half a logarithm of a ratio of residuals, above which a cable is moved to the other lane.
+"""Evidence, half a logarithm of a ratio of residuals, above which a cable is moved to the other side of a bundle.
 
-Source: by hand; below it the smoother of two lanes is chance.
+Source: by hand; below it the smoother of two axes is chance.
 """
 
 _UNCLEAR = 0.7

@@ -60,8 +60,8 @@ class Degradation:
     missing_radius_px : (float, float)
         Of these discs; they are scaled to cut out the exact share.
     discs : int
-        Number of occluding discs centred anywhere on the cables, but where they would hide an end, or so much of a
-        cable that nobody could say how it goes on: see `leaves_enough`.
+        Number of occluding discs centred anywhere on the cables, but where they would hide an end, or more of a
+        cable than its course can be told from: see `leaves_enough`.
     disc_radius_px : (float, float)
     specks, pinholes : int
         Number of small blobs of foreground anywhere, and of background on the cables.

@@ -224,7 +224,7 @@ def _integrated(heading: FloatArray, up: FloatArray, length_px: float) -> FloatA
 def _fitted(body: Body, stage: Stage, box: Box, nearer: Callable[[float], float] = lambda _: 0.0) -> Body:
     """Return a body made smaller and moved in the plane until all of its motion is seen within a box.
 
-    What is added to its height, `nearer`, px at each phase, is not made smaller.
+    The height that is added, `nearer`, px at each phase, is not made smaller.
     """
     lifts = [np.array([0.0, 0.0, nearer(phase)]) for phase in _FIT_PHASES]
     moments = [body(phase)[[*range(0, len(body(0.0)), 8), -1]] for phase in _FIT_PHASES]

@@ -47,7 +47,7 @@ class Experiment:
     released : float
         Phase at which the last end is let go.
     elevation : (float, float)
-        From how far above the horizon the camera may look, radians.
+        Angles above the horizon from which the camera may look, radians.
     """
 
     young_pa: float

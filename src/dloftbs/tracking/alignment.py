@@ -39,7 +39,7 @@ Source: by hand; unexpected motion must not hide where a part lies.
 _SHAPE_S = 0.5
 """Time for which the shape of the whole tells where a part lies, s.
 
-Source: by hand; as the half-life of the confidence in what is not seen.
+Source: by hand; as the half-life of the confidence in a hidden stretch.
 """
 
 _MOTION_WEIGHT = 0.2
@@ -130,7 +130,7 @@ def find_whole_view(
     observation : Observation
         In the track's direction.
     start : float
-        Where it begins if it is a part, in ``u`` of the track.
+        Its start if it is a part, in ``u`` of the track.
     size : (int, int) or None
         ``(H, W)`` of the image.
     """

@@ -24,10 +24,10 @@ def drop_absent_spans(
 ) -> tuple[list[PartialMatch], list[PartialMatch], tuple[float, float]]:
     """Return the matches that belong to a track, those that do not, and the span of the former ``u`` that remains.
 
-    A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with what is
-    seen by more than a stretch that every frame so far has inferred. Beyond the image's border it may always go on, and
-    a gap that the detector bridges is not questioned. Matches that are connected by an absent span only are no parts of
-    one track: the longest group stays.
+    A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
+    visible part by more than a stretch that every frame so far has inferred. Beyond the image's border it may always go
+    on, and a gap that the detector bridges is not questioned. Matches that are connected by an absent span only are no
+    parts of one track: the longest group stays.
     """
     questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, size)]
     absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]

@@ -42,7 +42,7 @@ Source: by hand.
 """
 
 WIDENING_PER_S = 4.0
-"""Growth of the gate and of the reach of what is not seen, multiples per second.
+"""Growth of the gate and of the reach of an unseen track, multiples per second.
 
 Source: by hand; it doubles in a quarter of a second.
 """

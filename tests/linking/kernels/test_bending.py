@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.bending import (
     GAP_LENGTH,
-    OPEN_ARM,
     OPEN_CUT,
+    OPEN_JUNCTION,
     OPEN_KINK,
     OPEN_ROUND,
     _bend,
@@ -171,13 +171,15 @@ def costs_of(
 def test_open_ends_have_their_price() -> None:
     nodes, states = plus_states()
     _, open_cost = costs_of(nodes, states)
-    assert open_cost.tolist() == [OPEN_ARM, OPEN_CUT] * 4
+    assert open_cost.tolist() == [OPEN_JUNCTION, OPEN_CUT] * 4
     _, open_cost = costs_of(nodes, states, spur=np.array([True, False, False, False]))
-    assert open_cost.tolist() == [0.0, 0.0] + [OPEN_ARM, OPEN_CUT] * 3
+    assert open_cost.tolist() == [0.0, 0.0] + [OPEN_JUNCTION, OPEN_CUT] * 3
     _, open_cost = costs_of(nodes[:4], states[:4])
     assert open_cost.tolist() == [OPEN_KINK, OPEN_CUT] * 2
     _, open_cost = costs_of(nodes, states, end_roundness=np.tile([0.0, 1.0, 0.0, 0.5], 2))
-    assert open_cost.tolist() == pytest.approx([OPEN_ARM, OPEN_ROUND, OPEN_ARM, 0.5 * (OPEN_ROUND + OPEN_CUT)] * 2)
+    assert open_cost.tolist() == pytest.approx(
+        [OPEN_JUNCTION, OPEN_ROUND, OPEN_JUNCTION, 0.5 * (OPEN_ROUND + OPEN_CUT)] * 2
+    )
 
 
 def two_dashes(gap: float) -> tuple[np.ndarray, np.ndarray]:

@@ -32,7 +32,7 @@ def demo(
     """Draw a video of two cables, track each by its colour, and say how well that went.
 
     The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
-    frames, the figures, and a README that says what is what and which command does the same. Then
+    frames, the figures, and a README that names each file and the command that does the same. Then
     the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
     """
     from dloftbs.cli.demo_files import describe, mark_as_demo, render, table, write_sheet, write_summary

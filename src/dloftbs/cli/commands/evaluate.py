@@ -71,8 +71,8 @@ def evaluate(
     Python must find the module: see PYTHONPATH.
 
     The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), whether
-    every joint is right (joints.csv), plots, and pictures of the worst frames. What is finished is kept there,
-    too: the same command goes on where it was interrupted.
+    every joint is right (joints.csv), plots, and pictures of the worst frames. Finished sequences are
+    kept there, too: the same command goes on where it was interrupted.
 
     \b
     dloftbs evaluate --quick

@@ -247,7 +247,7 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
     values : (k, PLACES) float64
         Depth in metres at the places; NaN where it is missing.
     pixels : (k,) float64
-        Of how many pixels the values of one side are, about.
+        Number of pixels of one side, about.
     resolution_m : float
         Step of the depth's values.
 

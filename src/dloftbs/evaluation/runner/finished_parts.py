@@ -220,7 +220,7 @@ class Part:
     joints : tuple of JointRow
         Of all frames, where the method has any and the true curves are known.
     ladder : str or None
-        On which ladder of growing noise the sequence is a rung.
+        Ladder of growing noise of which the sequence is a rung.
     level : float or None
         Its height on the ladder.
     following : Following or None

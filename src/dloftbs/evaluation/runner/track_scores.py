@@ -61,7 +61,7 @@ class FollowingScorer:
         truth : Truth
             With curves and masks.
         distances : CurveDistances
-            Of what was seen, the curves of `found`; see `distances_of`.
+            Distances of the curves of `found` to what was visible; see `distances_of`.
         size : (int, int)
             ``(H, W)`` px.
         """

@@ -12,7 +12,7 @@ from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch
 _BACK_WIDTHS = 2.0
 """Distance before a cable's end at which its reference samples start, widths.
 
-Source: by hand; the last widths before an occluder may be shadowed.
+Source: by hand; the last widths before an occluder may lie in its shadow.
 """
 
 _REACH_WIDTHS = 8.0

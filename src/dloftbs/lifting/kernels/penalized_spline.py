@@ -188,7 +188,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     y : (n,) float64
         NaN where it is not known.
     counts : (n,) float64
-        Of how many measurements each is the mean.
+        Number of measurements that each is the mean of.
     spans : int
         Knot spans over all values.
     floor : float

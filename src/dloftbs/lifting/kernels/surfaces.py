@@ -322,7 +322,7 @@ def find_surface(
     inverse : (n,) float64
         1 / m; NaN where too little is known, or something else is seen.
     counts : (n,) float64
-        Of how many pixels it is the mean.
+        Number of pixels that it is the mean of.
     shift : float
         Mean distance that pixels were moved to the middle line, as a share of the radius. That is as seen at a right
         angle; where the object is seen obliquely, the surface falls back by more.

@@ -22,20 +22,20 @@ from dloftbs.kernels.shared.graph_ends import (
     branch_of,
 )
 
-_PASS_BEND = 1.5
-"""Cost of a pass through a junction, per rad^2 of bend, times width over length.
+_LINK_BEND = 1.5
+"""Cost of a link through a junction, per rad^2 of bend, times width over length.
 
 Source: by hand; the factor follows the energy of a cubic, which goes with one over its length.
 """
 
-_PASS_TURN = 1.0
-"""Cost of a pass through a junction, per rad^2 of bend, whatever its length.
+_LINK_TURN = 1.0
+"""Cost of a link through a junction, per rad^2 of bend, whatever its length.
 
 Source: by hand; it sets the unit of all costs.
 """
 
 _OUTSIDE = 3.0
-"""Cost of a pass that lies outside of the mask altogether; less in proportion to the share.
+"""Cost of a link that lies outside of the mask altogether; less in proportion to the share.
 
 Source: by hand; more than two ends left open in a junction.
 """
@@ -43,34 +43,34 @@ Source: by hand; more than two ends left open in a junction.
 _GAP_BEND = 2.0
 """Cost of a gap, per rad^2 of bend, times width over length.
 
-Source: by hand; as `_PASS_BEND`.
+Source: by hand; as `_LINK_BEND`.
 """
 
 _GAP_TURN = 0.4
 """Cost of a gap, per rad^2 of bend, whatever its length.
 
-Source: by hand; below `_PASS_TURN`, since a hidden cable may turn out of sight.
+Source: by hand; below `_LINK_TURN`, since a hidden cable may turn out of sight.
 """
 
-_GAP_ARM = 0.4
+_GAP_JUNCTION = 0.4
 """Extra cost of a gap from a branch end in a junction.
 
 Source: by hand; a cable rarely stops where the mask goes on.
 """
 
-_GAP_ARM_BEND = 1.0
+_GAP_JUNCTION_BEND = 1.0
 """Extra cost of a gap from a branch end in a junction, per rad^2 of bend.
 
-Source: by hand; as `_GAP_ARM`.
+Source: by hand; as `_GAP_JUNCTION`.
 """
 
-_PROMISE = 0.7
+_EXTRAPOLATED_SHARE = 0.7
 """Share of the branch ends' own curvature that is extrapolated.
 
 Source: by hand; a fitted curvature is noisy, and cables unbend.
 """
 
-_PROMISE_WIDTHS = 3.0
+_EXTRAPOLATED_WIDTHS = 3.0
 """Length over which that curvature is extrapolated, widths.
 
 Source: by hand.
@@ -82,28 +82,28 @@ _UNKNOWN_BEND = 0.25
 Source: by hand; that of a turn of 1 rad.
 """
 
-_SETTLED = 0.15
-"""Cost of a pass below which no gap is sought from its ends.
+_CHEAP_LINK = 0.15
+"""Cost of a link below which no gap is sought from its ends.
 
 Source: by hand; it saves time, and lies below half the least cost of two open ends.
 """
 
-OPEN_ARM = 1.4
+OPEN_JUNCTION = 1.4
 """Cost of an end left open in a junction.
 
-Source: by hand; with the unit of `_PASS_TURN`, a pair in a junction is joined up to a bend of 2.8 rad^2 at most.
+Source: by hand; with the unit of `_LINK_TURN`, a pair in a junction is joined up to a bend of 2.8 rad^2 at most.
 """
 
 OPEN_KINK = 2.0
 """Cost of an end left open at a sharp turn of a branch where nothing else meets.
 
-Source: by hand; above `OPEN_ARM`, since nothing else explains the end.
+Source: by hand; above `OPEN_JUNCTION`, since nothing else explains the end.
 """
 
 OPEN_INSIDE = 0.4
 """Cost of an end left open inside of a branch that two cables share.
 
-Source: by hand; below `OPEN_ARM`, since nothing is seen to go on.
+Source: by hand; below `OPEN_JUNCTION`, since nothing is seen to go on.
 """
 
 OPEN_ROUND = 0.3
@@ -159,7 +159,7 @@ def _bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tupl
     curvature = (
         states[i, HAS_CURVATURE] * states[i, CURVATURE] - states[j, HAS_CURVATURE] * states[j, CURVATURE]
     ) / known
-    extrapolated = _PROMISE * min(length, _PROMISE_WIDTHS * width) * curvature
+    extrapolated = _EXTRAPOLATED_SHARE * min(length, _EXTRAPOLATED_WIDTHS * width) * curvature
     # A curve that turns less than extrapolated is not charged for the difference.
     turn = max(turn - max(extrapolated, 0.0), 0.0) if turn > 0.0 else min(turn - min(extrapolated, 0.0), 0.0)
     return 0.25 * turn * turn + 3.0 * swerve * swerve, length
@@ -188,7 +188,7 @@ def _outside(mask: npt.NDArray[np.uint8], states: npt.NDArray[np.float64], i: in
 def _link_cost(states: npt.NDArray[np.float64], i: int, j: int, width: float, mask: npt.NDArray[np.uint8]) -> float:
     """Return the cost of a link between two ends at one junction."""
     bend, length = _bend(states, i, j, width)
-    return bend * (_PASS_BEND * width / max(length, width) + _PASS_TURN) + _OUTSIDE * _outside(mask, states, i, j)
+    return bend * (_LINK_BEND * width / max(length, width) + _LINK_TURN) + _OUTSIDE * _outside(mask, states, i, j)
 
 
 @helper
@@ -376,7 +376,7 @@ def _find_decided(
     """Tell which ends have a mutual, nearly straight junction link: they take part in no gap."""
     n = 2 * len(spur)
     best = np.full(n, -1, dtype=np.int64)
-    best_cost = np.full(n, _SETTLED)
+    best_cost = np.full(n, _CHEAP_LINK)
     for node in range(len(first) - 1):
         size = first[node + 1] - first[node]
         for a in range(size):
@@ -462,7 +462,7 @@ def pair_costs(
         degree[nodes[end]] += not spur[branch_of(end)]
     open_cost = np.empty(n)
     for end in range(n):
-        open_cost[end] = OPEN_ARM if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * end_roundness[end]
+        open_cost[end] = OPEN_JUNCTION if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * end_roundness[end]
         if spur[branch_of(end)]:
             open_cost[end] = 0.0
         elif nodes[end] >= 0 and degree[nodes[end]] == 2:
@@ -518,7 +518,7 @@ def pair_costs(
                 bend, length = _bend(states, i, j, width)
                 cost = _gap_cost(bend, length, width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
-                    cost += _GAP_ARM + _GAP_ARM_BEND * bend
+                    cost += _GAP_JUNCTION + _GAP_JUNCTION_BEND * bend
                 bound = max(bound, least_bound)
             if cost >= bound + more:
                 continue

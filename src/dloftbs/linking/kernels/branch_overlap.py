@@ -47,16 +47,16 @@ Source: bounds time; all ways to pair them are compared.
 _STRAIGHT_ON = 1.4
 """Largest cost of a pass by which a path may go on through a junction.
 
-Source: by hand; equal to `OPEN_ARM`, the cost of stopping there.
+Source: by hand; equal to `OPEN_JUNCTION`, the cost of stopping there.
 """
 
-_PRICE_PER_WIDTH = 0.02
+_COST_PER_WIDTH = 0.02
 """Cost of sharing a branch, per width of its length.
 
 Source: by hand; it prefers the shorter of two paths that are alike otherwise.
 """
 
-_PRICE_THIN = 0.35
+_THIN_COST = 0.35
 """Extra cost of sharing a branch, per width of its length, where the mask is as narrow as one cable.
 
 Source: by hand; see `_EVIDENCE_WIDTHS` for its limit.
@@ -80,7 +80,7 @@ _EVIDENCE_WIDTHS = 6.0
 Source: by hand; widths of neighbouring places are not independent.
 """
 
-_PRICE_END = 0.2
+_INNER_END_COST = 0.2
 """Extra cost of a cable that ends inside of a shared branch.
 
 Source: by hand; half of `OPEN_INSIDE`.
@@ -115,9 +115,9 @@ Source: by hand; as `_THIN_BETWEEN_WIDTHS`.
 def _overlap_cost(length: float, branch_width: float, width: float) -> float:
     """Return the cost of two cables sharing a branch: lower where the mask is wider than one cable."""
     ratio, share = branch_width / width, min(length / width, _EVIDENCE_WIDTHS)
-    overlap_cost = _PRICE_PER_WIDTH * length / width
+    overlap_cost = _COST_PER_WIDTH * length / width
     if ratio < _THIN:
-        return overlap_cost + _PRICE_THIN * share * min((_THIN - ratio) / (_THIN - 1.0), 1.0)
+        return overlap_cost + _THIN_COST * share * min((_THIN - ratio) / (_THIN - 1.0), 1.0)
     return overlap_cost - _BONUS_WIDE * share * min(ratio - _THIN, 0.5)
 
 
@@ -269,7 +269,7 @@ def list_paths(
             if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
                 paths[found, :steps] = path[:steps]
                 inside[found] = True
-                overlap_cost[found] = so_far + _PRICE_END + _PRICE_PER_WIDTH * reach[end] / width
+                overlap_cost[found] = so_far + _INNER_END_COST + _COST_PER_WIDTH * reach[end] / width
                 found += 1
             if node < 0 or total + lengths[branch] > _LONGEST_WIDTHS * width:
                 continue

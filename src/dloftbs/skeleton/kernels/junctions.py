@@ -186,7 +186,7 @@ def prune_spurs(
 ) -> npt.NDArray[np.bool_]:
     """Find the branches that are spurs: they end freely, and stick out of their junction by little.
 
-    A branch sticks out by how much farther the mask reaches with its tip than around the junction. The shortest goes
+    A branch sticks out by the distance that the mask reaches beyond the junction with its tip. The shortest goes
     first, and a junction keeps one branch; where only one is left, its end is free from then on and may be the tip of a
     spur itself.
 

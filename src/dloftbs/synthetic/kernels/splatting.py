@@ -47,7 +47,7 @@ def splat_spheres(
     fx, fy, cx, cy : float
         The camera's focal lengths and principal point, px.
     depth : (H, W) float32
-        Metres along z; comes with what is behind, or infinity, and is lowered where a sphere is nearer.
+        Metres along z; comes with the depth behind, or infinity, and is lowered where a sphere is nearer.
     sample : (H, W) int32
         Is set, where `depth` is lowered, to the number of the sphere.
     """

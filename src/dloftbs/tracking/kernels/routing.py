@@ -61,7 +61,7 @@ Source: by hand; such ends are where something may hide the rest.
 _HIDE_INSIDE_COST = 3.0
 """Cost of a hidden span that begins or ends inside of a curve.
 
-Source: by hand; what is seen to go on is hardly hidden.
+Source: by hand; a curve that is seen to go on is hardly hidden.
 """
 
 MAX_BRIDGE = 1.15
