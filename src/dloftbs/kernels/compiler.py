@@ -90,4 +90,4 @@ def _digest_of_shared() -> str:
 
 @functools.cache
 def _announce() -> None:
-    _log.warning("compiling the kernels, once for this machine and version; this takes up to a minute")
+    _log.warning("compiling the kernels, once for this machine and version; this takes a minute or two")
