@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.ramp import ramp_down
 
 _TAIL_RADII = 1.5
 """Length of a skeleton's end that is left out, since it may veer into a corner, radii.
@@ -130,12 +131,6 @@ Source: numerics; such a place belongs to the pixel ahead, from wherever it is l
 
 
 @helper
-def _fade(value: float, full: float, none: float) -> float:
-    """Return 1 up to `full`, 0 from `none` on, and linearly in between."""
-    return min(max((none - value) / (none - full), 0.0), 1.0)
-
-
-@helper
 def _heading(points: npt.NDArray[np.float64], arc: npt.NDArray[np.float64]) -> tuple[float, float]:
     """Fit a parabola to points by least squares, and return heading and curvature where `arc` is 0."""
     m = np.zeros(5)
@@ -204,8 +199,8 @@ def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy:
         longer = max(longer, mean)
     for k in _OUTER:
         fall -= np.sqrt(1.0 - k * k) / len(_OUTER)
-    share = 1.0 - _fade((middle - longer) / (fall * radius), _FLAT, _ROUND)
-    share *= 1.0 - _fade(radius, _UNSEEN_PX, _SEEN_PX)
+    share = 1.0 - ramp_down((middle - longer) / (fall * radius), _FLAT, _ROUND)
+    share *= 1.0 - ramp_down(radius, _UNSEEN_PX, _SEEN_PX)
     ahead = middle - _BACK * radius  # a mean over the middle is less ragged than the edge at the tip
     return share * height * radius - min(max(ahead, -_MOST_AHEAD * radius), _MOST_AHEAD * radius)
 
@@ -306,7 +301,7 @@ def extend_end(
             left = _reach(mask, ahead_x, ahead_y, -dy, dx, too_far)
             right = _reach(mask, ahead_x, ahead_y, dy, -dx, too_far)
             other = abs(0.5 * (left + right) - radius)
-            beside = _fade(other, 0.2 * radius + 0.25, 0.4 * radius + 0.5) * 0.5 * (left - right)
+            beside = ramp_down(other, 0.2 * radius + 0.25, 0.4 * radius + 0.5) * 0.5 * (left - right)
             x -= pull * beside * dy
             y += pull * beside * dx
             heading += _TURN * pull * pull * beside

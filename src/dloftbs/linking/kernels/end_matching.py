@@ -8,6 +8,7 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN
+from dloftbs.kernels.shared.union_find import find_root, unite
 
 EXACT = 10
 """Number of connected ends up to which they are paired exactly; more are paired by exchanges.
@@ -172,14 +173,9 @@ def _find_groups(rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64], n:
     """Return for each end the lowest one connected with it by a chain of pairs."""
     group = np.arange(n)
     for k in range(len(rows)):
-        a, b = rows[k], columns[k]
-        while group[a] != a:
-            a = group[a]
-        while group[b] != b:
-            b = group[b]
-        group[max(a, b)] = min(a, b)
+        unite(group, rows[k], columns[k])
     for end in range(n):
-        group[end] = group[group[end]]
+        group[end] = find_root(group, end)
     return group
 
 

@@ -13,6 +13,7 @@ from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.polyline import chord_direction
+from dloftbs.kernels.shared.ramp import ramp_down
 
 _REACH = 2.5
 """Half the window of one smoothing, px, per square root of the radius in px.
@@ -136,12 +137,6 @@ def _smooth(points: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float
     return smooth
 
 
-@helper
-def _fade(value: float, full: float, none: float) -> float:
-    """Return 1 up to `full`, 0 from `none` on, and linearly in between."""
-    return min(max((none - value) / (none - full), 0.0), 1.0)
-
-
 @inlined
 def _last_inside(mask: npt.NDArray[np.uint8], row: int, column: int, side: int, limit: int) -> int:
     """Walk along a column to the wall, outwards from foreground or inwards from background; -1 where there is none."""
@@ -193,9 +188,9 @@ def _wall_by_columns(
                 continue
         distance = along + (row + 0.5 * side - y) * ny
         if distance > far:
-            weight *= _fade(distance, far, too_far)
+            weight *= ramp_down(distance, far, too_far)
         elif distance < _THINNEST:  # beyond the axis lies no wall of this side
-            weight *= _fade(-distance, -_THINNEST, _THINNEST)
+            weight *= ramp_down(-distance, -_THINNEST, _THINNEST)
         total += weight * distance
         weights += weight
     if weights == 0.0:
@@ -267,8 +262,8 @@ def _recentre_run(
         shifts[k] = 0.5 * (left - right)
         radii[k] = 0.5 * (left + right)
         weight = seen_left * seen_right
-        weight *= _fade(radii[k] - rough, 0.2 * rough + 0.5, 0.4 * rough + 1.0)
-        weight *= _fade(abs(shifts[k]), 0.8 * rough + 0.5, 1.2 * rough + 1.0)
+        weight *= ramp_down(radii[k] - rough, 0.2 * rough + 0.5, 0.4 * rough + 1.0)
+        weight *= ramp_down(abs(shifts[k]), 0.8 * rough + 0.5, 1.2 * rough + 1.0)
         if not is_loop:
             weight *= min(min(i, n - 1 - i) / rough, 1.0)
         weights[k] = weight
