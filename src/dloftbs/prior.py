@@ -29,7 +29,7 @@ class PriorCurve(NamedTuple):
     weight : float
         In 0..1.
     unseen : tuple of (float, float)
-        Intervals of ``u`` that no frame has shown: they were inferred from the start, and say nothing about a joint.
+        Intervals of ``u`` that no frame has shown: they were inferred, and say nothing about a joint.
     """
 
     curve: BSplineCurve

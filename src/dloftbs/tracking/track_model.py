@@ -91,7 +91,7 @@ class Prediction(NamedTuple):
     confidence : float
         The track's, in 0..1.
     unseen : tuple of (float, float)
-        The intervals of ``u`` that no frame has shown so far.
+        The intervals of ``u`` that no frame has shown, or too few to be kept.
     """
 
     id: int
@@ -217,7 +217,7 @@ class TrackModel:
 
     @property
     def unseen_spans(self) -> tuple[tuple[float, float], ...]:
-        """The intervals of ``u``, from one seen sample to another, that every frame so far has inferred."""
+        """The intervals of ``u``, from one seen sample to another, that no frame has shown, or too few to be kept."""
         unseen = self.seen_frames <= 0.0
         if not unseen.any():
             return ()

@@ -232,9 +232,8 @@ class Tracker:
             if one.matches:
                 rejected = self._update_track(model, one, dt)
                 unassigned += rejected
-                kept = {
-                    m.observation.detection_index for m in one.matches if id(m.observation) not in map(id, rejected)
-                }
+                given_up = {id(part) for part in rejected}
+                kept = {m.observation.detection_index for m in one.matches if id(m.observation) not in given_up}
                 claims.subtract({part.detection_index for part in rejected} - kept)
         # A detection of one track only is all that track's.
         unassigned = [part for part in unassigned if claims[part.detection_index] != 1]
