@@ -231,9 +231,8 @@ def _overlap_cost(look: Look) -> float:
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
     at = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
-    lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
     paths, _, costs = branch_overlap.list_paths(
-        graph.nodes, graph.spurs, reach, lengths, widths, graph.width, *at, nothing, nothing
+        graph.nodes, graph.spurs, reach, spans, widths, graph.width, *at, nothing, nothing
     )
     return min(
         float(cost)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from itertools import pairwise
 
 import numpy as np
@@ -48,7 +47,7 @@ def matching(nodes: list[int], partner: list[int], spurs: list[bool] | None = No
 def graph(offsets: np.ndarray, spans: np.ndarray) -> Graph:
     """Return a graph of which only the branches are known."""
     known = {"offsets": offsets, "spans": spans}
-    return Graph(**{field.name: known.get(field.name, np.empty(0)) for field in fields(Graph)})
+    return Graph(**{name: known.get(name, np.empty(0)) for name in Graph._fields})
 
 
 def test_a_graph_counts_its_branches_and_lists_its_loops() -> None:

@@ -7,8 +7,8 @@ mask's crop.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -58,11 +58,12 @@ _Bools = npt.NDArray[np.bool_]
 
 def ends_of(branches: _Ints) -> _Ints:
     """Return both ends of each branch, branch after branch."""
-    return np.stack((start_of(branches), stop_of(branches)), axis=1).ravel()
+    ends = np.empty((len(branches), 2), dtype=np.int64)
+    ends[:, 0], ends[:, 1] = start_of(branches), stop_of(branches)
+    return ends.ravel()
 
 
-@dataclass(frozen=True, eq=False)
-class Graph:
+class Graph(NamedTuple):
     """Branches and junctions.
 
     Parameters
@@ -121,8 +122,7 @@ class Graph:
         return list(pairwise(starts))
 
 
-@dataclass(frozen=True, eq=False)
-class Branches:
+class Branches(NamedTuple):
     """Branches of a graph with ends, and after them the duplicates of those that two cables share.
 
     Parameters
@@ -203,7 +203,7 @@ class EndMatching:
         self._partner, self._cost, self._margin, self._alternative = partner, cost, margin, alternative
         self._override = override
         self._chains: list[tuple[list[int], bool]] | None = None
-        assert self._is_mutual(*range(len(partner)))
+        assert all(j < 0 or (partner[j] == i and i != j) for i, j in enumerate(partner))
 
     @property
     def partner(self) -> Sequence[int]:

@@ -16,36 +16,37 @@ PROBE = """
 from numba import int64
 from dloftbs.kernels.compiler import kernel
 from dloftbs.kernels.shared.numbers import number
+from dloftbs.room.tens import ten
 
 @kernel(int64)
 def probe(x):
-    return number() + x
+    return ten() * number() + x
 """
 
 
 @pytest.fixture
 def package(tmp_path):
-    """Return a package with the compiler, one shared helper and one kernel that calls it."""
-    shared = tmp_path / "dloftbs" / "kernels" / "shared"
+    """Return a package with the compiler, a shared helper, and a folder with a helper and a kernel that calls both."""
+    shared, room = tmp_path / "dloftbs" / "kernels" / "shared", tmp_path / "dloftbs" / "room"
     shared.mkdir(parents=True)
-    for folder in (tmp_path / "dloftbs", shared.parent, shared):
+    room.mkdir()
+    for folder in (tmp_path / "dloftbs", shared.parent, shared, room):
         (folder / "__init__.py").touch()
     shutil.copy(compiler.__file__, shared.parent)
-    (tmp_path / "dloftbs" / "probe.py").write_text(PROBE)
-    write_helper(tmp_path, 1)
+    (room / "probe.py").write_text(PROBE)
+    write_helper(shared / "numbers.py", "number", 1)
+    write_helper(room / "tens.py", "ten", 10)
     return tmp_path
 
 
-def write_helper(package: Path, number: int) -> None:
-    """Write the helper, which returns a number."""
-    (package / "dloftbs" / "kernels" / "shared" / "numbers.py").write_text(
-        f"from dloftbs.kernels.compiler import helper\n\n@helper\ndef number():\n    return {number}\n"
-    )
+def write_helper(path: Path, name: str, number: int) -> None:
+    """Write a helper, which returns a number."""
+    path.write_text(f"from dloftbs.kernels.compiler import helper\n\n@helper\ndef {name}():\n    return {number}\n")
 
 
 def run_probe(package: Path) -> tuple[int, bool]:
     """Return what the kernel returns in a process of its own, and whether it came from the cache."""
-    code = "from dloftbs.probe import probe; print(probe(0), sum(probe.stats.cache_hits.values()))"
+    code = "from dloftbs.room.probe import probe; print(probe(0), sum(probe.stats.cache_hits.values()))"
     environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
     done = subprocess.run(
         [sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True, check=True
@@ -54,9 +55,11 @@ def run_probe(package: Path) -> tuple[int, bool]:
     return int(found), hits == "1"
 
 
-def test_a_kernel_notices_a_change_of_a_shared_helper(package):
-    assert run_probe(package) == (1, False)
-    assert run_probe(package) == (1, True)
-    write_helper(package, 2)
-    assert run_probe(package) == (2, False)
-    assert run_probe(package) == (2, True)
+@pytest.mark.parametrize("helper", [("kernels/shared/numbers.py", "number", 2), ("room/tens.py", "ten", 20)])
+def test_a_kernel_notices_a_change_of_a_helper(package, helper):
+    path, name, number = helper
+    assert run_probe(package) == (10, False)
+    assert run_probe(package) == (10, True)
+    write_helper(package / "dloftbs" / path, name, number)
+    assert run_probe(package) == (20, False)
+    assert run_probe(package) == (20, True)

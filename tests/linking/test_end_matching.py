@@ -144,9 +144,9 @@ def test_partners_are_mutual_and_joints_are_worth_it(mask: np.ndarray) -> None:
 
 def test_the_graph_stays_as_it_is() -> None:
     crop, graph = graph_of(draw(*beside(70, 7, True)))
-    before = {name: np.copy(value) for name, value in vars(graph).items()}
+    before = {name: np.copy(value) for name, value in graph._asdict().items()}
     match_ends(crop, graph, 25.0)
-    for name, value in vars(graph).items():
+    for name, value in graph._asdict().items():
         np.testing.assert_array_equal(value, before[name])
 
 

@@ -89,7 +89,7 @@ def test_each_duplicate_lies_in_its_own_axis_and_is_as_wide_as_one_cable(crosses
 
 def contents(matching: EndMatching) -> list[dict[str, object]]:
     """Return a copy of all that a matching and its branches hold."""
-    return copy.deepcopy([vars(matching.branches), {**vars(matching), "branches": None}])
+    return copy.deepcopy([matching.branches._asdict(), {**vars(matching), "branches": None}])
 
 
 def test_where_nothing_is_shared_nothing_changes() -> None:

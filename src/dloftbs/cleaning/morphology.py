@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.cleaning.holes import fill_holes
 from dloftbs.cleaning.kernels import morphology
+from dloftbs.cleaning.kernels.holes import fill_holes
 from dloftbs.config import CleaningConfig
 from dloftbs.kernels.bitmask import cut, frame
 from dloftbs.mask_crop import MaskCrop, canonical_orientation

@@ -1,9 +1,9 @@
 """Compilation of the kernels: on import of their module, for stated types, into numba's cache on disk.
 
 Stated types keep a kernel from being compiled again in mid-stream, for an array with another layout or one that is
-read-only. Kernels that call each other stand in one file: numba, which compares the time and the size of a kernel's own
-file, would not notice a change in another one. Helpers in `dloftbs.kernels.shared` may be called from everywhere: their
-digest is a part of every kernel's stamp.
+read-only. Kernels that call each other stand in one folder: numba compares the time and the size of a kernel's own
+file, and would not notice a change in another one. Helpers in `dloftbs.kernels.shared` may be called from everywhere.
+The digest of both folders is a part of a kernel's stamp.
 """
 
 from __future__ import annotations
@@ -58,12 +58,12 @@ def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Functi
 
 
 def helper(function: _Function) -> _Function:
-    """Compile a function as a part of the kernels of its file that call it."""
+    """Compile a function as a part of the kernels that call it."""
     return njit(nogil=True)(function)
 
 
 def inlined(function: _Function) -> _Function:
-    """Compile a function into each place of its file that calls it, as for the body of a loop over words.
+    """Compile a function into each place that calls it, as for the body of a loop over words.
 
     Only what stands in the loop itself can be done to several words at once, and a call counts references.
     """
@@ -77,15 +77,15 @@ def shared(function: _Function) -> _Function:
 
 
 def _stamp(compiled: Any) -> None:
-    """Make a change of the shared helpers a reason to compile a kernel again."""
+    """Make a change in the kernel's folder, or of the shared helpers, a reason to compile it again."""
     file = compiled._cache._cache_file
-    file._source_stamp = (file._source_stamp, _digest_of_shared())
+    own = Path(compiled.py_func.__code__.co_filename).parent
+    file._source_stamp = (file._source_stamp, _digest(own), _digest(Path(__file__).parent / "shared"))
 
 
 @functools.cache
-def _digest_of_shared() -> str:
-    files = sorted((Path(__file__).parent / "shared").glob("*.py"))
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+def _digest(folder: Path) -> str:
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(folder.glob("*.py")))).hexdigest()
 
 
 @functools.cache

@@ -14,7 +14,6 @@ from dloftbs.graph import (
     Branches,
     EndMatching,
     Graph,
-    branch_of,
     ends_of,
     is_start,
     other_end,
@@ -78,14 +77,19 @@ class _Ends(NamedTuple):
     ids : numpy.ndarray, shape (n,)
         End of the graph that each stands for.
     states : numpy.ndarray, shape (n, 6)
-    open_cost : numpy.ndarray, shape (n,)
-        Cost of leaving each open.
+    roundness : numpy.ndarray, shape (n,)
+    spurs : numpy.ndarray, shape (n / 2,)
+    bordering : numpy.ndarray, shape (n,)
+    corners : numpy.ndarray, shape (n,)
     """
 
     nodes: _Ints
     ids: _Ints
     states: _Floats
-    open_cost: _Floats
+    roundness: _Floats
+    spurs: npt.NDArray[np.bool_]
+    bordering: npt.NDArray[np.bool_]
+    corners: _Ints
 
 
 def match_ends(
@@ -115,49 +119,40 @@ def match_ends(
     mask = crop.oriented(crop.pixels)
     junctions = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
     duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask, junctions)
-    branch_id, nodes, spurs = np.arange(graph.branch_count), graph.nodes, graph.spurs
-    states, roundness, end_id = graph.end_states, graph.end_roundness, np.arange(len(graph.nodes))
-    if len(duplicates):
-        branch_id = np.concatenate((branch_id, duplicates))
-        end_id = ends_of(branch_id)
-        nodes, states, roundness = nodes[end_id], states[end_id], roundness[end_id]
-        inside = np.flatnonzero(partial >= 0)
-        nodes[other_end(same_side(graph.branch_count + inside, partial[inside]))] = UNAVAILABLE
-        spurs = np.concatenate((spurs, np.zeros(len(duplicates), dtype=np.bool_)))
+    ends = _list_ends(graph, duplicates, partial)
     points, radius, spans = _own_points(graph, duplicates, partial, reach)
     more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
     rows, columns, costs, open_cost = bending.pair_costs(
-        nodes,
-        end_id,
-        spurs,
-        roundness,
-        states,
+        ends.nodes,
+        ends.ids,
+        ends.spurs,
+        ends.roundness,
+        ends.states,
         graph.width,
         mask,
         *junctions,
-        graph.bordering[end_id],
-        graph.corners[end_id],
+        ends.bordering,
+        ends.corners,
         max_gap_widths * graph.width,
         0.0 if evidence is None else 2.0 * bending.OPEN_CUT + _HIDDEN * max_gap_widths,
         more,
     )
     if evidence is not None:
-        ends = _Ends(nodes, end_id, states, open_cost)
-        rows, columns, costs = _weigh_gaps(graph, ends, rows, columns, costs, evidence, more)
+        rows, columns, costs = _weigh_gaps(graph, ends, rows, columns, costs, open_cost, evidence, more)
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
-        bonus = PRIOR_BONUS * prior.continuity(states, rows, columns)
+        bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
     near_joints: list[tuple[float, float, int, int]] = []
     if len(rows):
         lacking = costs - bonus - open_cost[rows] - open_cost[columns]
         gaining = lacking < 0.0
         if not gaining.all():
-            is_near = ~gaining & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
+            is_near = ~gaining & (lacking < UNCLEAR) & (ends.nodes[rows] < 0) & (ends.nodes[columns] < 0)
             near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
             near_joints = sorted(zip(*near, strict=True))
             rows, columns, costs, bonus = rows[gaining], columns[gaining], costs[gaining], bonus[gaining]
     partner, cost, margin, alternative, override = end_matching.match_ends(
-        rows, columns, costs, bonus, open_cost, end_id
+        rows, columns, costs, bonus, open_cost, ends.ids
     )
     duplicate_of: dict[int, int] = {}
     for duplicate, branch in enumerate(duplicates.tolist(), start=graph.branch_count):
@@ -165,12 +160,12 @@ def match_ends(
     branches = Branches(
         points,
         radius,
-        branch_id.tolist(),
-        nodes.tolist(),
+        [*range(graph.branch_count), *duplicates.tolist()],
+        ends.nodes.tolist(),
         open_cost.tolist(),
         spans,
-        spurs.tolist(),
-        states,
+        ends.spurs.tolist(),
+        ends.states,
         duplicate_of,
         raw_radius,
     )
@@ -184,8 +179,44 @@ def match_ends(
     return matching
 
 
+def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:
+    """List the ends of a graph, those of duplicates of branches last; what is shared in part ends inside."""
+    count = len(graph.nodes)
+    if len(duplicates) == 0:
+        return _Ends(
+            graph.nodes,
+            np.arange(count),
+            graph.end_states,
+            graph.end_roundness,
+            graph.spurs,
+            graph.bordering,
+            graph.corners,
+        )
+    ids = np.concatenate((np.arange(count), ends_of(duplicates)))
+    nodes = graph.nodes[ids]
+    inside = np.flatnonzero(partial >= 0)
+    if len(inside):
+        nodes[other_end(same_side(graph.branch_count + inside, partial[inside]))] = UNAVAILABLE
+    return _Ends(
+        nodes,
+        ids,
+        graph.end_states[ids],
+        graph.end_roundness[ids],
+        np.concatenate((graph.spurs, np.zeros(len(duplicates), dtype=np.bool_))),
+        graph.bordering[ids],
+        graph.corners[ids],
+    )
+
+
 def _weigh_gaps(
-    graph: Graph, ends: _Ends, rows: _Ints, columns: _Ints, costs: _Floats, evidence: EvidenceMap, more: float
+    graph: Graph,
+    ends: _Ends,
+    rows: _Ints,
+    columns: _Ints,
+    costs: _Floats,
+    open_cost: _Floats,
+    evidence: EvidenceMap,
+    more: float,
 ) -> tuple[_Ints, _Ints, _Floats]:
     """Add the evidence of the image to the costs of gaps, and leave out pairs that cost more than two open ends.
 
@@ -199,6 +230,8 @@ def _weigh_gaps(
     rows, columns : numpy.ndarray, shape (k,)
         Pairs, those at junctions among them.
     costs : numpy.ndarray, shape (k,)
+    open_cost : numpy.ndarray, shape (n,)
+        Cost of leaving each end open.
     evidence : EvidenceMap
     more : float
         Largest extra cost of pairs over that of open ends.
@@ -216,12 +249,12 @@ def _weigh_gaps(
     ground, cable, neither = evidence.across(graph.points, graph.spans, graph.end_states, pairs, width).T
     length = np.maximum(np.hypot(*(ends.states[first, POSITION] - ends.states[second, POSITION]).T) / width, 1e-9)
     hidden = np.minimum(cable + neither, length)
-    open_cost = ends.open_cost[first] + ends.open_cost[second]
-    looks = np.maximum(2.0 * bending.OPEN_CUT - open_cost, 0.0) * np.maximum(hidden - ground, 0.0) / length
+    both_open = open_cost[first] + open_cost[second]
+    looks = np.maximum(2.0 * bending.OPEN_CUT - both_open, 0.0) * np.maximum(hidden - ground, 0.0) / length
     costs = costs.copy()
     costs[gaps] += _GROUND * ground - _HIDDEN * hidden - looks
     keep = np.ones(len(rows), dtype=np.bool_)
-    keep[gaps] = costs[gaps] < open_cost + more
+    keep[gaps] = costs[gaps] < both_open + more
     return rows[keep], columns[keep], costs[keep]
 
 
@@ -276,46 +309,21 @@ def _find_shared(
     # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
     raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
     reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
-    lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    first, members, *_ = junctions
-    open_cost = np.where(np.repeat(graph.spurs, 2), 0.0, bending.OPEN_JUNCTION)
-    nodes: list[int] | None = None
+    open_cost = np.full(len(graph.nodes), bending.OPEN_JUNCTION)
+    open_cost[graph.spurs.repeat(2)] = 0.0
     for _ in range(_ROUNDS):
         paths, inside, path_cost = branch_overlap.list_paths(
-            graph.nodes, graph.spurs, reach, lengths, widths, width, *junctions, duplicates, partial
+            graph.nodes, graph.spurs, reach, spans, widths, width, *junctions, duplicates, partial
         )
         if len(paths) == 0:
             break
         sets, slots, changes = branch_overlap.changed_junctions(
-            paths, inside, graph.nodes, first, members, duplicates, partial
+            paths, inside, graph.nodes, *junctions[:2], duplicates, partial
         )
         totals = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions)
-        before, after, path_of = changes.T
-        gain_of = np.bincount(path_of, totals[before] - totals[after], len(paths)) - path_cost
-        nodes = graph.nodes.tolist() if nodes is None else nodes
-        chosen = _choose(paths, gain_of, nodes)
-        if not chosen:
+        chosen = branch_overlap.choose_paths(paths, inside, path_cost, changes, totals, graph.nodes)
+        if len(chosen[0]) == 0:
             break
-        more, more_partial, more_gains = [], [], []
-        for p, ends in chosen:
-            more += [branch_of(end) for end in ends]
-            more_gains += [gain_of[p]] * len(ends)
-            more_partial += [-1] * (len(ends) - 1) + [ends[-1] if inside[p] else -1]
-        duplicates = np.concatenate((duplicates, more))
-        partial = np.concatenate((partial, more_partial))
-        gains = np.concatenate((gains, more_gains))
+        so_far = (duplicates, partial, gains)
+        duplicates, partial, gains = (np.concatenate(both) for both in zip(so_far, chosen, strict=True))
     return duplicates, partial, gains, reach, raw_radius
-
-
-def _choose(paths: _Ints, gain_of: _Floats, nodes: list[int]) -> list[tuple[int, list[int]]]:
-    """Take the paths with a gain, the best first, as far as they do not touch each other's junctions."""
-    chosen: list[tuple[int, list[int]]] = []
-    touched: set[int] = set()
-    gaining = np.flatnonzero(gain_of > 0.0)
-    for p in gaining[np.argsort(-gain_of[gaining], kind="stable")].tolist():
-        ends = [end for end in paths[p].tolist() if end >= 0]
-        on_it = {nodes[e] for end in ends for e in (end, other_end(end)) if nodes[e] >= 0}
-        if not touched & on_it:
-            touched |= on_it
-            chosen.append((p, ends))
-    return chosen

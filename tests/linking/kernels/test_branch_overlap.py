@@ -14,6 +14,7 @@ from dloftbs.linking.kernels.branch_overlap import (
     MOST_RUNS,
     _overlap_cost,
     changed_junctions,
+    choose_paths,
     has_odd_junction,
     list_paths,
 )
@@ -44,13 +45,14 @@ def paths_of(
 ) -> tuple[list[list[int]], np.ndarray, np.ndarray]:
     n = len(nodes) // 2
     spur = np.zeros(n, dtype=np.bool_) if spur is None else spur
-    lengths = np.linalg.norm(states[::2, :2] - states[1::2, :2], axis=1)
+    lengths = np.linalg.norm(states[::2, :2] - states[1::2, :2], axis=1).astype(np.int64)
+    spans = np.stack((np.zeros(n, dtype=np.int64), lengths), axis=1)
     widths = np.full(n, WIDTH)
     widths[2] = wide * WIDTH
     reach = known.get("reach", np.zeros(2 * n, dtype=np.int64))
     costs = junction_costs(nodes, spur, states, WIDTH, FULL)
     paths, inside, open_cost = list_paths(
-        nodes, spur, reach, lengths, widths, WIDTH, *costs, known.get("duplicates", NONE), known.get("partial", NONE)
+        nodes, spur, reach, spans, widths, WIDTH, *costs, known.get("duplicates", NONE), known.get("partial", NONE)
     )
     return [[end for end in path if end >= 0] for path in paths.tolist()], inside, open_cost
 
@@ -127,3 +129,47 @@ def test_odd_junctions_are_noticed(branches: list[tuple[int, int, bool]]) -> Non
     )
     met = [node for *ends, is_spur in branches for node in ends if not is_spur]
     assert has_odd_junction(nodes, spur) == any(met.count(node) % 2 for node in range(5))
+
+
+def choose_slowly(
+    paths: np.ndarray,
+    inside: np.ndarray,
+    overlap_cost: np.ndarray,
+    changes: np.ndarray,
+    totals: np.ndarray,
+    nodes: list,
+) -> list[tuple[int, int, float]]:
+    """Return the branches to duplicate, the end from which each is shared in part, and its gain."""
+    gains = [
+        sum(totals[before] - totals[after] for before, after, path in changes if path == p) - cost
+        for p, cost in enumerate(overlap_cost)
+    ]
+    chosen: list[tuple[int, int, float]] = []
+    touched: set[int] = set()
+    for p in sorted(range(len(paths)), key=lambda p: -gains[p]):
+        ends = [end for end in paths[p] if end >= 0]
+        own = {nodes[e] for end in ends for e in (end, end ^ 1)} - {-1, -2}
+        if gains[p] > 0 and not touched & own:
+            touched |= own
+            chosen += [(end // 2, -1, gains[p]) for end in ends]
+            if inside[p]:
+                chosen[-1] = (ends[-1] // 2, ends[-1], gains[p])
+    return chosen
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_paths_are_chosen_by_their_gain(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    branches, count, sets = rng.integers(1, 9), rng.integers(1, 9), 6
+    nodes = rng.integers(-2, rng.integers(1, 9), 2 * branches)
+    paths = np.full((count, MOST_RUNS), -1)
+    for path in paths:
+        steps = rng.integers(1, MOST_RUNS + 1)
+        path[:steps] = rng.integers(0, 2 * branches, steps)
+    inside = rng.random(count) < 0.3
+    # Whole numbers: gains are often equal, and sums exact.
+    totals, cost = rng.integers(0, 4, sets).astype(float), rng.integers(-1, 2, count).astype(float)
+    changes = np.stack([rng.integers(0, k, 3 * count) for k in (sets, sets, count)], axis=1)
+    found = choose_paths(paths, inside, cost, changes, totals, nodes)
+    expected = choose_slowly(paths.tolist(), inside, cost, changes, totals, nodes.tolist())
+    assert list(zip(*(values.tolist() for values in found), strict=True)) == expected

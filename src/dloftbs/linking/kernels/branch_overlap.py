@@ -174,14 +174,14 @@ def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) 
 
 
 @kernel(
-    read(int64, 1), read(boolean, 1), read(int64, 1), read(float64, 1), read(float64, 1), float64,
+    read(int64, 1), read(boolean, 1), read(int64, 1), read(int64, 2), read(float64, 1), float64,
     read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(int64, 1),
 )  # fmt: skip
 def list_paths(
     nodes: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
     reach: npt.NDArray[np.int64],
-    lengths: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
     widths: npt.NDArray[np.float64],
     width: float,
     first: npt.NDArray[np.int64],
@@ -199,7 +199,9 @@ def list_paths(
     spur : (n,) bool
     reach : (2 n,) int64
         As `wide_stretches.wide_reach` makes it.
-    lengths, widths : (n,) float64
+    spans : (n, 2) int64
+        Points of each branch.
+    widths : (n,) float64
         Of the branches, px.
     width : float
         Of one cable, px.
@@ -218,6 +220,7 @@ def list_paths(
         Cost of sharing them, besides its effect on the junctions.
     """
     count = len(first) - 1
+    lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
     slots = np.empty(_MOST_SLOTS, dtype=np.int64)
     is_odd = np.zeros(count, dtype=np.bool_)
     has_spur = np.zeros(count, dtype=np.bool_)
@@ -366,3 +369,66 @@ def changed_junctions(
             changes[count, 0], changes[count, 1], changes[count, 2] = before[node], after, p
             count += 1
     return sets[: found + 1].copy(), slots[: sets[found]].copy(), changes[:count].copy()
+
+
+@kernel(
+    read(int64, 2), read(boolean, 1), read(float64, 1), read(int64, 2), read(float64, 1), read(int64, 1)
+)  # fmt: skip
+def choose_paths(
+    paths: npt.NDArray[np.int64],
+    inside: npt.NDArray[np.bool_],
+    overlap_cost: npt.NDArray[np.float64],
+    changes: npt.NDArray[np.int64],
+    totals: npt.NDArray[np.float64],
+    nodes: npt.NDArray[np.int64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Take the paths that save cost, the highest gain first, as far as they do not touch each other's junctions.
+
+    Parameters
+    ----------
+    paths, inside, overlap_cost
+        As `list_paths` makes them.
+    changes : (k, 3) int64
+        As `changed_junctions` makes them.
+    totals : (s,) float64
+        Least cost of each of its sets of ends.
+    nodes : (2 n,) int64
+
+    Returns
+    -------
+    duplicates, partial : (c,) int64
+        Branches to duplicate, and for each the end from which it is shared in part, or -1.
+    gains : (c,) float64
+        Gain in cost by the path of each.
+    """
+    gain_of = np.zeros(len(paths))
+    for k in range(len(changes)):
+        gain_of[changes[k, 2]] += totals[changes[k, 0]] - totals[changes[k, 1]]
+    count = 0
+    for node in nodes:
+        count = max(count, node + 1)
+    touched = np.zeros(count, dtype=np.bool_)
+    duplicates = np.empty(len(paths) * MOST_RUNS, dtype=np.int64)
+    partial = np.full(len(duplicates), -1, dtype=np.int64)
+    gains = np.empty(len(duplicates))
+    found = 0
+    gain_of -= overlap_cost
+    for p in np.argsort(-gain_of, kind="mergesort"):  # stable: of equal gains, the first path
+        if not gain_of[p] > 0.0:
+            break
+        steps, is_free = 0, True
+        while steps < MOST_RUNS and paths[p, steps] >= 0:
+            for end in (paths[p, steps], other_end(paths[p, steps])):
+                is_free = is_free and (nodes[end] < 0 or not touched[nodes[end]])
+            steps += 1
+        if not is_free:
+            continue
+        for s in range(steps):
+            for end in (paths[p, s], other_end(paths[p, s])):
+                if nodes[end] >= 0:
+                    touched[nodes[end]] = True
+            duplicates[found], gains[found] = branch_of(paths[p, s]), gain_of[p]
+            found += 1
+        if inside[p]:
+            partial[found - 1] = paths[p, steps - 1]
+    return duplicates[:found].copy(), partial[:found].copy(), gains[:found].copy()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import numpy.typing as npt
+from numba import boolean, int64, uint64
 
 from dloftbs.cleaning.kernels.ground_distances import measure_depths, single_width
 from dloftbs.cleaning.kernels.ground_runs import fill, find_ground, thin_out
 from dloftbs.cleaning.kernels.hole_widths import find_narrow
+from dloftbs.kernels.compiler import kernel, read
 
 _DEEPEST_WIDTHS = 0.85
 """Distance to the ground of a hole's deepest pixel, in widths, up to which the hole lies within a cable.
@@ -28,26 +28,9 @@ _SAMPLING_ERROR = 0.5
 """Largest excess of a distance between two edges where every other pixel is left out, in steps."""
 
 _Bitmask = npt.NDArray[np.uint64]
-_Ints = npt.NDArray[np.int64]
 
 
-class _Ground(NamedTuple):
-    """The ground of a mask, as `ground_runs.find_ground` returns it."""
-
-    first: _Ints
-    start: _Ints
-    end: _Ints
-    part: _Ints
-    pixels: _Ints
-    sides: _Ints
-    outlines: int
-
-    @property
-    def runs(self) -> tuple[_Ints, _Ints, _Ints, _Ints]:
-        """The first run of each row; first column, end and part of each run."""
-        return self[:4]
-
-
+@kernel(read(uint64, 2, "C"), int64, int64, boolean, boolean)
 def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> _Bitmask:
     """Fill the holes of a mask that are narrower than its cables and lie within one of them.
 
@@ -55,7 +38,7 @@ def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> 
 
     Parameters
     ----------
-    framed : numpy.ndarray, shape (n, R), uint64
+    framed : (n, R) uint64
         As `dloftbs.kernels.bitmask.frame` makes it.
     h, w : int
         Size of the box.
@@ -64,31 +47,31 @@ def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> 
 
     Returns
     -------
-    numpy.ndarray, shape (n, R), uint64
+    (n, R) uint64
         (0, 0) where there is nothing to fill.
     """
     nothing = np.empty((0, 0), dtype=np.uint64)
     top, left = (h + 1) % _COARSE_PX if flip_y else 0, (w + 1) % _COARSE_PX if flip_x else 0
     coarse = thin_out(framed, h + 2, top, left)
     rows, columns = coarse.shape[1], (w + 3 - left) // _COARSE_PX
-    ground = _Ground(*find_ground(coarse, rows, columns))
-    if len(ground.pixels) == 1 or ground.outlines > _MOST_OUTLINES:
+    first, start, end, part, pixels, sides, outlines = find_ground(coarse, rows, columns)
+    if len(pixels) == 1 or outlines > _MOST_OUTLINES:
         return nothing
-    narrow, width = find_narrow(coarse, rows, *ground.runs, ground.pixels, ground.sides)
+    narrow, width = find_narrow(coarse, rows, first, start, end, part, pixels, sides)
     if not narrow.any():
         return nothing
     deepest = _DEEPEST_WIDTHS * width + _SAMPLING_ERROR
-    depth = measure_depths(*ground.runs, narrow, deepest)
+    depth = measure_depths(first, start, end, part, narrow, deepest)
     likely = narrow & (depth <= deepest)
     if not likely.any():
         return nothing
-    single = single_width(fill(coarse, *ground.runs, likely), rows, columns)
+    single = single_width(fill(coarse, first, start, end, part, likely), rows, columns)
     if not (likely & (depth <= _DEEPEST_WIDTHS * single + _SAMPLING_ERROR)).any():
         return nothing
-    ground = _Ground(*find_ground(framed, h + 2, w + 2))
-    if ground.outlines > _MOST_OUTLINES:
+    first, start, end, part, pixels, sides, outlines = find_ground(framed, h + 2, w + 2)
+    if outlines > _MOST_OUTLINES:
         return nothing
-    narrow, width = find_narrow(framed, h + 2, *ground.runs, ground.pixels, ground.sides)
+    narrow, width = find_narrow(framed, h + 2, first, start, end, part, pixels, sides)
     deepest = _DEEPEST_WIDTHS * min(width, _COARSE_PX * single)
-    within = narrow & (measure_depths(*ground.runs, narrow, deepest) <= deepest)
-    return fill(framed, *ground.runs, within) if within.any() else nothing
+    within = narrow & (measure_depths(first, start, end, part, narrow, deepest) <= deepest)
+    return fill(framed, first, start, end, part, within) if within.any() else nothing

@@ -13,7 +13,7 @@ from skeletons import as_words
 import dloftbs
 from dloftbs import CleaningConfig, Config
 from dloftbs.cleaning import clean
-from dloftbs.cleaning.holes import fill_holes
+from dloftbs.cleaning.kernels.holes import fill_holes
 from dloftbs.kernels.bitmask import as_bytes, cut, frame
 
 AROUND = np.ones((3, 3), np.uint8)
