@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -116,8 +116,7 @@ def list_readings(look: Look, most: int) -> list[Reading]:
 def branches_without_duplicates(look: Look) -> Branches:
     """Return the branches of the graph, each once."""
     n, full = look.graph.branch_count, look.matched.branches
-    return replace(
-        full,
+    return full._replace(
         branch_id=full.branch_id[:n],
         nodes=look.nodes,
         open_cost=full.open_cost[: 2 * n],

@@ -180,7 +180,7 @@ def match_ends(
 
 
 def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:
-    """List the ends of a graph, those of duplicates of branches last; what is shared in part ends inside."""
+    """List the ends of a graph, those of duplicates of branches last; a branch shared in part ends inside."""
     count = len(graph.nodes)
     if len(duplicates) == 0:
         return _Ends(
