@@ -150,6 +150,40 @@ def test_the_graph_stays_as_it_is() -> None:
         np.testing.assert_array_equal(value, before[name])
 
 
+def straight_and_bent(straight_widths: float, bent_widths: float) -> np.ndarray:
+    """Return a straight cable and one that turns by 100 degrees, each with a gap in its middle, cut vertically."""
+    corner, arm = np.array([200, 110]), 140 * np.array([np.cos(np.radians(50)), np.sin(np.radians(50))])
+    straight, bent = draw([(20, 30), (380, 30)]), draw([corner + arm * (-1, 1), corner, corner + arm])
+    for mask, widths in ((straight, straight_widths), (bent, bent_widths)):
+        half = int(3.5 * widths)
+        mask[:, 200 - half : 200 + half] = 0
+    return straight | bent
+
+
+@pytest.mark.parametrize(("straight_widths", "is_bridged"), [(0.0, False), (1.5, False), (4.0, False), (8.0, True)])
+def test_a_gap_that_is_sure_makes_others_as_long_likely(straight_widths: float, is_bridged: bool) -> None:
+    _, _, matching = matching_of(straight_and_bent(straight_widths, 8.0))
+    assert len(joined(matching)) == (straight_widths > 0.0) + is_bridged
+
+
+def test_short_gaps_between_pieces_are_joined_before_a_long_one_over_them() -> None:
+    mask = draw([(20, 30), (380, 30)], [(20, 120), (380, 120)])
+    mask[:60, 160:240] = 0
+    mask[60:, 160:185] = mask[60:, 215:240] = 0
+    _, _, matching = matching_of(mask)
+    assert len(joined(matching)) == 3
+    assert len(matching.chains()) == 2
+
+
+def test_a_sure_gap_elsewhere_does_not_outrank_ground_in_sight() -> None:
+    mask = straight_and_bent(8.0, 8.0)
+    image = np.full((*mask.shape, 3), 90, dtype=np.uint8)
+    image[mask != 0] = 200
+    assert len(dloftbs.detect(mask)) == 2
+    image[:60, 172:228] = (20, 160, 30)  # the straight cable is hidden, the bent one has ground in its gap
+    assert len(dloftbs.detect(mask, image=image)) == 3
+
+
 def fork(extra: float) -> list[list[tuple[float, float]]]:
     """Return a cable that ends before a gap and two beyond it, of which the second is the worse continuation."""
     return [[(20, 120), (180, 120)], [(205, 129), (380, 160)], [(205, 111 - extra), (380, 60 - extra)]]
