@@ -23,6 +23,7 @@ from dloftbs.graph import (
 )
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.kernels import bending, branch_overlap, end_matching
+from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
 from dloftbs.linking.kernels.wide_stretches import wide_reach
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
@@ -54,8 +55,6 @@ Source: by hand; long enough for a staircase, short enough for a bend.
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
 _JunctionCosts = tuple[_Ints, _Ints, _Ints, _Floats]
-_Joints = tuple[_Ints, _Floats, _Floats, _Ints, float]
-_NearJoints = list[tuple[float, float, int, int]]
 _HIDDEN = 0.03
 """Discount of a gap per width that an image shows to be hidden.
 
@@ -67,50 +66,6 @@ _GROUND = 1.5
 
 Source: derived; a gap over two widths of ground costs more than any two free ends left open.
 """
-
-
-_SPARED = 0.06
-"""Discount of a gap per width of its length where another gap shows that something hides parts of the cables.
-
-Source: measured; of generated masks behind discs, .965 of cables of high curvature, .797 of loops and .859 of three
-cables are right at 0, .980, .816 and .875 at 0.06. A third of `GAP_LENGTH` is left: without it, one gap over several
-pieces of a cable costs no more than short gaps between them.
-"""
-
-_HIDDEN_MARGIN = 0.2
-"""Margin, in units of cost, from which a gap is evidence that something hides parts of the cables.
-
-Source: by hand; the odds that such a gap is hidden are above two to one, e to the power of 0.2 / 0.25.
-"""
-
-_HIDDEN_WIDTHS = 2.0
-"""Length from which a gap is evidence that something hides parts of the cables, widths.
-
-Source: by hand; shorter gaps are common in masks of cables in plain sight.
-"""
-
-_HIDDEN_STRETCH = 1.5
-"""Length of another gap over that of the longest one with evidence, up to which the same may hide it.
-
-Source: by hand; a disc hides chords of any length up to its diameter.
-"""
-
-
-class _Pairs(NamedTuple):
-    """Possible pairs of ends.
-
-    Parameters
-    ----------
-    rows, columns : numpy.ndarray, shape (k,)
-    costs : numpy.ndarray, shape (k,)
-    bonus : numpy.ndarray, shape (k,)
-        Discount for following a predicted curve.
-    """
-
-    rows: _Ints
-    columns: _Ints
-    costs: _Floats
-    bonus: _Floats
 
 
 class _Ends(NamedTuple):
@@ -188,12 +143,9 @@ def match_ends(
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
-    pairs = _Pairs(rows, columns, costs, bonus)
-    joints, near_joints = _match_gaining(pairs, ends, open_cost)
-    hidden = _hidden_gaps(ends, joints, graph.width)
-    if len(hidden):
-        joints, near_joints = _match_gaining(_spare_gaps(pairs, ends, hidden, graph.width), ends, open_cost)
-    partner, cost, margin, alternative, override = joints
+    partner, cost, margin, alternative, override, costs, lacking = match_with_hiding(
+        rows, columns, costs, bonus, open_cost, ends.ids, ends.nodes, ends.states, graph.width
+    )
     duplicate_of: dict[int, int] = {}
     for duplicate, branch in enumerate(duplicates.tolist(), start=graph.branch_count):
         duplicate_of[duplicate], duplicate_of[branch] = branch, duplicate
@@ -210,7 +162,13 @@ def match_ends(
         raw_radius,
     )
     matching = EndMatching(
-        branches, partner.tolist(), cost.tolist(), margin.tolist(), alternative.tolist(), near_joints, override
+        branches,
+        partner.tolist(),
+        cost.tolist(),
+        margin.tolist(),
+        alternative.tolist(),
+        _near_joints(rows, columns, costs, lacking, ends.nodes),
+        override,
     )
     for duplicate, gain in enumerate(gains.tolist(), start=graph.branch_count):
         for branch in (duplicate, duplicate_of[duplicate]):
@@ -219,49 +177,14 @@ def match_ends(
     return matching
 
 
-def _match_gaining(pairs: _Pairs, ends: _Ends, open_cost: _Floats) -> tuple[_Joints, _NearJoints]:
-    """Match the ends by the pairs that cost less than two open ends, and list the free ends that are nearly joined."""
-    rows, columns, costs, bonus = pairs
-    near_joints: _NearJoints = []
-    if len(rows):
-        lacking = costs - bonus - open_cost[rows] - open_cost[columns]
-        gaining = lacking < 0.0
-        if not gaining.all():
-            is_near = ~gaining & (lacking < UNCLEAR) & (ends.nodes[rows] < 0) & (ends.nodes[columns] < 0)
-            near = [given[is_near].tolist() for given in (lacking, costs, rows, columns)]
-            near_joints = sorted(zip(*near, strict=True))
-            rows, columns, costs, bonus = rows[gaining], columns[gaining], costs[gaining], bonus[gaining]
-    return end_matching.match_ends(rows, columns, costs, bonus, open_cost, ends.ids), near_joints
-
-
-def _hidden_gaps(ends: _Ends, joints: _Joints, width: float) -> _Ints:
-    """Return the ends of the joints that are evidence that something hides parts of the cables, shape (g, 2).
-
-    The three longest: a pair shares its ends with two at most.
-    """
-    partner, _, margin, *_ = joints
-    first = np.flatnonzero((partner > np.arange(len(partner))) & (margin >= _HIDDEN_MARGIN))
-    length = _gap_lengths(ends, first, partner[first])
-    longest = np.argsort(-length, kind="stable")[:3]
-    first = first[longest[length[longest] >= _HIDDEN_WIDTHS * width]]
-    return np.stack((first, partner[first]), axis=1)
-
-
-def _spare_gaps(pairs: _Pairs, ends: _Ends, hidden: _Ints, width: float) -> _Pairs:
-    """Lower the costs of gaps that may be hidden as another one is, with which they have no end in common."""
-    both = np.stack((pairs.rows, pairs.columns), axis=1)
-    apart = ~(both[:, None, :, None] == hidden[None, :, None, :]).any(axis=(2, 3))
-    longest = (apart * _gap_lengths(ends, *hidden.T)).max(axis=1)
-    length = _gap_lengths(ends, pairs.rows, pairs.columns)
-    spared = np.where(length <= _HIDDEN_STRETCH * longest, _SPARED * length / width, 0.0)
-    return pairs._replace(costs=pairs.costs - spared)
-
-
-def _gap_lengths(ends: _Ends, first: _Ints, second: _Ints) -> _Floats:
-    """Return the length of the gap between each pair of ends, px; 0 between ends at one junction."""
-    is_gap = (ends.nodes[first] < 0) | (ends.nodes[first] != ends.nodes[second])
-    length: _Floats = np.hypot(*(ends.states[first, POSITION] - ends.states[second, POSITION]).T)
-    return np.where(is_gap, length, 0.0)
+def _near_joints(
+    rows: _Ints, columns: _Ints, costs: _Floats, lacking: _Floats, nodes: _Ints
+) -> list[tuple[float, float, int, int]]:
+    """List the pairs of free ends that cost little more than both ends open, the least difference first."""
+    if len(rows) == 0:
+        return []
+    near = (lacking >= 0.0) & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
+    return sorted(zip(*(given[near].tolist() for given in (lacking, costs, rows, columns)), strict=True))
 
 
 def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:

@@ -1,0 +1,72 @@
+"""Gaps that are sure, and what they make of others."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.linking.kernels.end_matching import match_ends
+from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
+
+WIDTH = 5.0
+MARGIN, SHORTEST, STRETCH, SPARED = 0.2, 2.0, 1.5, 0.06
+
+
+def slow_costs(
+    rows: np.ndarray, columns: np.ndarray, costs: np.ndarray, bonus: np.ndarray, rest: tuple[np.ndarray, ...]
+) -> np.ndarray:
+    """Return the costs of the pairs after a first matching, with all sure gaps compared."""
+    open_cost, end_id, nodes, states = rest
+    own = costs - bonus - open_cost[rows] - open_cost[columns] < 0
+    partner, _, margin, *_ = match_ends(rows[own], columns[own], costs[own], bonus[own], open_cost, end_id)
+
+    def length(i: int, j: int) -> float:
+        return 0.0 if nodes[i] == nodes[j] >= 0 else float(np.hypot(*(states[i, :2] - states[j, :2])))
+
+    sure = [(i, j) for i, j in enumerate(partner.tolist()) if j > i and margin[i] >= MARGIN]
+    sure = [pair for pair in sure if length(*pair) >= SHORTEST * WIDTH]
+    result = costs.copy()
+    for p, pair in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
+        others = [length(*other) for other in sure if not set(pair) & set(other)]
+        if others and length(*pair) <= STRETCH * max(others):
+            result[p] -= SPARED * length(*pair) / WIDTH
+    return result
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_gaps_of_the_size_of_a_sure_one_cost_less(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 2 * int(rng.integers(1, 9))
+    rows, columns = np.triu_indices(n, 1)
+    taken = rng.random(len(rows)) < 0.5
+    rows, columns = rows[taken], columns[taken]
+    costs, bonus = rng.uniform(0, 2.5, len(rows)), 0.6 * (rng.random(len(rows)) < 0.2)
+    nodes, states = rng.integers(-1, 2, n), np.zeros((n, 6))
+    states[:, :2] = rng.uniform(0, 12 * WIDTH, (n, 2))
+    rest = (rng.uniform(0.3, 1.4, n), np.arange(n), nodes, states)
+    partner, cost, margin, alternative, override, now, lacking = match_with_hiding(
+        rows, columns, costs, bonus, *rest, WIDTH
+    )
+    expected = slow_costs(rows, columns, costs, bonus, rest)
+    np.testing.assert_allclose(now, expected, rtol=0, atol=1e-12)
+    open_cost = rest[0]
+    np.testing.assert_allclose(lacking, now - bonus - open_cost[rows] - open_cost[columns], rtol=0, atol=1e-12)
+    own = lacking < 0
+    again = match_ends(rows[own], columns[own], now[own], bonus[own], open_cost, rest[1])
+    for found, one in zip((partner, cost, margin, alternative, override), again, strict=True):
+        np.testing.assert_array_equal(found, one)
+
+
+def test_a_gap_is_no_evidence_for_itself() -> None:
+    """Two ends 8 widths apart are joined; one pair more, of the same size, changes both."""
+    states = np.zeros((4, 6))
+    states[:, 0], states[:, 1] = [0, 8 * WIDTH, 0, 8 * WIDTH], [0, 0, 90, 90]
+    nodes, open_cost, ids = np.full(4, -1), np.full(4, 1.1), np.arange(4)
+    pairs = np.array([0, 2]), np.array([1, 3]), np.array([0.7, 2.5]), np.zeros(2)
+    alone = match_with_hiding(*(given[:1] for given in pairs), open_cost, ids, nodes, states, WIDTH)
+    assert alone[0].tolist() == [1, 0, -1, -1]
+    assert alone[5].tolist() == [0.7]
+    both = match_with_hiding(*pairs, open_cost, ids, nodes, states, WIDTH)
+    assert both[0].tolist() == [1, 0, 3, 2]
+    np.testing.assert_allclose(both[5], [0.7, 2.5 - 8 * SPARED])
