@@ -161,7 +161,7 @@ def straight_and_bent(straight_widths: float, bent_widths: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("straight_widths", "is_bridged"), [(0.0, False), (1.5, False), (4.0, False), (8.0, True)])
-def test_a_gap_that_is_sure_makes_others_as_long_likely(straight_widths: float, is_bridged: bool) -> None:
+def test_a_sure_gap_makes_others_as_long_likely(straight_widths: float, is_bridged: bool) -> None:
     _, _, matching = matching_of(straight_and_bent(straight_widths, 8.0))
     assert len(joined(matching)) == (straight_widths > 0.0) + is_bridged
 

@@ -1,4 +1,4 @@
-"""Matching of ends where gaps that are sure show that something hides parts of the cables."""
+"""Matching of ends in which sure gaps are evidence that something hides parts of the cables."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.linking.kernels.end_matching import match_ends
 
-_SPARED = 0.06
+_Joints = tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64], float]
+
+_HIDING_DISCOUNT = 0.06
 """Discount of a gap per width of its length where another gap shows that something hides parts of the cables.
 
 Source: measured; of generated masks behind discs, .965 of cables of high curvature, .797 of loops and .859 of three
@@ -30,13 +32,13 @@ _HIDDEN_WIDTHS = 2.0
 Source: by hand; shorter gaps are common in masks of cables in plain sight.
 """
 
-_HIDDEN_STRETCH = 1.5
+_SIZE_RATIO = 1.5
 """Length of another gap over that of the longest one with evidence, up to which the same may hide it.
 
 Source: by hand; a disc hides chords of any length up to its diameter.
 """
 
-_LONGEST = 3
+_MOST_EVIDENCE = 3
 """Number of gaps with evidence that are kept, the longest.
 
 Source: derived; a pair shares its ends with two of them at most.
@@ -49,6 +51,21 @@ def _gap_length(nodes: npt.NDArray[np.int64], states: npt.NDArray[np.float64], i
     if nodes[i] >= 0 and nodes[i] == nodes[j]:
         return 0.0
     return np.hypot(states[i, X] - states[j, X], states[i, Y] - states[j, Y])
+
+
+@helper
+def _match_gaining(
+    rows: npt.NDArray[np.int64],
+    columns: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    bonus: npt.NDArray[np.float64],
+    open_cost: npt.NDArray[np.float64],
+    end_id: npt.NDArray[np.int64],
+) -> tuple[_Joints, npt.NDArray[np.float64]]:
+    """Match ends by the pairs that cost less than two open ends; return the extra cost of each pair over these, too."""
+    lacking = costs - bonus - open_cost[rows] - open_cost[columns]
+    own = lacking < 0.0
+    return match_ends(rows[own], columns[own], costs[own], bonus[own], open_cost, end_id), lacking
 
 
 @helper
@@ -69,19 +86,19 @@ def _find_hidden(
         length = _gap_length(nodes, states, i, partner[i])
         if length < _HIDDEN_WIDTHS * width:
             continue
-        place = min(count, _LONGEST)
+        place = min(count, _MOST_EVIDENCE)
         while place > 0 and lengths[place - 1] < length:
             place -= 1
-        for k in range(min(count, _LONGEST - 1), place, -1):
+        for k in range(min(count, _MOST_EVIDENCE - 1), place, -1):
             hidden[k], lengths[k] = hidden[k - 1], lengths[k - 1]
-        if place < _LONGEST:
+        if place < _MOST_EVIDENCE:
             hidden[place], lengths[place] = i, length
-            count = min(count + 1, _LONGEST)
+            count = min(count + 1, _MOST_EVIDENCE)
     return count
 
 
 @helper
-def _spare(
+def _lower_costs(
     rows: npt.NDArray[np.int64],
     columns: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
@@ -93,17 +110,17 @@ def _spare(
     width: float,
 ) -> npt.NDArray[np.float64]:
     """Return the costs, lower for gaps that share no end with a hidden one of about their size."""
-    spared = costs.copy()
+    lowered = costs.copy()
     for p in range(len(rows)):
         i, j = rows[p], columns[p]
         for k in range(len(hidden)):
             a, b = hidden[k], partner[hidden[k]]
             if i not in (a, b) and j not in (a, b):
                 length = _gap_length(nodes, states, i, j)
-                if length <= _HIDDEN_STRETCH * lengths[k]:
-                    spared[p] -= _SPARED * length / width
+                if length <= _SIZE_RATIO * lengths[k]:
+                    lowered[p] -= _HIDING_DISCOUNT * length / width
                 break
-    return spared
+    return lowered
 
 
 @kernel(
@@ -129,10 +146,10 @@ def match_with_hiding(
     npt.NDArray[np.float64],
     npt.NDArray[np.float64],
 ]:
-    """Match ends as `match_ends`, once more if a gap that is sure shows that something hides parts of the cables.
+    """Match ends as `match_ends`, and once more if a sure gap shows that something hides parts of the cables.
 
-    Gaps of its size that share no end with it are then spared most of the price of their length. Pairs that cost more
-    than two open ends take no part.
+    Gaps of about its size that share no end with it then cost less. Pairs that cost more than two open ends take no
+    part.
 
     Parameters
     ----------
@@ -152,18 +169,11 @@ def match_with_hiding(
     lacking : (k,) float64
         Extra cost of each pair over two open ends.
     """
-    lacking = costs - bonus - open_cost[rows] - open_cost[columns]
-    own = lacking < 0.0
-    partner, cost, margin, alternative, override = match_ends(
-        rows[own], columns[own], costs[own], bonus[own], open_cost, end_id
-    )
-    hidden, lengths = np.empty(_LONGEST, dtype=np.int64), np.empty(_LONGEST)
-    count = _find_hidden(partner, margin, nodes, states, width, hidden, lengths)
-    spared = _spare(rows, columns, costs, hidden[:count], lengths, partner, nodes, states, width)
+    joints, lacking = _match_gaining(rows, columns, costs, bonus, open_cost, end_id)
+    hidden, lengths = np.empty(_MOST_EVIDENCE, dtype=np.int64), np.empty(_MOST_EVIDENCE)
+    count = _find_hidden(joints[0], joints[2], nodes, states, width, hidden, lengths)
+    lowered = _lower_costs(rows, columns, costs, hidden[:count], lengths, joints[0], nodes, states, width)
     if count > 0:
-        lacking = spared - bonus - open_cost[rows] - open_cost[columns]
-        own = lacking < 0.0
-        partner, cost, margin, alternative, override = match_ends(
-            rows[own], columns[own], spared[own], bonus[own], open_cost, end_id
-        )
-    return partner, cost, margin, alternative, override, spared, lacking
+        joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
+    partner, cost, margin, alternative, override = joints
+    return partner, cost, margin, alternative, override, lowered, lacking
