@@ -9,7 +9,7 @@ from ground_examples import holed, in_runs
 from scipy import ndimage
 from skeletons import framed_bitmask
 
-from dloftbs.cleaning.kernels.ground_distances import measure_depths, single_width
+from dloftbs.cleaning.kernels.ground_distances import measure_depths, measure_widths, single_width
 from dloftbs.cleaning.kernels.ground_runs import find_ground
 
 AROUND = np.ones((3, 3), np.uint8)
@@ -32,6 +32,20 @@ def test_depths_are_those_of_the_deepest_pixels(seed: int) -> None:
             assert depths[k] > deepest
         else:
             assert depths[k] == pytest.approx(expected, abs=1e-5)
+
+
+@SEEDS
+def test_holes_are_as_wide_as_their_largest_circles(seed: int) -> None:
+    mask = holed(seed)
+    rows, columns = mask.shape
+    *runs, pixels, _, _ = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
+    chosen = np.random.default_rng(seed).random(len(pixels)) < 0.7
+    chosen[0] = False
+    parts = in_runs(*runs, columns)
+    away = ndimage.distance_transform_edt((parts >= 0) & chosen[parts])
+    widths = measure_widths(rows, columns, *runs, chosen)
+    expected = [2.0 * away[parts == k].max() - 1.0 if chosen[k] else 0.0 for k in range(len(pixels))]
+    np.testing.assert_allclose(widths, expected, rtol=1e-5)
 
 
 @SEEDS

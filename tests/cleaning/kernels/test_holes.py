@@ -65,6 +65,9 @@ def slow_within(mask: np.ndarray, single: float, error: float) -> np.ndarray:
     parts, count = ndimage.label(narrow & ~mask)
     deepest = 0.85 * min(2.0 * area / length, single) + error
     within = [k for k in range(1, count + 1) if away[parts == k].max() <= deepest]
+    if error == 0.0:
+        across, widest = ndimage.distance_transform_edt(parts), 4.0 * int(mask.sum()) / sum(map(len, outlines))
+        within = [k for k in within if 2.0 * across[parts == k].max() - 1.0 <= widest]
     return np.isin(parts, within).astype(np.uint8)
 
 
@@ -132,6 +135,13 @@ def test_ground_between_two_cables_that_meet_twice_stays(gap: int) -> None:
 @pytest.mark.parametrize("radius", [12, 14, 30])
 def test_the_inside_of_a_tight_loop_stays(radius: int) -> None:
     mask = draw(circle((200, 120), radius), [(20, 120 - radius), (380, 120 - radius)], width=12)
+    assert with_kernel(mask) is None
+
+
+def test_the_inside_of_a_loop_that_a_hand_holds_stays() -> None:
+    t = np.linspace(0.0, 2.0 * np.pi, 100)
+    mask = draw(np.column_stack((52.0 + 34.0 * np.cos(t), 85.0 + 65.0 * np.sin(t))), width=14, size=(227, 131))
+    mask[14:82, :34] = 1
     assert with_kernel(mask) is None
 
 

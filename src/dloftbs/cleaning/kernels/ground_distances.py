@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float64, int64, uint64
 
+from dloftbs.cleaning.kernels.ground_runs import fill
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.popcount import lowest_one
@@ -137,6 +138,46 @@ def _measure_away(bitmask: _Words, rows: int, columns: int) -> npt.NDArray[np.in
                     across += 1
                 away[r, c] = best
     return away
+
+
+@kernel(
+    int64,
+    int64,
+    read(int64, 1, "C"),
+    read(int64, 1, "C"),
+    read(int64, 1, "C"),
+    read(int64, 1, "C"),
+    read(boolean, 1, "C"),
+)
+def measure_widths(
+    rows: int, columns: int, first: _Ints, start: _Ints, end: _Ints, part: _Ints, chosen: _Bools
+) -> npt.NDArray[np.float64]:
+    """Measure the largest circle in each of some holes.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Size of the mask, its margin included.
+    first, start, end, part
+        The runs of ground.
+    chosen : (parts,) bool
+
+    Returns
+    -------
+    (parts,) float64
+        Its diameter, px, to the edges of the pixels; 0 for other parts.
+    """
+    empty = np.zeros(((columns + WORD_BITS - 1) // WORD_BITS + 2, rows), dtype=np.uint64)
+    away = _measure_away(fill(empty, first, start, end, part, chosen), rows, columns)
+    squared = np.zeros(len(chosen), dtype=np.int64)
+    for r in range(len(first) - 1):
+        for i in range(first[r], first[r + 1]):
+            if chosen[part[i]]:
+                squared[part[i]] = max(squared[part[i]], away[r, start[i] + 1 : end[i] + 1].max())
+    width = np.empty(len(chosen))
+    for k in range(len(chosen)):
+        width[k] = max(2.0 * _edge_distance(squared[k]), 0.0)
+    return width
 
 
 @inlined

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, int64, uint64
 
-from dloftbs.cleaning.kernels.ground_distances import measure_depths, single_width
+from dloftbs.cleaning.kernels.ground_distances import measure_depths, measure_widths, single_width
 from dloftbs.cleaning.kernels.ground_runs import fill, find_ground, thin_out
 from dloftbs.cleaning.kernels.hole_widths import find_narrow
 from dloftbs.kernels.compiler import kernel, read
@@ -57,7 +57,7 @@ def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> 
     first, start, end, part, pixels, sides, outlines = find_ground(coarse, rows, columns)
     if len(pixels) == 1 or outlines > _MOST_OUTLINES:
         return nothing
-    narrow, width = find_narrow(coarse, rows, first, start, end, part, pixels, sides)
+    narrow, width, _ = find_narrow(coarse, rows, first, start, end, part, pixels, sides)
     if not narrow.any():
         return nothing
     deepest = _DEEPEST_WIDTHS * width + _SAMPLING_ERROR
@@ -71,7 +71,9 @@ def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> 
     first, start, end, part, pixels, sides, outlines = find_ground(framed, h + 2, w + 2)
     if outlines > _MOST_OUTLINES:
         return nothing
-    narrow, width = find_narrow(framed, h + 2, first, start, end, part, pixels, sides)
+    narrow, width, widest = find_narrow(framed, h + 2, first, start, end, part, pixels, sides)
     deepest = _DEEPEST_WIDTHS * min(width, _COARSE_PX * single)
     within = narrow & (measure_depths(first, start, end, part, narrow, deepest) <= deepest)
+    if within.any():
+        within &= measure_widths(h + 2, w + 2, first, start, end, part, within) <= widest
     return fill(framed, first, start, end, part, within) if within.any() else nothing
