@@ -39,7 +39,7 @@ MAY_GO = np.array(
 def slow_skeleton(mask: np.ndarray, order: tuple[int, ...] = ORDER) -> np.ndarray:
     """Look at every pixel of the image in every turn, by what counting pieces says of its neighbourhood."""
     state = padded(mask)
-    before = np.empty_like(state)
+    before = state + 1  # at least one turn
     while (state != before).any():
         before = state.copy()
         for side in order:

@@ -81,9 +81,10 @@ def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @helper
-def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64]) -> float:
-    """Return the median of half the mask's width across a run, at some of its points."""
+def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], around: int) -> float:
+    """Return the median of half the mask's width across a run, at some of its points; a loop comes `around` to one."""
     n = len(points)
+    reach = min(_LEAST_REACH_PX, (around - 1) // 2)
     count = min(n, _ROUGH_SITES)
     most = max(mask.shape[0], mask.shape[1]) / _WIDEST
     half = count // 2 + 1
@@ -92,7 +93,7 @@ def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64]) 
         # From the middle of the run outwards: half of the radii are a bound to how far is to be looked for the rest.
         k = count // 2 + (turn + 1) // 2 * (1 - turn % 2 * 2)
         i = (2 * k + 1) * n // (2 * count)
-        before, after = max(i - _LEAST_REACH_PX, 0), min(i + _LEAST_REACH_PX, n - 1)
+        before, after = max(i - reach, 0), min(i + reach, n - 1)
         dx, dy = chord_direction(points, before, after)
         x, y = points[i, 0], points[i, 1]
         widest = 2.0 * least[half - 1]
@@ -239,7 +240,7 @@ def _recentre_run(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Do what `recentre` does, to one run."""
     n = len(run)
-    rough = _rough_radius(mask, run)
+    rough = _rough_radius(mask, run, n // 3 if is_loop else 2 * n)
     reach = max(int(_REACH * np.sqrt(rough) + 0.5), 3)
     points = _smooth(_smooth(run, reach), reach)
     kernel_reach = 2.0 * reach + 1.0  # of the two means, one after the other
@@ -262,6 +263,8 @@ def _recentre_run(
         shifts[k] = 0.5 * (left - right)
         radii[k] = 0.5 * (left + right)
         weight = seen_left * seen_right
+        if max(abs(points[after, 0] - points[before, 0]), abs(points[after, 1] - points[before, 1])) < _TIE:
+            weight = 0.0  # a loop so small that smoothing leaves it no direction
         weight *= ramp_down(radii[k] - rough, 0.2 * rough + 0.5, 0.4 * rough + 1.0)
         weight *= ramp_down(abs(shifts[k]), 0.8 * rough + 0.5, 1.2 * rough + 1.0)
         if not is_loop:
