@@ -66,8 +66,8 @@ def slow_within(mask: np.ndarray, single: float, error: float) -> np.ndarray:
     deepest = 0.85 * min(2.0 * area / length, single) + error
     within = [k for k in range(1, count + 1) if away[parts == k].max() <= deepest]
     if error == 0.0:
-        across, widest = ndimage.distance_transform_edt(parts), 4.0 * int(mask.sum()) / sum(map(len, outlines))
-        within = [k for k in within if 2.0 * across[parts == k].max() - 1.0 <= widest]
+        across = 2.0 * ndimage.distance_transform_edt(parts) - 1.0
+        within = [k for k in within if across[parts == k].max() <= away[parts == k].max()]
     return np.isin(parts, within).astype(np.uint8)
 
 

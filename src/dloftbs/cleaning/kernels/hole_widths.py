@@ -18,7 +18,7 @@ _Ints = npt.NDArray[np.int64]
 _Bools = npt.NDArray[np.bool_]
 
 _WIDEST = 2.0
-"""Largest width of a hole, in the mask's mean widths: one of half a cable's width leaves a quarter on either side."""
+"""Width of a hole over the mask's mean width: a hole of half a cable's width leaves a quarter on either side."""
 
 
 @inlined
@@ -79,7 +79,7 @@ def _measure_outline(bitmask: _Words, r: int, start: int, end: int) -> int:
 )
 def find_narrow(
     bitmask: _Words, rows: int, first: _Ints, start: _Ints, end: _Ints, part: _Ints, pixels: _Ints, sides: _Ints
-) -> tuple[_Bools, float, float]:
+) -> tuple[_Bools, float]:
     """Find the holes that may be narrow enough to lie within a cable, and the width of the cables without these.
 
     A width is twice the area over the length of the outlines; the largest circle in a hole is at least as wide.
@@ -97,17 +97,14 @@ def find_narrow(
     narrow : (parts,) bool
     width : float
         px; 0 where no hole is narrow.
-    widest : float
-        The largest width of a hole that is narrow, px.
     """
     parts = len(pixels)
     narrow = np.zeros(parts, dtype=np.bool_)
     area, length = _measure(bitmask, rows)
     for k in range(1, parts):  # an outline passes a pixel for one of its sides at least
         narrow[k] = pixels[k] * length < _WIDEST * area * sides[k]
-    widest = _WIDEST * 2.0 * area / max(length, 1)
     if not narrow.any():
-        return narrow, 0.0, widest
+        return narrow, 0.0
     outline = np.zeros(parts, dtype=np.int64)
     for r in range(1, rows - 1):
         for i in range(first[r], first[r + 1]):
@@ -119,4 +116,4 @@ def find_narrow(
         if narrow[k]:
             filled += pixels[k]
             left -= outline[k]
-    return narrow, 2.0 * filled / max(left, 1), widest
+    return narrow, 2.0 * filled / max(left, 1)

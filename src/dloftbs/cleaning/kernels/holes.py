@@ -18,6 +18,12 @@ Within one cable it is at most a half, at a crossing of two at most 0.71 (half o
 cables, or in a loop of one, it is more than 1. This is the middle.
 """
 
+_WIDEST_DEPTHS = 1.0
+"""Largest width of a hole, in distances of its deepest pixel to the ground: half a cable's width, as that distance.
+
+The mean width of the mask, by which holes are chosen first, grows with a hand that holds the cable; this does not.
+"""
+
 _COARSE_PX = 2
 """Step between the pixels that are looked at first, to save time; the opening leaves nothing narrower."""
 
@@ -57,7 +63,7 @@ def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> 
     first, start, end, part, pixels, sides, outlines = find_ground(coarse, rows, columns)
     if len(pixels) == 1 or outlines > _MOST_OUTLINES:
         return nothing
-    narrow, width, _ = find_narrow(coarse, rows, first, start, end, part, pixels, sides)
+    narrow, width = find_narrow(coarse, rows, first, start, end, part, pixels, sides)
     if not narrow.any():
         return nothing
     deepest = _DEEPEST_WIDTHS * width + _SAMPLING_ERROR
@@ -71,9 +77,10 @@ def fill_holes(framed: _Bitmask, h: int, w: int, flip_x: bool, flip_y: bool) -> 
     first, start, end, part, pixels, sides, outlines = find_ground(framed, h + 2, w + 2)
     if outlines > _MOST_OUTLINES:
         return nothing
-    narrow, width, widest = find_narrow(framed, h + 2, first, start, end, part, pixels, sides)
+    narrow, width = find_narrow(framed, h + 2, first, start, end, part, pixels, sides)
     deepest = _DEEPEST_WIDTHS * min(width, _COARSE_PX * single)
-    within = narrow & (measure_depths(first, start, end, part, narrow, deepest) <= deepest)
+    depth = measure_depths(first, start, end, part, narrow, deepest)
+    within = narrow & (depth <= deepest)
     if within.any():
-        within &= measure_widths(h + 2, w + 2, first, start, end, part, within) <= widest
+        within &= measure_widths(h + 2, w + 2, first, start, end, part, within) <= _WIDEST_DEPTHS * depth
     return fill(framed, first, start, end, part, within) if within.any() else nothing
