@@ -10,7 +10,7 @@ _MASKS = [
     *(Family(name, make, check_mask, cases=20) for name, make in masks.GENERATORS.items()),
     Family("border-blobs", masks.blob_at_border, check_mask, cases=20),
     Family("cables-seen", masks.cables, check_curves_on_mask, cases=100),
-    Family("border-blobs-seen", masks.blob_at_border, check_curves_on_mask, cases=100),
+    Family("border-blobs-seen", masks.blob_at_border, check_curves_on_mask, 100, masks.BORDER_BLOBS_FOUND),
     # Links run over the ground and are said to be seen, which the linking is to end.
     Family("anything-seen", masks.any_mask, check_curves_on_mask, cases=100, known=OffTheMask),
 ]

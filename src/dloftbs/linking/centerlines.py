@@ -76,6 +76,12 @@ _CORNER_WIDTHS = 3.0
 Source: by hand.
 """
 
+_ASIDE_WIDTHS = 0.5
+"""Longest part of the way around a corner that is beside the mask, widths.
+
+Source: geometry; as the longest break in a stretch that is seen, in `end_extension`.
+"""
+
 _PARALLEL = 0.4
 """Sine of the angle of two branch ends below which the point where they meet is uncertain.
 
@@ -262,30 +268,31 @@ def _pieces(
     nodes, duplicate_of, spans = branches.nodes, branches.duplicate_of, branches.spans
     width, last = graph.width, len(chain) - 1
     pieces: list[_Piece] = []
-    cost, margin = 0.0, math.inf
+    cost, margin, through = 0.0, math.inf, True
     for k, end in enumerate(chain):
-        branch = branch_of(end)
+        branch, node = branch_of(end), nodes[end]
         if k > 0:
             cost, margin = max(cost, costs[end]), min(margin, margins[end])
+            through = through and node >= 0 and nodes[partner[end]] == node
         start, stop = spans[branch]
         if k in (0, last) or stop - start < 2:
             start, stop = _own_span(graph, offsets, matching, branch)
         if stop <= start or (branch in duplicate_of and pieces and stop - start < width):
             continue
         span = (start, stop, 1) if is_start(end) else (stop - 1, start - 1, -1)
-        node = nodes[end]
-        if pieces and node >= 0 and degree[node] == 2 and nodes[partner[end]] == node:
-            corner = _corner(mask, graph, matching, end)
-            if corner is not None:
-                pieces[-1].spans.append(_route_around_corner(branches, pieces[-1].spans[-1], corner, span, buffer))
-            pieces[-1].spans.append(span)
+        alone = bool(pieces) and through and degree[node] == 2
+        route = _way_around_corner(mask, graph, matching, end, pieces[-1].spans[-1], span) if alone else None
+        if route is not None:
+            pieces[-1].spans += [buffer.add(route, float(branches.radius[span[0]])), span]
         else:
-            through = node >= 0 and k > 0 and nodes[partner[end]] == node
-            if through and pieces:
+            if pieces and through:
                 _, before, step = pieces[-1].spans[-1]
                 through = is_seen(mask, branches.points, before - step, span[0], width)
-            pieces.append(_Piece([span], end, cost, margin, through))
-        cost, margin = 0.0, math.inf
+            if alone and through:
+                pieces[-1].spans.append(span)
+            else:
+                pieces.append(_Piece([span], end, cost, margin, bool(pieces) and through))
+        cost, margin, through = 0.0, math.inf, True
     return pieces
 
 
@@ -316,11 +323,25 @@ def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, en
     return meets
 
 
-def _route_around_corner(branches: Branches, before: _Span, corner: FloatArray, after: _Span, buffer: _Points) -> _Span:
-    """Add the points of a cable that goes straight to a corner and back."""
-    here, there = branches.points[before[1] - before[2]], branches.points[after[0]]
-    legs = [_between(here, corner), corner[None], _between(corner, there)]
-    return buffer.add(np.concatenate(legs), float(branches.radius[after[0]]))
+def _way_around_corner(
+    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int, before: _Span, after: _Span
+) -> FloatArray | None:
+    """Return the points of a cable that goes straight to a corner and back; None where it would leave the mask."""
+    corner = _corner(mask, graph, matching, end)
+    if corner is None:
+        return None
+    points = matching.branches.points
+    here, there = points[before[1] - before[2]], points[after[0]]
+    way = np.concatenate((_between(here, corner), corner[None], _between(corner, there)))
+    return way if _is_on(mask, way, graph.width) else None
+
+
+def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray, width: float) -> bool:
+    """Tell whether points about 1 px apart lie on the mask, but for what half a width beside it takes."""
+    columns, rows = np.rint(points).astype(np.intp).T
+    inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
+    on = mask[rows[inside], columns[inside]] != 0
+    return len(points) - int(np.count_nonzero(on)) <= _ASIDE_WIDTHS * width
 
 
 def _between(start: FloatArray, stop: FloatArray) -> FloatArray:

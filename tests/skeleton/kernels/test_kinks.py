@@ -80,8 +80,10 @@ class Meeting:
                 along = np.array([np.cos(angle), np.sin(angle)])
                 mitre = 0.5 * width * (1.0 / np.sin(half) - 1.0)
                 length = min(mitre + rng.uniform(0.0, 2.0) * width, 45.0) if is_stub else 40.0
-                points = centre + np.arange(1.0, max(length, 2.0))[:, None] * along
-                drawn = np.array([centre, points[-1]])
+                far = np.arange(1.0, max(length, 2.0))[:, None]
+                aside = rng.uniform(-1.0, 1.0) if is_stub and rng.random() < 0.3 else 0.0  # some stubs are bent
+                points = centre + far * along + aside * far**2 / far[-1] * np.array([-along[1], along[0]])
+                drawn = np.concatenate((centre[None], points))
                 self.mask |= draw_cable(drawn, round(width), self.mask.shape)
                 if is_stub and rng.random() < 0.3:  # what hides a crossing cuts its corner off
                     y, x = np.mgrid[:240, :240]
@@ -111,10 +113,10 @@ class Meeting:
         corners = find_corners(self.nodes, alive, spurs, self.states, self.centres, *branches, self.mask, self.width)
         return corners, alive, spurs
 
-    def reach(self, place: np.ndarray, way: np.ndarray) -> float:
-        """Return how far the mask goes from a place, up to two widths, in quarters of a pixel."""
+    def reach(self, place: np.ndarray, way: np.ndarray, most: float) -> float:
+        """Return how far the mask goes from a place, up to a limit, in quarters of a pixel."""
         t = 0.0
-        while t < 2.0 * self.width:
+        while t < most:
             x, y = place + t * way + 0.5
             if not (0 <= int(y) < 240 and 0 <= int(x) < 240 and self.mask[int(y), int(x)]):
                 break
@@ -147,8 +149,12 @@ def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]
             continue
         wide = [i for i in at if 2.0 * meeting.radius[i] >= 0.9 * width]
         apex = wide[-1] if wide else at[0]
+        straight = meeting.points[apex] - meeting.centres[node]
+        far = max(math.sqrt(straight[0] * straight[0] + straight[1] * straight[1]), 1e-9)
+        if meeting.reach(meeting.centres[node], straight / far, far) < far:
+            continue
         ahead, aside = (
-            [meeting.reach(meeting.points[apex], turned(way / length, angle)) for angle in angles]
+            [meeting.reach(meeting.points[apex], turned(way / length, angle), 2.0 * width) for angle in angles]
             for angles in ((-0.26, 0.0, 0.26), (-1.05, -0.79, -0.52, 0.52, 0.79, 1.05))
         )
         if width >= 6.0 and max(aside) > 1.15 * np.mean(ahead) + 0.75:

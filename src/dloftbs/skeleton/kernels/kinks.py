@@ -239,6 +239,14 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @helper
+def _is_straight(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], stop: npt.NDArray[np.float64]) -> bool:
+    """Tell whether the line between two points lies on the mask."""
+    dx, dy = stop[0] - start[0], stop[1] - start[1]
+    length = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+    return _reach(mask, start[0], start[1], dx / length, dy / length, length) >= length
+
+
+@helper
 def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, width: float) -> bool:
     """Tell whether the mask ends round ahead of a point, rather than where something cuts it off."""
     if width < _SHAPELESS_PX:
@@ -273,8 +281,8 @@ def find_corners(
     """Find the corners of bends that have a branch of their own, and make spurs of those branches.
 
     The skeletons of two ends that meet at a small angle join before the corner and lead there as one branch: a mitre.
-    It lies between the two, has the length that follows from the angle and the width, is wider than a cable, since both
-    go through it, and ends round: an occluder over a crossing leaves a corner that is cut off.
+    It lies between the two, is straight, has the length that follows from the angle and the width, is wider than a
+    cable, since both go through it, and ends round: an occluder over a crossing leaves a corner that is cut off.
 
     Parameters
     ----------
@@ -320,6 +328,8 @@ def find_corners(
         if states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y] <= 0.0:
             continue
         if hx * mx + hy * my < _ALONG * length * np.sqrt(mx * mx + my * my):
+            continue
+        if not _is_straight(mask, centres[node], points[apex]):
             continue
         if not _is_round(mask, points[apex, 0], points[apex, 1], hx / length, hy / length, width):
             continue
