@@ -8,7 +8,7 @@ from drawings import EIGHT_VERSIONS, turn, turn_points
 from linking_examples import SIZE, draw, graph_of
 
 import dloftbs
-from dloftbs.prior import PriorCurve, TemporalPrior
+from dloftbs.prior import Prediction, TemporalPrior
 
 GAP = (0.37, 0.63)
 DASHES = [[(20, 60), (150, 70)], [(230, 76), (380, 90)]]
@@ -19,7 +19,7 @@ def test_curves_have_the_orientation_of_the_crop(version: tuple[int, int, int]) 
     whole, dashes = (turn(draw(*cables), *version) for cables in ([[(20, 60), (380, 90)]], DASHES))
     (seen,) = dloftbs.detect(whole)
     crop, graph = graph_of(dashes)
-    prior = TemporalPrior([PriorCurve(seen.curve, 0.7)], crop, graph.width)
+    prior = TemporalPrior([Prediction(seen.curve, 0.7)], crop, graph.width)
     rows, columns = np.triu_indices(len(graph.end_states), 1)
     found = prior.continuity(graph.end_states, rows, columns)
     (best,) = np.flatnonzero(found)
@@ -33,7 +33,7 @@ def test_samples_are_even() -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
     crop, graph = graph_of(draw(*DASHES))
     prior = TemporalPrior(
-        [PriorCurve(seen.curve, 1.0), PriorCurve(seen.curve.reversed(), 0.5)], crop, graph.width
+        [Prediction(seen.curve, 1.0), Prediction(seen.curve.reversed(), 0.5)], crop, graph.width
     ).samples
     assert prior.first.tolist() == [0, len(prior.points) // 2, len(prior.points)]
     steps = np.hypot(*np.diff(prior.points[: prior.first[1]], axis=0).T)
@@ -46,11 +46,11 @@ def test_samples_are_even() -> None:
 def test_a_stretch_that_was_never_seen_says_nothing_about_a_joint(reverse: bool) -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))
     crop, graph = graph_of(draw(*DASHES))
-    curve, others = seen.curve.reversed() if reverse else seen.curve, PriorCurve(seen.curve, 0.5, ((0.0, 0.2),))
-    prior = TemporalPrior([PriorCurve(curve, 1.0, (GAP,)), others], crop, graph.width)
+    curve, others = seen.curve.reversed() if reverse else seen.curve, Prediction(seen.curve, 0.5, ((0.0, 0.2),))
+    prior = TemporalPrior([Prediction(curve, 1.0, (GAP,)), others], crop, graph.width)
     rows, columns = np.triu_indices(len(graph.end_states), 1)
     assert 0.0 < prior.continuity(graph.end_states, rows, columns).max() <= 0.5
-    only = TemporalPrior([PriorCurve(curve, 1.0, (GAP,))], crop, graph.width)
+    only = TemporalPrior([Prediction(curve, 1.0, (GAP,))], crop, graph.width)
     assert not only.continuity(graph.end_states, rows, columns).any()
     parts = only.samples
     assert len(parts.steps) == 2

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from time import perf_counter
 
-from dloftbs.config import Config, GreedyLinkingConfig, NearestTrackingConfig, TrackingConfig
+from dloftbs.config import Config, NearestTrackingConfig, TrackingConfig
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
-from dloftbs.prior import PriorCurve
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import HsvSegmenter
 from dloftbs.stage_order import Segmenter, StageRun, run_stages
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
-
-_CLEAR_OVERRIDE = 0.25  # of cost: a frame whose own best links are cheaper by more clearly contradicts its prior
-_MAX_OVERRIDES = 2  # frames in a row that may do so
-_FRAMES_WITHOUT_PRIOR = 10  # that follow then
 
 
 class Pipeline:
@@ -48,8 +43,6 @@ class Pipeline:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
         self._tracker = make_tracker(self._config.tracking)
-        self._overrides = 0  # frames in a row whose prior prevailed over clearly cheaper links
-        self._without_prior = 0  # frames that are still to be linked without a prior
 
     @property
     def config(self) -> Config:
@@ -66,29 +59,13 @@ class Pipeline:
             no mask of the frame's size.
         """
         since = perf_counter()
-        predicted = self._predict(frame.stamp)
+        predicted = self._tracker.prior(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
         run = run_stages(frame, self._config, self._segmenter, predicted)
-        self._suspend_prior_if_wrong(run.prior_override)
         since = perf_counter()
-        tracks = self._tracker.update(run.detections, frame.stamp, frame.size)
+        tracks = self._tracker.update(run.detections, frame.stamp, frame.size, override=run.prior_override)
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
-
-    def _predict(self, stamp: float | None) -> tuple[PriorCurve, ...]:
-        """Return the curves that ambiguous links should follow."""
-        if self._without_prior > 0:
-            self._without_prior -= 1
-            return ()
-        if isinstance(self._config.linking, GreedyLinkingConfig) or not isinstance(self._tracker, Tracker):
-            return ()
-        return tuple(PriorCurve(one.curve, one.confidence, one.unseen) for one in self._tracker.predict(stamp))
-
-    def _suspend_prior_if_wrong(self, override: float) -> None:
-        """Link the next frames without a prior if it has prevailed over clearly cheaper links in too many frames."""
-        self._overrides = self._overrides + 1 if override > _CLEAR_OVERRIDE else 0
-        if self._overrides >= _MAX_OVERRIDES:
-            self._overrides, self._without_prior = 0, _FRAMES_WITHOUT_PRIOR
 
     def detect(self, frame: Frame) -> FrameResult:
         """Find the objects of one frame by itself: the result has no tracks, and the pipeline's stay as they are.
@@ -103,7 +80,6 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks, as at the cut to another scene."""
         self._tracker.reset()
-        self._overrides = self._without_prior = 0
 
     def trace(self, frame: Frame) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.

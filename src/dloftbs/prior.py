@@ -19,22 +19,28 @@ _STEP_WIDTHS = 0.5  # from sample to sample
 _MAX_SAMPLES = 2000  # of a curve
 
 
-class PriorCurve(NamedTuple):
-    """A predicted curve.
+class Prediction(NamedTuple):
+    """Predicted curve of a track.
 
     Parameters
     ----------
     curve : BSplineCurve
-        In the image, px.
-    weight : float
-        In 0..1.
+        In the image, px, in the track's direction.
+    confidence : float
+        The track's, in 0..1.
     unseen : tuple of (float, float)
-        Intervals of ``u`` that no frame has shown: they were inferred, and say nothing about a joint.
+        The intervals of ``u`` that no frame has shown, or too few to be kept: they say nothing about a joint.
+    id : int or None
+        None if it is nobody's.
+    width : float or None
+        Of the object, px; None if it was never observed.
     """
 
     curve: BSplineCurve
-    weight: float
+    confidence: float
     unseen: tuple[tuple[float, float], ...] = ()
+    id: int | None = None
+    width: float | None = None
 
 
 class PriorSamples(NamedTuple):
@@ -68,14 +74,14 @@ class TemporalPrior:
 
     Parameters
     ----------
-    predicted : sequence of PriorCurve
+    predicted : sequence of Prediction
         One or more.
     crop : MaskCrop
     width : float
         Of the cables, px.
     """
 
-    predicted: Sequence[PriorCurve]
+    predicted: Sequence[Prediction]
     crop: MaskCrop
     width: float
 
@@ -93,7 +99,7 @@ class TemporalPrior:
             _STEP_WIDTHS * self.width,
             _MAX_SAMPLES,
         )
-        weight = np.array([one.weight for one in self.predicted])
+        weight = np.array([one.confidence for one in self.predicted])
         samples = PriorSamples(points, first, steps, longest, closed, weight)
         return self._seen_parts(samples) if any(one.unseen for one in self.predicted) else samples
 

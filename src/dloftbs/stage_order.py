@@ -28,7 +28,7 @@ from dloftbs.graph import Graph
 from dloftbs.lifting import Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
-from dloftbs.prior import PriorCurve, TemporalPrior
+from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, lift_pixels, link_segments, make_segments, walk
 from dloftbs.skeleton import build_graph, skeletonize
 
@@ -69,7 +69,7 @@ class _Clock:
 
 
 def run_stages(
-    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[PriorCurve] = ()
+    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[Prediction] = ()
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
@@ -136,7 +136,7 @@ def _link_by_bending(
     config: LinkingConfig,
     most: int,
     clock: _Clock,
-    predicted: Sequence[PriorCurve],
+    predicted: Sequence[Prediction],
     image: AnyArray | None,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""

@@ -15,7 +15,7 @@ from dloftbs.graph import UNAVAILABLE, EndMatching, Graph
 from dloftbs.linking.end_matching import PRIOR_BONUS, match_ends
 from dloftbs.linking.kernels.bending import OPEN_CUT, OPEN_JUNCTION, OPEN_KINK
 from dloftbs.mask_crop import MaskCrop
-from dloftbs.prior import PriorCurve, TemporalPrior
+from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.skeleton import build_graph, skeletonize
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
@@ -191,7 +191,7 @@ def fork(extra: float) -> list[list[tuple[float, float]]]:
 
 def prior_along(points: list[tuple[float, float]], crop: MaskCrop, graph: Graph, trust: float = 1.0) -> TemporalPrior:
     (seen,) = dloftbs.detect(draw(points))
-    return TemporalPrior([PriorCurve(seen.curve, trust)], crop, graph.width)
+    return TemporalPrior([Prediction(seen.curve, trust)], crop, graph.width)
 
 
 @pytest.mark.parametrize("extra", [0, 7])

@@ -13,7 +13,7 @@ import dloftbs
 from dloftbs.graph import EndMatching
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 from dloftbs.mask_crop import MaskCrop
-from dloftbs.prior import PriorCurve, TemporalPrior
+from dloftbs.prior import Prediction, TemporalPrior
 
 
 def sides_of_ends(crop: MaskCrop, matching: EndMatching) -> list[tuple[bool, bool]]:
@@ -34,7 +34,7 @@ def test_where_crossing_and_touching_are_about_alike_the_prior_decides() -> None
     crop, graph, matching = matching_of(draw(*cables))
     before = [detection for cable in cables for detection in dloftbs.detect(draw(cable))]
     assert len(before) == 2
-    prior = TemporalPrior([PriorCurve(detection.curve, 1.0) for detection in before], crop, graph.width)
+    prior = TemporalPrior([Prediction(detection.curve, 1.0) for detection in before], crop, graph.width)
     separate_parallel_runs(graph, matching, prior)
     assert sides_of_ends(crop, matching) == [(False, True), (True, False)]
     assert matching.override > 0.0
@@ -45,7 +45,7 @@ def test_the_prior_does_not_exchange_what_clearly_touches() -> None:
     crop, graph, matching = matching_of(draw(*touching))
     wrong = [dloftbs.detect(draw(cable))[0] for cable in beside(7 * 15, 7, True)]
     separate_parallel_runs(
-        graph, matching, TemporalPrior([PriorCurve(seen.curve, 0.2) for seen in wrong], crop, graph.width)
+        graph, matching, TemporalPrior([Prediction(seen.curve, 0.2) for seen in wrong], crop, graph.width)
     )
     assert sides_of_ends(crop, matching) == [(False, False), (True, True)]
     assert matching.override == 0.0

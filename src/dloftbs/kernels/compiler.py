@@ -80,11 +80,12 @@ def _stamp(compiled: Any) -> None:
     """Make a change in the kernel's folder, or of the shared helpers, a reason to compile it again."""
     file = compiled._cache._cache_file
     own = Path(compiled.py_func.__code__.co_filename).parent
-    file._source_stamp = (file._source_stamp, _digest(own), _digest(Path(__file__).parent / "shared"))
+    file._source_stamp = (file._source_stamp, folder_digest(own), folder_digest(Path(__file__).parent / "shared"))
 
 
 @functools.cache
-def _digest(folder: Path) -> str:
+def folder_digest(folder: Path) -> str:
+    """Return the digest of a folder of kernels, as their stamps have it."""
     return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(folder.glob("*.py")))).hexdigest()
 
 

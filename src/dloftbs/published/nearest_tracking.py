@@ -13,6 +13,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
 from dloftbs.observation import SAMPLES, Observation, make_observations
+from dloftbs.prior import Prediction
 from dloftbs.tracks import Track, TrackState
 
 
@@ -37,6 +38,10 @@ class NearestTracker:
         self._last_id = 0
         self._stamp: float | None = None
 
+    def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
+        """Return nothing: the linking as published has no prior."""
+        return ()
+
     def reset(self) -> None:
         """Forget all tracks and the time; ids continue, so that none is used twice."""
         self._tracks, self._published, self._stamp = (), (), None
@@ -46,6 +51,8 @@ class NearestTracker:
         detections: Sequence[Detection | BSplineCurve],
         stamp: float | None = None,
         size: tuple[int, int] | None = None,
+        *,
+        override: float = 0.0,
     ) -> tuple[Track, ...]:
         """Take one frame's detections and return the tracks, by id.
 
@@ -55,7 +62,7 @@ class NearestTracker:
             Curves are in the image, px.
         stamp : float, optional
             Seconds. A frame with the stamp of the last one is a repetition: nothing changes.
-        size : (int, int), optional
+        size, override : optional
             Ignored.
 
         Raises

@@ -8,7 +8,6 @@ absent ones; `fusion` and `reconstruction` make a whole curve from visible parts
 the start of a loop; `motion_filter` smooths published curves.
 """
 
-from dloftbs.tracking.track_model import Prediction
 from dloftbs.tracking.tracker import Tracker
 
-__all__ = ["Prediction", "Tracker"]
+__all__ = ["Tracker"]

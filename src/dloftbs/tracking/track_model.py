@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import statistics
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -76,29 +75,6 @@ _HALF_LIFE_S = 0.5
 
 Source: by hand.
 """
-
-
-class Prediction(NamedTuple):
-    """Predicted curve of a track.
-
-    Parameters
-    ----------
-    id : int
-    curve : BSplineCurve
-        In the image, px, in the track's direction.
-    width : float or None
-        Of the object, px; None if it was never observed.
-    confidence : float
-        The track's, in 0..1.
-    unseen : tuple of (float, float)
-        The intervals of ``u`` that no frame has shown, or too few to be kept.
-    """
-
-    id: int
-    curve: BSplineCurve
-    width: float | None
-    confidence: float
-    unseen: tuple[tuple[float, float], ...]
 
 
 @dataclass(slots=True, eq=False)

@@ -16,6 +16,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
 from dloftbs.observation import SAMPLES, Observation, U, make_observations, sample_curve
+from dloftbs.prior import Prediction
 from dloftbs.tracking.alignment import ends_at_border, find_whole_view
 from dloftbs.tracking.association import associate, match_remaining_pair, match_unambiguous
 from dloftbs.tracking.fusion import (
@@ -32,11 +33,11 @@ from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.occlusion import drop_absent_spans
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
 from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.reconstruction import reconstruct
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import (
     JUMP_SHARE,
-    Prediction,
     TrackModel,
     extrapolated_time,
     filter_velocity,
@@ -85,6 +86,7 @@ class Tracker:
         self._tracks: tuple[Track, ...] = ()
         self._lost: tuple[Track, ...] = ()
         self._filters: dict[int, tuple[CurveFilter, CurveFilter]] = {}  # in the image and in space, by id
+        self._prior_gate = PriorGate()
         self._next_id = 1
         self._stamp: float | None = None
         self._size: tuple[int, int] | None = None
@@ -103,6 +105,7 @@ class Tracker:
         """Forget all tracks, the time and the size; ids continue, so that none is used twice."""
         self._models, self._tracks, self._lost = [], (), ()
         self._filters = {}
+        self._prior_gate = PriorGate()
         self._stamp = self._size = None
 
     def update(
@@ -112,6 +115,7 @@ class Tracker:
         size: tuple[int, int] | None = None,
         *,
         widths: Sequence[float] | None = None,
+        override: float = 0.0,
     ) -> tuple[Track, ...]:
         """Update the tracks by one frame's detections, and return them.
 
@@ -129,6 +133,8 @@ class Tracker:
             ``(H, W)`` of the frame, px: an object that leaves the image is then known to continue outside.
         widths : sequence of float, optional
             Of the objects, px, NaN if unknown, for bare curves; detections have their own.
+        override : float, optional
+            Extra cost of the detections' joints, which follow `prior`, over the best ones without it.
 
         Returns
         -------
@@ -143,6 +149,7 @@ class Tracker:
         """
         observations = make_observations(detections, widths)
         dt = self._advance(stamp, size)
+        self._prior_gate.count(override)
         if dt == 0.0:
             return self._tracks
         if self._models:
@@ -155,6 +162,10 @@ class Tracker:
         self._lost = tuple(model.to_track() for model in self._models if model.misses)
         return self._tracks
 
+    def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
+        """Return what the linking of a frame is to follow: the predictions, but for a while after they were wrong."""
+        return self.predict(stamp) if self._prior_gate.is_open else ()
+
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
         """Predict the curves of confirmed and hidden tracks at a time, or in the next frame; nothing changes."""
         dt, stamp = self._config.frame_s, check_stamp(stamp)
@@ -163,11 +174,11 @@ class Tracker:
         duration = extrapolated_time(dt)
         return tuple(
             Prediction(
-                model.id,
                 move_curve(model.curve, model.velocity, duration),
-                None if math.isnan(model.width) else model.width,
                 model.confidence,
                 model.unseen_spans,
+                model.id,
+                None if math.isnan(model.width) else model.width,
             )
             for model in self._models
             if model.state is not TrackState.TENTATIVE
