@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from dloftbs.frame_result import FrameResult
     from dloftbs.pipeline import Pipeline
     from dloftbs.tracking import Tracker
-    from dloftbs.tracks import Track, TrackState
+    from dloftbs.tracks import EndKind, Track, TrackState
 
 _HOME = {
     "PinholeCamera": "camera",
@@ -76,7 +76,7 @@ _HOME = {
     **dict.fromkeys(("Crossing", "Detection"), "detection"),
     "Frame": "frame",
     "FrameResult": "frame_result",
-    **dict.fromkeys(("Track", "TrackState"), "tracks"),
+    **dict.fromkeys(("EndKind", "Track", "TrackState"), "tracks"),
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
     "DepthRegistration": "camera",
@@ -94,6 +94,7 @@ __all__ = [
     "DepthRegistration",
     "Detection",
     "DloftbsError",
+    "EndKind",
     "FittingConfig",
     "Frame",
     "FrameResult",

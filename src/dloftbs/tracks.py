@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from dloftbs._arrays import LARGEST
-from dloftbs._values import MAX_WHOLE, check_integer, check_number, check_spans, check_type, set_fields
+from dloftbs._arrays import LARGEST, FloatArray, as_points
+from dloftbs._values import MAX_WHOLE, check_integer, check_number, check_spans, check_type, set_fields, shown
 from dloftbs.curve import BSplineCurve, check_curve
 from dloftbs.detection import Detection
+from dloftbs.errors import InputError
 
 
 class TrackState(str, Enum):
@@ -21,6 +22,17 @@ class TrackState(str, Enum):
     """Seen in this frame."""
     HIDDEN = "hidden"
     """Nothing of it is seen in this frame; the curve is predicted."""
+
+
+class EndKind(str, Enum):
+    """Kind of an end of a track's curve."""
+
+    FREE = "free"
+    """The object ends here, and the frame shows it."""
+    BORDER = "border"
+    """The curve ends at the image's border, within about a width and a half of it: the object may go on outside."""
+    HIDDEN = "hidden"
+    """The frame does not show this end: it was inferred."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +61,13 @@ class Track:
         Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
     width : float, optional
         Of the object, px, when it was last seen; None where no detection told it.
+    ends : (EndKind, EndKind), optional
+        Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not tell them.
+    velocity : numpy.ndarray, shape (n, 2), optional
+        Velocity of the curve at even ``u`` from 0 to 1, px/s: of its shape, as a cable that slides along itself looks
+        the same. None before it is known, as in an object's first frame.
+    velocity_3d : numpy.ndarray, shape (n, 3), optional
+        The same of `curve_3d`, m/s.
 
     Raises
     ------
@@ -66,6 +85,9 @@ class Track:
     inferred: tuple[tuple[float, float], ...] = ()
     confidence: float = 1.0
     width: float | None = None
+    ends: tuple[EndKind, EndKind] | None = None
+    velocity: FloatArray | None = None
+    velocity_3d: FloatArray | None = None
 
     def __post_init__(self) -> None:
         check_type("state", self.state, TrackState)
@@ -82,6 +104,9 @@ class Track:
             inferred=check_spans("inferred", self.inferred),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
             width=None if self.width is None else check_number("width", self.width, 0.0, LARGEST),
+            ends=None if self.ends is None else _check_ends(self.ends),
+            velocity=None if self.velocity is None else as_points("velocity", self.velocity, (2,)),
+            velocity_3d=None if self.velocity_3d is None else as_points("velocity_3d", self.velocity_3d, (3,)),
         )
 
     @classmethod
@@ -97,6 +122,9 @@ class Track:
         inferred: tuple[tuple[float, float], ...],
         confidence: float,
         width: float | None,
+        ends: tuple[EndKind, EndKind] | None = None,
+        velocity: FloatArray | None = None,
+        velocity_3d: FloatArray | None = None,
     ) -> Track:
         """Make what the constructor makes, faster."""
         track = cls.__new__(cls)
@@ -111,6 +139,9 @@ class Track:
             inferred=inferred,
             confidence=confidence,
             width=width,
+            ends=ends,
+            velocity=velocity,
+            velocity_3d=velocity_3d,
         )
         return track
 
@@ -126,4 +157,13 @@ class Track:
             "inferred": [list(interval) for interval in self.inferred],
             "confidence": self.confidence,
             "width_px": self.width,
+            "ends": None if self.ends is None else [end.value for end in self.ends],
         }
+
+
+def _check_ends(ends: tuple[EndKind, EndKind]) -> tuple[EndKind, EndKind]:
+    if not isinstance(ends, (tuple, list)) or len(ends) != 2:
+        raise InputError(f"ends must be two of EndKind, got {shown(ends)}")
+    for end in ends:
+        check_type("an end", end, EndKind)
+    return ends[0], ends[1]

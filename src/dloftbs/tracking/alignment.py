@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
+from dloftbs.tracking.image_border import ends_at_border
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.track_model import TrackModel
@@ -64,18 +63,6 @@ _CUT_WIDTHS = 0.5
 """Misfit of the rest of a track up to which an end may have been cut off, widths.
 
 Source: geometry; the predicted centre line of what stayed where it was lies on the mask still.
-"""
-
-_BORDER_PX = 3.0
-"""Distance from the image's border within which it may cut an end, px, besides `_BORDER_WIDTHS`.
-
-Source: by hand; cleaning, thinning and fitting each move an end by a pixel.
-"""
-
-_BORDER_WIDTHS = 1.5
-"""Distance from the image's border within which it may cut an end, widths.
-
-Source: by hand; a cable that leaves at a slant ends about one width before it.
 """
 
 
@@ -173,15 +160,3 @@ def snap_to_end(start: float, share: float, model: TrackModel) -> tuple[float, f
     if min(before, after) * model.length < model.position_tolerance_px:
         return (0.0, share) if before <= after else (1.0 - share, 1.0)
     return start, start + share
-
-
-def ends_at_border(observation: Observation, size: tuple[int, int] | None, width: float) -> list[bool]:
-    """Return, for each end of an observation, True if the image's border may cut it."""
-    return [size is not None and is_at_border(end, size, width) for end in observation.points[[0, -1]]]
-
-
-def is_at_border(point: FloatArray, size: tuple[int, int], width: float) -> bool:
-    """Return True if a point lies within about a width of the border of the image, ``(H, W)`` px."""
-    margin = _BORDER_PX + (0.0 if math.isnan(width) else _BORDER_WIDTHS * width)
-    x, y = float(point[0]), float(point[1])
-    return min(x, y, size[1] - 1.0 - x, size[0] - 1.0 - y) < margin

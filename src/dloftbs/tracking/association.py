@@ -16,7 +16,8 @@ from scipy.optimize import linear_sum_assignment
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation, U, sample_curve
-from dloftbs.tracking.alignment import is_at_border, locate_on_track, snap_to_end
+from dloftbs.tracking.alignment import locate_on_track, snap_to_end
+from dloftbs.tracking.image_border import is_at_border
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.kernels.routing import MAX_BRIDGE, MAX_BRIDGE_CHANGE
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_spans

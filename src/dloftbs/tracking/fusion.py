@@ -9,7 +9,7 @@ from dataclasses import replace
 from dloftbs.curve import BSplineCurve
 from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
-from dloftbs.tracking.alignment import ends_at_border
+from dloftbs.tracking.image_border import ends_at_border
 from dloftbs.tracking.occlusion import median_seen_frames
 from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, VisibleCurve, are_consecutive, hidden_spans
 from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
@@ -117,7 +117,7 @@ def make_visible_curve(
         return VisibleCurve(model.curve, model.curve_3d, model.inferred, model.confidence)
     if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
         observation = first.observation
-        return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0)
+        return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
     inside = [
         match._replace(
             track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
@@ -126,7 +126,7 @@ def make_visible_curve(
     ]
     curve = reconstruct(model.curve, (low, high), visible_parts(inside))
     curve_3d = reconstruct_in_space(model.curve_3d, (low, high), inside)
-    return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.confidence)
+    return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.confidence, (low, high))
 
 
 def visible_parts(matches: Sequence[PartialMatch]) -> list[VisiblePart]:

@@ -8,8 +8,8 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from dloftbs.tracking.alignment import is_at_border
 from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
+from dloftbs.tracking.image_border import is_at_border
 from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.observation import U
-from dloftbs.tracking.alignment import is_at_border
+from dloftbs.tracking.image_border import is_at_border
 from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
 from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
 

@@ -98,12 +98,15 @@ class VisibleCurve(NamedTuple):
         The intervals of its ``u`` that are hidden or bridged.
     confidence : float
         In 0..1.
+    track_span : (float, float)
+        Interval of the track's ``u`` that it covers.
     """
 
     curve: BSplineCurve
     curve_3d: BSplineCurve | None
     inferred: tuple[tuple[float, float], ...]
     confidence: float
+    track_span: tuple[float, float] = WHOLE
 
 
 def hidden_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:

@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import FloatArray, frozen
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
-from dloftbs.observation import SAMPLES, Observation, U
+from dloftbs.observation import SAMPLES, Observation, U, sample_curve
+from dloftbs.tracking.image_border import is_at_border
 from dloftbs.tracking.kernels.curve_motion import move_control_points
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
-from dloftbs.tracks import Track, TrackState
+from dloftbs.tracks import EndKind, Track, TrackState
 
 MIN_SEEN_FRAMES = 3
 """Number of frames in which a span must have been seen to be assumed hidden, not absent, once it is missing.
@@ -89,6 +90,10 @@ class TrackModel:
     curve_3d : BSplineCurve or None
     points, velocity : numpy.ndarray, shape (SAMPLES, 2)
         Samples of the curve, px, and their velocities, px/s.
+    velocity_is_known : bool
+        False in an object's first frame, and where it jumped or is another one: the velocity is 0 then.
+    points_3d, velocity_3d : numpy.ndarray or None, shape (SAMPLES, 3)
+        Samples of the curve in space in the last frame, m, and their velocities, m/s, as far as they are known.
     length, width : float
         px; the length is filtered, the width NaN while it is unknown.
     seen_frames : numpy.ndarray, shape (SAMPLES,)
@@ -140,6 +145,9 @@ class TrackModel:
     length: float
     width: float
     velocity: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
+    velocity_is_known: bool = False
+    points_3d: FloatArray | None = None
+    velocity_3d: FloatArray | None = None
     seen_frames: FloatArray = field(default_factory=lambda: np.ones(SAMPLES))
     unseen_s: FloatArray = field(default_factory=lambda: np.zeros(SAMPLES))
     state: TrackState = TrackState.TENTATIVE
@@ -207,10 +215,11 @@ class TrackModel:
     def _width_or_0(self) -> float:
         return 0.0 if math.isnan(self.width) else self.width
 
-    def update_whole(self, observation: Observation, points: FloatArray, velocity: FloatArray) -> None:
-        """Adopt an observation of the whole object, in the track's direction."""
+    def update_whole(self, observation: Observation, points: FloatArray, velocity: FloatArray | None) -> None:
+        """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
-        self.points, self.velocity = points, velocity
+        self.points, self.velocity_is_known = points, velocity is not None
+        self.velocity = np.zeros((SAMPLES, 2)) if velocity is None else velocity
         self.shape, self.shape_age_s = points, 0.0
         # Small changes are filtered, or an end that disappears gradually would never count as missing.
         change = observation.length - self.length
@@ -244,7 +253,8 @@ class TrackModel:
         is_hidden = samples_within(hidden)
         self.velocity = filter_velocity(self.velocity, points - self.points, dt)
         jumped = np.abs(points - self.points).max(axis=1) > JUMP_SHARE * length
-        if self.misses or jumped.any():
+        self.velocity_is_known = not (self.misses or jumped.any())
+        if not self.velocity_is_known:
             self.velocity[:] = 0.0
         self.curve, self.points, self.length = curve, points, length
         self.hidden, self.inferred = hidden, inferred
@@ -314,8 +324,18 @@ class TrackModel:
         self.unseen_s = self.unseen_s + dt
         self.hidden = self.inferred = (WHOLE,)
         self.conflict_frames = self.merged_frames = 0
-        self.visible = self.detection = None
+        self.visible = self.detection = self.points_3d = self.velocity_3d = None
         self.confidence = self._compute_confidence()
+
+    def measure_velocity_in_space(self, dt: float) -> None:
+        """Take the step of the curve in space since the last frame into its velocity."""
+        before, self.points_3d = self.points_3d, None if self.curve_3d is None else sample_curve(self.curve_3d)[0]
+        if before is None or self.points_3d is None or not self.velocity_is_known:
+            self.velocity_3d = None
+        elif self.velocity_3d is None:
+            self.velocity_3d = (self.points_3d - before) / dt
+        else:
+            self.velocity_3d = filter_velocity(self.velocity_3d, self.points_3d - before, dt)
 
     def _extrapolate(self, dt: float) -> None:
         if self.velocity.any():
@@ -333,8 +353,8 @@ class TrackModel:
         self.seen_frames = np.where(new, 0.0, np.interp(inner, U, self.seen_frames))
         self.unseen_s = np.where(new, 0.0, np.interp(inner, U, self.unseen_s))
 
-    def to_track(self) -> Track:
-        """Return the track as published."""
+    def to_track(self, size: tuple[int, int] | None) -> Track:
+        """Return the track as published, in an image of this size ``(H, W)``."""
         width = None if math.isnan(self.width) else self.width
         visible = self.visible or VisibleCurve(self.curve, self.curve_3d, self.inferred, self.confidence)
         return Track._unchecked(
@@ -348,7 +368,23 @@ class TrackModel:
             tuple((float(low), float(high)) for low, high in visible.inferred),
             visible.confidence,
             width,
+            self._ends(visible, size),
+            _between(self.velocity, visible.track_span) if self.velocity_is_known else None,
+            None if self.velocity_3d is None else _between(self.velocity_3d, visible.track_span),
         )
+
+    def _ends(self, visible: VisibleCurve, size: tuple[int, int] | None) -> tuple[EndKind, EndKind] | None:
+        if visible.curve.closed:
+            return None
+        points = self.points[:: SAMPLES - 1] if visible.curve is self.curve else visible.curve(np.array([0.0, 1.0]))
+        first, last = (
+            EndKind.BORDER if size is not None and is_at_border(point, size, self.width) else EndKind.FREE
+            for point in points
+        )
+        if visible.inferred:
+            first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first
+            last = EndKind.HIDDEN if visible.inferred[-1][1] >= 1.0 else last
+        return first, last
 
     def _compute_confidence(self) -> float:
         return float(np.exp2(self.unseen_s / -_HALF_LIFE_S).mean())
@@ -376,6 +412,14 @@ def samples_within(spans: tuple[tuple[float, float], ...]) -> np.ndarray:
 def interpolate_samples(samples: FloatArray, u: FloatArray) -> FloatArray:
     """Interpolate samples (SAMPLES, d) at parameters (n,), as (n, d)."""
     return np.stack([np.interp(u, U, column) for column in samples.T], axis=1)
+
+
+def _between(samples: FloatArray, span: tuple[float, float]) -> FloatArray:
+    """Return samples (SAMPLES, d) of a part of a track, read-only."""
+    if span == WHOLE:
+        return frozen(samples.view())
+    low, high = span
+    return frozen(interpolate_samples(samples, np.clip(low + U * (high - low), 0.0, 1.0)))
 
 
 def move_curve(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:

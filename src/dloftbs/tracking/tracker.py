@@ -17,7 +17,7 @@ from dloftbs.detection import Detection
 from dloftbs.errors import InputError
 from dloftbs.observation import SAMPLES, Observation, U, make_observations, sample_curve
 from dloftbs.prior import Prediction
-from dloftbs.tracking.alignment import ends_at_border, find_whole_view
+from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.association import associate, match_remaining_pair, match_unambiguous
 from dloftbs.tracking.fusion import (
     collect_new_objects,
@@ -28,6 +28,7 @@ from dloftbs.tracking.fusion import (
     restart_loop,
     visible_parts,
 )
+from dloftbs.tracking.image_border import ends_at_border
 from dloftbs.tracking.merged_tracks import find_merged
 from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.occlusion import drop_absent_spans
@@ -157,9 +158,12 @@ class Tracker:
         else:
             self._start_tracks(observations)
         seen = [model for model in self._models if not model.misses]
+        for model in seen:
+            if model.curve_3d is not None or model.points_3d is not None:
+                model.measure_velocity_in_space(dt)
         self._filters = {m.id: self._filters[m.id] for m in seen if m.id in self._filters}
         self._tracks = tuple(self._publish(model, dt) for model in seen)
-        self._lost = tuple(model.to_track() for model in self._models if model.misses)
+        self._lost = tuple(model.to_track(self._size) for model in self._models if model.misses)
         return self._tracks
 
     def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
@@ -341,7 +345,7 @@ class Tracker:
             abs(observation.length - model.length) > JUMP_SHARE * model.length
             or observation.curve.closed != model.curve.closed
         )
-        velocity = np.zeros((SAMPLES, 2))
+        velocity = None
         if not (longer or overridden or model.misses or other_shape):
             velocity = filter_velocity(model.velocity, observation.points - model.points, dt)
         model.update_whole(observation, observation.points, velocity)
@@ -383,7 +387,7 @@ class Tracker:
         return True
 
     def _publish(self, model: TrackModel, dt: float) -> Track:
-        track = model.to_track()
+        track = model.to_track(self._size)
         if self._config.smoothing_s <= 0.0:
             return track
         lag = self._config.smoothing_s

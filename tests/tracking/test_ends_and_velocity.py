@@ -1,0 +1,129 @@
+"""Ends and velocities of published tracks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import detection_of, line, loop, part, wave
+
+from dloftbs import BSplineCurve, EndKind, InputError, Track, Tracker, TrackingConfig, TrackState
+
+FREE, BORDER, HIDDEN = EndKind.FREE, EndKind.BORDER, EndKind.HIDDEN
+SIZE = (480, 640)
+FRAME_S = 1 / 30
+
+
+def follow(curves: list[BSplineCurve], size: tuple[int, int] | None = SIZE) -> list[Track]:
+    """Return the only track of each frame."""
+    tracker = Tracker(TrackingConfig(min_hits=1))
+    result = []
+    for k, curve in enumerate(curves):
+        (track,) = tracker.update([detection_of(curve)], k * FRAME_S, size)
+        result.append(track)
+    return result
+
+
+def test_what_ends_in_the_image_has_free_ends() -> None:
+    (track,) = follow([line((100, 200), (500, 240))])
+    assert track.ends == (FREE, FREE)
+    assert track.to_dict()["ends"] == ["free", "free"]
+
+
+def test_what_leaves_the_image_ends_at_its_border_if_the_size_is_known() -> None:
+    leaving = line((200, 200), (639, 210))
+    assert follow([leaving])[0].ends == (FREE, BORDER)
+    assert follow([leaving], None)[0].ends == (FREE, FREE)
+
+
+def test_the_ends_of_a_track_are_in_its_direction() -> None:
+    leaving = line((200, 200), (639, 210))
+    assert follow([leaving, leaving.reversed()])[1].ends == (FREE, BORDER)
+
+
+def test_a_loop_has_no_ends() -> None:
+    (track,) = follow([loop(80.0, (300.0, 240.0))])
+    assert track.ends is None
+    assert track.to_dict()["ends"] is None
+
+
+def test_an_end_that_is_covered_is_hidden() -> None:
+    whole = line((60, 240), (560, 240))
+    last = follow([*[whole] * 12, part(whole, 0.0, 0.7)])[-1]
+    assert last.inferred
+    assert last.ends == (FREE, HIDDEN)
+
+
+def test_all_of_a_lost_track_is_hidden() -> None:
+    tracker = Tracker(TrackingConfig(min_hits=1))
+    for k in range(3):
+        tracker.update([wave((2.0 * k, 0.0))], k * FRAME_S)
+    assert tracker.update([], 3 * FRAME_S) == ()
+    (lost,) = tracker.lost
+    assert lost.ends == (HIDDEN, HIDDEN)
+    assert lost.velocity is not None
+    assert lost.velocity_3d is None
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_curve_that_moves_as_a_whole_has_one_velocity(backwards: bool) -> None:
+    curves = [wave((3.0 * k, -1.0 * k)) for k in range(8)]
+    shown = [curve.reversed() if backwards and k % 2 else curve for k, curve in enumerate(curves)]
+    first, *_, last = follow(shown, None)
+    assert first.velocity is None
+    assert last.velocity is not None
+    np.testing.assert_allclose(last.velocity, np.tile((90.0, -30.0), (len(last.velocity), 1)), rtol=1e-3)
+    assert not last.velocity.flags.writeable
+
+
+def test_a_curve_that_turns_about_its_start_moves_fastest_at_its_end() -> None:
+    rate = 0.3  # rad/s
+    angles = rate * FRAME_S * np.arange(8)
+    curves = [line((100, 100), (100 + 300 * np.cos(a), 100 + 300 * np.sin(a))) for a in angles]
+    last = follow(curves)[-1]
+    assert last.velocity is not None
+    speed = np.hypot(*last.velocity.T)
+    np.testing.assert_allclose(speed, rate * 300.0 * np.linspace(0.0, 1.0, len(speed)), atol=0.5)
+
+
+def test_the_velocity_is_that_of_the_curve_as_published() -> None:
+    # It turns about its end outside of the image, so that the speed tells the place along it.
+    rate, size = 0.1, (480, 400)
+    angles = rate * FRAME_S * np.arange(20)
+    whole = [line((100, 240), (390, 240))] * 10
+    tips = [(395 - 295 * np.cos(a), 240 + 295 * np.sin(a)) for a in angles]
+    last = follow([*whole, *(line(tip, (395, 240)) for tip in tips)], size)[-1]
+    assert last.velocity is not None
+    away = np.hypot(*(last.curve(np.linspace(0.0, 1.0, len(last.velocity))) - (395, 240)).T)
+    np.testing.assert_allclose(np.hypot(*last.velocity.T), rate * away, atol=0.5)
+
+
+def test_what_changes_its_length_at_once_has_no_velocity_until_it_moves_on() -> None:
+    here, longer = line((60, 100), (460, 100)), line((60, 300), (560, 300))
+    tracks = follow([here, here, here, longer, longer])
+    assert [track.id for track in tracks] == [1] * 5
+    assert [track.velocity is None for track in tracks] == [True, False, False, True, False]
+
+
+def test_the_velocity_in_space_is_in_metres() -> None:
+    tracker = Tracker(TrackingConfig(min_hits=1))
+    tracks = []
+    for k in range(8):
+        z = 1.0 + 0.02 * k
+        curve_3d = line((0.0, 0.01 * k, z), (0.5, 0.01 * k, z))
+        tracks += tracker.update([detection_of(wave((2.0 * k, 0.0)), curve_3d)], k * FRAME_S)
+    assert tracks[0].velocity_3d is None
+    velocity = tracks[-1].velocity_3d
+    assert velocity is not None
+    np.testing.assert_allclose(velocity, np.tile((0.0, 0.3, 0.6), (len(velocity), 1)), atol=1e-9)
+    (last,) = tracker.update([detection_of(wave((16.0, 0.0)))], 8 * FRAME_S)
+    assert last.velocity is not None
+    assert last.velocity_3d is None
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("ends", (FREE,)), ("ends", ("free", "free")), ("velocity", np.zeros((4, 3))), ("velocity_3d", np.zeros((4, 2)))],
+)
+def test_what_is_no_end_or_velocity_is_refused(field: str, value: object) -> None:
+    with pytest.raises(InputError, match=r"end|velocity"):
+        Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None, **{field: value})
