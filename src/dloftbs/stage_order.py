@@ -22,7 +22,7 @@ from dloftbs.crossings import find_crossings
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
-from dloftbs.fitting import distinct_knots, fit, fit_with_knots
+from dloftbs.fitting import distinct_knots, fit, fit_with_knots, mark_unseen_joints
 from dloftbs.frame import Frame
 from dloftbs.graph import Graph
 from dloftbs.lifting import Lifted, lift
@@ -102,6 +102,11 @@ def run_stages(
         run.reason = run.reason or _why_too_short(config.linking)
         return run
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
+    if run.graph is not None:  # the published method believes in all its joints
+        lines = [
+            mark_unseen_joints(line, curve, run.crop) if line.joints else line
+            for line, curve in zip(lines, curves, strict=True)
+        ]
     clock.lap("fitting")
     run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)

@@ -213,6 +213,7 @@ BORDER_BLOBS_FOUND = {
     "a loop in a hand, its inside filled": _blob_found(141414, 15),
     "a corner whose way leaves the mask": _blob_found(202611, 4383),
     "a gap before a piece without points": _blob_found(202611, 31730),
+    "a curve that bulges out of a blob": _blob_found(202611, 46500),
 }
 
 

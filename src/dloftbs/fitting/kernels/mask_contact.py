@@ -1,0 +1,47 @@
+"""Whether points lie on a mask, or beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64, uint8
+
+from dloftbs.kernels.compiler import kernel, read
+
+
+@kernel(read(float64, 2), read(uint8, 2), int64, int64, float64)
+def are_on_mask(
+    points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], left: int, top: int, reach: float
+) -> bool:
+    """Tell whether every point lies on the mask, or no farther beside it than `reach`.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        In the image, px.
+    mask : (H, W) uint8
+        A part of the image, 0 and 1.
+    left, top : int
+        Column and row of its first pixel in the image.
+    reach : float
+        px, to the edges of the pixels.
+
+    Returns
+    -------
+    bool
+    """
+    rows, columns = mask.shape
+    for k in range(len(points)):
+        x, y = points[k, 0] - left, points[k, 1] - top
+        column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
+        if 0 <= row < rows and 0 <= column < columns and mask[row, column] != 0:
+            continue
+        near = False
+        for r in range(max(int(np.floor(y - reach)), 0), min(int(np.ceil(y + reach)) + 1, rows)):
+            for c in range(max(int(np.floor(x - reach)), 0), min(int(np.ceil(x + reach)) + 1, columns)):
+                if mask[r, c] != 0:
+                    across, along = max(abs(c - x) - 0.5, 0.0), max(abs(r - y) - 0.5, 0.0)
+                    near = near or across * across + along * along <= reach * reach
+        if not near:
+            return False
+    return True

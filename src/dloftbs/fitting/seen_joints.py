@@ -1,0 +1,66 @@
+"""Joints whose curve, once it is fitted, leaves the mask: nobody saw the object there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from dloftbs.centerline import Centerline, JointKind
+from dloftbs.curve import BSplineCurve
+from dloftbs.fitting.kernels.mask_contact import are_on_mask
+from dloftbs.kernels.cubic_samples import sample_cubic
+from dloftbs.mask_crop import MaskCrop
+
+_LEAST_WIDTHS = 2.0
+"""Length from which a joint is looked at, widths.
+
+Source: geometry; on a shorter one the mask is half a width away at most, from where the points of its two sides lie.
+"""
+
+_SAMPLE_WIDTHS = 0.25
+"""Distance of the points that are looked at, widths.
+
+Source: by hand; the curve leaves the mask for longer, if at all.
+"""
+
+_LEAST_BESIDE_PX = 1.5
+"""Distance beside the mask up to which a point counts as on it, px, where half a width is less.
+
+Source: numerics; an edge is known to a pixel.
+"""
+
+
+def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> Centerline:
+    """Return a centre line whose crossing joints are gaps where the curve leaves the mask by more than half a width.
+
+    A joint has no points, so that the curve is free to bulge; across a blob that may be far.
+
+    Parameters
+    ----------
+    line : Centerline
+    curve : BSplineCurve
+        Fitted to it.
+    crop : MaskCrop
+
+    Returns
+    -------
+    Centerline
+        The same object where there is none.
+    """
+    joints = list(line.joints)
+    (x0, y0), reach = crop.origin, max(0.5 * line.width, _LEAST_BESIDE_PX)
+    for k, (joint, (before, after)) in enumerate(zip(line.joints, pairwise(line.segments), strict=True)):
+        across = math.dist(before.points[-1], after.points[0]) / line.width
+        if joint.kind is JointKind.CROSSING and across > _LEAST_WIDTHS:
+            points = np.empty((int(across / _SAMPLE_WIDTHS) + 1, 2))
+            sample_cubic(curve.knots, curve.control_points, *joint.u, points)
+            if not are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach):
+                joints[k] = replace(joint, kind=JointKind.GAP)
+    if all(one is other for one, other in zip(joints, line.joints, strict=True)):
+        return line
+    known = {"points": line.points, "radius": line.radius, "u": line.u}
+    widths = {"width": line.width, "ends_confidence": line.ends_confidence}
+    return Centerline._unchecked(line.segments, tuple(joints), line.closed, **known, **widths)

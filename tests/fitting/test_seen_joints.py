@@ -1,0 +1,62 @@
+"""Joints whose curve leaves the mask."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import curve_through
+
+from dloftbs import Centerline, Joint, JointKind, Segment
+from dloftbs.cleaning import clean
+from dloftbs.config import CleaningConfig
+from dloftbs.fitting import mark_unseen_joints
+from dloftbs.mask_crop import MaskCrop
+
+CROSSING, GAP = JointKind.CROSSING, JointKind.GAP
+WIDTH = 6
+LEFT, RIGHT = np.arange(20.0, 81.0), np.arange(120.0, 181.0)
+
+
+def crop_of(*, blob: bool) -> MaskCrop:
+    """Return a straight cable from x = 20 to 180, which lies in a blob in the middle or is alone there."""
+    mask = np.zeros((100, 200), np.uint8)
+    mask[47:54, 17:184] = 1
+    if blob:
+        mask[20:54, 80:121] = 1
+    crop = clean(mask, CleaningConfig())
+    assert crop is not None
+    return crop
+
+
+def line_of(kind: JointKind = CROSSING) -> Centerline:
+    parts = [Segment(np.column_stack((x, np.full_like(x, 50.0))), np.full_like(x, 3.5)) for x in (LEFT, RIGHT)]
+    return Centerline(tuple(parts), (Joint(kind, (0.375, 0.625), 0.1, 1.0, 0.8),), ends_confidence=0.7)
+
+
+def bulging(height: float):
+    """Return a curve along the line that bulges to a height above it between the two segments."""
+    x = np.concatenate((LEFT[::4], np.arange(84.0, 120.0, 4.0), RIGHT[::4]))
+    between = (x > 80.0) & (x < 120.0)
+    return curve_through(
+        np.column_stack((x, 50.0 - height * np.where(between, np.sin(np.pi * (x - 80.0) / 40.0), 0.0)))
+    )
+
+
+@pytest.mark.parametrize(("height", "blob", "seen"), [(0.0, False, True), (14.0, True, True), (14.0, False, False)])
+def test_a_joint_is_a_gap_where_the_curve_leaves_the_mask(height: float, blob: bool, seen: bool) -> None:
+    line = line_of()
+    marked = mark_unseen_joints(line, bulging(height), crop_of(blob=blob))
+    assert (marked is line) == seen
+    assert marked.joints[0].kind is (CROSSING if seen else GAP)
+    assert marked.joints[0].u == line.joints[0].u
+    assert (marked.confidence, marked.width, marked.segments) == (line.confidence, line.width, line.segments)
+    np.testing.assert_array_equal(marked.u, line.u)
+
+
+def test_a_gap_stays_one_and_a_short_joint_is_not_questioned() -> None:
+    line = line_of(GAP)
+    assert mark_unseen_joints(line, bulging(14.0), crop_of(blob=False)) is line
+    short = Centerline(
+        (line.segments[0], Segment(line.segments[1].points - (32.0, 0.0), line.segments[1].radius)), line_of().joints
+    )
+    assert mark_unseen_joints(short, bulging(14.0), crop_of(blob=False)) is short
