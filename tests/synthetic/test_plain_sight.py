@@ -29,12 +29,12 @@ def test_cables_keep_id_and_direction_stay_inside_and_the_mask_shows_them(kind):
     for number in NUMBERS:
         sequence = PlainSightSequence(kind, number, size=SIZE)
         assert len(sequence) == 80
-        most = 85.0 if kind == "swings" else 20.0
+        most = {"swings": 85.0, "darts": 240.0, "drops": 45.0}.get(kind, 20.0)
         assert steps(sequence, range(0, 12)).max() < most * SCALE
         for index in (0, 25, 41, 79):
             frame, truth = sequence.frame(index), sequence.truth(index)
             np.testing.assert_array_equal(frame.mask, truth.mask)
-            assert frame.stamp == pytest.approx(index / 30.0)
+            assert kind == "drops" or frame.stamp == pytest.approx(index / 30.0)
             points = np.concatenate([curve.sample(400) for curve in truth.curves])
             assert (points > 0.0).all()
             assert (points < np.array(SIZE[::-1]) - 1.0).all()
@@ -73,6 +73,38 @@ def test_what_swings_is_fast_from_the_first_frames_on():
     fastest = [steps(PlainSightSequence("swings", n, size=SIZE), range(30)) / SCALE for n in range(4)]
     assert all(35.0 < of_one.max() <= 80.5 for of_one in fastest)
     assert max(of_one[:2].max() for of_one in fastest) > 25.0
+
+
+def test_what_darts_moves_by_a_fifth_to_a_third_of_its_length():
+    for number in NUMBERS:
+        sequence = PlainSightSequence("darts", number, size=SIZE)
+        share = steps(sequence, range(40)).max() / sequence.truth(0).curves[0].length
+        assert 0.15 < share < 0.34
+
+
+def test_dropped_frames_leave_gaps_in_the_stamps_and_in_the_motion():
+    for number in NUMBERS:
+        sequence = PlainSightSequence("drops", number, size=SIZE)
+        stamps = np.array([sequence.frame(index).stamp for index in range(80)])
+        between = np.diff(stamps)
+        assert stamps[0] == 0.0
+        assert 0.014 < between.min() < 0.03
+        assert 0.085 < between.max() < 0.12
+        of = steps(sequence, range(80))
+        assert np.corrcoef(of, between)[0, 1] > 0.3  # of a motion that is not even itself
+
+
+def test_two_ends_come_together_at_an_angle_and_part_again():
+    for number in NUMBERS:
+        sequence = PlainSightSequence("ends meet", number, size=SIZE)
+        apart = []
+        for index in (0, 40, 79):
+            one, other = (curve.sample(200) for curve in sequence.truth(index).curves)
+            apart.append(np.linalg.norm(one[-1] - other[0]))
+            first, second = one[-1] - one[-5], other[4] - other[0]
+            assert first @ second < 0.95 * np.linalg.norm(first) * np.linalg.norm(second)
+        assert apart[1] < 3.0
+        assert min(apart[0], apart[2]) > 60.0 * SCALE
 
 
 def test_one_of_two_is_taken_away_and_a_third_comes_elsewhere():

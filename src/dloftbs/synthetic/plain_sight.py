@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from dloftbs._arrays import FloatArray
 from dloftbs.errors import InputError
 from dloftbs.synthetic import plain_sight_scenes as scenes
 from dloftbs.synthetic.free_ends import FreeEnd, draw_cable_mask
@@ -28,11 +30,19 @@ _SCENES: Mapping[str, Callable[[np.random.Generator, Stage], list[Part]]] = {
     "swings": scenes.swings,
     "exchange": scenes.exchange,
     "three cross": scenes.three_cross,
+    "darts": scenes.darts,
+    "drops": scenes.bends,
+    "ends meet": scenes.ends_meet,
 }
 
 PLAIN_SIGHT_KINDS = tuple(_SCENES)
 """Motions: cables bend and drift; tilt, rigid, by 65 degrees; come nearer by a half; swing by up to 80 px a frame;
-one of two is taken away and a third one comes; three cross."""
+one of two is taken away and a third one comes; three cross; a cable swings by a fifth to a third of its length a frame;
+bends, in frames 17 to 100 ms apart; the ends of two come together at an angle and part again."""
+
+_CABLES = {"exchange": 3, "three cross": 3, "ends meet": 2}
+_DROPPED_S = (1.0 / 60.0, 0.1)
+"""Shortest and longest time between the frames of "drops"."""
 
 
 class PlainSightSequence(NumberedSequence):
@@ -83,7 +93,7 @@ class PlainSightSequence(NumberedSequence):
     ) -> None:
         check_choice("kind", kind, PLAIN_SIGHT_KINDS)
         super().__init__(kind, kind, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
-        self.cables = 3 if kind in ("exchange", "three cross") else 1
+        self.cables = _CABLES.get(kind, 1)
         widest = 2.0 * _WIDTHS_PX[1] * proportion(size)
         if width_px is not None and not 1.0 <= width_px <= widest:
             raise InputError(f"width_px must be in 1..{widest:g} here, got {width_px}")
@@ -91,7 +101,7 @@ class PlainSightSequence(NumberedSequence):
         self.width_px = max(1.0, drawn) if width_px is None else width_px
 
     def _make_truth(self, index: int) -> Truth:
-        phase, camera = index / self._frames, Camera(self.size)
+        phase, camera = float(self._phases[index]), Camera(self.size)
         present = [(number, part) for number, part in enumerate(self._parts) if part.there(phase)]
         owner = np.full(self.size, -1, np.int16)
         curves = []
@@ -103,6 +113,22 @@ class PlainSightSequence(NumberedSequence):
             curves.append(curve_through_samples(seen))
         masks = tuple(owner == number for number, _ in present)
         return Truth(tuple(curves), masks, tuple(number for number, _ in present))
+
+    def _labels(self, index: int) -> dict[str, Any]:
+        """Return the labels of a frame; dropped frames leave stamps that are not even."""
+        labels = super()._labels(index)
+        if self.family == "drops":
+            labels["stamp"] = float(self._phases[index]) * sum(_DROPPED_S) / 2.0 * self._frames
+        return labels
+
+    @cached_property
+    def _phases(self) -> FloatArray:
+        """Phases of the frames, from 0 to below 1."""
+        if self.family != "drops":
+            return np.arange(self._frames) / self._frames
+        times = np.cumsum(self._rng(3).uniform(*_DROPPED_S, self._frames))
+        result: FloatArray = (times - times[0]) / times[-1]
+        return result
 
     @cached_property
     def _parts(self) -> list[Part]:

@@ -33,6 +33,9 @@ _SHORTER = 0.2
 _TILT = math.radians(65.0)
 _NEARER = 0.5
 _STEP_PX = (40.0, 80.0)
+_STEP_SHARE = (0.2, 0.33)
+_APART_PX = 140.0
+_CORNER = (math.radians(40.0), math.radians(70.0))
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,16 @@ def swings(rng: np.random.Generator, stage: Stage) -> list[Part]:
 
     The pixels are those of HD.
     """
+    return [_swinging(rng, stage, lambda _: float(rng.uniform(*_STEP_PX)) * stage.scale)]
+
+
+def darts(rng: np.random.Generator, stage: Stage) -> list[Part]:
+    """Return a rigid cable that swings so fast that its fastest point moves by up to a third of its length a frame."""
+    return [_swinging(rng, stage, lambda length: float(rng.uniform(*_STEP_SHARE)) * length)]
+
+
+def _swinging(rng: np.random.Generator, stage: Stage, fastest_step: Callable[[float], float]) -> Part:
+    """Return a rigid cable that swings; its length in the image gives how far its fastest point moves in a frame."""
     shape = _rigid(rng, stage)
     reach = rng.uniform(0.1, 0.2) * stage.camera.size[1]
     turn, lag, start = rng.uniform(0.1, 0.4), rng.uniform(0.0, math.pi), rng.uniform(0.0, 2.0 * math.pi)
@@ -153,8 +166,34 @@ def swings(rng: np.random.Generator, stage: Stage) -> list[Part]:
     swing = _fitted(lambda phase: at(2.0 * math.pi * phase), stage, stage.box)
     moments = np.array([swing(phase) for phase in _FIT_PHASES])
     fastest = float(np.linalg.norm(np.diff(moments, axis=0), axis=2).max()) * (len(_FIT_PHASES) - 1)
-    beats = FRAMES * float(rng.uniform(*_STEP_PX)) * stage.scale / fastest
-    return [Part(lambda phase: swing(start + beats * phase))]
+    length = float(np.linalg.norm(np.diff(moments[0], axis=0), axis=1).sum())
+    beats = FRAMES * fastest_step(length) / fastest
+    return Part(lambda phase: swing(start + beats * phase))
+
+
+def ends_meet(rng: np.random.Generator, stage: Stage) -> list[Part]:
+    """Return two cables whose ends come together at an angle, stay so for a while, and part again."""
+    bending = _bending(rng, stage, _SHORTER / 2.0)
+    cut, turn = float(rng.uniform(0.35, 0.65)), float(rng.choice((-1.0, 1.0)) * rng.uniform(*_CORNER))
+    cos, sin = math.cos(turn), math.sin(turn)
+
+    def half(phase: float, *, second: bool) -> FloatArray:
+        points = bending(phase)
+        at = round(cut * (len(points) - 1))
+        way = (points[at, :2] - points[at - 8, :2]) / np.linalg.norm(points[at, :2] - points[at - 8, :2])
+        apart = _APART_PX * stage.scale * (1.0 - window(phase, (0.15, 0.4), (0.6, 0.85)))
+        if not second:
+            return points[: at + 1] - np.array([*(apart * way), 0.0])
+        turned = (points[at:] - points[at]) @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return (
+            turned
+            + points[at]
+            + np.array([apart * (cos * way[0] - sin * way[1]), apart * (sin * way[0] + cos * way[1]), 0.0])
+        )
+
+    both = _fitted(lambda phase: np.concatenate([half(phase, second=k) for k in (False, True)]), stage, stage.box)
+    count = len(half(0.0, second=False))
+    return [Part(lambda phase: both(phase)[:count]), Part(lambda phase: both(phase)[count:])]
 
 
 def exchange(rng: np.random.Generator, stage: Stage) -> list[Part]:

@@ -20,7 +20,10 @@ _SINGLE_BAR, _BAR = 99.0, 95.0
 _IDF1_BARS = {3: 0.98, 5: 0.95}
 _LESS_BAR = 30.0
 _PLAIN_IDF1_BAR, _GHOSTS_BAR = 0.98, 0.5
-_HARM_BARS = {"bends": 0.5, "tilts": 0.5, "approaches": 0.5, "swings": 0.5, "exchange": 0.5, "three cross": 3.0}
+_HARM_BARS = {
+    **dict.fromkeys(("bends", "tilts", "approaches", "swings", "exchange", "darts", "drops", "ends meet"), 0.5),
+    "three cross": 3.0,
+}
 """Per cent, of the families in which nothing is hidden."""
 HARM_PX, RIGHT_PX = 5.0, 3.0
 """Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
