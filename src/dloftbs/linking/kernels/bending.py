@@ -100,6 +100,12 @@ OPEN_KINK = 2.0
 Source: by hand; above `OPEN_JUNCTION`, since nothing else explains the end.
 """
 
+_ONLY_PAIR = 3.96
+"""Most that a joint of the only two ends at a junction costs, units of cost.
+
+Source: derived; a little less than two `OPEN_KINK`, since nothing else explains these two.
+"""
+
 OPEN_INSIDE = 0.4
 """Cost of an end left open inside of a branch that two cables share.
 
@@ -395,6 +401,25 @@ def _find_decided(
     return decided
 
 
+@helper
+def _open_costs(
+    nodes: npt.NDArray[np.int64],
+    degree: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    end_roundness: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    """Return the cost of leaving each end open, by how many ends that are no spurs its junction has."""
+    cost = np.empty(len(nodes))
+    for end in range(len(nodes)):
+        if spur[branch_of(end)]:
+            cost[end] = 0.0
+        elif nodes[end] < 0:
+            cost[end] = OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * end_roundness[end]
+        else:
+            cost[end] = OPEN_KINK if degree[nodes[end]] == 2 else OPEN_JUNCTION
+    return cost
+
+
 @kernel(
     read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64, read(uint8, 2),
     read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(boolean, 1), read(int64, 1),
@@ -460,24 +485,17 @@ def pair_costs(
     degree = np.zeros(len(own_first), dtype=np.int64)
     for end in own_members:
         degree[nodes[end]] += not spur[branch_of(end)]
-    open_cost = np.empty(n)
-    for end in range(n):
-        open_cost[end] = OPEN_JUNCTION if nodes[end] >= 0 else OPEN_CUT - (OPEN_CUT - OPEN_ROUND) * end_roundness[end]
-        if spur[branch_of(end)]:
-            open_cost[end] = 0.0
-        elif nodes[end] >= 0 and degree[nodes[end]] == 2:
-            open_cost[end] = OPEN_KINK
+    open_cost = _open_costs(nodes, degree, spur, end_roundness)
     place = _place_link_costs(first, members, starts, n)
     own_starts, own_costs = _expand_link_costs(
         own_first, own_members, end_id, spur, states, width, mask, place, link_costs
     )
     _free_corners(own_first, own_members, corners, end_id, own_starts, own_costs)
-    is_decided = _find_decided(own_first, own_members, own_starts, own_costs, spur)
-    loose, looking = np.empty(n, dtype=np.int64), 0  # ends that a gap may lead from
+    is_bound = _find_decided(own_first, own_members, own_starts, own_costs, spur) | bordering  # to take part in no gap
     for end in range(n):
-        if nodes[end] > UNAVAILABLE and not (spur[branch_of(end)] or is_decided[end] or bordering[end]):
-            loose[looking] = end
-            looking += 1
+        is_bound[end] |= spur[branch_of(end)]
+    loose = np.flatnonzero((nodes > UNAVAILABLE) & ~is_bound)
+    looking = len(loose)
     capacity = 4 * n + 16
     rows = np.empty(capacity, dtype=np.int64)
     columns = np.empty(capacity, dtype=np.int64)
@@ -488,7 +506,7 @@ def pair_costs(
             continue
         while next_loose < looking and loose[next_loose] <= i:
             next_loose += 1
-        at_gap = looking if spur[branch_of(i)] or is_decided[i] or bordering[i] else next_loose
+        at_gap = looking if is_bound[i] else next_loose
         at_link = last_link = row = 0  # the ends of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
             at_link, last_link = own_first[nodes[i]], own_first[nodes[i] + 1]
@@ -509,7 +527,7 @@ def pair_costs(
                 if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
                     continue
                 if degree[nodes[i]] == 2 and not spur[branch_of(i)] and not spur[branch_of(j)]:
-                    cost = min(cost, 1.98 * OPEN_KINK)  # nothing else explains these two
+                    cost = min(cost, _ONLY_PAIR)
             else:
                 if branch_of(end_id[i]) == branch_of(end_id[j]):  # the two ends of a branch, or those of its duplicates
                     continue
