@@ -21,8 +21,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from benchmarks.compare import ROOT
+from benchmarks.digests import digests
 from dloftbs.kernels import compiler
 
 SOURCES = ROOT / "src" / "dloftbs"
@@ -170,17 +172,33 @@ def measure(chosen: Sequence[Constant]) -> None:
         frames = Path(name) / "frames"
         command = [sys.executable, str(RUNNER), "write", str(frames)]
         subprocess.run(command, cwd=ROOT, env=_environment(ROOT), check=True)
-        before = dict(_digests(ROOT, frames))
+        before, whole = dict(_digests(ROOT, frames)), _Suites()
         for constant in chosen:
-            said = [_change(constant, factor, frames, before) for factor in (0.5, 2.0)]
+            said = [_change(constant, factor, frames, before, whole) for factor in (0.5, 2.0)]
             row = f"| `{constant.key}` | `{constant.text}` | {' | '.join(said)} |"
             sys.stdout.write(row + "\n")
             sys.stdout.flush()
             _enter(constant.key, row)
 
 
-def _change(constant: Constant, factor: float, frames: Path, before: dict[str, str]) -> str:
-    """Return the first kind of frames whose results change with the constant, or nothing.
+class _Suites:
+    """Digests of whole suites, made once and only if some constant needs them."""
+
+    @cached_property
+    def before(self) -> dict[str, dict[str, Any]]:
+        return dict(digests(ROOT, [], quick=False))
+
+    def first_change(self, tree: Path) -> str | None:
+        """Return the first suite of which a tree makes something else."""
+        after = digests(tree, [], quick=False)
+        try:
+            return next((f"suite {kind}" for kind, made in after if made != self.before[kind]), None)
+        finally:
+            after.close()
+
+
+def _change(constant: Constant, factor: float, frames: Path, before: dict[str, str], whole: _Suites) -> str:
+    """Return the first kind of frames, then the first suite, whose results change with the constant, or nothing.
 
     A copy of the tree has the kernels as compiled, so that only those that may see the change are compiled again.
     """
@@ -193,9 +211,10 @@ def _change(constant: Constant, factor: float, frames: Path, before: dict[str, s
         _keep_stamps(copy)
         after = _digests(Path(name), frames)
         try:
-            return next((kind for kind, digest in after if digest != before[kind]), "nothing")
+            kind = next((kind for kind, digest in after if digest != before[kind]), None)
         finally:
             after.close()
+        return kind or whole.first_change(Path(name)) or "nothing"
 
 
 def _keep_stamps(copy: Path) -> None:

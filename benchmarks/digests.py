@@ -15,7 +15,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,7 @@ def main() -> None:
 
 def digests(
     source: Path, kinds: Sequence[str], quick: bool, *, cache: Path | None = None
-) -> Iterator[tuple[str, dict[str, Any]]]:
+) -> Generator[tuple[str, dict[str, Any]], None, None]:
     """Yield the kinds and their digests, as the commit that is checked out in a folder makes them."""
     environment = dict(os.environ, PYTHONPATH=str(source / "src"))
     if cache is not None:
@@ -63,9 +63,13 @@ def digests(
     command = [sys.executable, str(RUNNER), str(source / "src"), "quick" if quick else "all", *kinds]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment, cwd=source) as process:
         assert process.stdout is not None
-        for line in process.stdout:
-            found = json.loads(line)
-            yield found.pop("kind"), found
+        try:
+            for line in process.stdout:
+                found = json.loads(line)
+                yield found.pop("kind"), found
+        except GeneratorExit:
+            process.kill()
+            raise
     if process.returncode:
         raise RuntimeError(f"{source}: ended with {process.returncode}")
 

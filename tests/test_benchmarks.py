@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -244,6 +245,14 @@ def test_every_constant_of_the_stages_has_a_unit_and_a_source(room):
     found = list(constants.constants(constants.SOURCES / room))
     assert found
     assert {one.key: one.lacks for one in found if one.lacks} == {}
+
+
+def test_the_table_of_what_constants_change_is_about_those_that_there_are():
+    page = constants.PAGE.read_text("utf-8")
+    rows = re.findall(r"^\| `(\S+\.py:\w+)` \| `(.*?)` \|", page, re.MULTILINE)
+    known = {one.key: one.text for room in constants.ROOMS for one in constants.constants(constants.SOURCES / room)}
+    assert len(rows) > 200
+    assert {key: text for key, text in rows if known.get(key) != text} == {}
 
 
 def test_the_pages_list_the_constants_as_they_are():
