@@ -153,11 +153,11 @@ def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]
         far = max(math.sqrt(straight[0] * straight[0] + straight[1] * straight[1]), 1e-9)
         if meeting.reach(meeting.centres[node], straight / far, far) < far:
             continue
-        ahead, aside = (
-            [meeting.reach(meeting.points[apex], turned(way / length, angle), 2.0 * width) for angle in angles]
-            for angles in ((-0.26, 0.0, 0.26), (-1.05, -0.79, -0.52, 0.52, 0.79, 1.05))
-        )
-        if width >= 6.0 and max(aside) > 1.15 * np.mean(ahead) + 0.75:
+        tip = meeting.points[apex]
+        ahead = meeting.reach(tip, way / length, 2.0 * width)
+        angles = (-1.05, -0.79, -0.52, 0.52, 0.79, 1.05)
+        aside = [meeting.reach(tip, turned(way / length, angle), 2.0 * width) for angle in angles]
+        if width >= 6.0 and max(aside) > 1.15 * ahead + 0.75:
             continue
         if alive[stub]:
             half = 0.5 * max(math.acos(min(float(one @ two), 1.0)), 0.1)

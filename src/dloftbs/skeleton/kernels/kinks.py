@@ -60,12 +60,6 @@ _WIDE = 1.15
 Source: by hand; it narrows from two widths to one, so its mean is about one and a half.
 """
 
-_AHEAD_RAD = (-0.26, 0.0, 0.26)
-"""Angles of the rays before a tip, rad.
-
-Source: by hand; 0 and 15 degrees to both sides.
-"""
-
 _ASIDE_RAD = (0.52, 0.79, 1.05)
 """Angles of the rays towards the corners of a tip, rad.
 
@@ -251,10 +245,7 @@ def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: fl
     """Tell whether the mask ends round ahead of a point, rather than where something cuts it off."""
     if width < _SHAPELESS_PX:
         return True
-    ahead, aside = 0.0, 0.0
-    for angle in _AHEAD_RAD:
-        c, s = np.cos(angle), np.sin(angle)
-        ahead += _reach(mask, x, y, c * dx - s * dy, s * dx + c * dy, 2.0 * width) / len(_AHEAD_RAD)
+    ahead, aside = _reach(mask, x, y, dx, dy, 2.0 * width), 0.0
     for angle in _ASIDE_RAD:
         c, s = np.cos(angle), np.sin(angle)
         aside = max(aside, _reach(mask, x, y, c * dx - s * dy, s * dx + c * dy, 2.0 * width))
