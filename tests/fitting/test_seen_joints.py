@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import curve_through
@@ -56,7 +58,7 @@ def test_a_joint_is_a_gap_where_the_curve_leaves_the_mask(height: float, blob: b
 def test_a_gap_stays_one_and_a_short_joint_is_not_questioned() -> None:
     line = line_of(GAP)
     assert mark_unseen_joints(line, bulging(14.0), crop_of(blob=False)) is line
-    short = Centerline(
-        (line.segments[0], Segment(line.segments[1].points - (32.0, 0.0), line.segments[1].radius)), line_of().joints
-    )
+    (joint,) = line_of().joints
+    nearer = Segment(line.segments[1].points - (32.0, 0.0), line.segments[1].radius)
+    short = Centerline((line.segments[0], nearer), (replace(joint, u=(0.469, 0.531)),))
     assert mark_unseen_joints(short, bulging(14.0), crop_of(blob=False)) is short

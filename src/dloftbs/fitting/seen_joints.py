@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +16,12 @@ _LEAST_WIDTHS = 2.0
 """Length from which a joint is looked at, widths.
 
 Source: geometry; on a shorter one the mask is half a width away at most, from where the points of its two sides lie.
+"""
+
+_LEAST_SHARE = 0.1
+"""Least share of a curve beside its joints by which its length is estimated, ratio.
+
+Source: numerics; the length that follows diverges where there is nothing but joints.
 """
 
 _SAMPLE_WIDTHS = 0.25
@@ -50,17 +54,27 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
     Centerline
         The same object where there is none.
     """
+    spans = [joint.u[1] - joint.u[0] for joint in line.joints]
+    widths = len(line.radius) / line.width / max(1.0 - sum(spans), _LEAST_SHARE)  # the points are a pixel apart
+    long = [k for k, span in enumerate(spans) if span * widths > _LEAST_WIDTHS]
     joints = list(line.joints)
-    (x0, y0), reach = crop.origin, max(0.5 * line.width, _LEAST_BESIDE_PX)
-    for k, (joint, (before, after)) in enumerate(zip(line.joints, pairwise(line.segments), strict=True)):
-        across = math.dist(before.points[-1], after.points[0]) / line.width
-        if joint.kind is JointKind.CROSSING and across > _LEAST_WIDTHS:
-            points = np.empty((int(across / _SAMPLE_WIDTHS) + 1, 2))
+    for k in long:
+        joint = joints[k]
+        if joint.kind is JointKind.CROSSING:
+            points = np.empty((int(spans[k] * widths / _SAMPLE_WIDTHS) + 1, 2))
             sample_cubic(curve.knots, curve.control_points, *joint.u, points)
+            (x0, y0), reach = crop.origin, max(0.5 * line.width, _LEAST_BESIDE_PX)
             if not are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach):
                 joints[k] = replace(joint, kind=JointKind.GAP)
     if all(one is other for one, other in zip(joints, line.joints, strict=True)):
         return line
-    known = {"points": line.points, "radius": line.radius, "u": line.u}
-    widths = {"width": line.width, "ends_confidence": line.ends_confidence}
-    return Centerline._unchecked(line.segments, tuple(joints), line.closed, **known, **widths)
+    return Centerline._unchecked(
+        line.segments,
+        tuple(joints),
+        line.closed,
+        points=line.points,
+        radius=line.radius,
+        u=line.u,
+        width=line.width,
+        ends_confidence=line.ends_confidence,
+    )
