@@ -55,6 +55,16 @@ def test_a_joint_is_a_gap_where_the_curve_leaves_the_mask(height: float, blob: b
     np.testing.assert_array_equal(marked.u, line.u)
 
 
+def test_the_gap_goes_on_until_the_curve_is_on_the_mask_again() -> None:
+    (joint,) = line_of().joints
+    line = Centerline(line_of().segments, (replace(joint, u=(0.43, 0.57)),))
+    (low, high) = mark_unseen_joints(line, bulging(14.0), crop_of(blob=False)).joints[0].u
+    assert low < 0.43
+    assert high > 0.57
+    beside = bulging(14.0)(np.array([low, high])) - 50.0
+    assert np.abs(beside[:, 1]).max() < 7.5  # the mask is 3.5 px to either side, and half a width beside it counts
+
+
 def test_a_gap_stays_one_and_a_short_joint_is_not_questioned() -> None:
     line = line_of(GAP)
     assert mark_unseen_joints(line, bulging(14.0), crop_of(blob=False)) is line

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from dloftbs._arrays import FloatArray
 from dloftbs.centerline import Centerline, JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.fitting.kernels.mask_contact import are_on_mask
@@ -40,7 +41,8 @@ Source: numerics; an edge is known to a pixel.
 def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> Centerline:
     """Return a centre line whose crossing joints are gaps where the curve leaves the mask by more than half a width.
 
-    A joint has no points, so that the curve is free to bulge; across a blob that may be far.
+    A joint has no points, so that the curve is free to bulge; across a blob that may be far. The gap ends where the
+    curve is on the mask again.
 
     Parameters
     ----------
@@ -63,9 +65,12 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         if joint.kind is JointKind.CROSSING:
             points = np.empty((int(spans[k] * widths / _SAMPLE_WIDTHS) + 1, 2))
             sample_cubic(curve.knots, curve.control_points, *joint.u, points)
-            (x0, y0), reach = crop.origin, max(0.5 * line.width, _LEAST_BESIDE_PX)
-            if not are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach):
-                joints[k] = replace(joint, kind=JointKind.GAP)
+            if not _is_on(points, crop, line.width):
+                before, after = joints[k - 1].u[1] if k else 0.0, joints[k + 1].u[0] if k + 1 < len(joints) else 1.0
+                step = spans[k] / len(points)
+                first = _until_seen(joint.u[0], -step, before, line, curve, crop)
+                last = _until_seen(joint.u[1], step, after, line, curve, crop)
+                joints[k] = replace(joint, kind=JointKind.GAP, u=(first, last))
     if all(one is other for one, other in zip(joints, line.joints, strict=True)):
         return line
     return Centerline._unchecked(
@@ -78,3 +83,15 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         width=line.width,
         ends_confidence=line.ends_confidence,
     )
+
+
+def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> float:
+    """Return the first parameter from one on at which the curve is on the mask again, and none beyond a last one."""
+    while (last - u) * step > 0.0 and not _is_on(curve(np.array([u])), crop, line.width):
+        u = min(u + step, last) if step > 0.0 else max(u + step, last)
+    return u
+
+
+def _is_on(points: FloatArray, crop: MaskCrop, width: float) -> bool:
+    (x0, y0), reach = crop.origin, max(0.5 * width, _LEAST_BESIDE_PX)
+    return bool(are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach))
