@@ -184,12 +184,8 @@ def ends_meet(rng: np.random.Generator, stage: Stage) -> list[Part]:
         apart = _APART_PX * stage.scale * (1.0 - window(phase, (0.15, 0.4), (0.6, 0.85)))
         if not second:
             return points[: at + 1] - np.array([*(apart * way), 0.0])
-        turned = (points[at:] - points[at]) @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        return (
-            turned
-            + points[at]
-            + np.array([apart * (cos * way[0] - sin * way[1]), apart * (sin * way[0] + cos * way[1]), 0.0])
-        )
+        away = points[at:] - points[at] + np.array([*(apart * way), 0.0])
+        return points[at] + away @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
     both = _fitted(lambda phase: np.concatenate([half(phase, second=k) for k in (False, True)]), stage, stage.box)
     count = len(half(0.0, second=False))

@@ -22,6 +22,8 @@ _WIDEST_DEPTHS = 1.0
 """Largest width of a hole, in distances of its deepest pixel to the ground: half a cable's width, as that distance.
 
 The mean width of the mask, by which holes are chosen first, grows with a hand that holds the cable; this does not.
+
+Source: geometry; beside a hole of half its width in the middle, a cable has a quarter on either side.
 """
 
 _COARSE_PX = 2
