@@ -35,12 +35,12 @@ RUNNER = Path(__file__).with_name("constants_run.py")
 ROOMS = ("skeleton", "evidence", "linking", "lifting", "crossings", "tracking")
 """Rooms whose constants each have a unit and a source."""
 
-LINKED = ("skeleton", "evidence", "linking")
+LINKED = ("skeleton", "evidence/kernels", "linking")
 """Rooms that docs/linking.md is about."""
 
 _NAME = re.compile(r"_?[A-Z][A-Z0-9_]*")
 _UNIT = re.compile(
-    r"px|width|radi|rad\b|\bs\b|unit|evidence|advantage|frame|second|pixel|share|ratio|times|cost|number|multiple|factor|sample|point|node|"
+    r"px|metre|width|radi|rad\b|\bs\b|unit|evidence|advantage|frame|second|pixel|share|ratio|times|cost|number|multiple|factor|sample|point|node|"
     r"cosine|sine|roundness|section|level|index|code|degree|length|squar|speed|standard dev|misfit|step",
     re.IGNORECASE,
 )

@@ -74,6 +74,11 @@ class TestFrame:
                 {"mask": MASK, "depth": DEPTH.T},
                 r"depth must have the frame's size \(4, 6\) \(rows, columns\), got \(6, 4\)",
             ),
+            (
+                {"mask": MASK, "occluders": DEPTH * 0.5},
+                "occluders must be bool or integer, any non-zero being an occluder",
+            ),
+            ({"mask": MASK, "occluders": MASK[:3]}, r"occluders must have the frame's size \(4, 6\) .* got \(3, 6\)"),
             ({"image": IMAGE, "mask": MASK[:3]}, r"mask must have the frame's size \(4, 6\) .* got \(3, 6\)"),
             ({"image": IMAGE, "depth": DEPTH[:, :5]}, r"depth must have the frame's size \(4, 6\) .* got \(4, 5\)"),
         ],
@@ -102,7 +107,12 @@ class TestFrame:
         assert frame.mask.shape == frame.depth.shape == (4, 6)
 
     def test_the_arrays_are_views_that_cannot_be_written_through(self):
-        given = {"image": IMAGE.copy(), "mask": MASK[:, :, None].copy(), "depth": DEPTH.copy()}
+        given = {
+            "image": IMAGE.copy(),
+            "mask": MASK[:, :, None].copy(),
+            "depth": DEPTH.copy(),
+            "occluders": MASK.copy(),
+        }
         frame = Frame(**given)
         for name, array in given.items():
             held = getattr(frame, name)

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from dloftbs.curve import BSplineCurve
     from dloftbs.detection import Crossing, Detection
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
+    from dloftbs.evidence import OcclusionEvidence
     from dloftbs.frame import Frame
     from dloftbs.frame_result import FrameResult
     from dloftbs.pipeline import Pipeline
@@ -74,6 +75,7 @@ _HOME = {
     "BSplineCurve": "curve",
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
     **dict.fromkeys(("Crossing", "Detection"), "detection"),
+    "OcclusionEvidence": "evidence",
     "Frame": "frame",
     "FrameResult": "frame_result",
     **dict.fromkeys(("EndKind", "Track", "TrackState"), "tracks"),
@@ -106,6 +108,7 @@ __all__ = [
     "LiftingConfig",
     "LinkingConfig",
     "NearestTrackingConfig",
+    "OcclusionEvidence",
     "PinholeCamera",
     "Pipeline",
     "PixelLiftingConfig",

@@ -87,6 +87,9 @@ def as_array(name: str, value: npt.ArrayLike) -> AnyArray:
         raise InputError(f"{name} must be an array of numbers, got {shown(value)}: {error}") from error
 
 
+_MARKED = {"mask": "cable", "occluders": "an occluder"}
+
+
 def check_image(image: npt.ArrayLike) -> AnyArray:
     """Return the image (H, W, 3) as an array.
 
@@ -101,17 +104,17 @@ def check_image(image: npt.ArrayLike) -> AnyArray:
     return array
 
 
-def check_mask(mask: npt.ArrayLike) -> AnyArray:
-    """Return the mask as an array (H, W) of bool or integers.
+def check_mask(mask: npt.ArrayLike, name: str = "mask") -> AnyArray:
+    """Return a mask as an array (H, W) of bool or integers.
 
     Raises
     ------
     InputError
         If it has another shape or type.
     """
-    array = _as_plane("mask", mask)
+    array = _as_plane(name, mask)
     if array.dtype.kind not in "biu":
-        raise InputError(f"mask must be bool or integer, any non-zero being cable, got {array.dtype}")
+        raise InputError(f"{name} must be bool or integer, any non-zero being {_MARKED[name]}, got {array.dtype}")
     return array
 
 

@@ -28,6 +28,9 @@ class Frame:
     depth : numpy.ndarray, shape (H, W) or (H, W, 1), floating point or integer, optional
         Registered to the image: metres where floating point, `LiftingConfig.integer_unit_m` where integer. Depth that
         is not, `DepthRegistration` brings there.
+    occluders : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
+        Any non-zero is something in front that may hide cables: a robot rendered from its joints, or a detected hand.
+        Where it is given, all the rest of the frame is in plain sight: a cable is not assumed hidden there.
     camera : PinholeCamera, optional
         Without it, depth cannot become metres and there are no curves in space.
     index : int
@@ -47,6 +50,7 @@ class Frame:
     image: AnyArray | None = None
     mask: AnyArray | None = None
     depth: AnyArray | None = None
+    occluders: AnyArray | None = None
     camera: PinholeCamera | None = None
     index: int = 0
     stamp: float | None = None
@@ -61,7 +65,9 @@ class Frame:
             object.__setattr__(self, "mask", _read_only(check_mask(self.mask)))
         if self.depth is not None:
             object.__setattr__(self, "depth", _read_only(check_depth(self.depth)))
-        for name in ("image", "mask", "depth"):
+        if self.occluders is not None:
+            object.__setattr__(self, "occluders", _read_only(check_mask(self.occluders, "occluders")))
+        for name in ("image", "mask", "depth", "occluders"):
             array = getattr(self, name)
             if array is not None and array.shape[:2] != self.size:
                 remedy = _REGISTER if name == "depth" else ""

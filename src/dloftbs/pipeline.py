@@ -5,6 +5,7 @@ from __future__ import annotations
 from time import perf_counter
 
 from dloftbs.config import Config, NearestTrackingConfig, TrackingConfig
+from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
@@ -63,7 +64,10 @@ class Pipeline:
         predicted_ms = 1e3 * (perf_counter() - since)
         run = run_stages(frame, self._config, self._segmenter, predicted)
         since = perf_counter()
-        tracks = self._tracker.update(run.detections, frame.stamp, frame.size, override=run.prior_override)
+        occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
+        tracks = self._tracker.update(
+            run.detections, frame.stamp, frame.size, occlusion=occlusion, override=run.prior_override
+        )
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
 

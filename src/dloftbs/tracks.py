@@ -32,7 +32,7 @@ class EndKind(str, Enum):
     BORDER = "border"
     """The curve ends at the image's border, within about a width and a half of it: the object may go on outside."""
     HIDDEN = "hidden"
-    """The frame does not show this end: it was inferred."""
+    """The frame does not show this end: it was inferred, or something is known to hide what may follow."""
 
 
 @dataclass(frozen=True, eq=False)

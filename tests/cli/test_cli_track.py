@@ -36,6 +36,18 @@ def test_a_folder_becomes_tracks_with_ids(tmp_path):
     assert (out / "curves.config.yaml").exists()
 
 
+@pytest.mark.parametrize(("under", "states"), [(True, ["confirmed"] * 9 + ["hidden"]), (False, ["confirmed"] * 9)])
+def test_a_cable_under_occluders_is_hidden(tmp_path, under, states):
+    stack = np.stack([mask(20 + i) for i in range(9)] + [np.zeros_like(mask(20))])
+    hand = np.zeros_like(stack)
+    hand[9] = under
+    np.save(tmp_path / "masks.npy", stack)
+    np.save(tmp_path / "hand.npy", hand)
+    run("track", tmp_path / "masks.npy", "--occluders", tmp_path / "hand.npy", "--out", tmp_path / "curves.jsonl")
+    rows = read_json_lines(tmp_path / "curves.jsonl")
+    assert [track["state"] for row in rows for track in row["tracks"]][1:] == states[1:]
+
+
 def test_the_summary(tmp_path):
     result = run("track", masks(tmp_path / "masks.npy", 30), "--out", tmp_path / "curves.csv")
     lines = result.stderr.splitlines()

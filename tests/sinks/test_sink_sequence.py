@@ -36,7 +36,7 @@ def read_back(sequence, folder):
 
 
 def assert_same_frame(got: Frame, wanted: Frame) -> None:
-    for name in ("image", "mask", "depth"):
+    for name in ("image", "mask", "depth", "occluders"):
         assert_same_bits(getattr(got, name), getattr(wanted, name))
     assert (got.camera, got.index, got.stamp, got.name) == (wanted.camera, wanted.index, wanted.stamp, wanted.name)
 
@@ -50,6 +50,14 @@ def test_everything_comes_back_bit_for_bit(tmp_path, mask, depth):
         for index in range(2):
             assert_same_frame(back.frame(index), sequence.frame(index))
             assert_same_truth(back.truth(index), sequence.truth(index))
+
+
+@pytest.mark.parametrize("kind", [np.bool_, np.uint8, np.int32], ids=str)
+def test_occluders_come_back(tmp_path, kind):
+    occluders = np.zeros(SIZE, kind)
+    occluders[2:5] = 1
+    frame = Frame(mask=np.zeros(SIZE, bool), occluders=occluders)
+    assert_same_frame(read_back(OneFrame(frame), tmp_path).frame(0), frame)
 
 
 def test_frames_without_images_come_back(tmp_path):
@@ -115,7 +123,7 @@ class Smooth(TinySequence):
     def frame(self, index):
         frame = super().frame(index)
         image = np.full((*SIZE, 3), 40 * index, np.uint8)
-        return Frame(image, frame.mask, frame.depth, frame.camera, frame.index, frame.stamp, frame.name)
+        return replace(frame, image=image)
 
 
 def test_a_video_takes_the_place_of_the_images(tmp_path):

@@ -136,15 +136,17 @@ def test_a_grey_picture_is_a_mask(tmp_path):
     assert_same_bits(frame.mask, mask)
 
 
-def test_a_mask_and_depth_may_lie_beside_the_image(tmp_path):
+def test_a_mask_depth_and_occluders_may_lie_beside_the_image(tmp_path):
     fill(tmp_path, "[]")
     mask, depth = np.eye(*SIZE, dtype=np.uint8), np.full(SIZE, 1.5, np.float32)
     save(tmp_path / "a.mask.png", mask)
     np.save(tmp_path / "a.depth.npy", depth)
+    save(tmp_path / "a.occluders.png", mask[::-1].copy())
     (frame,) = sources.open_labelled(tmp_path)
     assert_same_bits(frame.image, picture())
     assert_same_bits(frame.mask, mask)
     assert_same_bits(np.asarray(frame.depth), depth)
+    assert_same_bits(np.asarray(frame.occluders), mask[::-1])
 
 
 @pytest.mark.parametrize(

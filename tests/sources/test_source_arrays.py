@@ -90,7 +90,8 @@ def test_npz(tmp_path, save):
     stamps = np.array([0.0, 0.1, 0.3, 0.4, 0.9])
     save(
         tmp_path / "a.npz",
-        images=IMAGES, masks=MASKS, depth=DEPTH, stamps=stamps, camera=[100, 101, 4, 5], more=["ignored"],
+        images=IMAGES, masks=MASKS, depth=DEPTH, occluders=MASKS[::-1], stamps=stamps, camera=[100, 101, 4, 5],
+        more=["ignored"],
     )  # fmt: skip
     with sources.open(tmp_path / "a.npz") as source:
         for _ in range(2):  # it can be read again
@@ -98,6 +99,7 @@ def test_npz(tmp_path, save):
             np.testing.assert_array_equal([frame.image for frame in frames], IMAGES)
             np.testing.assert_array_equal([frame.mask for frame in frames], MASKS)
             np.testing.assert_array_equal([frame.depth for frame in frames], DEPTH)
+            np.testing.assert_array_equal([frame.occluders for frame in frames], MASKS[::-1])
             assert [frame.stamp for frame in frames] == stamps.tolist()
             assert frames[0].camera == CAMERA
 
@@ -144,6 +146,8 @@ def test_npz_without_frames(tmp_path):
     [
         ({"images": IMAGES, "masks": MASKS[:4]}, r"agree.*'images': \(5, 8, 9\), 'masks': \(4, 8, 9\)"),
         ({"masks": MASKS, "depth": DEPTH[:, :5]}, "agree"),
+        ({"masks": MASKS, "occluders": MASKS[:, :5]}, "agree"),
+        ({"masks": MASKS, "occluders": DEPTH / 3.0}, "occluders must have shape"),
         ({"masks": MASKS, "stamps": [0.0, 1.0]}, r"stamps must be 5 finite numbers, got \(2,\)"),
         ({"masks": MASKS, "stamps": [0, 1, 2, 3, np.nan]}, "finite"),
         ({"masks": MASKS, "camera": [1.0, 2.0]}, r"fx, fy, cx, cy, got \(2,\)"),

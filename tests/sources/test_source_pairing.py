@@ -60,6 +60,21 @@ def test_rules(folder, pattern):
         np.testing.assert_array_equal(frame.mask, mask(number % 5))
 
 
+def test_occluders_by_a_rule_a_folder_and_a_stack(folder, tmp_path):
+    hands = [mask(number) > 0 for number in range(3)]
+    for number, hand in zip((1, 2, 10), hands, strict=True):
+        save(folder / f"img{number}_hand.png", hand * np.uint8(255))
+        save(folder / "hands" / f"{number}.png", hand * np.uint8(255))
+    np.savez(folder / "hands.npz", occluders=np.array(hands))
+    for where in ("{stem}_hand.png", folder / "hands", folder / "hands.npz"):
+        with sources.open(f"{folder}/img*[0-9].png", occluders=where) as source:
+            found = [frame.occluders > 0 for frame in source]
+        np.testing.assert_array_equal(found, hands)
+    (folder / "img2_hand.png").unlink()
+    with sources.open(f"{folder}/img*[0-9].png", occluders="{stem}_hand.png") as source:
+        assert [frame.occluders is None for frame in source] == [False, True, False]
+
+
 def test_rule_into_another_folder(tmp_path):
     for number in range(3):
         save(tmp_path / "rgb" / f"{number}.jpg", colour(number))

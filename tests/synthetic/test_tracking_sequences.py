@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dloftbs.errors import InputError
-from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, tracking
+from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
 from dloftbs.synthetic.tracking_scenes import MOST_HIDDEN
 
 SIZE = (360, 640)
@@ -177,6 +177,32 @@ def test_all_sizes_and_widths_can_be_drawn(family, cables, size, width_px):
     truth = sequence.truth(4)
     length = sum(curve.length for curve in truth.curves)
     assert truth.mask.sum() == pytest.approx(length * sequence.width_px, rel=0.15)
+
+
+@pytest.mark.parametrize("evidence", [("occluders",), ("depth",), ("occluders", "depth")])
+def test_evidence_tells_of_the_covers_and_changes_nothing_else(evidence):
+    plain = TrackingSequence("occluded", 3, 0, size=SIZE)
+    told = TrackingSequence("occluded", 3, 0, size=SIZE, evidence=evidence)
+    for index in (0, 30, 55):
+        frame, covered = told.frame(index), plain.covered(index)
+        np.testing.assert_array_equal(frame.mask, plain.frame(index).mask)
+        assert (frame.occluders is None) == ("occluders" not in evidence)
+        if frame.occluders is not None:
+            np.testing.assert_array_equal(frame.occluders, covered)
+        assert (frame.depth is None) == (frame.camera is None) == ("depth" not in evidence)
+        if frame.depth is not None:
+            bare = ~(frame.mask | covered)
+            for place, metres in ((covered, 0.7), (frame.mask, 0.88), (bare, 1.0)):
+                if place.any():
+                    known = frame.depth[place & (frame.depth > 0.0)]
+                    assert np.median(known) == pytest.approx(metres, abs=0.025)
+
+
+def test_the_suite_of_known_occluders_is_that_of_tracking_with_evidence():
+    made = known_occluders(0.01, 0, SIZE)
+    assert [(one.family, one.cables) for one in made] == [c for c in CASTS if c[0] in ("occluded", "hidden")]
+    assert all(one.frame(30).occluders is not None and one.frame(30).depth is not None for one in made)
+    assert len({one.name for one in known_occluders()}) == len(known_occluders())
 
 
 def test_what_cannot_be_is_refused():

@@ -16,6 +16,7 @@ from dloftbs.frame import Frame
 from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import collect_new_objects, gaps_on_track, make_visible_curve
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.track_model import TrackModel
@@ -90,6 +91,6 @@ def test_a_part_beyond_one_end_of_a_track_that_leaves_at_the_other_lies_within_i
     (observation,) = make_observations([LINKED])
     model = TrackModel.from_observation(1, observation)
     at_border = observation._replace(points=observation.points + np.array([0.0, 500.0]))  # its start is
-    visible = make_visible_curve(model, [PartialMatch(at_border, (0.2, 1.3), WHOLE)], (1000, 1000))
+    visible = make_visible_curve(model, [PartialMatch(at_border, (0.2, 1.3), WHOLE)], View((1000, 1000)))
     assert visible.inferred
     assert all(0.0 <= edge <= 1.0 for span in visible.inferred for edge in span)

@@ -174,6 +174,7 @@ class InputOptions:
     kind: Kind
     depth: str | None
     masks: str | None
+    occluders: str | None
     camera: PinholeCamera | None
     registration: DepthRegistration | None
 
@@ -195,6 +196,7 @@ class InputOptions:
             kind=self.kind,
             depth=self.depth,
             masks=self.masks,
+            occluders=self.occluders,
             camera=self.camera,
             registration=registration,
             fps=fps,
@@ -204,7 +206,12 @@ class InputOptions:
     @property
     def rules(self) -> list[str]:
         """The naming rules among the paths."""
-        return [where for where in (self.depth, self.masks) if where is not None and "{stem}" in where]
+        return [where for where in self.beside if "{stem}" in where]
+
+    @property
+    def beside(self) -> list[str]:
+        """The paths and naming rules of what goes with the frames."""
+        return [where for where in (self.depth, self.masks, self.occluders) if where is not None]
 
 
 def input_options(command: Command) -> Command:
@@ -230,6 +237,12 @@ def input_options(command: Command) -> Command:
         help="Masks for the frames, in the same ways, in place of a colour.",
     )
     @click.option(
+        "--occluders",
+        type=FilledPath(),
+        metavar="PATH|RULE",
+        help="Masks of what may hide cables (a robot, a hand), in the same ways; all else is in plain sight.",
+    )
+    @click.option(
         "--camera",
         type=FilledPath(),
         metavar="FX,FY,CX,CY|FILE",
@@ -248,13 +261,14 @@ def input_options(command: Command) -> Command:
         kind: Kind,
         depth: str | None,
         masks: str | None,
+        occluders: str | None,
         camera: str | None,
         registration: str | None,
         **kwargs: Any,
     ) -> None:
         if masks is not None and kind == "mask":
             raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
-        inputs = InputOptions(kind, depth, masks, parse_camera(camera), parse_registration(registration))
+        inputs = InputOptions(kind, depth, masks, occluders, parse_camera(camera), parse_registration(registration))
         command(*args, inputs=inputs, **kwargs)
 
     return with_inputs

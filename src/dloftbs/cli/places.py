@@ -21,7 +21,7 @@ from dloftbs.sinks.sink import Identity, identity_of
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
 
-READING = ("depth", "masks", "camera", "registration", "config_file")
+READING = ("depth", "masks", "occluders", "camera", "registration", "config_file")
 """Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
 

@@ -78,6 +78,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence",
         lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
     ),
+    "known-occluders": (
+        "the sequences of tracking with occluders, told by a mask and by depth with the errors of a camera",
+        lambda scale, seed, size: synthetic.known_occluders(scale, seed=seed, size=size),
+    ),
     "plain-sight": (
         "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
         lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),

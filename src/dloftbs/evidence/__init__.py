@@ -1,7 +1,8 @@
-"""Evidence in a frame of what lies between the ends of cables, which linking asks."""
+"""Evidence in a frame of what lies between the ends of cables, and of what hides them: linking and tracking ask it."""
 
 from __future__ import annotations
 
 from dloftbs.evidence.evidence_map import EvidenceMap
+from dloftbs.evidence.occlusion import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
 
-__all__ = ["EvidenceMap"]
+__all__ = ["HIDDEN", "IN_SIGHT", "UNKNOWN", "EvidenceMap", "OcclusionEvidence"]

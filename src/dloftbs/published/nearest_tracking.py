@@ -12,6 +12,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
+from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import SAMPLES, Observation, make_observations
 from dloftbs.prior import Prediction
 from dloftbs.tracks import Track, TrackState
@@ -52,6 +53,7 @@ class NearestTracker:
         stamp: float | None = None,
         size: tuple[int, int] | None = None,
         *,
+        occlusion: OcclusionEvidence | None = None,
         override: float = 0.0,
     ) -> tuple[Track, ...]:
         """Take one frame's detections and return the tracks, by id.
@@ -62,7 +64,7 @@ class NearestTracker:
             Curves are in the image, px.
         stamp : float, optional
             Seconds. A frame with the stamp of the last one is a repetition: nothing changes.
-        size, override : optional
+        size, occlusion, override : optional
             Ignored.
 
         Raises

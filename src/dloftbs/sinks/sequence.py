@@ -57,6 +57,7 @@ def write_sequence(sequence: KnownFrames, folder: str | os.PathLike[str], *, vid
           images/000000.png   BGR, without loss
           masks/000000.png    .npy where the type is none of bool, uint8 and uint16
           depth/000000.png    uint16 as it is, or metres as 16-bit millimetres where that loses nothing; else .npy
+          occluders/          as masks/
           visible/000000.png  which object is seen where: 0 is none, i + 1 the i-th curve
 
     A frame's line comes after its files. So whatever ends the writing, all frames with a line are whole, and the reader
@@ -106,8 +107,11 @@ def _write_frames(sequence: KnownFrames, root: Path, records: AppendFile, images
                 "name": readable(frame.name),
                 "size": frame.size,
                 "camera": None if frame.camera is None else frame.camera.to_dict(),
-                "mask": None if frame.mask is None else _write_mask(root, index, frame.mask),
+                "mask": None if frame.mask is None else _write_mask(root, "masks", index, frame.mask),
                 "depth": None if frame.depth is None else _write_depth(root, index, frame.depth),
+                "occluders": None
+                if frame.occluders is None
+                else _write_mask(root, "occluders", index, frame.occluders),
                 "visible": _write_visible(root, index, frame, truth) if truth.visible_masks else None,
                 "truth": truth.to_dict(),
                 "image": images.add(index, frame),
@@ -158,10 +162,10 @@ class _Video:
             self._file.close()
 
 
-def _write_mask(root: Path, index: int, mask: AnyArray) -> dict[str, str]:
+def _write_mask(root: Path, folder: str, index: int, mask: AnyArray) -> dict[str, str]:
     pixels = mask * np.uint8(255) if mask.dtype == np.bool_ else mask
     suffix = ".png" if pixels.dtype in (np.uint8, np.uint16) else ".npy"
-    return {"file": _save(root, "masks", index, pixels, suffix), "type": mask.dtype.str}
+    return {"file": _save(root, folder, index, pixels, suffix), "type": mask.dtype.str}
 
 
 def _write_depth(root: Path, index: int, depth: AnyArray) -> dict[str, str]:

@@ -55,6 +55,7 @@ def open(
     kind: Kind = "auto",
     depth: PathLike | None = None,
     masks: PathLike | None = None,
+    occluders: PathLike | None = None,
     camera: PinholeCamera | PathLike | None = None,
     registration: DepthRegistration | PathLike | None = None,
     fps: float | None = None,
@@ -68,8 +69,8 @@ def open(
         An image file, a folder or a glob of such (in natural order: img2 before img10), a video file, a .npy or .npz
         file, the address of a stream (``"rtsp://..."``), or the index of a camera (0, ``"0"``). An array is a stack of
         images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), bool or integer. A .npz holds `images`, `masks` or both,
-        and may hold `depth` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with
-        `distortion` and `distortion_model` as `PinholeCamera` has them.
+        and may hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy,
+        the latter with `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos and cameras are images; arrays are what their shape or key says. In masks
@@ -81,6 +82,8 @@ def open(
         there is a warning, and the frame goes without.
     masks : str or path, optional
         Masks to go with images, in the same ways; the key in a .npz file is `masks`.
+    occluders : str or path, optional
+        Masks of what may hide cables, in the same ways (see `Frame`); the key in a .npz file is `occluders`.
     camera : PinholeCamera, str or path, optional
         Goes with every frame, in place of what a .npz file says; a file as `PinholeCamera.from_file` reads it.
     registration : DepthRegistration, str or path, optional
@@ -103,17 +106,17 @@ def open(
     InputError
         If an argument is of a wrong type or value.
     SourceError
-        If there is nothing there, it cannot be opened, or depth or masks differ from the frames in number.
+        If there is nothing there, it cannot be opened, or depth, masks or occluders differ from the frames in number.
     """
     _check_options(kind, masks, fps, jobs)
-    for name, path in (("where", where), ("depth", depth), ("masks", masks)):
+    for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
         if isinstance(path, str) and not path:
             raise InputError(f"{name} is an empty text; the current folder is '.'")
     camera, registration = _cameras(camera, registration)
     if masks is not None:
         kind = "image"
     paired: dict[What, str] = {}
-    for what, partner in (("depth", depth), ("mask", masks)):
+    for what, partner in (("depth", depth), ("mask", masks), ("occluders", occluders)):
         if partner is not None:
             paired[cast(What, what)] = _path_text(what, partner)
     if _is_live(where):

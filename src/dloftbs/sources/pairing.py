@@ -1,4 +1,4 @@
-"""Depth and masks from files beside the colour: which file belongs to which frame."""
+"""Depth, masks and occluders from files beside the colour: which file belongs to which frame."""
 
 from __future__ import annotations
 
@@ -17,16 +17,20 @@ from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
 
-What = Literal["depth", "mask"]
+What = Literal["depth", "mask", "occluders"]
 """Values that go with a frame, by the names of its fields."""
 STEM = "{stem}"
 
-_READERS: dict[What, Callable[[Path], AnyArray]] = {"depth": read_depth, "mask": read_mask}
-_STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks"}
+_READERS: dict[What, Callable[[Path], AnyArray]] = {
+    "depth": read_depth,
+    "mask": read_mask,
+    "occluders": read_mask,
+}
+_STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks", "occluders": "occluders"}
 
 
 class Partner(Protocol):
-    """Depth or masks that go with a stream, frame by frame."""
+    """Depth, masks or occluders that go with a stream, frame by frame."""
 
     count: int
 
@@ -75,7 +79,7 @@ class PairedSource(Source):
     ----------
     source : Source
         Belongs to this one from now on, and is closed with it.
-    partners : dict of {"depth", "mask"} to Partner
+    partners : dict of {"depth", "mask", "occluders"} to Partner
     registration : DepthRegistration, optional
         Brings the depth into the images.
 
@@ -99,7 +103,7 @@ class PairedSource(Source):
                 )
 
     def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames. One whose depth or mask is missing or cannot be read goes without.
+        """Yield the frames. One of which a partner is missing or cannot be read goes without that.
 
         Raises
         ------
@@ -148,7 +152,13 @@ def _with(frame: Frame, what: What, partner: Partner, registration: DepthRegistr
 
 
 def _give(frame: Frame, what: What, array: AnyArray | None) -> Frame:
-    return replace(frame, depth=array) if what == "depth" else replace(frame, mask=array)
+    match what:
+        case "depth":
+            return replace(frame, depth=array)
+        case "mask":
+            return replace(frame, mask=array)
+        case "occluders":
+            return replace(frame, occluders=array)
 
 
 def is_rule(where: str | None) -> bool:
@@ -157,14 +167,14 @@ def is_rule(where: str | None) -> bool:
 
 
 def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partner:
-    """Open depth or masks.
+    """Open depth, masks or occluders.
 
     Parameters
     ----------
-    what : {"depth", "mask"}
+    what : {"depth", "mask", "occluders"}
     where : str
         A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
-        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth" or "masks".
+        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth", "masks" or "occluders".
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 

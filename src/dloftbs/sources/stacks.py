@@ -23,6 +23,7 @@ NPZ_KEYS = {
     "images": "(N, H, W, 3) uint8",
     "masks": "(N, H, W)",
     "depth": "(N, H, W)",
+    "occluders": "(N, H, W)",
     "stamps": "(N,) seconds",
     "camera": "(4,) fx, fy, cx, cy",
     "distortion": "(n,) of the camera",
@@ -34,7 +35,7 @@ _LENS_KEYS = {"distortion": "distortion", "model": "distortion_model"}
 
 
 class ArraySource(Source):
-    """Stacks of images, masks and depth, indexed together.
+    """Stacks of images, masks, depth and occluders, indexed together.
 
     Parameters
     ----------
@@ -43,6 +44,7 @@ class ArraySource(Source):
         BGR.
     masks : Stack, shape (N, H, W), bool or integer, optional
     depth : Stack, shape (N, H, W), floating point (metres) or integer, optional
+    occluders : Stack, shape (N, H, W), bool or integer, optional
     stamps : array_like, shape (N,), optional
         Seconds.
     kind : {"auto", "image", "mask"}
@@ -68,13 +70,14 @@ class ArraySource(Source):
         images: Stack | None = None,
         masks: Stack | None = None,
         depth: Stack | None = None,
+        occluders: Stack | None = None,
         stamps: npt.ArrayLike | None = None,
         kind: Kind = "auto",
         camera: PinholeCamera | None = None,
         fps: float | None = None,
         registration: DepthRegistration | None = None,
     ) -> None:
-        stacks = {"images": images, "masks": masks, "depth": depth}
+        stacks = {"images": images, "masks": masks, "depth": depth, "occluders": occluders}
         self._stacks = {key: stack for key, stack in stacks.items() if stack is not None}
         self.name = name
         self.fps = fps
@@ -112,8 +115,9 @@ class ArraySource(Source):
         for index in range(self.length):
             image, mask = self._image_and_mask(index)
             depth = self._depth(index, image if image is not None else mask)
+            occluders = self._stacks["occluders"][index] if "occluders" in self._stacks else None
             stamp, name = self._stamp(index), f"{self.name}#{index}"
-            yield Frame(image=image, mask=mask, depth=depth, camera=self._camera, index=index, stamp=stamp, name=name)
+            yield Frame(image, mask, depth, occluders, self._camera, index, stamp, name)
             if self._closed:
                 return
 
@@ -192,13 +196,13 @@ def _from_npz(
         raise SourceError(f"{path}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
     if camera is None and "camera" in small:
         camera = _camera(small)
-    stacks = {key: NpzMember(path, key) for key in ("images", "masks", "depth") if key in keys}
+    stacks = {key: NpzMember(path, key) for key in ("images", "masks", "depth", "occluders") if key in keys}
     stamps = small.get("stamps")
     return ArraySource(path.name, **stacks, stamps=stamps, kind=kind, camera=camera, fps=fps, registration=registration)
 
 
 def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
-    """Return the number of frames of the stacks "images", "masks", "depth", of which at least one is given.
+    """Return the number of frames of the stacks, of which "images" or "masks" is given.
 
     Depth that is not registered yet may have another size.
 
@@ -220,7 +224,7 @@ def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
 
 
 def check_stack(key: str, stack: Stack) -> None:
-    """Check a stack by its name: "images", "masks" or "depth".
+    """Check a stack by its name: "images", "masks", "depth" or "occluders".
 
     Raises
     ------
@@ -231,7 +235,7 @@ def check_stack(key: str, stack: Stack) -> None:
     whole = np.issubdtype(dtype, np.integer)
     if key == "images":
         expected, valid = "(N, H, W, 3) of uint8", stack.ndim == 4 and stack.shape[3] == 3 and dtype == np.uint8
-    elif key == "masks":
+    elif key in ("masks", "occluders"):
         expected, valid = "(N, H, W) of bool or integers", stack.ndim == 3 and bool(whole or dtype == np.bool_)
     else:
         expected = "(N, H, W) of floating point or integers"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dloftbs.synthetic.cables import TangleSequence, several_cables
 from dloftbs.synthetic.degrade import NETWORK, NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs.synthetic.demo_sequence import DemoSequence
-from dloftbs.synthetic.depth_noise import DepthNoise, depth_sigma
+from dloftbs.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise, depth_sigma
 from dloftbs.synthetic.edge_cases import EDGE_CASES, EdgeCaseSequence, edge_cases
 from dloftbs.synthetic.free_ends import END_STYLES, FreeEnd, draw_cable_mask
 from dloftbs.synthetic.kinds import KINDS, KindSequence, kinds
@@ -13,12 +13,12 @@ from dloftbs.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladde
 from dloftbs.synthetic.plain_sight import PLAIN_SIGHT_KINDS, PlainSightSequence, plain_sight
 from dloftbs.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.synthetic.rgbd import RgbdSequence
-from dloftbs.synthetic.rgbd_suites import TYPICAL_NOISE, rgbd_artificial, rgbd_manipulation, rgbd_noisy
+from dloftbs.synthetic.rgbd_suites import rgbd_artificial, rgbd_manipulation, rgbd_noisy
 from dloftbs.synthetic.simulated import SIMULATED_KINDS, SimulatedSequence, simulated
 from dloftbs.synthetic.simulation import REMEDY as SIMULATION_REMEDY
 from dloftbs.synthetic.simulation import available as simulation_available
 from dloftbs.synthetic.strand import random_curve
-from dloftbs.synthetic.tracking_sequences import TRACKING_FAMILIES, TrackingSequence, tracking
+from dloftbs.synthetic.tracking_sequences import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
 from dloftbs.synthetic.tube import draw_tube_mask
 
 __all__ = [
@@ -55,6 +55,7 @@ __all__ = [
     "draw_tube_mask",
     "edge_cases",
     "kinds",
+    "known_occluders",
     "noise_ladder",
     "plain_sight",
     "random_curve",

@@ -89,6 +89,10 @@ class DepthNoise:
         return cv2.sepFilter2D(white, -1, weights, weights, borderType=cv2.BORDER_REFLECT_101)
 
 
+TYPICAL_NOISE = DepthNoise(depth_noise=1.0, hole_share=0.05, flying=0.5)
+"""Of a depth camera on cables: sigma as `depth_sigma`, holes over 5 % of the cable, flying pixels."""
+
+
 def _in_steps(depth: npt.NDArray[np.float32], quantum_m: float) -> npt.NDArray[np.float32]:
     """Return depth whose inverse is a whole number of steps; a step of the inverse is one of depth at 1 m."""
     counts = np.rint(1.0 / (quantum_m * depth.astype(np.float64)))

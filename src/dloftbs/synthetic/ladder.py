@@ -9,10 +9,10 @@ from dloftbs.errors import InputError
 from dloftbs.sources.source import KnownSequence
 from dloftbs.synthetic.cables import TangleSequence
 from dloftbs.synthetic.degrade import Degradation, DegradedSequence
-from dloftbs.synthetic.depth_noise import DepthNoise
+from dloftbs.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise
 from dloftbs.synthetic.generated import count_at, proportion
 from dloftbs.synthetic.rgb import RgbSequence
-from dloftbs.synthetic.rgbd_suites import TYPICAL_NOISE, rgbd_artificial, rgbd_manipulation
+from dloftbs.synthetic.rgbd_suites import rgbd_artificial, rgbd_manipulation
 
 Size = tuple[int, int]
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from dloftbs.errors import InputError
-from dloftbs.synthetic.depth_noise import DepthNoise
+from dloftbs.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise
 from dloftbs.synthetic.generated import proportion
 from dloftbs.synthetic.rgbd import RgbdSequence
 from dloftbs.synthetic.rgbd_artificial_scenes import ARTIFICIAL
@@ -18,8 +18,6 @@ from dloftbs.synthetic.space_scene import SpaceScene
 
 _FEWEST_FRAMES = 3
 _SEEDS_APART = 100
-TYPICAL_NOISE = DepthNoise(depth_noise=1.0, hole_share=0.05, flying=0.5)
-"""Of a depth camera on cables: sigma as `depth_sigma`, holes over 5 % of the cable, flying pixels."""
 _FAR_M = 1.4
 _STEREO_GRAIN_PX, _STEREO_QUANTUM_M = 2.0, 0.002  # px of an HD image
 

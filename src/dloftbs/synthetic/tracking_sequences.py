@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
+from dloftbs._arrays import AnyArray
 from dloftbs.errors import InputError
+from dloftbs.frame import Frame
 from dloftbs.synthetic import tracking_scenes as scenes
+from dloftbs.synthetic.depth_noise import TYPICAL_NOISE
 from dloftbs.synthetic.generated import MaskSequence, NumberedSequence, count_at, width_at
+from dloftbs.synthetic.space_scene import hd_camera
 from dloftbs.synthetic.strand import Strand
 from dloftbs.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
 from dloftbs.truth import Truth
 
+Evidence = Literal["occluders", "depth"]
+"""Fields of a frame that tell what hides cables."""
+
 _FPS = 30.0
+_GROUND_M, _CABLES_M, _COVERS_M = 1.0, 0.9, 0.7  # distances along the optical axis
+_ABOVE_M = 0.02  # from a cable to the next one over it
 _WIDEST_PX = 20.0  # in HD: the tightest loops allow no more
 _FULL = {1: 12, 2: 12, 3: 10, 5: 6}
 """Sequences of a family at scale 1, by the number of cables."""
@@ -63,6 +73,9 @@ class TrackingSequence(NumberedSequence, MaskSequence):
         Another seed gives other motions.
     width_px : float, optional
         Width of the cables; 12 in an image of 1280 x 720 and in proportion in others, where it is left out.
+    evidence : collection of {"occluders", "depth"}
+        What a frame has besides its mask: a mask of what covers cables, and depth with the errors of a camera, with the
+        covers 20 cm above the cables and the ground 10 cm below.
 
     Raises
     ------
@@ -79,6 +92,7 @@ class TrackingSequence(NumberedSequence, MaskSequence):
         size: tuple[int, int] = (720, 1280),
         seed: int = 0,
         width_px: float | None = None,
+        evidence: Collection[Evidence] = (),
     ) -> None:
         if cables not in TRACKING_FAMILIES.get(family, ()):
             known = "; ".join(f"{name!r} with {counts}" for name, counts in TRACKING_FAMILIES.items())
@@ -87,6 +101,31 @@ class TrackingSequence(NumberedSequence, MaskSequence):
         super().__init__(name, family, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
         self.cables = cables
         self.width_px = width_at(size, width_px, _WIDEST_PX)
+        self._evidence = frozenset(evidence)
+
+    def frame(self, index: int) -> Frame:
+        """Return one frame with the mask of all cables, shape (H, W) bool, and the evidence asked for.
+
+        Raises
+        ------
+        InputError
+            If there is no such frame.
+        """
+        frame = super().frame(index)
+        if "occluders" in self._evidence:
+            frame = replace(frame, occluders=self.covered(index))
+        if "depth" in self._evidence:
+            frame = replace(frame, depth=self._depth(index), camera=hd_camera(self.size))
+        return frame
+
+    def _depth(self, index: int) -> AnyArray:
+        """Return the depth (H, W), m, as a camera measures it."""
+        depth = np.full(self.size, _GROUND_M, np.float32)
+        masks = self.truth(index).visible_masks
+        for number, mask in enumerate(masks):
+            depth[mask] = _CABLES_M - number * _ABOVE_M
+        depth[self.covered(index)] = _COVERS_M
+        return TYPICAL_NOISE.apply(depth, np.any(masks, axis=0), np.random.default_rng([self.seed, self.number, index]))
 
     def covered(self, index: int) -> Mask:
         """Return the pixels, shape (H, W), that are behind an occluder.
@@ -131,9 +170,34 @@ def tracking(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 12
     InputError
         If a value is out of range.
     """
+    return _sequences(tuple(TRACKING_FAMILIES), scale, seed, size)
+
+
+def known_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[TrackingSequence]:
+    """Return the sequences of `tracking` with occluders, whose frames tell of them by a mask and by depth.
+
+    Parameters
+    ----------
+    scale : float
+        Share of the sequences of each family; at least one for each number of cables.
+    seed : int
+    size : (int, int)
+        ``(H, W)`` px.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    return _sequences(("occluded", "hidden"), scale, seed, size, ("occluders", "depth"))
+
+
+def _sequences(
+    families: Sequence[str], scale: float, seed: int, size: tuple[int, int], evidence: Collection[Evidence] = ()
+) -> list[TrackingSequence]:
     return [
-        TrackingSequence(family, cables, number, FRAMES, size, seed)
-        for family, counts in TRACKING_FAMILIES.items()
-        for cables in counts
+        TrackingSequence(family, cables, number, FRAMES, size, seed, evidence=evidence)
+        for family in families
+        for cables in TRACKING_FAMILIES[family]
         for number in range(count_at(scale, _FULL[cables], 1))
     ]

@@ -6,7 +6,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
-from dloftbs.tracking.image_border import ends_at_border
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.track_model import TrackModel
@@ -71,7 +71,7 @@ def locate_on_track(
     predicted: FloatArray,
     observation: Observation,
     best_start: float,
-    size: tuple[int, int] | None,
+    view: View,
 ) -> tuple[float, float]:
     """Return the span of a longer track that an observation shows: at an end, unless it clearly fits better elsewhere.
 
@@ -84,12 +84,11 @@ def locate_on_track(
         In the track's direction.
     best_start : float
         Start that fits best, in ``u`` of the track.
-    size : (int, int) or None
-        ``(H, W)`` of the image.
+    view : View
     """
     share = observation.length / model.length
     first, last, inner = (_misfit_at(model, predicted, observation, low) for low in (0.0, 1.0 - share, best_start))
-    cut = ends_at_border(observation, size, model.width)
+    cut = view.cut_ends(observation, model.width)
     were_hidden = [any(low <= 0.0 for low, _ in model.hidden), any(high >= 1.0 for _, high in model.hidden)]
     for signs, weight in ((cut, _AT_BORDER), (were_hidden, _HIDDEN_BEFORE)):
         if signs[0] != signs[1]:
@@ -102,12 +101,12 @@ def locate_on_track(
 
 
 def find_whole_view(
-    model: TrackModel, predicted: FloatArray, observation: Observation, start: float, size: tuple[int, int] | None
+    model: TrackModel, predicted: FloatArray, observation: Observation, start: float, view: View
 ) -> Observation | None:
     """Return the whole object of an observation that shows one track alone; None if that is only a part of the track.
 
-    It is the whole track, whatever its length, tilt and bend, unless the image's border cuts it, or an end was cut off
-    or added, which shows in the rest staying where it was predicted.
+    It is the whole track, whatever its length, tilt and bend, unless the image's border or an occluder cuts it. Where
+    no evidence tells, an end may have been cut off or added, which shows in the rest staying where it was predicted.
 
     Parameters
     ----------
@@ -118,12 +117,13 @@ def find_whole_view(
         In the track's direction.
     start : float
         Its start if it is a part, in ``u`` of the track.
-    size : (int, int) or None
-        ``(H, W)`` of the image.
+    view : View
     """
     if observation.curve.closed or model.curve.closed:
         return None
     whole = observation.between(0.0, 1.0)
+    if any(view.hidden_ends(whole, model.width)) and model.length - whole.length > model.length_tolerance_px:
+        return None
     length = float(np.hypot(*np.diff(predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
         if observation.length > _MAJORITY * whole.length:
@@ -131,16 +131,22 @@ def find_whole_view(
         return min(  # all of it tells the direction better than a small part
             (whole, whole.reversed()), key=lambda one: kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT)
         )
-    if not whole.contiguous or any(ends_at_border(whole, size, model.width)):
+    if not whole.contiguous or any(view.cut_ends(whole, model.width)):
         return None
-    share = whole.length / length
+    same = view.shows_ends(whole, model.width) or not _stayed_but_for_an_end(model, predicted, whole, start)
+    return whole if same else None
+
+
+def _stayed_but_for_an_end(model: TrackModel, predicted: FloatArray, whole: Observation, start: float) -> bool:
+    """Return True if an observation fits clearly better as a part of a track, or with a new part, than as a whole."""
+    share = whole.length / float(np.hypot(*np.diff(predicted, axis=0).T).sum())
     short, long = (whole.points, predicted) if share <= 1.0 else (predicted, whole.points)
     share = min(share, 1.0 / share)
-    misfit = kernels.misfit_at(whole.points, predicted, 1.0, 0.0, 1.0)
     starts = (0.0, min(max(start, 0.0), 1.0 - share), 1.0 - share)
     misfit_if_cut = min(kernels.misfit_at(short, long, share, low, 1.0) for low in starts)
-    far = share >= _MAJORITY and misfit_if_cut > _CUT_WIDTHS * model.width  # never of an unknown width
-    return whole if far or misfit_if_cut > _CUT_FIT * misfit else None
+    if share >= _MAJORITY and misfit_if_cut > _CUT_WIDTHS * model.width:  # never of an unknown width
+        return False
+    return misfit_if_cut <= _CUT_FIT * kernels.misfit_at(whole.points, predicted, 1.0, 0.0, 1.0)
 
 
 def _misfit_at(model: TrackModel, predicted: FloatArray, observation: Observation, start: float) -> float:

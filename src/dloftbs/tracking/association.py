@@ -17,7 +17,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation, U, sample_curve
 from dloftbs.tracking.alignment import locate_on_track, snap_to_end
-from dloftbs.tracking.image_border import is_at_border
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.kernels.routing import MAX_BRIDGE, MAX_BRIDGE_CHANGE
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_spans
@@ -152,17 +152,17 @@ def associate(
     predicted: PredictedTracks,
     observations: Sequence[Observation],
     config: TrackingConfig,
-    size: tuple[int, int] | None,
+    view: View,
 ) -> Association:
     """Associate tracks with observations.
 
     Observations that are as long as no track are split at their long gaps.
     """
-    whole = Association(models, predicted, observations, config, size)
+    whole = Association(models, predicted, observations, config, view)
     parts = [
         part for d, one in enumerate(observations) for part in ([one] if whole.is_whole(d) else one.split_at_gaps())
     ]
-    association = whole if len(parts) == len(observations) else Association(models, predicted, parts, config, size)
+    association = whole if len(parts) == len(observations) else Association(models, predicted, parts, config, view)
     association.solve()
     return association
 
@@ -216,10 +216,10 @@ class Association:
         predicted: PredictedTracks,
         observations: Sequence[Observation],
         config: TrackingConfig,
-        size: tuple[int, int] | None,
+        view: View,
     ) -> None:
         self._models = models
-        self._size = size
+        self._view = view
         self._override_frames = config.override_frames
         self._points = predicted.points
         self.observations = observations
@@ -284,7 +284,7 @@ class Association:
     def _uncut_width(self, observation: Observation) -> float:
         """Return an observation's width, NaN if it lies along the image's border, which cuts it lengthwise."""
         points = observation.points[::_BORDER_STRIDE]
-        along = self._size is not None and all(is_at_border(p, self._size, observation.width) for p in points)
+        along = all(self._view.is_at_border(p, observation.width) for p in points)
         return math.nan if along else observation.width
 
     def _assign(self) -> dict[int, int]:
@@ -317,7 +317,7 @@ class Association:
         if share > 1.0:
             low = (1.0 - start - 1.0 / share) if backwards else start
             return PartialMatch(oriented, (min(-low * share, 0.0), max((1.0 - low) * share, 1.0)), oriented.curve_span)
-        span = locate_on_track(model, self._points[t], oriented, start, self._size)
+        span = locate_on_track(model, self._points[t], oriented, start, self._view)
         return PartialMatch(oriented, span, oriented.curve_span)
 
     def _share_with_another(self, t: int, d: int, owner: dict[int, int]) -> None:

@@ -8,8 +8,9 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
+from dloftbs.observation import Observation
 from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
-from dloftbs.tracking.image_border import is_at_border
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph
@@ -28,11 +29,10 @@ Source: by hand; of a hairpin, whose ends meet.
 """
 
 
-def localize(
-    graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, size: tuple[int, int] | None
-) -> list[PartialMatch]:
+def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, view: View) -> list[PartialMatch]:
     """Return the matches of all intervals of a track, laid along it together with the hidden spans between them."""
     intervals = [fit_length(graph, intervals[0], model)] if len(intervals) == 1 else intervals
+    observed = [graph.observe(one) for one in intervals]
     hidden = [_hidden_length(graph, *pair, model) for pair in pairwise(intervals)]
     lengths = [graph.length(one) for one in intervals]
     total = sum(lengths) + sum(hidden)
@@ -43,7 +43,7 @@ def localize(
     if abs(excess) > tolerance and not usual:
         start = _mean_start(graph, intervals, lengths, hidden, model)
         if excess < 0.0:
-            low = _missing_before(graph, start, -excess, intervals, model, size) / model.length
+            low = _missing_before(start, -excess, observed, model, view) / model.length
             high = low + total / model.length
         elif len(intervals) == 1:  # of several, a hidden span may as well be shorter than it seems
             before = min(max(-start, 0.0), excess)
@@ -55,7 +55,6 @@ def localize(
     for n, (one, following) in enumerate(pairwise(intervals)):
         if following.first == one.last + 1:  # the track changes from one to the other: nothing is hidden
             spans[n][1] = spans[n + 1][0] = 0.5 * (spans[n][1] + spans[n + 1][0])
-    observed = [graph.observe(one) for one in intervals]
     return [
         PartialMatch(one, (first, last), one.curve_span) for one, (first, last) in zip(observed, spans, strict=True)
     ]
@@ -97,12 +96,11 @@ def _mean_start(
 
 
 def _missing_before(
-    graph: SampleGraph,
     start: float,
     missing: float,
-    intervals: Sequence[Interval],
+    observed: Sequence[Observation],
     model: TrackModel,
-    size: tuple[int, int] | None,
+    view: View,
 ) -> float:
     """Return the missing length before the intervals, px: all or nothing of it, unless it clearly differs.
 
@@ -110,11 +108,9 @@ def _missing_before(
     """
     start = min(max(start, 0.0), missing)
     after = missing - start
-    if size is not None:
-        ends = graph.points[[intervals[0].start, intervals[-1].end]]
-        cut = [is_at_border(end, size, model.width) for end in ends]
-        if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
-            return missing if cut[0] else 0.0
+    cut = view.cut_ends(observed[0], model.width)[0], view.cut_ends(observed[-1], model.width)[1]
+    if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
+        return missing if cut[0] else 0.0
     if min(start, after) > model.position_tolerance_px:
         return start
     return 0.0 if start <= after else missing

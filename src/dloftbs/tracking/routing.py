@@ -14,6 +14,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.alignment import box_distances
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import PartialMatch
@@ -80,7 +81,7 @@ def route_tracks(
     observations: Sequence[Observation],
     dt: float,
     gate: float,
-    size: tuple[int, int] | None,
+    view: View,
 ) -> RoutingResult:
     """Route tracks through a frame.
 
@@ -97,8 +98,7 @@ def route_tracks(
         Seconds since the last frame.
     gate : float
         See `TrackingConfig.gate`.
-    size : (int, int) or None
-        ``(H, W)`` of the image.
+    view : View
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
     graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
@@ -132,7 +132,7 @@ def route_tracks(
     matches = {}
     for t, intervals in claimed.items():
         complete = complete_detection(graph, intervals, models[t])
-        matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], size)
+        matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], view)
     unassigned = [part for p, part in enumerate(parts) if _is_free(graph, p)]
     return RoutingResult(matches, unassigned, parts, scene_changed)
 

@@ -7,12 +7,14 @@ import statistics
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
+from dloftbs.evidence import HIDDEN, IN_SIGHT
 from dloftbs.observation import SAMPLES, Observation, U, sample_curve
-from dloftbs.tracking.image_border import is_at_border
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.curve_motion import move_control_points
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracks import EndKind, Track, TrackState
@@ -107,6 +109,10 @@ class TrackModel:
         Seconds since anything of the object was last seen.
     hidden : tuple of (float, float)
         The intervals of ``u`` that the last frame did not show.
+    in_sight : numpy.ndarray, shape (SAMPLES,), bool
+        The samples that the last frame did not show, although nothing hides their place.
+    is_covered : bool
+        True if the last frame showed nothing of the object, and something that hides most of its place.
     shape : numpy.ndarray, shape (SAMPLES, 2)
         The samples when the whole object was last seen.
     shape_age_s : float
@@ -155,6 +161,8 @@ class TrackModel:
     misses: int = 0
     missing_s: float = 0.0
     hidden: tuple[tuple[float, float], ...] = ()
+    in_sight: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
+    is_covered: bool = False
     shape: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
     shape_age_s: float = 0.0
     conflict_length_px: float = 0.0
@@ -235,8 +243,8 @@ class TrackModel:
         self.inferred, self.confidence = observation.gaps, 1.0
         self.seen_frames = np.minimum(self.seen_frames + ~samples_within(observation.gaps), _MAX_SEEN_FRAMES)
         if self.hidden or self.misses:
-            self.unseen_s = np.zeros(SAMPLES)
-            self.hidden = ()
+            self.unseen_s, self.in_sight = np.zeros(SAMPLES), np.zeros(SAMPLES, dtype=np.bool_)
+            self.hidden, self.is_covered = (), False
         self.conflict_frames = self.merged_frames = 0
         self.visible = None
 
@@ -247,10 +255,14 @@ class TrackModel:
         length: float,
         hidden: tuple[tuple[float, float], ...],
         inferred: tuple[tuple[float, float], ...],
+        view: View,
         dt: float,
     ) -> None:
         """Adopt a reconstructed curve, some spans of which are inferred: hidden ones, or bridged by the detector."""
         is_hidden = samples_within(hidden)
+        told = view.look(points, self.width, self.curve_3d) if hidden else None
+        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & (told == IN_SIGHT)
+        self.is_covered = False
         self.velocity = filter_velocity(self.velocity, points - self.points, dt)
         jumped = np.abs(points - self.points).max(axis=1) > JUMP_SHARE * length
         self.velocity_is_known = not (self.misses or jumped.any())
@@ -260,8 +272,9 @@ class TrackModel:
         self.hidden, self.inferred = hidden, inferred
         self.shape_age_s += dt
         self.unseen_s = np.where(is_hidden, self.unseen_s + dt, 0.0)
-        # Spans seen up to the bound are kept; those seen in a few frames are forgotten within as many.
-        fading = np.where(self.seen_frames < _MAX_SEEN_FRAMES, self.seen_frames - 1.0, self.seen_frames)
+        # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
+        kept = (self.seen_frames >= _MAX_SEEN_FRAMES) & ~self.in_sight
+        fading = np.where(kept, self.seen_frames, self.seen_frames - 1.0)
         seen = np.minimum(self.seen_frames + ~samples_within(inferred), _MAX_SEEN_FRAMES)
         self.seen_frames = np.where(is_hidden, fading, seen)
         self.confidence = self._compute_confidence()
@@ -311,12 +324,20 @@ class TrackModel:
         self.recent_ends[self.hits % HISTORY_FRAMES] = self.points[:: SAMPLES - 1]
         self.recent_lengths[self.hits % HISTORY_FRAMES] = self.length
 
-    def advance_unseen(self, dt: float) -> None:
+    def advance_unseen(self, view: View, dt: float) -> None:
         """Extrapolate by a frame in which nothing of the object was seen."""
         if not self.misses:  # from now on it moves rigidly: the shape is kept
             self.velocity = np.broadcast_to(self.velocity.mean(axis=0), self.velocity.shape)
+            if self.velocity_3d is not None:
+                self.velocity_3d = np.broadcast_to(self.velocity_3d.mean(axis=0), self.velocity_3d.shape)
         self._extrapolate(dt)
         self.velocity = self.velocity * math.exp(-dt / _MOTION_S)
+        told = view.look(self.points, self.width, self.curve_3d)
+        if told is not None:
+            self.in_sight = told == IN_SIGHT
+            self.is_covered = int(np.count_nonzero(told == HIDDEN)) > SAMPLES // 2
+        else:
+            self.in_sight, self.is_covered = np.zeros(SAMPLES, dtype=np.bool_), False
         self.state = TrackState.HIDDEN
         self.misses += 1
         self.missing_s += dt
@@ -324,7 +345,7 @@ class TrackModel:
         self.unseen_s = self.unseen_s + dt
         self.hidden = self.inferred = (WHOLE,)
         self.conflict_frames = self.merged_frames = 0
-        self.visible = self.detection = self.points_3d = self.velocity_3d = None
+        self.visible = self.detection = self.points_3d = None
         self.confidence = self._compute_confidence()
 
     def measure_velocity_in_space(self, dt: float) -> None:
@@ -342,6 +363,9 @@ class TrackModel:
             duration = extrapolated_time(dt)
             self.curve = move_curve(self.curve, self.velocity, duration)
             self.points = self.points + duration * self.velocity
+        if self.velocity_3d is not None and self.curve_3d is not None:
+            self.curve_3d = self.curve_3d.transformed(np.eye(3), extrapolated_time(dt) * self.velocity_3d[0])
+            self.velocity_3d = self.velocity_3d * math.exp(-dt / _MOTION_S)
 
     def resample(self, u: FloatArray) -> None:
         """Make the points at these parameters (SAMPLES,) the samples; parameters outside of 0..1 are new."""
@@ -353,8 +377,8 @@ class TrackModel:
         self.seen_frames = np.where(new, 0.0, np.interp(inner, U, self.seen_frames))
         self.unseen_s = np.where(new, 0.0, np.interp(inner, U, self.unseen_s))
 
-    def to_track(self, size: tuple[int, int] | None) -> Track:
-        """Return the track as published, in an image of this size ``(H, W)``."""
+    def to_track(self, view: View) -> Track:
+        """Return the track as published."""
         width = None if math.isnan(self.width) else self.width
         visible = self.visible or VisibleCurve(self.curve, self.curve_3d, self.inferred, self.confidence)
         return Track._unchecked(
@@ -368,18 +392,19 @@ class TrackModel:
             tuple((float(low), float(high)) for low, high in visible.inferred),
             visible.confidence,
             width,
-            self._ends(visible, size),
+            self._ends(visible, view),
             _between(self.velocity, visible.track_span) if self.velocity_is_known else None,
             None if self.velocity_3d is None else _between(self.velocity_3d, visible.track_span),
         )
 
-    def _ends(self, visible: VisibleCurve, size: tuple[int, int] | None) -> tuple[EndKind, EndKind] | None:
+    def _ends(self, visible: VisibleCurve, view: View) -> tuple[EndKind, EndKind] | None:
         if visible.curve.closed:
             return None
-        points = self.points[:: SAMPLES - 1] if visible.curve is self.curve else visible.curve(np.array([0.0, 1.0]))
+        points = self.points if visible.curve is self.curve else visible.curve(U[[0, 1, -2, -1]])
+        hidden = view.hidden_beyond(points, self.width, visible.curve_3d)
         first, last = (
-            EndKind.BORDER if size is not None and is_at_border(point, size, self.width) else EndKind.FREE
-            for point in points
+            EndKind.BORDER if view.is_at_border(point, self.width) else EndKind.HIDDEN if under else EndKind.FREE
+            for point, under in zip(points[[0, -1]], hidden, strict=True)
         )
         if visible.inferred:
             first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first

@@ -10,28 +10,30 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs._values import check_size, check_stamp
+from dloftbs._values import check_size, check_stamp, check_type
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
+from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import SAMPLES, Observation, U, make_observations, sample_curve
 from dloftbs.prior import Prediction
+from dloftbs.tracking.absent_spans import drop_absent_spans
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.association import associate, match_remaining_pair, match_unambiguous
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import (
     collect_new_objects,
     inferred_spans,
+    make_hidden_curve,
     make_visible_curve,
     merge_bridged,
     reconstruct_in_space,
     restart_loop,
     visible_parts,
 )
-from dloftbs.tracking.image_border import ends_at_border
 from dloftbs.tracking.merged_tracks import find_merged
 from dloftbs.tracking.motion_filter import CurveFilter
-from dloftbs.tracking.occlusion import drop_absent_spans
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.prior_gate import PriorGate
@@ -90,7 +92,7 @@ class Tracker:
         self._prior_gate = PriorGate()
         self._next_id = 1
         self._stamp: float | None = None
-        self._size: tuple[int, int] | None = None
+        self._view = View()
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -99,7 +101,7 @@ class Tracker:
 
     @property
     def lost(self) -> tuple[Track, ...]:
-        """The tracks of which the last frame shows nothing, each at its predicted place; found again, it has its id."""
+        """The tracks that are not published: the last frame shows nothing of them. Each is at its predicted place."""
         return self._lost
 
     def reset(self) -> None:
@@ -107,7 +109,7 @@ class Tracker:
         self._models, self._tracks, self._lost = [], (), ()
         self._filters = {}
         self._prior_gate = PriorGate()
-        self._stamp = self._size = None
+        self._stamp, self._view = None, View()
 
     def update(
         self,
@@ -116,6 +118,7 @@ class Tracker:
         size: tuple[int, int] | None = None,
         *,
         widths: Sequence[float] | None = None,
+        occlusion: OcclusionEvidence | None = None,
         override: float = 0.0,
     ) -> tuple[Track, ...]:
         """Update the tracks by one frame's detections, and return them.
@@ -134,6 +137,9 @@ class Tracker:
             ``(H, W)`` of the frame, px: an object that leaves the image is then known to continue outside.
         widths : sequence of float, optional
             Of the objects, px, NaN if unknown, for bare curves; detections have their own.
+        occlusion : OcclusionEvidence, optional
+            What hides objects in this frame. An object under it is published as hidden, and what is clear of it is not
+            inferred.
         override : float, optional
             Extra cost of the detections' joints, which follow `prior`, over the best ones without it.
 
@@ -145,11 +151,12 @@ class Tracker:
         Raises
         ------
         InputError
-            If an item is neither a detection nor a curve in the image; if a stamp, size or width is invalid; or, if so
-            configured, if the size differs from the last frame's or the stamp lies before its.
+            If an item is neither a detection nor a curve in the image; if a stamp, size or width is invalid, or the
+            evidence of another size; or, if so configured, if the size differs from the last frame's or the stamp lies
+            before its.
         """
         observations = make_observations(detections, widths)
-        dt = self._advance(stamp, size)
+        dt = self._advance(stamp, size, occlusion)
         self._prior_gate.count(override)
         if dt == 0.0:
             return self._tracks
@@ -157,13 +164,17 @@ class Tracker:
             self._update_tracks(observations, dt)
         else:
             self._start_tracks(observations)
-        seen = [model for model in self._models if not model.misses]
+        for model in self._models:
+            if model.misses:
+                model.visible = make_hidden_curve(model)
+        published = [model for model in self._models if not model.misses or model.visible is not None]
+        seen = [model for model in published if not model.misses]
         for model in seen:
             if model.curve_3d is not None or model.points_3d is not None:
                 model.measure_velocity_in_space(dt)
-        self._filters = {m.id: self._filters[m.id] for m in seen if m.id in self._filters}
-        self._tracks = tuple(self._publish(model, dt) for model in seen)
-        self._lost = tuple(model.to_track(self._size) for model in self._models if model.misses)
+        self._filters = {m.id: self._filters[m.id] for m in published if m.id in self._filters}
+        self._tracks = tuple(self._publish(model, dt) for model in published)
+        self._lost = tuple(m.to_track(self._view) for m in self._models if m.misses and m.visible is None)
         return self._tracks
 
     def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
@@ -188,13 +199,19 @@ class Tracker:
             if model.state is not TrackState.TENTATIVE
         )
 
-    def _advance(self, stamp: float | None, size: tuple[int, int] | None) -> float:
+    def _advance(self, stamp: float | None, size: tuple[int, int] | None, occlusion: OcclusionEvidence | None) -> float:
         """Return the seconds since the last frame; forget the tracks if this frame does not continue the stream."""
         stamp, size = check_stamp(stamp), None if size is None else check_size("size", size, 0)
-        if size is not None and self._size is not None and size != self._size:
+        if occlusion is not None:
+            check_type("occlusion", occlusion, OcclusionEvidence)
+            if size not in (None, occlusion.size):
+                raise InputError(f"the evidence of occlusion must have the frame's size {size}, got {occlusion.size}")
+            size = occlusion.size
+        known = self._view.size
+        if size is not None and known is not None and size != known:
             if self._config.on_new_size == "error":
                 raise InputError(
-                    f"the frame has the size {size}, the ones before {self._size}: "
+                    f"the frame has the size {size}, the ones before {known}: "
                     "reset the tracker, or set tracking.on_new_size to 'reset'"
                 )
             self.reset()
@@ -212,7 +229,7 @@ class Tracker:
                 self.reset()
                 dt = self._config.frame_s
         self._stamp = self._stamp if stamp is None else stamp
-        self._size = size or self._size
+        self._view = View(size or self._view.size, occlusion)
         return dt
 
     def _start_tracks(self, observations: Sequence[Observation]) -> None:
@@ -242,7 +259,7 @@ class Tracker:
             alone = len(one.detection_indices) == 1 and claims[one.matches[0].observation.detection_index] == 1
             if alone and all(are_consecutive(*pair) for pair in pairwise(one.matches)):
                 first = one.matches[0]
-                whole = find_whole_view(model, points, first.observation, first.track_span[0], self._size)
+                whole = find_whole_view(model, points, first.observation, first.track_span[0], self._view)
                 one.matches = one.matches if whole is None else [PartialMatch(whole, WHOLE, WHOLE)]
             if one.matches:
                 rejected = self._update_track(model, one, dt)
@@ -273,7 +290,7 @@ class Tracker:
         rows = [t for t, model in enumerate(models) if self._is_routed(model)]
         new_scene = False
         if ambiguous and rows:
-            routed = route_tracks(models, predicted, rows, ambiguous, dt, self._config.gate, self._size)
+            routed = route_tracks(models, predicted, rows, ambiguous, dt, self._config.gate, self._view)
             new_scene = routed.scene_changed and is_all
             if not new_scene:  # else nothing in it belongs to them
                 unassigned, parts = routed.unassigned, routed.parts
@@ -282,7 +299,7 @@ class Tracker:
         others = [t for t in range(len(models)) if not (observed[t].matches or (new_scene and t in rows))]
         if unassigned and others:
             association = associate(
-                [models[t] for t in others], predicted.subset(others), unassigned, self._config, self._size
+                [models[t] for t in others], predicted.subset(others), unassigned, self._config, self._view
             )
             split_again = {id(one) for one in unassigned}
             parts = [part for part in parts if id(part) not in split_again] + list(association.observations)
@@ -319,14 +336,14 @@ class Tracker:
         rejected: list[PartialMatch] = []
         scope = WHOLE
         if hidden_spans(matches):
-            matches, rejected, scope = drop_absent_spans(model, matches, self._size)
+            matches, rejected, scope = drop_absent_spans(model, matches, self._view)
         matches = merge_bridged(model, matches)
         merged_frames = model.merged_frames + 1 if observed.merged else 0
         if len(matches) == 1 and matches[0].is_complete:
             self._update_whole(model, matches[0], dt)
         else:
             self._update_partly(model, matches, scope, dt, shared=observed.known_separate)
-            model.visible = make_visible_curve(model, matches, self._size)
+            model.visible = make_visible_curve(model, matches, self._view)
         model.merged_frames, model.known_separate = merged_frames, observed.known_separate
         model.count_hit(self._config.min_hits)
         return [match.observation for match in rejected]
@@ -366,8 +383,8 @@ class Tracker:
         longest = max(matches, key=lambda m: m.observation.length).observation
         model.detection = longest.detection
         points, _ = sample_curve(curve)
-        model.update_partly(curve, points, model.length, hidden_spans(matches), inferred_spans(matches), dt)
-        if not any(ends_at_border(longest, self._size, model.width)) and not shared:
+        model.update_partly(curve, points, model.length, hidden_spans(matches), inferred_spans(matches), self._view, dt)
+        if not any(self._view.cut_ends(longest, model.width)) and not shared:
             lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
             model.update_conflict(longest, sum(lengths.values()))
 
@@ -383,11 +400,11 @@ class Tracker:
             or model.overlapped_frames >= self._config.override_frames
         ):
             return False
-        model.advance_unseen(dt)
+        model.advance_unseen(self._view, dt)
         return True
 
     def _publish(self, model: TrackModel, dt: float) -> Track:
-        track = model.to_track(self._size)
+        track = model.to_track(self._view)
         if self._config.smoothing_s <= 0.0:
             return track
         lag = self._config.smoothing_s

@@ -104,8 +104,10 @@ def detect(
 
 
 def _check_usage(where: Sequence[str], inputs: InputOptions) -> None:
-    if len(where) > 1 and any(path not in inputs.rules for path in (inputs.depth, inputs.masks) if path is not None):
-        raise click.UsageError('with several inputs, --depth and --masks must be rules such as "{stem}_mask.png"')
+    if len(where) > 1 and inputs.beside != inputs.rules:
+        raise click.UsageError(
+            'with several inputs, what goes with them must be rules such as --masks "{stem}_mask.png"'
+        )
 
 
 def _pictures(pipeline: Pipeline, outputs: Outputs) -> Iterator[Sink]:

@@ -198,6 +198,7 @@ def _plain(parts: Sequence[Part], suite: str) -> Table:
 _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgb": _table_1,
     "tracking": _families,
+    "known-occluders": _families,
     "plain-sight": _families,
     "simulated": _families,
     "several-cables": _table_2,

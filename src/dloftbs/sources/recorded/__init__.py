@@ -40,8 +40,8 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     KnownSequence
         Named as the folder, or as what was written. Where points are given, the curves are cubic splines through them.
         In all but "written", whose frames have what they had, camera.json or camera.yaml gives the camera, in any
-        form that `PinholeCamera.from_file` takes, and STEM.depth.png (16 bits) or STEM.depth.npy beside an image its
-        depth.
+        form that `PinholeCamera.from_file` takes, STEM.depth.png (16 bits) or STEM.depth.npy beside an image its
+        depth, and STEM.occluders.png what may hide cables in it.
 
     Raises
     ------

@@ -11,7 +11,7 @@ from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixels import AnyArray, read_image_or_mask, read_pixels
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in, listed
-from dloftbs.sources.recorded.pictures import camera_in, depth_beside, images_in
+from dloftbs.sources.recorded.pictures import camera_in, depth_beside, images_in, occluders_beside
 from dloftbs.sources.source import logger
 from dloftbs.truth import Truth
 
@@ -19,7 +19,7 @@ TREE = """\
 labels: an image of object numbers (0 is background) for each image; no curves are known
   folder/
     00.jpg                any image format
-    00.labels.png         one channel; STEM.depth.png and camera.json may lie beside"""
+    00.labels.png         one channel; STEM.depth.png, STEM.occluders.png and camera.json may lie beside"""
 
 LABELS = ".labels.png"
 
@@ -47,7 +47,8 @@ class LabelledImages(RecordedSequence):
     def _frame(self, index: int) -> Frame:
         path, labels = self._pairs[index]
         image, _ = read_image_or_mask(path, "image")
-        return Frame(image, _read_labels(labels) > 0, depth_beside(path), self._camera, index=index, name=path.name)
+        mask, depth, occluders = _read_labels(labels) > 0, depth_beside(path), occluders_beside(path)
+        return Frame(image, mask, depth, occluders, self._camera, index=index, name=path.name)
 
     def _truth(self, index: int) -> Truth:
         labels = _read_labels(self._pairs[index][1])

@@ -1,4 +1,4 @@
-"""Files beside the truth: images, masks, depth, the camera."""
+"""Files beside the truth: images, masks, depth, occluders, the camera."""
 
 from __future__ import annotations
 
@@ -20,18 +20,21 @@ if TYPE_CHECKING:
 
 CAMERA = "camera.json"
 CAMERA_FILES = (CAMERA, "camera.yaml", "camera.yml")
-PARTNERS = (".labels", ".mask", ".depth")
+PARTNERS = (".labels", ".mask", ".depth", ".occluders")
 """Endings, before the suffix, of the files that go with an image of the same name."""
 
 
 def images_in(folder: Path) -> list[Path]:
-    """Return the images of a folder in natural order, without masks, depth and labels that go with others."""
+    """Return the images of a folder in natural order, without those that go with others."""
     return [p for p in files_in(folder) if p.suffix.lower() in IMAGE_EXTENSIONS and Path(p.stem).suffix not in PARTNERS]
 
 
 @dataclass(frozen=True)
 class PictureFile:
-    """An image or a mask in a file, with what goes with it: STEM.mask.png, STEM.depth.png or STEM.depth.npy."""
+    """An image or a mask in a file, with what goes with it.
+
+    That is STEM.mask.png, STEM.depth.png or STEM.depth.npy, and STEM.occluders.png.
+    """
 
     path: Path
     camera: PinholeCamera | None = None
@@ -48,7 +51,8 @@ class PictureFile:
         beside = self.path.with_name(f"{self.path.stem}.mask.png")
         if beside.exists():
             image, mask = read_image_or_mask(self.path, "image")[0], read_mask(beside)
-        return Frame(image, mask, depth_beside(self.path), self.camera, index=index, name=self.path.name)
+        depth, occluders = depth_beside(self.path), occluders_beside(self.path)
+        return Frame(image, mask, depth, occluders, self.camera, index=index, name=self.path.name)
 
 
 def depth_beside(path: Path) -> AnyArray | None:
@@ -64,6 +68,18 @@ def depth_beside(path: Path) -> AnyArray | None:
         if beside.exists():
             return read_depth(beside)
     return None
+
+
+def occluders_beside(path: Path) -> AnyArray | None:
+    """Read the occluders that go with an image: STEM.occluders.png; None where there are none.
+
+    Raises
+    ------
+    SourceError
+        If they cannot be read.
+    """
+    beside = path.with_name(f"{path.stem}.occluders.png")
+    return read_mask(beside) if beside.exists() else None
 
 
 def camera_in(folder: Path) -> PinholeCamera | None:

@@ -21,7 +21,7 @@ from dloftbs.truth import Truth
 TREE = """\
 polylines: points (x, y) px along each object, for each image or mask
   folder/
-    00.png                an image or a mask; STEM.mask.png, STEM.depth.png and camera.json may lie beside
+    00.png                an image or a mask; STEM.mask.png, .depth.png, .occluders.png and camera.json may lie beside
     00.json               {"curves": [[[x, y], ...], ...], "ids": [1, ...]}, or only the list of curves
     01.png
     01.csv                columns object,x,y or object,x,y,z; points in order; z is depth in metres"""

@@ -24,7 +24,7 @@ written: what dloftbs.sinks.write_sequence leaves
   folder/
     sequence.json
     truth.jsonl           a line per frame
-    images/000000.png     or images.mp4; beside it masks/, depth/ and visible/ where there are any"""
+    images/000000.png     or images.mp4; beside it masks/, depth/, occluders/, visible/ where there are any"""
 
 HEADER = "sequence.json"
 RECORDS = "truth.jsonl"
@@ -55,6 +55,7 @@ class _Record(msgspec.Struct):
     camera: dict[str, Any] | None
     mask: _Stored | None
     depth: _Stored | None
+    occluders: _Stored | None
     visible: str | None
     truth: dict[str, Any]
     image: str | None
@@ -100,6 +101,7 @@ class WrittenSequence(RecordedSequence):
             image=None if record.image is None else self._image(index, record),
             mask=None if record.mask is None else self._mask(record.mask),
             depth=None if record.depth is None else self._depth(record.depth),
+            occluders=None if record.occluders is None else self._mask(record.occluders),
             camera=None if record.camera is None else PinholeCamera.from_dict(record.camera),
             index=record.index,
             stamp=record.stamp,

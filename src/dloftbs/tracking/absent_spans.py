@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.observation import U
-from dloftbs.tracking.image_border import is_at_border
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
 from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
 
@@ -20,16 +20,16 @@ Source: bounds time; an odd number, so that it is one of them.
 
 
 def drop_absent_spans(
-    model: TrackModel, matches: Sequence[PartialMatch], size: tuple[int, int] | None
+    model: TrackModel, matches: Sequence[PartialMatch], view: View
 ) -> tuple[list[PartialMatch], list[PartialMatch], tuple[float, float]]:
     """Return the matches that belong to a track, those that do not, and the span of the former ``u`` that remains.
 
     A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
-    visible part by more than a stretch that every frame so far has inferred. Beyond the image's border it may always go
-    on, and a gap that the detector bridges is not questioned. Matches that are connected by an absent span only are no
-    parts of one track: the longest group stays.
+    visible part by more than a stretch that every frame so far has inferred. Beyond the image's border and under an
+    occluder it may always go on, and a gap that the detector bridges is not questioned. Matches that are connected by
+    an absent span only are no parts of one track: the longest group stays.
     """
-    questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, size)]
+    questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, view)]
     absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
     if not absent:
         return list(matches), [], WHOLE
@@ -78,14 +78,13 @@ def median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
 
 
 def _is_certainly_hidden(
-    model: TrackModel, matches: Sequence[PartialMatch], span: tuple[float, float], size: tuple[int, int] | None
+    model: TrackModel, matches: Sequence[PartialMatch], span: tuple[float, float], view: View
 ) -> bool:
-    """Return True if a span begins at the image's border, or the detector itself bridges it."""
+    """Return True if a span begins at the image's border or an occluder, or the detector itself bridges it."""
     if span[0] > 0.0 and span[1] < 1.0:
         before = next(m for m in matches if abs(m.track_span[1] - span[0]) < SAME_U)
         after = next(m for m in matches if abs(m.track_span[0] - span[1]) < SAME_U)
-        return are_consecutive(before, after)
-    if size is None:
-        return False
-    end = matches[0].observation.points[0] if span[0] <= 0.0 else matches[-1].observation.points[-1]
-    return is_at_border(end, size, model.width)
+        cut = view.cut_ends(before.observation, model.width)[1] and view.cut_ends(after.observation, model.width)[0]
+        return cut or are_consecutive(before, after)
+    end, side = (matches[0], 0) if span[0] <= 0.0 else (matches[-1], 1)
+    return view.cut_ends(end.observation, model.width)[side]

@@ -1,0 +1,182 @@
+"""Evidence of occlusion: whether something hides a place of the image, or it is in plain sight."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import AnyArray, FloatArray, check_depth, check_mask
+from dloftbs._values import check_type
+from dloftbs.camera import PinholeCamera
+from dloftbs.config import DepthConfig
+from dloftbs.curve import BSplineCurve
+from dloftbs.depth import to_metres
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame
+from dloftbs.observation import U, sample_curve
+
+HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
+"""What `OcclusionEvidence.look` says of a place, codes.
+
+Source: by definition.
+"""
+
+_LEAST_REACH_PX = 4.0
+"""Least distance from a place at which occluders count as near it, px.
+
+Source: geometry; depth cameras displace edges by 2 to 4 px.
+"""
+
+_DEPTH_TOLERANCE_M = 0.01
+"""Least difference of depths that tells what is in front, metres.
+
+Source: geometry; half of a thick cable, whose surface is nearer than its axis.
+"""
+
+_DEPTH_NOISE_PER_M = 0.012
+"""The same difference in addition, metres at a distance of one, growing with its square.
+
+Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
+"""
+
+_LEAST_DEPTHS = 3
+"""Least number of pixels of a place with depth, of five, that tell that it is in plain sight.
+
+Source: by definition; the majority.
+"""
+
+_CROSS = np.array([(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)])
+"""Pixels of a place that are asked for their depth and for cables, from its middle, widths.
+
+Source: geometry; the cable's middle and its edges.
+"""
+
+_SQUARE = np.array([(x, y) for y in (-1.0, 0.0, 1.0) for x in (-1.0, 0.0, 1.0)])
+"""Pixels around a place that are asked for occluders, from its middle, widths.
+
+Source: geometry; a predicted curve is off by no more, most often.
+"""
+
+
+class OcclusionEvidence:
+    """What a frame tells of places where a cable may be hidden: by its depth, and by the mask of occluders.
+
+    Depth comes first: something nearer than the cable hides it; a place where only farther things are seen is in plain
+    sight. Where depth says neither, a place under the occluders is hidden, and one clear of them is in plain sight,
+    unless the mask has a cable there: it may lie over another.
+
+    Parameters
+    ----------
+    occluders : array_like, shape (H, W), bool or any integer type, optional
+        See `Frame`.
+    mask : array_like, shape (H, W), bool or any integer type, optional
+        Of the cables.
+    depth : array_like, shape (H, W), optional
+        See `Frame`. It tells only of objects with a curve in space.
+    camera : PinholeCamera, optional
+        Needed with depth.
+    config : DepthConfig, optional
+        Meaning of the values of the depth.
+
+    Attributes
+    ----------
+    size : (int, int)
+        ``(H, W)`` px.
+
+    Raises
+    ------
+    InputError
+        If neither occluders nor depth are given, depth comes without a camera, or shapes or types are wrong.
+    """
+
+    def __init__(
+        self,
+        *,
+        occluders: npt.ArrayLike | None = None,
+        mask: npt.ArrayLike | None = None,
+        depth: npt.ArrayLike | None = None,
+        camera: PinholeCamera | None = None,
+        config: DepthConfig | None = None,
+    ) -> None:
+        if occluders is None and depth is None:
+            raise InputError("evidence of occlusion needs occluders or depth, got neither")
+        if depth is not None and camera is None:
+            raise InputError("depth tells what hides cables only with a camera, got none")
+        if camera is not None:
+            check_type("camera", camera, PinholeCamera)
+        self._occluders = None if occluders is None else check_mask(occluders, "occluders")
+        self._mask = None if mask is None else check_mask(mask)
+        self._depth = None if depth is None else check_depth(depth)
+        self._camera = camera
+        self._config = DepthConfig() if config is None else config
+        shapes = {array.shape for array in (self._occluders, self._mask, self._depth) if array is not None}
+        if len(shapes) > 1:
+            raise InputError(f"occluders, mask and depth must have the same size, got {sorted(shapes)}")
+        (self.size,) = shapes
+
+    @classmethod
+    def of(cls, frame: Frame, mask: AnyArray, config: DepthConfig) -> OcclusionEvidence | None:
+        """Return the evidence in a frame with the mask that was made of it; None if it has none."""
+        depth = None if frame.camera is None else frame.depth
+        if frame.occluders is None and depth is None:
+            return None
+        return cls(occluders=frame.occluders, mask=mask, depth=depth, camera=frame.camera, config=config)
+
+    def look(self, points: FloatArray, width: float, depth_m: FloatArray | None = None) -> npt.NDArray[np.int8]:
+        """Return what the frame tells of places.
+
+        Parameters
+        ----------
+        points : numpy.ndarray, shape (n, 2)
+            ``(x, y)`` px.
+        width : float
+            Of the cable, px; NaN if it is unknown.
+        depth_m : numpy.ndarray, shape (n,), optional
+            Distance of the cable there along the optical axis, m; NaN where it is unknown.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n,)
+            `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
+        """
+        result = np.zeros(len(points), dtype=np.int8)
+        reach = max(_LEAST_REACH_PX, 0.0 if np.isnan(width) else width)
+        if self._depth is not None and depth_m is not None:
+            metres = to_metres(_pixels_at(self._depth, points, reach * _CROSS), self._config)
+            tolerance = _DEPTH_TOLERANCE_M + _DEPTH_NOISE_PER_M * depth_m**2
+            with np.errstate(invalid="ignore"):
+                nearer = np.count_nonzero(metres < (depth_m - tolerance)[:, None], axis=1)
+                farther = np.count_nonzero(metres > (depth_m + tolerance)[:, None], axis=1)
+            known = np.count_nonzero(np.isfinite(metres), axis=1)
+            result[2 * nearer > known] = HIDDEN
+            result[(farther == known) & (known >= _LEAST_DEPTHS)] = IN_SIGHT
+        if self._occluders is not None:
+            covered = _pixels_at(self._occluders, points, reach * _SQUARE) != 0
+            untold = result == UNKNOWN
+            result[untold & covered[:, len(_SQUARE) // 2]] = HIDDEN
+            result[untold & ~covered.any(axis=1)] = IN_SIGHT
+        if self._mask is not None:
+            result[(result == IN_SIGHT) & (_pixels_at(self._mask, points, reach * _CROSS) != 0).any(axis=1)] = UNKNOWN
+        inside = ((points > -0.5) & (points < np.array(self.size[::-1]) - 0.5)).all(axis=1)
+        result[~inside] = HIDDEN
+        return result
+
+    def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:
+        """Return the distance (SAMPLES,) of a curve along the optical axis, m, at the samples of its image.
+
+        None without a camera, or where the camera cannot see all of the curve.
+        """
+        points, _ = sample_curve(curve_3d)
+        if self._depth is None or self._camera is None or not (points[:, 2] > 0.0).all():
+            return None
+        steps = np.hypot(*np.diff(self._camera.project(points), axis=0).T)
+        along = np.concatenate(([0.0], np.cumsum(steps)))
+        return np.interp(U, along / along[-1], points[:, 2]) if along[-1] > 0.0 else None
+
+
+def _pixels_at(array: AnyArray, points: FloatArray, offsets: FloatArray) -> AnyArray:
+    """Return the pixels nearest to places (n, 2), each moved by offsets (k, 2), as (n, k); the border's beyond it."""
+    rounded = np.rint(points[:, None] + offsets).astype(np.int64)
+    h, w = array.shape
+    pixels: AnyArray = array[np.clip(rounded[..., 1], 0, h - 1), np.clip(rounded[..., 0], 0, w - 1)]
+    return pixels

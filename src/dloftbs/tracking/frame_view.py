@@ -1,0 +1,106 @@
+"""View of a frame: where the image's border or an occluder may cut a cable, and where one may be hidden."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.curve import BSplineCurve
+from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
+from dloftbs.observation import Observation
+from dloftbs.tracking.partial_match import WHOLE
+
+_BORDER_PX = 3.0
+"""Distance from the image's border within which it may cut an end, px, besides `_BORDER_WIDTHS`.
+
+Source: by hand; cleaning, thinning and fitting each move an end by a pixel.
+"""
+
+_BORDER_WIDTHS = 1.5
+"""Distance from the image's border within which it may cut an end, widths.
+
+Source: by hand; a cable that leaves at a slant ends about one width before it.
+"""
+
+_BEYOND = np.array([0.5, 1.0, 1.5])
+"""Distances beyond an end, along its tangent, at which a frame is asked what hides the rest of a cable, widths.
+
+Source: geometry; a cable that goes under an edge at a slant ends up to a width and a half before it.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What a frame shows of the scene.
+
+    Parameters
+    ----------
+    size : (int, int) or None
+        ``(H, W)`` of the image, px.
+    occlusion : OcclusionEvidence or None
+        None if the frame tells nothing of what hides cables.
+    """
+
+    size: tuple[int, int] | None = None
+    occlusion: OcclusionEvidence | None = None
+
+    def is_at_border(self, point: FloatArray, width: float) -> bool:
+        """Return True if a point lies within about a width of the border of the image."""
+        if self.size is None:
+            return False
+        margin = _BORDER_PX + (0.0 if math.isnan(width) else _BORDER_WIDTHS * width)
+        x, y = float(point[0]), float(point[1])
+        return min(x, y, self.size[1] - 1.0 - x, self.size[0] - 1.0 - y) < margin
+
+    def ends_at_border(self, observation: Observation, width: float) -> list[bool]:
+        """Return, for each end of an observation, True if the image's border may cut it."""
+        return [self.is_at_border(end, width) for end in observation.points[[0, -1]]]
+
+    def cut_ends(self, observation: Observation, width: float) -> list[bool]:
+        """Return, for each end of an observation, True if the border or something that hides the rest may cut it."""
+        cut, hidden = self.ends_at_border(observation, width), self.hidden_ends(observation, width)
+        return [one or other for one, other in zip(cut, hidden, strict=True)]
+
+    def hidden_ends(self, observation: Observation, width: float) -> list[bool]:
+        """Return, for each end of an observation, True if the frame tells that something may hide the rest."""
+        return self.hidden_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
+
+    def hidden_beyond(
+        self, points: FloatArray, width: float, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
+    ) -> list[bool]:
+        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        if self.occlusion is None:
+            return [False, False]
+        hidden: list[bool] = (self._look_beyond(points, width, curve_3d, span) == HIDDEN).any(axis=1).tolist()
+        return hidden
+
+    def shows_ends(self, observation: Observation, width: float) -> bool:
+        """Return True if there is evidence that nothing hides a continuation of an observation at either end."""
+        if self.occlusion is None:
+            return False
+        told = self._look_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
+        return bool((told == IN_SIGHT).all())
+
+    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int8] | None:
+        """Return what the frame tells of the samples of a curve; None if it tells nothing."""
+        if self.occlusion is None:
+            return None
+        depth_m = None if curve_3d is None else self.occlusion.depth_along(curve_3d)
+        return self.occlusion.look(points, width, depth_m)
+
+    def _look_beyond(
+        self, points: FloatArray, width: float, curve_3d: BSplineCurve | None, span: tuple[float, float]
+    ) -> npt.NDArray[np.int8]:
+        """Return what the frame tells beyond the two ends of points along a curve, as (2, `_BEYOND`)."""
+        assert self.occlusion is not None
+        ends = points[[0, -1]]
+        away = ends - points[[1, -2]]
+        away /= np.maximum(np.hypot(*away.T), np.finfo(float).tiny)[:, None]
+        step = _BORDER_PX if math.isnan(width) else width
+        places = ends[:, None] + step * _BEYOND[:, None] * away[:, None]
+        depth_m = None if curve_3d is None else np.repeat(curve_3d(np.array(span))[:, 2], len(_BEYOND))
+        return self.occlusion.look(places.reshape(-1, 2), width, depth_m).reshape(2, -1)

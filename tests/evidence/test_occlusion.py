@@ -1,0 +1,138 @@
+"""Evidence of occlusion: what depth, occluders and the mask say of a place, and how far along a curve lies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import curve_through
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.config import DepthConfig, LiftingConfig
+from dloftbs.errors import InputError
+from dloftbs.evidence import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
+from dloftbs.frame import Frame
+from dloftbs.observation import SAMPLES, U
+
+SIZE = (120, 160)
+WIDTH = 8.0
+CAMERA = PinholeCamera(100.0, 100.0, 80.0, 60.0)
+OCCLUDERS = np.zeros(SIZE, np.uint8)
+OCCLUDERS[:, :50] = 7  # any non-zero
+
+
+def look(evidence: OcclusionEvidence, x: float, y: float = 60.0, depth_m: float | None = None) -> int:
+    given = None if depth_m is None else np.array([depth_m])
+    return int(evidence.look(np.array([(x, y)]), WIDTH, given)[0])
+
+
+def depth_of(metres: float) -> np.ndarray:
+    return np.full(SIZE, metres, np.float32)
+
+
+class TestOccluders:
+    EVIDENCE = OcclusionEvidence(occluders=OCCLUDERS)
+
+    @pytest.mark.parametrize(("x", "expected"), [(30, HIDDEN), (48, HIDDEN), (53, UNKNOWN), (60, IN_SIGHT)])
+    def test_under_them_is_hidden_and_clear_of_them_in_plain_sight(self, x, expected):
+        assert look(self.EVIDENCE, x) == expected
+
+    @pytest.mark.parametrize("place", [(-3.0, 60.0), (163.0, 60.0), (100.0, -2.0), (100.0, 121.0)])
+    def test_outside_of_the_image_is_hidden(self, place):
+        assert look(self.EVIDENCE, *place) == HIDDEN
+
+    @pytest.mark.parametrize(("x", "expected"), [(100, UNKNOWN), (104, UNKNOWN), (110, IN_SIGHT), (30, HIDDEN)])
+    def test_under_another_cable_nobody_knows(self, x, expected):
+        mask = np.zeros(SIZE, np.bool_)
+        mask[:, 100] = True
+        assert look(OcclusionEvidence(occluders=OCCLUDERS, mask=mask), x) == expected
+
+    def test_an_unknown_width_has_a_least_reach(self):
+        told = self.EVIDENCE.look(np.array([(52.0, 60.0), (58.0, 60.0)]), np.nan)
+        assert told.tolist() == [UNKNOWN, IN_SIGHT]
+
+    @given(st.floats(-20.0, 180.0), st.floats(-20.0, 140.0))
+    def test_a_place_is_told_as_pixel_by_pixel(self, x, y):
+        inside = -0.5 < x < SIZE[1] - 0.5 and -0.5 < y < SIZE[0] - 0.5
+        around = [
+            OCCLUDERS[int(np.clip(np.rint(y + dy), 0, SIZE[0] - 1)), int(np.clip(np.rint(x + dx), 0, SIZE[1] - 1))]
+            for dy in (-WIDTH, 0.0, WIDTH)
+            for dx in (-WIDTH, 0.0, WIDTH)
+        ]
+        expected = HIDDEN if not inside or around[4] else UNKNOWN if any(around) else IN_SIGHT
+        assert look(self.EVIDENCE, x, y) == expected
+
+
+class TestDepth:
+    @pytest.mark.parametrize(
+        ("metres", "expected"),
+        [(0.5, HIDDEN), (0.95, HIDDEN), (0.99, UNKNOWN), (1.01, UNKNOWN), (1.05, IN_SIGHT), (2.0, IN_SIGHT), (0.0, 0)],
+    )
+    def test_nearer_hides_and_farther_is_in_plain_sight(self, metres, expected):
+        evidence = OcclusionEvidence(depth=depth_of(metres), camera=CAMERA)
+        assert look(evidence, 80.0, depth_m=1.0) == expected
+
+    def test_it_outranks_occluders_where_it_tells(self):
+        for metres, expected in ((0.5, HIDDEN), (1.0, IN_SIGHT), (1.5, IN_SIGHT)):
+            evidence = OcclusionEvidence(depth=depth_of(metres), camera=CAMERA, occluders=np.zeros(SIZE, np.bool_))
+            assert look(evidence, 80.0, depth_m=1.0) == expected
+        covered = OcclusionEvidence(depth=depth_of(1.5), camera=CAMERA, occluders=np.ones(SIZE, np.bool_))
+        assert look(covered, 80.0, depth_m=1.0) == IN_SIGHT
+
+    def test_it_says_nothing_of_a_curve_without_one(self):
+        assert look(OcclusionEvidence(depth=depth_of(0.5), camera=CAMERA), 80.0) == UNKNOWN
+
+    def test_a_part_of_the_width_in_front_is_no_plain_sight(self):
+        depth = depth_of(1.5)
+        depth[:, 84:] = 0.5
+        evidence = OcclusionEvidence(depth=depth, camera=CAMERA)
+        assert [look(evidence, x, depth_m=1.0) for x in (70.0, 82.0, 90.0)] == [IN_SIGHT, UNKNOWN, HIDDEN]
+
+    def test_counts_have_their_unit(self):
+        evidence = OcclusionEvidence(
+            depth=np.full(SIZE, 5000, np.uint16), camera=CAMERA, config=DepthConfig(integer_unit_m=1e-4)
+        )
+        assert [look(evidence, 80.0, depth_m=z) for z in (0.3, 0.5, 0.7)] == [IN_SIGHT, UNKNOWN, HIDDEN]
+
+    def test_the_distance_along_a_curve_is_that_at_its_image(self):
+        ends = np.array([(-0.2, 0.1, 0.5), (0.6, 0.0, 1.5)])
+        curve = curve_through(ends[0] + np.linspace(0.0, 1.0, 40)[:, None] * (ends[1] - ends[0]))
+        depth_m = OcclusionEvidence(depth=depth_of(2.0), camera=CAMERA).depth_along(curve)
+        dense = curve(np.linspace(0.0, 1.0, 20_001))
+        seen = CAMERA.project(dense)
+        along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))))
+        assert depth_m.shape == (SAMPLES,)
+        np.testing.assert_allclose(depth_m, np.interp(U, along / along[-1], dense[:, 2]), atol=2e-3)
+        assert depth_m[SAMPLES // 2] < 0.85  # where in space it would be 1.0
+
+    def test_there_is_none_behind_the_camera_or_without_one(self):
+        curve = curve_through(np.linspace((0.0, 0.0, -0.1), (0.1, 0.0, 1.0), 20))
+        assert OcclusionEvidence(depth=depth_of(2.0), camera=CAMERA).depth_along(curve) is None
+        assert TestOccluders.EVIDENCE.depth_along(curve) is None
+
+
+class TestInput:
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            ({}, "needs occluders or depth, got neither"),
+            ({"mask": OCCLUDERS}, "needs occluders or depth, got neither"),
+            ({"depth": depth_of(1.0)}, "only with a camera, got none"),
+            ({"occluders": OCCLUDERS, "depth": depth_of(1.0)[:5], "camera": CAMERA}, "must have the same size"),
+            ({"occluders": OCCLUDERS, "mask": OCCLUDERS[:5]}, "must have the same size"),
+            ({"occluders": OCCLUDERS / 2.0}, "occluders must be bool or integer, any non-zero being an occluder"),
+            ({"depth": depth_of(1.0), "camera": "kinect"}, "camera must be"),
+        ],
+    )
+    def test_what_is_wrong_is_said(self, arguments, message):
+        with pytest.raises(InputError, match=message):
+            OcclusionEvidence(**arguments)
+
+    def test_a_frame_without_evidence_has_none(self):
+        mask = np.ones(SIZE, np.bool_)
+        config = LiftingConfig()
+        assert OcclusionEvidence.of(Frame(mask=mask), mask, config) is None
+        assert OcclusionEvidence.of(Frame(mask=mask, depth=depth_of(1.0)), mask, config) is None
+        assert OcclusionEvidence.of(Frame(mask=mask, depth=depth_of(1.0), camera=CAMERA), mask, config).size == SIZE
+        assert OcclusionEvidence.of(Frame(mask=mask, occluders=OCCLUDERS), mask, config).size == SIZE

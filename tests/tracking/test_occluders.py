@@ -1,0 +1,157 @@
+"""What is hidden, gone or in plain sight, where a frame tells what hides cables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import detection_of, line, part, wave
+from tracked_curves import AT_ONCE, CONFIRMED, HIDDEN, error_px, ids, shown_for
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import InputError
+from dloftbs.evidence import OcclusionEvidence
+from dloftbs.frame import Frame
+from dloftbs.pipeline import Pipeline
+from dloftbs.tracking import Tracker
+from dloftbs.tracks import EndKind
+
+SIZE = (400, 700)
+CABLE = line((100.0, 200.0), (600.0, 200.0))
+NOWHERE = np.zeros(SIZE, np.bool_)
+
+
+def between(left: int, right: int) -> np.ndarray:
+    """Return occluders between two columns."""
+    occluders = NOWHERE.copy()
+    occluders[:, left:right] = True
+    return occluders
+
+
+def see(tracker: Tracker, occluders: np.ndarray | None, *curves):
+    occlusion = None if occluders is None else OcclusionEvidence(occluders=occluders)
+    return tracker.update([detection_of(curve) for curve in curves], size=SIZE, occlusion=occlusion)
+
+
+def known_cable(curve=CABLE) -> Tracker:
+    tracker = Tracker(AT_ONCE)
+    shown_for(tracker, 10, curve)
+    return tracker
+
+
+class TestWholeObjects:
+    def test_one_under_an_occluder_is_hidden_and_has_its_id_again(self):
+        tracker, confidence = known_cable(), []
+        for _ in range(10):
+            (track,) = see(tracker, between(0, 700))
+            assert (track.id, track.state, track.inferred, track.detection) == (1, HIDDEN, ((0.0, 1.0),), None)
+            assert track.ends == (EndKind.HIDDEN, EndKind.HIDDEN)
+            assert error_px(track.curve, CABLE) < 1.0
+            assert tracker.lost == ()
+            confidence.append(track.confidence)
+        assert confidence == sorted(confidence, reverse=True)
+        assert confidence[-1] < 0.8
+        (track,) = see(tracker, NOWHERE, CABLE)
+        assert (track.id, track.state) == (1, CONFIRMED)
+
+    @pytest.mark.parametrize("occluders", [NOWHERE, between(0, 90), between(0, 300), None])
+    def test_one_that_is_gone_is_not_published(self, occluders):
+        tracker = known_cable()
+        assert see(tracker, occluders) == ()
+        assert ids(tracker.lost) == [1]
+
+    def test_it_does_not_enter_plain_sight(self):
+        (track,) = see(known_cable(), between(0, 500))
+        assert 480.0 < track.curve(1.0)[0] < 520.0
+        assert track.curve(0.0) == pytest.approx(CABLE(0.0), abs=1.0)
+
+    def test_it_is_not_kept_for_ever(self):
+        tracker = known_cable()
+        for _ in range(200):
+            tracks = see(tracker, between(0, 700))
+        assert tracks == tracker.lost == ()
+
+    def test_its_curve_in_space_moves_with_it(self):
+        camera = PinholeCamera(500.0, 500.0, 350.0, 200.0)
+        tracker = Tracker(AT_ONCE)
+        for step in range(10):
+            shift = np.array([0.004 * step, 0.0, 0.0])
+            in_space = line((-0.3, 0.0, 1.0), (0.1, 0.0, 1.0)).transformed(np.eye(3), shift)
+            seen = line(*camera.project(in_space(np.array([0.0, 1.0]))))
+            tracker.update([detection_of(seen, curve_3d=in_space)], size=SIZE)
+        for _ in range(3):
+            (track,) = see(tracker, between(0, 700))
+        np.testing.assert_allclose(camera.project(track.curve_3d.sample(9)), track.curve.sample(9), atol=1.0)
+        assert track.curve_3d(0.0)[0] > in_space(0.0)[0] + 0.006
+
+
+class TestParts:
+    def test_an_end_of_a_new_object_under_an_occluder_is_no_free_end(self):
+        (track,) = see(Tracker(AT_ONCE), between(400, 500), part(CABLE, 0.0, 0.6))
+        assert (track.ends, track.inferred) == ((EndKind.FREE, EndKind.HIDDEN), ())
+
+    @pytest.mark.parametrize("flip", [False, True])
+    def test_an_end_that_goes_under_little_by_little_is_kept(self, flip):
+        """With a mask alone it would look like a cable that tilts."""
+        tracker, alone = known_cable(wave((100.0, 200.0))), known_cable(wave((100.0, 200.0)))
+        cable = wave((100.0, 200.0))
+        for left in range(700, 380, -4):
+            u = np.linspace(0.0, 1.0, 2001)
+            edge = float(u[np.searchsorted(cable(u)[:, 0], left) - 1])
+            if edge < 1.0:
+                seen = part(cable, 0.0, edge)
+                (track,) = see(tracker, between(left, 700), seen.reversed() if flip else seen)
+                (other,) = see(alone, None, seen)
+                assert track.id == 1
+        assert edge < 0.7
+        assert track.curve.length == pytest.approx(cable.length, rel=0.02)
+        assert track.ends == (EndKind.FREE, EndKind.HIDDEN)
+        assert error_px(track.curve, cable) < 3.0
+        assert other.curve.length < 0.8 * cable.length
+
+    def test_a_missing_end_in_plain_sight_is_not_inferred(self):
+        seen = part(CABLE, 0.0, 0.6)
+        for occluders, inferred in (
+            (None, True),
+            (between(400, 700), True),
+            (NOWHERE, False),
+            (between(500, 700), False),
+        ):
+            (track,) = see(known_cable(), occluders, seen)
+            assert bool(track.inferred) == inferred
+            assert track.curve.length == pytest.approx((1.0 if inferred else 0.6) * CABLE.length, rel=0.02)
+
+    def test_an_inferred_end_is_published_as_far_as_something_hides_it(self):
+        (track,) = see(known_cable(), between(400, 500), part(CABLE, 0.0, 0.6))
+        assert 485.0 < track.curve(1.0)[0] < 515.0
+        assert track.ends == (EndKind.FREE, EndKind.HIDDEN)
+        (again,) = see(known_cable(), NOWHERE, CABLE)
+        assert again.curve.length == pytest.approx(CABLE.length)
+
+    def test_a_stretch_between_two_parts_that_stays_in_plain_sight_is_given_up(self):
+        tracker = known_cable()
+        parts = part(CABLE, 0.0, 0.4), part(CABLE, 0.5, 1.0)
+        counts = [len(see(tracker, NOWHERE, *parts)) for _ in range(12)]
+        assert (counts[0], counts[-1]) == (1, 2)
+        hidden = known_cable()
+        assert {len(see(hidden, between(300, 350), *parts)) for _ in range(12)} == {1}
+
+
+class TestInput:
+    def test_evidence_of_another_size_is_refused(self):
+        occlusion = OcclusionEvidence(occluders=NOWHERE)
+        with pytest.raises(InputError, match=r"must have the frame's size \(300, 700\), got \(400, 700\)"):
+            Tracker().update([], size=(300, 700), occlusion=occlusion)
+
+    def test_anything_else_is_refused(self):
+        with pytest.raises(InputError, match="occlusion must be"):
+            Tracker().update([], occlusion=NOWHERE)
+
+
+def test_frames_bring_their_evidence():
+    pipeline, mask = Pipeline(), NOWHERE.copy()
+    mask[196:205, 100:600] = True
+    for _ in range(5):
+        pipeline.process(Frame(mask=mask))
+    (track,) = pipeline.process(Frame(mask=NOWHERE, occluders=between(0, 700))).tracks
+    assert (track.id, track.state) == (1, HIDDEN)
+    assert pipeline.process(Frame(mask=NOWHERE, occluders=NOWHERE)).tracks == ()
