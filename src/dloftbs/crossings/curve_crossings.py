@@ -6,6 +6,7 @@ and so the positions lie on the published curves.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -45,12 +46,6 @@ _MAX_CHORDS = 20_000
 Source: bounds time and memory.
 """
 
-_TURN_WIDTHS = 3.0
-"""Length of a curve, widths, within which two of its chords are no crossing.
-
-Source: geometry; a cable that turned back in less would be bent to a radius below half its width.
-"""
-
 _NEAR_WIDTHS = 1.5
 """Distance of two intersections of the same two passes, mean widths, up to which they are one crossing.
 
@@ -61,6 +56,12 @@ _REACH_WIDTHS = 0.5
 """Distance from another object, widths of it, within which a curve stays with that object.
 
 Source: geometry; half a width from the axis is the border.
+"""
+
+_TURN_WIDTHS = 2.0 * math.pi * _REACH_WIDTHS
+"""Length of a curve, widths, within which two of its chords are no crossing.
+
+Source: geometry; the round of a circle with the least radius that a cable can have, half its width.
 """
 
 

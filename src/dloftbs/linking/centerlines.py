@@ -76,12 +76,6 @@ _CORNER_WIDTHS = 3.0
 Source: by hand.
 """
 
-_ASIDE_WIDTHS = 0.5
-"""Longest part of the way around a corner that is beside the mask, widths.
-
-Source: geometry; as the longest break in a stretch that is seen, in `end_extension`.
-"""
-
 _PARALLEL = 0.4
 """Sine of the angle of two branch ends below which the point where they meet is uncertain.
 
@@ -326,22 +320,13 @@ def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, en
 def _way_around_corner(
     mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int, before: _Span, after: _Span
 ) -> FloatArray | None:
-    """Return the points of a cable that goes straight to a corner and back; None where it would leave the mask."""
+    """Return the points of a cable that goes straight to a corner and back; None where there is no corner."""
     corner = _corner(mask, graph, matching, end)
     if corner is None:
         return None
     points = matching.branches.points
     here, there = points[before[1] - before[2]], points[after[0]]
-    way = np.concatenate((_between(here, corner), corner[None], _between(corner, there)))
-    return way if _is_on(mask, way, graph.width) else None
-
-
-def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray, width: float) -> bool:
-    """Tell whether points about 1 px apart lie on the mask, but for what half a width beside it takes."""
-    columns, rows = np.rint(points).astype(np.intp).T
-    inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
-    on = mask[rows[inside], columns[inside]] != 0
-    return len(points) - int(np.count_nonzero(on)) <= _ASIDE_WIDTHS * width
+    return np.concatenate((_between(here, corner), corner[None], _between(corner, there)))
 
 
 def _between(start: FloatArray, stop: FloatArray) -> FloatArray:

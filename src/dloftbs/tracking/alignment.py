@@ -8,14 +8,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
-from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.track_model import TrackModel
-
-_AT_BORDER = 0.3
-"""Weight of the misfit at one end of a track where the other end of the part lies at the image's border, ratio.
-
-Source: by hand; the cut end is inside of the track, so that the other one decides.
-"""
 
 _HIDDEN_BEFORE = 0.7
 """Weight of the misfit at one end of a track where only the other end was hidden before, ratio.
@@ -33,12 +26,6 @@ _SHIFT_WEIGHT = 0.3
 """Weight of the mean shift in the misfit of a part, ratio.
 
 Source: by hand; unexpected motion must not hide where a part lies.
-"""
-
-_SHAPE_S = 0.5
-"""Time for which the shape of the whole tells where a part lies, s.
-
-Source: by hand; as the half-life of the confidence in a hidden stretch.
 """
 
 _MOTION_WEIGHT = 0.2
@@ -90,10 +77,10 @@ def locate_on_track(
     first, last, inner = (_misfit_at(model, predicted, observation, low) for low in (0.0, 1.0 - share, best_start))
     cut = view.cut_ends(observation, model.width)
     were_hidden = [any(low <= 0.0 for low, _ in model.hidden), any(high >= 1.0 for _, high in model.hidden)]
-    for signs, weight in ((cut, _AT_BORDER), (were_hidden, _HIDDEN_BEFORE)):
-        if signs[0] != signs[1]:
-            first, last = (first, last * weight) if signs[0] else (first * weight, last)
-    at_end = (0.0, share) if first <= last else (1.0 - share, 1.0)
+    if were_hidden[0] != were_hidden[1]:
+        first, last = (first, last * _HIDDEN_BEFORE) if were_hidden[0] else (first * _HIDDEN_BEFORE, last)
+    at_start = cut[1] if cut[0] != cut[1] else first <= last  # the cut end is inside of the track
+    at_end = (0.0, share) if at_start else (1.0 - share, 1.0)
     inset_px = min(best_start, 1.0 - best_start - share) * model.length
     if inset_px > model.position_tolerance_px and inner < _INNER_FIT * min(first, last):
         return best_start, best_start + share
@@ -150,19 +137,7 @@ def _stayed_but_for_an_end(model: TrackModel, predicted: FloatArray, whole: Obse
 
 
 def _misfit_at(model: TrackModel, predicted: FloatArray, observation: Observation, start: float) -> float:
-    """Return the misfit of an observation at a start: by motion and, while it is recent, by the last full shape."""
+    """Return the misfit of an observation at a start: by the last full shape, and by motion."""
     share = observation.length / model.length
     by_motion = kernels.misfit_at(observation.points, predicted, share, start, _SHIFT_WEIGHT)
-    if model.shape_age_s > _SHAPE_S:
-        return by_motion
     return kernels.misfit_at(observation.points, model.shape, share, start, 0.0) + _MOTION_WEIGHT * by_motion
-
-
-def snap_to_end(start: float, share: float, model: TrackModel) -> tuple[float, float]:
-    """Return the span of a part of a track, moved to an end of the track if it comes near to one."""
-    if share >= 1.0 - model.length_tolerance_px / model.length:
-        return WHOLE
-    before, after = start, 1.0 - start - share
-    if min(before, after) * model.length < model.position_tolerance_px:
-        return (0.0, share) if before <= after else (1.0 - share, 1.0)
-    return start, start + share

@@ -11,10 +11,10 @@ import numpy as np
 from dloftbs.curve import BSplineCurve
 from dloftbs.observation import SAMPLES, Observation, U, sample_curve
 from dloftbs.tracking import loop_start
-from dloftbs.tracking.absent_spans import median_seen_frames
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, VisibleCurve, are_consecutive, hidden_spans
 from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
+from dloftbs.tracking.resolution import median_seen_frames
 from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from dloftbs.curve import BSplineCurve
@@ -57,29 +56,25 @@ class PartialMatch(NamedTuple):
         )
 
 
-@dataclass(slots=True, eq=False)
-class TrackObservation:
+class TrackObservation(NamedTuple):
     """The parts of a frame's observations that show one track.
 
     Parameters
     ----------
-    matches : list of PartialMatch
+    matches : tuple of PartialMatch
         In the track's order.
+    is_unambiguous : bool
+        True if nothing else than the match, which shows the whole track, is near.
     merged : bool
         True if the track shares a detection with another one, and the two may be one object.
     known_separate : bool
         True if the track shares a detection with another one, and the two are known to be different objects.
-    overlapped : bool
-        True if the track lies on a detection that another track took, where that track was not before.
-    absorbed : bool
-        True if the track turned out to be a part of another one.
     """
 
-    matches: list[PartialMatch] = field(default_factory=list)
+    matches: tuple[PartialMatch, ...] = ()
+    is_unambiguous: bool = False
     merged: bool = False
     known_separate: bool = False
-    overlapped: bool = False
-    absorbed: bool = False
 
     @property
     def detection_indices(self) -> set[int]:

@@ -115,8 +115,6 @@ class TrackModel:
         True if the last frame showed nothing of the object, and something that hides most of its place.
     shape : numpy.ndarray, shape (SAMPLES, 2)
         The samples when the whole object was last seen.
-    shape_age_s : float
-        Seconds since then.
     conflict_length_px, conflict_visible_px : float
         Length of the detection that seems to be the whole object but contradicts the model, and of all detections that
         showed parts of the object then.
@@ -124,8 +122,6 @@ class TrackModel:
         Number of frames with that contradiction, less those without it.
     merged_frames : int
         Number of consecutive frames in which the track was part of a detection that may be one object.
-    overlapped_frames : int
-        Number of consecutive frames in which the track lay on a detection that another track took.
     known_separate : bool
         True if the track is a part of a detection, and known to be another object than the rest of it.
     recent_ends, recent_lengths : numpy.ndarray, shapes (HISTORY_FRAMES, 2, 2) and (HISTORY_FRAMES,)
@@ -164,12 +160,10 @@ class TrackModel:
     in_sight: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
     is_covered: bool = False
     shape: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
-    shape_age_s: float = 0.0
     conflict_length_px: float = 0.0
     conflict_visible_px: float = 0.0
     conflict_frames: int = 0
     merged_frames: int = 0
-    overlapped_frames: int = 0
     known_separate: bool = False
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
     recent_lengths: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
@@ -228,7 +222,7 @@ class TrackModel:
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
         self.points, self.velocity_is_known = points, velocity is not None
         self.velocity = np.zeros((SAMPLES, 2)) if velocity is None else velocity
-        self.shape, self.shape_age_s = points, 0.0
+        self.shape = points
         # Small changes are filtered, or an end that disappears gradually would never count as missing.
         change = observation.length - self.length
         if self.hits < MIN_SEEN_FRAMES or abs(change) > self.length_tolerance_px:
@@ -252,7 +246,6 @@ class TrackModel:
         self,
         curve: BSplineCurve,
         points: FloatArray,
-        length: float,
         hidden: tuple[tuple[float, float], ...],
         inferred: tuple[tuple[float, float], ...],
         view: View,
@@ -264,13 +257,12 @@ class TrackModel:
         self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & (told == IN_SIGHT)
         self.is_covered = False
         self.velocity = filter_velocity(self.velocity, points - self.points, dt)
-        jumped = np.abs(points - self.points).max(axis=1) > JUMP_SHARE * length
+        jumped = np.abs(points - self.points).max(axis=1) > JUMP_SHARE * self.length
         self.velocity_is_known = not (self.misses or jumped.any())
         if not self.velocity_is_known:
             self.velocity[:] = 0.0
-        self.curve, self.points, self.length = curve, points, length
+        self.curve, self.points = curve, points
         self.hidden, self.inferred = hidden, inferred
-        self.shape_age_s += dt
         self.unseen_s = np.where(is_hidden, self.unseen_s + dt, 0.0)
         # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
         kept = (self.seen_frames >= _MAX_SEEN_FRAMES) & ~self.in_sight
@@ -317,7 +309,7 @@ class TrackModel:
     def count_hit(self, min_hits: int) -> None:
         """Count a frame in which a part of the object was seen, and record its ends and its length."""
         self.hits += 1
-        self.misses = self.overlapped_frames = 0
+        self.misses = 0
         self.missing_s = 0.0
         if self.state is not TrackState.TENTATIVE or self.hits >= min_hits:
             self.state = TrackState.CONFIRMED
@@ -341,7 +333,6 @@ class TrackModel:
         self.state = TrackState.HIDDEN
         self.misses += 1
         self.missing_s += dt
-        self.shape_age_s += dt
         self.unseen_s = self.unseen_s + dt
         self.hidden = self.inferred = (WHOLE,)
         self.conflict_frames = self.merged_frames = 0
@@ -367,8 +358,15 @@ class TrackModel:
             self.curve_3d = self.curve_3d.transformed(np.eye(3), extrapolated_time(dt) * self.velocity_3d[0])
             self.velocity_3d = self.velocity_3d * math.exp(-dt / _MOTION_S)
 
-    def resample(self, u: FloatArray) -> None:
-        """Make the points at these parameters (SAMPLES,) the samples; parameters outside of 0..1 are new."""
+    def cut_to(self, scope: tuple[float, float]) -> None:
+        """Give up what lies beyond a span of ``u``."""
+        if scope != WHOLE:
+            self.resample(scope)
+            self.length *= scope[1] - scope[0]
+
+    def resample(self, span: tuple[float, float]) -> None:
+        """Make a span the track's ``u`` of 0 to 1; what lies outside of the former is new."""
+        u = span[0] + U * (span[1] - span[0])
         new = (u < 0.0) | (u > 1.0)
         inner = np.clip(u, 0.0, 1.0)
         self.points = interpolate_samples(self.points, inner)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from dloftbs.crossings.kernels.crossing_groups import select_crossings
 from dloftbs.crossings.kernels.intersections import intersect
 
-WIDTH, NEAR, REACH, TURN = 4.0, 1.5, 0.5, 3.0
+WIDTH, NEAR, REACH, TURN = 4.0, 1.5, 0.5, np.pi
 
 
 def select(lines: list[np.ndarray], closed: bool = False) -> tuple[np.ndarray, ...]:

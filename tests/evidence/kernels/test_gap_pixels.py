@@ -149,7 +149,7 @@ def literal_look(scene: Scene, i: int, j: int) -> list[float]:
         to_ground = min([to_ground, *(np.linalg.norm(colour - side[k]) for side in beside if side[k] is not None)])
         is_ground, is_cable = to_ground <= like_ground, to_cable <= like_cable
         if is_ground and is_cable:
-            is_ground, is_cable = to_ground < 0.5 * to_cable, to_cable < 0.5 * to_ground
+            is_ground, is_cable = to_ground < to_cable, to_cable < to_ground
             if not is_ground and not is_cable:
                 continue
         seen[0 if is_ground else 1 if is_cable else 2] += length / steps / scene.width

@@ -88,12 +88,6 @@ _FLOOR = 12.0
 Source: by hand; a few times the noise of a camera's 8-bit image.
 """
 
-_AMBIGUOUS = 0.5
-"""Ratio of the distances to ground and cable below which the nearer of the two counts.
-
-Source: by hand.
-"""
-
 
 @helper
 def _is_on_mask(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
@@ -352,8 +346,8 @@ def look_across(
             is_cable = _is_like(colour, theirs, like_cable)
             if is_ground and is_cable:
                 to_ground, to_cable = min(to_ground, _far(colour, own)), _far(colour, theirs)
-                is_ground = to_ground < _AMBIGUOUS * to_cable
-                is_cable = to_cable < _AMBIGUOUS * to_ground
+                is_ground = to_ground < to_cable
+                is_cable = to_cable < to_ground
                 if not is_ground and not is_cable:
                     continue
             seen[p, 0 if is_ground else 1 if is_cable else 2] += length / steps / width

@@ -1,15 +1,21 @@
-"""Hidden and absent spans of a track: a span that frames contradict is given up within a few of them."""
+"""Resolution of what is missing of a track: hidden by something, absent, or nothing as the whole object is seen."""
 
 from __future__ import annotations
 
 import statistics
+from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from dloftbs.observation import U
+from dloftbs.observation import Observation, U
+from dloftbs.tracking.alignment import find_whole_view
+from dloftbs.tracking.association import Association
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
+from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
+from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
 
 _SPAN_SAMPLES = 9
@@ -19,33 +25,74 @@ Source: bounds time; an odd number, so that it is one of them.
 """
 
 
-def drop_absent_spans(
-    model: TrackModel, matches: Sequence[PartialMatch], view: View
-) -> tuple[list[PartialMatch], list[PartialMatch], tuple[float, float]]:
-    """Return the matches that belong to a track, those that do not, and the span of the former ``u`` that remains.
+class Resolution(NamedTuple):
+    """What a frame shows of a track, and which part of the track is left: seen, or hidden and not absent.
+
+    Parameters
+    ----------
+    shown : TrackObservation
+        Its matches are in the ``u`` of what is left.
+    scope : (float, float)
+        The span of the former ``u`` that is left.
+    """
+
+    shown: TrackObservation
+    scope: tuple[float, float] = WHOLE
+
+
+def resolve(
+    models: Sequence[TrackModel], predicted: PredictedTracks, association: Association, view: View
+) -> tuple[list[Resolution], list[Observation]]:
+    """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object.
+
+    Returns the resolutions, and the parts of observations that show no track.
+    """
+    result, unassigned = [], list(association.unassigned)
+    claims = Counter(index for one in association.shown for index in one.detection_indices)
+    for model, points, shown in zip(models, predicted.points, association.shown, strict=True):
+        if not shown.matches or shown.is_unambiguous:
+            result.append(Resolution(shown))
+            continue
+        alone = len(shown.detection_indices) == 1 and claims[shown.matches[0].observation.detection_index] == 1
+        whole = None
+        if alone and all(are_consecutive(*pair) for pair in pairwise(shown.matches)):
+            first = shown.matches[0]
+            whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
+        matches = shown.matches if whole is None else (PartialMatch(whole, WHOLE, WHOLE),)
+        resolution, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
+        kept = {match.observation.detection_index for match in resolution.shown.matches}
+        claims.subtract({part.detection_index for part in rejected} - kept)
+        unassigned += rejected
+        result.append(resolution)
+    # A detection of one track only is all that track's.
+    return result, [part for part in unassigned if claims[part.detection_index] != 1]
+
+
+def _drop_absent_spans(model: TrackModel, shown: TrackObservation, view: View) -> tuple[Resolution, list[Observation]]:
+    """Return what belongs to a track, and the observations that do not.
 
     A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
     visible part by more than a stretch that every frame so far has inferred. Beyond the image's border and under an
     occluder it may always go on, and a gap that the detector bridges is not questioned. Matches that are connected by
     an absent span only are no parts of one track: the longest group stays.
     """
+    matches = shown.matches
     questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, view)]
     absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
     if not absent:
-        return list(matches), [], WHOLE
+        return Resolution(shown), []
     groups = _split_at(matches, absent)
     kept = max(groups, key=lambda group: sum(m.track_span[1] - m.track_span[0] for m in group))
     low = max((high for _, high in absent if high <= kept[0].track_span[0] + SAME_U), default=0.0)
     high = min((low for low, _ in absent if low >= kept[-1].track_span[1] - SAME_U), default=1.0)
-    model.resample(low + U * (high - low))
-    model.length *= high - low
-    moved = [
+    moved = tuple(
         match._replace(
             track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
         )
         for match in kept
-    ]
-    return moved, [match for group in groups if group is not kept for match in group], (low, high)
+    )
+    rejected = [match.observation for group in groups if group is not kept for match in group]
+    return Resolution(shown._replace(matches=moved), (low, high)), rejected
 
 
 def _absent_part(model: TrackModel, span: tuple[float, float]) -> tuple[float, float] | None:

@@ -1,0 +1,95 @@
+"""Update of the tracks by what a frame shows: whole objects as they are, and parts with the rest of the last shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dloftbs.config import TrackingConfig
+from dloftbs.observation import SAMPLES, sample_curve
+from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.fusion import (
+    inferred_spans,
+    make_visible_curve,
+    merge_bridged,
+    reconstruct_in_space,
+    restart_loop,
+    visible_parts,
+)
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_spans
+from dloftbs.tracking.reconstruction import reconstruct
+from dloftbs.tracking.resolution import Resolution
+from dloftbs.tracking.track_model import JUMP_SHARE, TrackModel, filter_velocity
+
+
+def update_seen(
+    models: Sequence[TrackModel], resolved: Sequence[Resolution], view: View, config: TrackingConfig, dt: float
+) -> None:
+    """Update tracks that a frame shows, wholly or in part."""
+    pairs = list(zip(models, resolved, strict=True))
+    unambiguous = [(model, one.shown.matches[0]) for model, one in pairs if one.shown.is_unambiguous]
+    if unambiguous:
+        points = np.array([match.observation.points for _, match in unambiguous])
+        steps = points - np.array([model.points for model, _ in unambiguous])
+        velocities = filter_velocity(np.array([model.velocity for model, _ in unambiguous]), steps, dt)
+        for (model, match), position, velocity in zip(unambiguous, points, velocities, strict=True):
+            model.update_whole(match.observation, position, velocity)
+    for model, one in pairs:
+        if not one.shown.is_unambiguous:
+            _update_ambiguous(model, one, view, config, dt)
+        model.count_hit(config.min_hits)
+
+
+def _update_ambiguous(model: TrackModel, one: Resolution, view: View, config: TrackingConfig, dt: float) -> None:
+    model.cut_to(one.scope)
+    matches = merge_bridged(model, one.shown.matches)
+    merged_frames = model.merged_frames + 1 if one.shown.merged else 0
+    if len(matches) == 1 and matches[0].is_complete:
+        _update_whole(model, matches[0], config, dt)
+    else:
+        _update_partly(model, matches, one.scope, view, dt, shared=one.shown.known_separate)
+        model.visible = make_visible_curve(model, matches, view)
+    model.merged_frames, model.known_separate = merged_frames, one.shown.known_separate
+
+
+def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig, dt: float) -> None:
+    observation = match.observation
+    if observation.curve.closed:
+        observation = restart_loop(observation, match.curve_span[0])
+    overridden = model.is_overridden_by(match.observation, config.override_frames)
+    if overridden:
+        model.seen_frames = np.full(SAMPLES, float(model.conflict_frames))
+    longer = match.track_span != WHOLE
+    if longer:
+        model.resample(match.track_span)
+    other_shape = (
+        abs(observation.length - model.length) > JUMP_SHARE * model.length
+        or observation.curve.closed != model.curve.closed
+    )
+    velocity = None
+    if not (longer or overridden or model.misses or other_shape):
+        velocity = filter_velocity(model.velocity, observation.points - model.points, dt)
+    model.update_whole(observation, observation.points, velocity)
+
+
+def _update_partly(
+    model: TrackModel,
+    matches: Sequence[PartialMatch],
+    scope: tuple[float, float],
+    view: View,
+    dt: float,
+    *,
+    shared: bool,
+) -> None:
+    # A part of a detection does not make its track longer: another object may continue there.
+    matches = [match.clip_to_track() for match in matches]
+    curve = reconstruct(model.curve, scope, visible_parts(matches))
+    model.curve_3d = reconstruct_in_space(model.curve_3d, scope, matches)
+    longest = max(matches, key=lambda m: m.observation.length).observation
+    model.detection = longest.detection
+    points, _ = sample_curve(curve)
+    model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
+    if not any(view.cut_ends(longest, model.width)) and not shared:
+        lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
+        model.update_conflict(longest, sum(lengths.values()))

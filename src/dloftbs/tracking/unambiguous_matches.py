@@ -1,0 +1,74 @@
+"""Unambiguous matches: a detection that shows a track as a whole, where nothing else is near."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dloftbs.observation import Observation
+from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.track_model import TrackModel
+
+_MAX_MEAN = 0.02
+"""Largest mean distance of an unambiguous match, as a share of the length.
+
+Source: by hand; a hand's motion from frame to frame, and well below the gate.
+"""
+
+_MAX_ANYWHERE = 0.03
+"""Largest distance of a sample of an unambiguous match, as a share of the length.
+
+Source: by hand; one and a half times `_MAX_MEAN`, so that no end is missing.
+"""
+
+_MARGIN_RATIO = 3.0
+"""Number of times that any other candidate must be farther than an unambiguous match.
+
+Source: by hand.
+"""
+
+MAX_WIDTH_RATIO = 3.0
+"""Ratio of widths above which two are different objects.
+
+Source: by hand; a cable that comes nearer by a half is twice as wide.
+"""
+
+
+def match_unambiguous(
+    models: Sequence[TrackModel], predicted: PredictedTracks, observations: Sequence[Observation]
+) -> list[int]:
+    """Return for each track one more than the index of its observation, negative if that is reversed, 0 if ambiguous.
+
+    A match is unambiguous if the track was seen as a whole before and is now, and nothing else is near.
+    """
+    if not observations:
+        return [0] * len(models)
+    lengths = np.array([one.length for one in observations])
+    closed = np.array([one.curve.closed for one in observations])
+    points = np.array([one.points for one in observations])
+    whole = np.array([not (m.hidden or m.misses or m.curve.closed) for m in models])
+    partner: list[int] = kernels.match_unambiguous(
+        predicted.points,
+        predicted.lengths,
+        whole,
+        points,
+        lengths,
+        closed,
+        predicted.length_tolerances,
+        _MAX_MEAN,
+        _MAX_ANYWHERE,
+        _MARGIN_RATIO,
+    ).tolist()
+    for t, p in enumerate(partner):
+        if p:
+            ratio = width_ratio(models[t].width, observations[abs(p) - 1].width)
+            if not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO:
+                partner[t] = 0
+    return partner
+
+
+def width_ratio(one: float, other: float) -> float:
+    """Return the ratio of two widths or lengths; 1 if one is unknown, NaN."""
+    return one / other if one > 0.0 and other > 0.0 else 1.0
