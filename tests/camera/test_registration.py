@@ -45,12 +45,15 @@ def twin(registration, depth_m, size, slack_px=0.0):
 
 
 def assert_is_between_twins(registration, depth_m, size):
-    """A larger footprint lets more of the near through: what the kernel makes lies between two sizes of it."""
+    """A larger footprint lets more of the near through: what the kernel makes lies between two sizes of it.
+
+    The kernel takes the footprint that a pixel far off has, which these lenses and shifts change by up to 0.1 px.
+    """
     got = registration.register(depth_m, size).astype(np.float64)
     got[got == 0] = np.inf
     tolerance = 1e-6 * np.where(np.isinf(got), 0.0, got)
-    assert (got >= twin(registration, depth_m, size, 0.06) - tolerance).all()
-    assert (got <= twin(registration, depth_m, size, -0.06) + tolerance).all()
+    assert (got >= twin(registration, depth_m, size, 0.15) - tolerance).all()
+    assert (got <= twin(registration, depth_m, size, -0.15) + tolerance).all()
 
 
 small = st.floats(-0.15, 0.15)

@@ -12,6 +12,7 @@ from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.depth import to_metres
 from dloftbs.errors import InputError
+from dloftbs.evidence.kernels.occlusion_pixels import look_around
 from dloftbs.frame import Frame
 from dloftbs.observation import U, sample_curve
 
@@ -46,16 +47,13 @@ Source: by definition; the majority.
 """
 
 _CROSS = np.array([(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)])
-"""Pixels of a place that are asked for their depth and for cables, from its middle, widths.
+"""Pixels of a place that are asked for their depth, from its middle, widths.
 
 Source: geometry; the cable's middle and its edges.
 """
 
-_SQUARE = np.array([(x, y) for y in (-1.0, 0.0, 1.0) for x in (-1.0, 0.0, 1.0)])
-"""Pixels around a place that are asked for occluders, from its middle, widths.
-
-Source: geometry; a predicted curve is off by no more, most often.
-"""
+_NOTHING = np.zeros((0, 0), dtype=np.uint8)
+"""Pixels of what is not known."""
 
 
 class OcclusionEvidence:
@@ -104,12 +102,13 @@ class OcclusionEvidence:
             raise InputError("depth tells what hides cables only with a camera, got none")
         if camera is not None:
             check_type("camera", camera, PinholeCamera)
-        self._occluders = None if occluders is None else check_mask(occluders, "occluders")
-        self._mask = None if mask is None else check_mask(mask)
+        self._occluders = _NOTHING if occluders is None else _as_bytes(check_mask(occluders, "occluders"))
+        self._mask = _NOTHING if mask is None else _as_bytes(check_mask(mask))
         self._depth = None if depth is None else check_depth(depth)
         self._camera = camera
         self._config = DepthConfig() if config is None else config
-        shapes = {array.shape for array in (self._occluders, self._mask, self._depth) if array is not None}
+        arrays = (self._occluders, self._mask, self._depth)
+        shapes = {array.shape for array in arrays if array is not None and array is not _NOTHING}
         if len(shapes) > 1:
             raise InputError(f"occluders, mask and depth must have the same size, got {sorted(shapes)}")
         (self.size,) = shapes
@@ -122,7 +121,7 @@ class OcclusionEvidence:
             return None
         return cls(occluders=frame.occluders, mask=mask, depth=depth, camera=frame.camera, config=config)
 
-    def look(self, points: FloatArray, width: float, depth_m: FloatArray | None = None) -> npt.NDArray[np.int8]:
+    def look(self, points: FloatArray, width: float, depth_m: FloatArray | None = None) -> npt.NDArray[np.int64]:
         """Return what the frame tells of places.
 
         Parameters
@@ -139,7 +138,7 @@ class OcclusionEvidence:
         numpy.ndarray, shape (n,)
             `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
         """
-        result = np.zeros(len(points), dtype=np.int8)
+        result = np.zeros(len(points), dtype=np.int64)
         reach = max(_LEAST_REACH_PX, 0.0 if np.isnan(width) else width)
         if self._depth is not None and depth_m is not None:
             metres = to_metres(_pixels_at(self._depth, points, reach * _CROSS), self._config)
@@ -150,13 +149,7 @@ class OcclusionEvidence:
             known = np.count_nonzero(np.isfinite(metres), axis=1)
             result[2 * nearer > known] = HIDDEN
             result[(farther == known) & (known >= _LEAST_DEPTHS)] = IN_SIGHT
-        if self._occluders is not None:
-            covered = _pixels_at(self._occluders, points, reach * _SQUARE) != 0
-            untold = result == UNKNOWN
-            result[untold & covered[:, len(_SQUARE) // 2]] = HIDDEN
-            result[untold & ~covered.any(axis=1)] = IN_SIGHT
-        if self._mask is not None:
-            result[(result == IN_SIGHT) & (_pixels_at(self._mask, points, reach * _CROSS) != 0).any(axis=1)] = UNKNOWN
+        look_around(points, self._occluders, self._mask, reach, HIDDEN, IN_SIGHT, result)
         inside = ((points > -0.5) & (points < np.array(self.size[::-1]) - 0.5)).all(axis=1)
         result[~inside] = HIDDEN
         return result
@@ -172,6 +165,14 @@ class OcclusionEvidence:
         steps = np.hypot(*np.diff(self._camera.project(points), axis=0).T)
         along = np.concatenate(([0.0], np.cumsum(steps)))
         return np.interp(U, along / along[-1], points[:, 2]) if along[-1] > 0.0 else None
+
+
+def _as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:
+    """Return a mask as bytes, not 0 where it is set, copied only if it has another type."""
+    if array.dtype == np.bool_:
+        return array.view(np.uint8)
+    pixels: npt.NDArray[np.uint8] = array if array.dtype == np.uint8 else (array != 0).view(np.uint8)
+    return pixels
 
 
 def _pixels_at(array: AnyArray, points: FloatArray, offsets: FloatArray) -> AnyArray:

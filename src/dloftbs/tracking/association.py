@@ -113,7 +113,7 @@ def _associate_ambiguous(
     rows = [t for t, model in enumerate(models) if _is_well_known(model, config)]
     new_scene = False
     if ambiguous and rows:
-        routed = route_tracks(models, predicted, rows, ambiguous, dt, config.gate, view)
+        routed = route_tracks(models, predicted, rows, ambiguous, dt, view)
         new_scene = routed.scene_changed and is_all
         if not new_scene:  # else nothing in it belongs to them
             unassigned, parts = routed.unassigned, routed.parts
@@ -122,16 +122,15 @@ def _associate_ambiguous(
     others = [t for t in range(len(models)) if not (shown[t].matches or (new_scene and t in rows))]
     if unassigned and others:
         assigned = assign([models[t] for t in others], predicted.subset(others), unassigned, config, view)
-        split_again = {id(one) for one in unassigned}
-        parts = [part for part in parts if id(part) not in split_again] + list(assigned.observations)
-        unassigned = [assigned.observations[d] for d in assigned.unassigned]
-        for k, t in enumerate(others):
-            shown[t] = TrackObservation(tuple(assigned.matches[k]))
+        for k, (_, match) in assigned.items():
+            shown[others[k]] = TrackObservation((match,))
+        taken = {d for d, _ in assigned.values()}
+        unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
     rest = [t for t, one in enumerate(shown) if not (one.matches or models[t].misses)]
     if len(rest) == len(unassigned) == 1:
-        match = _match_pair(models[rest[0]], predicted.subset(rest), unassigned[0])
-        if match is not None:
-            shown[rest[0]], unassigned = TrackObservation((match,)), []
+        pair = _match_pair(models[rest[0]], predicted.subset(rest), unassigned[0])
+        if pair is not None:
+            shown[rest[0]], unassigned = TrackObservation((pair,)), []
     return find_merged(models, shown), unassigned, parts
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.sample_graph import Interval, SampleGraph
@@ -58,14 +57,12 @@ def _nearest_nodes(graph: SampleGraph, model: TrackModel, low: float, high: floa
 def extend_to_ends(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[Interval]:
     """Return intervals extended to the ends of their parts: anywhere by a little, and fully at the track's ends.
 
-    Samples of other tracks end an extension; intervals of consecutive nodes meet where they are closest.
+    Samples of other tracks end an extension, and so do neighbours of consecutive nodes.
     """
     result: list[Interval] = []
     for n, one in enumerate(intervals):
         start, end = one.start, one.end
-        if n and one.first == intervals[n - 1].last + 1:
-            result[-1], start = _join_at_closest(graph, result[-1], one)
-        else:
+        if n == 0 or one.first > intervals[n - 1].last + 1:
             limit = _SHORT_EXTENSION if one.first else len(graph.points)
             start = _extend_edge(graph, one, -one.direction, start, limit)
         if n == len(intervals) - 1 or intervals[n + 1].first > one.last + 1:
@@ -82,25 +79,6 @@ def _extend_edge(graph: SampleGraph, interval: Interval, direction: int, edge: i
     end = last if direction > 0 else first
     beyond = slice(edge + 1, end + 1) if direction > 0 else slice(end, edge)
     return end if abs(end - edge) <= limit and not np.count_nonzero(graph.claimed[beyond]) else edge
-
-
-def _join_at_closest(graph: SampleGraph, interval: Interval, following: Interval) -> tuple[Interval, int]:
-    """Return an interval, and the start of the following one, so that they meet where they are closest."""
-    ends = _samples_around(graph, interval.part, interval.end)
-    starts = _samples_around(graph, following.part, following.start)
-    away = np.hypot(*(graph.points[ends][:, None] - graph.points[starts][None]).transpose(2, 0, 1))
-    i, j = np.unravel_index(int(away.argmin()), away.shape)
-    end, start = int(ends[i]), int(starts[j])
-    if (end - interval.start) * interval.direction <= 0 or (following.end - start) * following.direction <= 0:
-        return interval, following.start
-    return interval._replace(end=end), start
-
-
-def _samples_around(graph: SampleGraph, part: int, i: int) -> npt.NDArray[np.int64]:
-    """Return the samples of a part within two nodes of one of them."""
-    first, last = graph.bounds[part]
-    near = 2 * kernels.SAMPLES_PER_NODE
-    return np.arange(max(i - near, first), min(i + near, last) + 1)
 
 
 def fit_length(graph: SampleGraph, interval: Interval, model: TrackModel) -> Interval:

@@ -85,7 +85,7 @@ class View:
         told = self._look_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
         return bool((told == IN_SIGHT).all())
 
-    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int8] | None:
+    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
         """Return what the frame tells of the samples of a curve; None if it tells nothing."""
         if self.occlusion is None:
             return None
@@ -94,7 +94,7 @@ class View:
 
     def _look_beyond(
         self, points: FloatArray, width: float, curve_3d: BSplineCurve | None, span: tuple[float, float]
-    ) -> npt.NDArray[np.int8]:
+    ) -> npt.NDArray[np.int64]:
         """Return what the frame tells beyond the two ends of points along a curve, as (2, `_BEYOND`)."""
         assert self.occlusion is not None
         ends = points[[0, -1]]

@@ -9,13 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.kernels.alignment import box_distances
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.prediction import PredictedTracks
@@ -32,12 +28,6 @@ _MAX_CLAIMED_SHARE = 0.5
 """Share of a part up to which it counts as unassigned.
 
 Source: by definition; the majority.
-"""
-
-_JUMP_SEEN_SHARE = 0.8
-"""Share of a track below which, if no more is seen, it may have jumped.
-
-Source: by hand.
 """
 
 _NEW_SCENE_SHARE = 0.4
@@ -80,7 +70,6 @@ def route_tracks(
     rows: Sequence[int],
     observations: Sequence[Observation],
     dt: float,
-    gate: float,
     view: View,
 ) -> RoutingResult:
     """Route tracks through a frame.
@@ -96,25 +85,14 @@ def route_tracks(
         The observations to route them through.
     dt : float
         Seconds since the last frame.
-    gate : float
-        See `TrackingConfig.gate`.
     view : View
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
     graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
     routes = {t: graph.find_route(models[t], predicted.points[t], dt) for t in rows}
-    distances = box_distances(predicted.points, np.array([one.points for one in observations]))
-    for t, route in list(routes.items()):
-        near = [observations[d] for d in np.flatnonzero(distances[t] < gate * models[t].length).tolist()]
-        if route.seen_share < _JUMP_SEEN_SHARE and any(
-            _may_be_whole(models[t], predicted.points[t], one, gate) for one in near
-        ):
-            del routes[t]  # it jumped: it is somewhere else as a whole
     length, visible = (sum(one.length for one in those) for those in ([models[t] for t in rows], observations))
     seen_share = sum(routes[t].seen_share * models[t].length for t in routes) / length
-    scene_changed = (
-        len(routes) == len(rows) and seen_share < _NEW_SCENE_SHARE and visible > (1.0 - _NEW_SCENE_SHARE) * length
-    )
+    scene_changed = seen_share < _NEW_SCENE_SHARE and visible > (1.0 - _NEW_SCENE_SHARE) * length
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
         if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
@@ -122,13 +100,6 @@ def route_tracks(
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
             claimed[t] = routes[t].intervals
             graph.claim(claimed[t])
-    row_of = {one.detection_index: d for d, one in enumerate(observations)}
-    for one in [part for p, part in enumerate(parts) if part.contiguous and _is_free(graph, p)]:
-        is_near = distances[:, row_of[one.detection_index]] < gate * predicted.lengths
-        for t in [t for t in claimed if is_near[t] and (routes[t].seen_share < 1.0 or len(claimed[t]) > 1)]:
-            if _may_be_whole(models[t], predicted.points[t], one, gate):
-                graph.release(claimed.pop(t))  # it is there as a whole, and not where its parts seemed to be
-                break
     matches = {}
     for t, intervals in claimed.items():
         complete = complete_detection(graph, intervals, models[t])
@@ -139,12 +110,3 @@ def route_tracks(
 
 def _is_free(graph: SampleGraph, part: int) -> bool:
     return graph.claimed_share(part) < _MAX_CLAIMED_SHARE
-
-
-def _may_be_whole(model: TrackModel, predicted: FloatArray, one: Observation, gate: float) -> bool:
-    """Return True if an observation without long gaps, as long as a track, is near enough to be all of it."""
-    as_long = abs(one.length - model.length) <= model.position_tolerance_px or model.has_usual_length(one.length)
-    if not one.contiguous or one.curve.closed or not as_long:
-        return False
-    away = min(np.hypot(*(points - predicted).T).mean() for points in (one.points, one.points[::-1]))
-    return bool(away < gate * model.length)
