@@ -48,6 +48,8 @@ class Observation(NamedTuple):
         True if the object has no long gaps.
     gaps : tuple of (float, float)
         The intervals of the curve's ``u`` that the detector inferred.
+    colour : numpy.ndarray, shape (3,), or None
+        Of the object, BGR; None where there is no image.
     backwards : bool
         True if the direction is opposite to the detector's.
     """
@@ -62,6 +64,7 @@ class Observation(NamedTuple):
     object_length: float
     contiguous: bool
     gaps: tuple[tuple[float, float], ...] = ()
+    colour: FloatArray | None = None
     backwards: bool = False
 
     @property

@@ -53,7 +53,10 @@ Source: geometry; the cable's middle and its edges.
 """
 
 _NOTHING = np.zeros((0, 0), dtype=np.uint8)
-"""Pixels of what is not known."""
+"""Pixels of what is not known, none.
+
+Source: by definition.
+"""
 
 
 class OcclusionEvidence:

@@ -17,12 +17,12 @@ from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import locate_on_track
+from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
-from dloftbs.tracking.unambiguous_matches import MAX_WIDTH_RATIO
 
 _MISFIT_CAP = 1.5
 """Largest distance of a sample that counts, as a multiple of the gate.
@@ -65,7 +65,7 @@ def assign(
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
     measured = kernels.box_distances(predicted.points, found) < _MISFIT_CAP * gate
-    measured &= _have_similar_widths(models, observations, view)
+    measured &= _have_similar_widths(models, observations, view) & ~colours_differ(models, observations)
     misfit, start, backwards = kernels.align_all(
         predicted.points, predicted.lengths, predicted.closed, found, lengths, closed, measured * (_MISFIT_CAP * gate)
     )

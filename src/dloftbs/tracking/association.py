@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation, sample_curve
+from dloftbs.tracking.appearance import colours_differ, width_ratio
 from dloftbs.tracking.assignment import assign
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
@@ -19,7 +20,7 @@ from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.unambiguous_matches import match_unambiguous, width_ratio
+from dloftbs.tracking.unambiguous_matches import match_unambiguous
 
 _MAX_PAIR_RATIO = 1.5
 """Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
@@ -144,13 +145,14 @@ def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
 def _match_pair(model: TrackModel, predicted: PredictedTracks, observation: Observation) -> PartialMatch | None:
     """Match the only observation left with the only track left that was seen a frame ago, however far it moved.
 
-    They are matched only if neither width nor length clearly differs.
+    They are matched only if none of width, length and colour clearly differs.
     """
     lengths = model.length, observation.length
     if model.curve_3d is not None and observation.curve_3d is not None:  # in metres, a tilt does not change it
         lengths = sample_curve(model.curve_3d)[1], sample_curve(observation.curve_3d)[1]
     ratios = width_ratio(model.width, observation.width), width_ratio(*lengths)
     alike = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in ratios)
+    alike = alike and not colours_differ([model], [observation])[0, 0]
     if observation.curve_span != WHOLE or model.curve.closed != observation.curve.closed or not alike:
         return None
     forward, backward = (

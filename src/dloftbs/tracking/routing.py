@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from dloftbs.observation import Observation
+from dloftbs.tracking.appearance import colours_differ
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.localization import localize
@@ -89,14 +90,17 @@ def route_tracks(
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
     graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
-    routes = {t: graph.find_route(models[t], predicted.points[t], dt) for t in rows}
+    others = colours_differ(models, parts)
+    routes = {t: graph.find_route(models[t], predicted.points[t], others[t], dt) for t in rows}
     length, visible = (sum(one.length for one in those) for those in ([models[t] for t in rows], observations))
     seen_share = sum(routes[t].seen_share * models[t].length for t in routes) / length
-    scene_changed = seen_share < _NEW_SCENE_SHARE and visible > (1.0 - _NEW_SCENE_SHARE) * length
+    # Objects of other colours where the tracks were may be the same ones, changed about.
+    cut = seen_share < _NEW_SCENE_SHARE and visible > (1.0 - _NEW_SCENE_SHARE) * length
+    scene_changed = cut and not others[rows].any()
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
         if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
-            routes[t] = graph.find_route(models[t], predicted.points[t], dt)
+            routes[t] = graph.find_route(models[t], predicted.points[t], others[t], dt)
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
             claimed[t] = routes[t].intervals
             graph.claim(claimed[t])

@@ -57,7 +57,7 @@ Source: by hand; what hid it is likely there still.
 """
 
 _CLAIMED_COST = 1.5
-"""Extra cost of a sample that another track has claimed.
+"""Extra cost of a sample that another track has claimed, or that is of another object by its colour.
 
 Source: by hand; above `_HIDDEN_COST`: rather hidden than shared.
 """
@@ -136,8 +136,8 @@ class SampleGraph:
         self._boxes = np.empty((len(parts), 4))
         self._longest_step = kernels.bounding_boxes(self.points, self._bounds, self._boxes)
 
-    def find_route(self, model: TrackModel, predicted: FloatArray, dt: float) -> Route:
-        """Find the cheapest route of a track; claimed samples have an extra cost."""
+    def find_route(self, model: TrackModel, predicted: FloatArray, others: npt.NDArray[np.bool_], dt: float) -> Route:
+        """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
         width = 0.0 if math.isnan(model.width) else model.width
         speed = np.hypot(*model.velocity.T)
@@ -157,7 +157,7 @@ class SampleGraph:
             self._bounds,
             self._boxes,
             self._longest_step,
-            self._extra_cost,
+            self._extra_cost + _CLAIMED_COST * others[self._part_of],
             model.length / (count - 1),
             model.position_tolerance_px + self._spacing,
             assignment,

@@ -102,6 +102,8 @@ class TrackModel:
         Number of frames in which each sample was seen, bounded.
     unseen_s : numpy.ndarray, shape (SAMPLES,)
         Seconds since each sample was last seen.
+    colour : numpy.ndarray, shape (3,), or None
+        BGR, as last seen.
     state : TrackState
     hits, misses : int
         Number of frames in which the object was seen, and since it was last seen.
@@ -152,6 +154,7 @@ class TrackModel:
     velocity_3d: FloatArray | None = None
     seen_frames: FloatArray = field(default_factory=lambda: np.ones(SAMPLES))
     unseen_s: FloatArray = field(default_factory=lambda: np.zeros(SAMPLES))
+    colour: FloatArray | None = None
     state: TrackState = TrackState.TENTATIVE
     hits: int = 0
     misses: int = 0
@@ -185,7 +188,7 @@ class TrackModel:
             observation.length,
             observation.width,
         )
-        model.detection = observation.detection
+        model.detection, model.colour = observation.detection, observation.colour
         model.inferred = observation.gaps
         model.seen_frames = (~samples_within(observation.gaps)).astype(np.float64)
         model.shape = observation.points
@@ -231,6 +234,7 @@ class TrackModel:
             self.length += _LENGTH_GAIN * change
         if not math.isnan(observation.width):
             self.width = observation.width
+        self.colour = self.colour if observation.colour is None else observation.colour
         if observation.contiguous:
             self.full_lengths[self.hits % HISTORY_FRAMES] = observation.length
             self.usual_length_px = None

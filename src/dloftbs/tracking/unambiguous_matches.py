@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.observation import Observation
+from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, width_ratio
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
@@ -27,12 +28,6 @@ _MARGIN_RATIO = 3.0
 """Number of times that any other candidate must be farther than an unambiguous match.
 
 Source: by hand.
-"""
-
-MAX_WIDTH_RATIO = 3.0
-"""Ratio of widths above which two are different objects.
-
-Source: by hand; a cable that comes nearer by a half is twice as wide.
 """
 
 
@@ -61,14 +56,12 @@ def match_unambiguous(
         _MAX_ANYWHERE,
         _MARGIN_RATIO,
     ).tolist()
+    has_colours = observations[0].colour is not None
+    differ = colours_differ(models, observations) if has_colours else None
     for t, p in enumerate(partner):
         if p:
             ratio = width_ratio(models[t].width, observations[abs(p) - 1].width)
-            if not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO:
+            other_width = not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO
+            if other_width or (differ is not None and differ[t, abs(p) - 1]):
                 partner[t] = 0
     return partner
-
-
-def width_ratio(one: float, other: float) -> float:
-    """Return the ratio of two widths or lengths; 1 if one is unknown, NaN."""
-    return one / other if one > 0.0 and other > 0.0 else 1.0

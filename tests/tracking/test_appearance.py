@@ -1,0 +1,109 @@
+"""Colours of objects: what keeps the ids of a harness whose cables change places."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from builders import detection_of
+from tracked_curves import AT_ONCE, ids, level
+
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame
+from dloftbs.observation import make_observations
+from dloftbs.pipeline import Pipeline
+from dloftbs.tracking import Tracker
+from dloftbs.tracking.appearance import colours_differ, with_colours
+from dloftbs.tracking.track_model import TrackModel
+
+SIZE = (300, 520)
+RED, BLUE, GREY, WHITE, BLACK = (40, 40, 200), (200, 60, 30), (120, 120, 120), (240, 240, 240), (25, 25, 25)
+
+
+def painted(*cables: tuple[float, tuple[int, int, int]], light: float = 1.0) -> np.ndarray:
+    """Return an image of straight cables at some heights, each of a colour (BGR)."""
+    image = np.full((*SIZE, 3), 90, np.uint8)
+    for y, colour in cables:
+        cv2.line(image, (0, round(y)), (500, round(y)), colour, 7)
+    return np.rint(light * image).astype(np.uint8)
+
+
+def see(tracker: Tracker, *cables: tuple[float, tuple[int, int, int]], with_image: bool = True, light: float = 1.0):
+    image = painted(*cables, light=light) if with_image else None
+    return tracker.update([detection_of(level(y)) for y, _ in cables], size=SIZE, image=image)
+
+
+def heights(tracks) -> dict[int, int]:
+    return {track.id: round(float(track.curve(0.5)[1])) for track in tracks}
+
+
+class TestIdentity:
+    @pytest.mark.parametrize("seen", [2, 12])
+    @pytest.mark.parametrize("colours", [(RED, BLUE), (WHITE, BLACK), (RED, GREY)])
+    def test_two_that_change_places_keep_their_ids_by_colour(self, seen, colours):
+        first, second = colours
+        for with_image, expected in ((True, {1: 140, 2: 100}), (False, {1: 100, 2: 140})):
+            tracker = Tracker(AT_ONCE)
+            for _ in range(seen):
+                see(tracker, (100, first), (140, second), with_image=with_image)
+            tracks = see(tracker, (100, second), (140, first), with_image=with_image)
+            assert heights(tracks) == expected
+
+    @pytest.mark.parametrize("seen", [2, 12])
+    def test_another_one_in_its_place_is_another(self, seen):
+        tracker = Tracker(AT_ONCE)
+        for _ in range(seen):
+            see(tracker, (100, RED))
+        assert ids(see(tracker, (100, BLUE))) == [2]
+        assert ids(see(tracker, (100, RED))) == [1]
+
+    @pytest.mark.parametrize("colour", [RED, BLUE, GREY, WHITE, BLACK])
+    @pytest.mark.parametrize("light", [0.6, 1.05])
+    def test_another_light_changes_no_id(self, colour, light):
+        tracker = Tracker(AT_ONCE)
+        for _ in range(5):
+            see(tracker, (100, colour))
+        assert ids(see(tracker, (102, colour), light=light)) == [1]
+
+    def test_frames_without_an_image_agree_with_any(self):
+        tracker = Tracker(AT_ONCE)
+        see(tracker, (100, RED))
+        see(tracker, (100, RED), with_image=False)
+        assert ids(see(tracker, (101, RED))) == [1]
+        assert ids(see(tracker, (101, BLUE))) == [2]
+
+    def test_a_pipeline_takes_them_from_its_frames(self):
+        pipeline, first = Pipeline(), None
+        for cables in [((100, RED), (140, BLUE))] * 8 + [((100, BLUE), (140, RED))]:
+            mask = np.zeros(SIZE, np.uint8)
+            for y, _ in cables:
+                cv2.line(mask, (0, y), (500, y), 255, 7)
+            before = pipeline.process(Frame(image=painted(*cables), mask=mask))
+            rows = {track.id: round(float(track.curve(0.5)[1])) for track in before.tracks}
+            image = painted(*cables)
+            assert len(rows) == 2
+            colours = {number: image[row, 200].tolist() for number, row in rows.items()}
+            assert colours in ({1: list(RED), 2: list(BLUE)}, {1: list(BLUE), 2: list(RED)})
+            first = first or colours
+            assert colours == first
+
+
+def test_colours_are_those_along_the_curves_and_unknown_ones_agree():
+    observations = make_observations([detection_of(level(y)) for y in (100.0, 140.0)])
+    seen = with_colours(observations, painted((100, RED), (140, BLUE)))
+    np.testing.assert_array_equal([one.colour for one in seen], [RED, BLUE])
+    models = [TrackModel.from_observation(1, one) for one in (*seen, observations[0])]
+    assert colours_differ(models, [*seen, observations[1]]).tolist() == [
+        [False, True, False],
+        [True, False, False],
+        [False, False, False],
+    ]
+    assert with_colours(observations, None) == observations
+    assert with_colours([], painted()) == []
+
+
+def test_an_image_of_another_size_is_refused():
+    with pytest.raises(InputError, match=r"must have the frame's size \(300, 500\), got \(300, 520\)"):
+        Tracker().update([], size=(300, 500), image=painted())
+    with pytest.raises(InputError, match="image must have shape"):
+        Tracker().update([], image=painted()[..., 0])
