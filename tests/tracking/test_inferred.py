@@ -17,8 +17,9 @@ from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import collect_new_objects, gaps_on_track, make_visible_curve
+from dloftbs.tracking.fusion import collect_new_objects, gaps_on_track
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
+from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.track_model import TrackModel
 
 GAPS = ((0.1, 0.12), (0.3, 0.5), (0.6, 0.62), (0.8, 0.82))

@@ -76,7 +76,7 @@ def locate_on_track(
     share = observation.length / model.length
     first, last, inner = (_misfit_at(model, predicted, observation, low) for low in (0.0, 1.0 - share, best_start))
     cut = view.cut_ends(observation, model.width)
-    were_hidden = [any(low <= 0.0 for low, _ in model.hidden), any(high >= 1.0 for _, high in model.hidden)]
+    were_hidden = [any(low <= 0.0 for low, _ in model.sight.hidden), any(high >= 1.0 for _, high in model.sight.hidden)]
     if were_hidden[0] != were_hidden[1]:
         first, last = (first, last * _HIDDEN_BEFORE) if were_hidden[0] else (first * _HIDDEN_BEFORE, last)
     at_start = cut[1] if cut[0] != cut[1] else first <= last  # the cut end is inside of the track

@@ -87,7 +87,7 @@ def assign(
 
 def _compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: float) -> FloatArray:
     """Return the largest distance for each pair, shape (tracks, observations)."""
-    widening = [min(1.0 + WIDENING_PER_S * float(m.unseen_s.mean()), MAX_WIDENING) * share for m in models]
+    widening = [min(1.0 + WIDENING_PER_S * float(m.sight.unseen_s.mean()), MAX_WIDENING) * share for m in models]
     least = [0.0 if math.isnan(m.width) else _MIN_GATE_WIDTHS * m.width for m in models]
     mean = np.sqrt(np.multiply.outer([m.length for m in models], lengths))
     gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])
@@ -125,7 +125,8 @@ def _match(
         return PartialMatch(oriented, WHOLE, (seam % 1.0, seam % 1.0 + 1.0))
     span, share = WHOLE, oriented.length / model.length
     as_long = abs(oriented.length - model.length) <= model.length_tolerance_px
-    if not (model.curve.closed or as_long or model.is_overridden_by(oriented, config.override_frames)):
+    overrides = model.conflict.overrides(oriented, config.override_frames, model.width_or_0)
+    if not (model.curve.closed or as_long or overrides):
         if share > 1.0:
             low = (1.0 - start - 1.0 / share) if backwards else start
             span = min(-low * share, 0.0), max((1.0 - low) * share, 1.0)

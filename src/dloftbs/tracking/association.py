@@ -139,7 +139,7 @@ def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame."""
     least = config.override_frames
     seen = model.hits >= least and not model.misses and not model.curve.closed
-    return seen and model.conflict_frames < least and model.merged_frames < least
+    return seen and max(model.conflict.frames, model.conflict.merged_frames) < least
 
 
 def _match_pair(model: TrackModel, predicted: PredictedTracks, observation: Observation) -> PartialMatch | None:

@@ -31,7 +31,7 @@ def complete_detection(graph: SampleGraph, intervals: list[Interval], model: Tra
     length = graph.parts[parts[0]].object_length
     gaps = length - sum(graph.parts[p].length for p in parts)
     tolerance = model.length_tolerance_px + HIDDEN_UNCERTAINTY * gaps
-    as_long = abs(length - model.length) <= tolerance or model.has_usual_length(length)
+    as_long = abs(length - model.length) <= tolerance or model.lengths.is_usual(length, model.length_tolerance_px)
     if not as_long or not all(graph.are_consecutive(*pair) for pair in pairwise(intervals)):
         return intervals
     covered = sum(abs(one.end - one.start) + 1 for one in intervals)

@@ -6,16 +6,14 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from dloftbs.curve import BSplineCurve
-from dloftbs.observation import SAMPLES, Observation, U, sample_curve
+from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
-from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, VisibleCurve, are_consecutive, hidden_spans
+from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
+from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
 from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
 from dloftbs.tracking.resolution import median_seen_frames
-from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
+from dloftbs.tracking.track_model import TrackModel
 
 
 def collect_new_objects(
@@ -105,62 +103,6 @@ def merge_spans(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, floa
 def inferred_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:
     """Return the spans of a track that are hidden, or that the detector inferred."""
     return merge_spans(sorted([*hidden_spans(matches), *(gap for match in matches for gap in gaps_on_track(match))]))
-
-
-def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
-    """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
-    first, last = matches[0], matches[-1]
-    starts_outside = view.ends_at_border(first.observation, model.width)[0]
-    ends_outside = view.ends_at_border(last.observation, model.width)[1]
-    low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
-    low, high = first.track_span[0] if starts_outside else low, last.track_span[1] if ends_outside else high
-    if (low, high) == WHOLE:
-        return VisibleCurve(model.curve, model.curve_3d, model.inferred, model.confidence)
-    if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
-        observation = first.observation
-        return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
-    inside = [
-        match._replace(
-            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
-        ).clip_to_track()
-        for match in matches
-    ]
-    curve = reconstruct(model.curve, (low, high), visible_parts(inside))
-    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), inside)
-    return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.confidence, (low, high))
-
-
-def _unseen_limits(model: TrackModel, first: float, last: float) -> tuple[float, float]:
-    """Return the span of a track around `first` and `last` up to where it enters plain sight, unseen."""
-    if not model.in_sight[model.in_sight.argmax()]:  # faster than any()
-        return WHOLE
-    shown, step = U[model.in_sight], float(U[1])
-    before, after = shown[shown < first], shown[shown > last]
-    low = min(float(before[-1]) + step, first) if len(before) else 0.0
-    return low, max(float(after[0]) - step, last) if len(after) else 1.0
-
-
-def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
-    """Return the published curve of a track that is hidden as a whole, as far as it is not in plain sight.
-
-    None if less than half of it is under what is known to hide it, or if plain sight is in between.
-    """
-    if not model.is_covered:
-        return None
-    shown = np.flatnonzero(model.in_sight)
-    edges = np.concatenate(([-1], shown, [SAMPLES]))
-    longest = int(np.diff(edges).argmax())
-    first, last = int(edges[longest]) + 1, int(edges[longest + 1]) - 1
-    if last - first < SAMPLES // 2:
-        return None
-    span = float(U[first]), float(U[last])
-    if span == WHOLE:
-        return VisibleCurve(model.curve, model.curve_3d, (WHOLE,), model.confidence)
-    curve = reconstruct(model.curve, WHOLE, [VisiblePart(model.curve, WHOLE, span)])
-    curve_3d = None
-    if model.curve_3d is not None:
-        curve_3d = reconstruct(model.curve_3d, WHOLE, [VisiblePart(model.curve_3d, WHOLE, span)])
-    return VisibleCurve(curve, curve_3d, (WHOLE,), model.confidence, span)
 
 
 def visible_parts(matches: Sequence[PartialMatch]) -> list[VisiblePart]:

@@ -14,7 +14,8 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph
-from dloftbs.tracking.track_model import TrackModel, interpolate_samples
+from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracking.track_samples import interpolate_samples
 
 _SPAN_SAMPLES = 33
 """Number of samples of a hidden span whose chord is measured.
@@ -39,7 +40,7 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     excess = total - model.length
     tolerance = model.length_tolerance_px + HIDDEN_UNCERTAINTY * sum(hidden)
     low, high = 0.0, 1.0
-    usual = len(intervals) == 1 and model.has_usual_length(total)
+    usual = len(intervals) == 1 and model.lengths.is_usual(total, model.length_tolerance_px)
     if abs(excess) > tolerance and not usual:
         start = _mean_start(graph, intervals, lengths, hidden, model)
         if excess < 0.0:

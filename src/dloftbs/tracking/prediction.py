@@ -32,7 +32,7 @@ class PredictedTracks(NamedTuple):
     def extrapolate(cls, models: Sequence[TrackModel], duration_s: float) -> PredictedTracks:
         """Predict the tracks by continuing their motion for some seconds."""
         points = np.array([m.points for m in models])
-        points += duration_s * np.array([m.velocity for m in models])
+        points += duration_s * np.array([m.motion.velocity for m in models])
         lengths, tolerances = np.array([m.length for m in models]), np.array([m.length_tolerance_px for m in models])
         return cls(points, lengths, tolerances, np.array([m.curve.closed for m in models]))
 

@@ -14,9 +14,10 @@ from dloftbs.observation import Observation, U
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.association import Association
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
 from dloftbs.tracking.prediction import PredictedTracks
-from dloftbs.tracking.track_model import MIN_SEEN_FRAMES, TrackModel
+from dloftbs.tracking.track_model import TrackModel
 
 _SPAN_SAMPLES = 9
 """Number of samples of a span whose median is taken.
@@ -99,7 +100,7 @@ def _absent_part(model: TrackModel, span: tuple[float, float]) -> tuple[float, f
     """Return the part of a span that is assumed absent: at an end of the track, from the first unseen stretch on."""
     if median_seen_frames(model, span) < MIN_SEEN_FRAMES:
         return span
-    unseen = [(low, high) for low, high in model.unseen_spans if low < span[1] and high > span[0]]
+    unseen = [(low, high) for low, high in model.sight.unseen_spans if low < span[1] and high > span[0]]
     if not unseen:
         return None
     if span[0] <= 0.0:
@@ -121,7 +122,7 @@ def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, flo
 
 def median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
     """Return the median number of frames, bounded, in which the samples of a span were seen."""
-    return statistics.median(np.interp(np.linspace(*span, _SPAN_SAMPLES), U, model.seen_frames).tolist())
+    return statistics.median(np.interp(np.linspace(*span, _SPAN_SAMPLES), U, model.sight.seen_frames).tolist())
 
 
 def _is_certainly_hidden(

@@ -140,12 +140,12 @@ class SampleGraph:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
         width = 0.0 if math.isnan(model.width) else model.width
-        speed = np.hypot(*model.velocity.T)
+        speed = np.hypot(*model.motion.velocity.T)
         reach = max(_REACH_WIDTHS * width, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
-        reach = reach * np.minimum(1.0 + WIDENING_PER_S * model.unseen_s, MAX_WIDENING)
+        reach = reach * np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
         samples, nodes, assignment = np.empty((SAMPLES, 4)), np.empty((count, 4)), np.empty(count, np.int64)
         samples[:, :2], samples[:, 2] = predicted, reach
-        samples[:, 3] = np.where(model.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
+        samples[:, 3] = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
         kernels.interpolate_evenly(samples, nodes)
         cost = kernels.find_route(
             nodes[:, :2],

@@ -11,16 +11,17 @@ from dloftbs.observation import SAMPLES, sample_curve
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import (
     inferred_spans,
-    make_visible_curve,
     merge_bridged,
     reconstruct_in_space,
     restart_loop,
     visible_parts,
 )
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_spans
+from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.reconstruction import reconstruct
 from dloftbs.tracking.resolution import Resolution
-from dloftbs.tracking.track_model import JUMP_SHARE, TrackModel, filter_velocity
+from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracking.track_motion import JUMP_SHARE, filter_velocity
 
 
 def update_seen(
@@ -32,9 +33,10 @@ def update_seen(
     if unambiguous:
         points = np.array([match.observation.points for _, match in unambiguous])
         steps = points - np.array([model.points for model, _ in unambiguous])
-        velocities = filter_velocity(np.array([model.velocity for model, _ in unambiguous]), steps, dt)
+        velocities = filter_velocity(np.array([model.motion.velocity for model, _ in unambiguous]), steps, dt)
         for (model, match), position, velocity in zip(unambiguous, points, velocities, strict=True):
             model.update_whole(match.observation, position, velocity)
+            model.conflict.clear()
     for model, one in pairs:
         if not one.shown.is_unambiguous:
             _update_ambiguous(model, one, view, config, dt)
@@ -44,22 +46,21 @@ def update_seen(
 def _update_ambiguous(model: TrackModel, one: Resolution, view: View, config: TrackingConfig, dt: float) -> None:
     model.cut_to(one.scope)
     matches = merge_bridged(model, one.shown.matches)
-    merged_frames = model.merged_frames + 1 if one.shown.merged else 0
     if len(matches) == 1 and matches[0].is_complete:
         _update_whole(model, matches[0], config, dt)
     else:
         _update_partly(model, matches, one.scope, view, dt, shared=one.shown.known_separate)
         model.visible = make_visible_curve(model, matches, view)
-    model.merged_frames, model.known_separate = merged_frames, one.shown.known_separate
+    model.conflict.count_merged(merged=one.shown.merged, known_separate=one.shown.known_separate)
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig, dt: float) -> None:
     observation = match.observation
     if observation.curve.closed:
         observation = restart_loop(observation, match.curve_span[0])
-    overridden = model.is_overridden_by(match.observation, config.override_frames)
+    overridden = model.conflict.overrides(match.observation, config.override_frames, model.width_or_0)
     if overridden:
-        model.seen_frames = np.full(SAMPLES, float(model.conflict_frames))
+        model.sight.seen_frames = np.full(SAMPLES, float(model.conflict.frames))
     longer = match.track_span != WHOLE
     if longer:
         model.resample(match.track_span)
@@ -69,7 +70,7 @@ def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig
     )
     velocity = None
     if not (longer or overridden or model.misses or other_shape):
-        velocity = filter_velocity(model.velocity, observation.points - model.points, dt)
+        velocity = model.motion.after(observation.points - model.points, dt)
     model.update_whole(observation, observation.points, velocity)
 
 
@@ -92,4 +93,5 @@ def _update_partly(
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     if not any(view.cut_ends(longest, model.width)) and not shared:
         lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
-        model.update_conflict(longest, sum(lengths.values()))
+        is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
+        model.conflict.count(longest, sum(lengths.values()), model.width_or_0, is_small=is_small)

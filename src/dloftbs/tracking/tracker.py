@@ -21,12 +21,14 @@ from dloftbs.prior import Prediction
 from dloftbs.tracking.appearance import with_colours
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import collect_new_objects, make_hidden_curve
+from dloftbs.tracking.fusion import collect_new_objects
 from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.prior_gate import PriorGate
+from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.resolution import resolve
-from dloftbs.tracking.track_model import TrackModel, extrapolated_time, move_curve
+from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracking.track_motion import extrapolated_time, move_curve
 from dloftbs.tracking.track_update import update_seen
 from dloftbs.tracks import Track, TrackState
 
@@ -160,11 +162,11 @@ class Tracker:
         published = [model for model in self._models if not model.misses or model.visible is not None]
         seen = [model for model in published if not model.misses]
         for model in seen:
-            if model.curve_3d is not None or model.points_3d is not None:
-                model.measure_velocity_in_space(dt)
+            if model.curve_3d is not None or model.motion.points_3d is not None:
+                model.motion.measure_in_space(model.curve_3d, dt)
         self._filters = {m.id: self._filters[m.id] for m in published if m.id in self._filters}
         self._tracks = tuple(self._publish(model, dt) for model in published)
-        self._lost = tuple(m.to_track(self._view) for m in self._models if m.misses and m.visible is None)
+        self._lost = tuple(to_track(m, self._view) for m in self._models if m.misses and m.visible is None)
         return self._tracks
 
     def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
@@ -179,9 +181,9 @@ class Tracker:
         duration = extrapolated_time(dt)
         return tuple(
             Prediction(
-                move_curve(model.curve, model.velocity, duration),
-                model.confidence,
-                model.unseen_spans,
+                move_curve(model.curve, model.motion.velocity, duration),
+                model.sight.confidence,
+                model.sight.unseen_spans,
                 model.id,
                 None if math.isnan(model.width) else model.width,
             )
@@ -246,16 +248,17 @@ class Tracker:
 
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""
-        was_part = model.merged_frames >= self._config.override_frames  # of another one, which has its place now
+        # Part of another one, which has its place now.
+        was_part = model.conflict.merged_frames >= self._config.override_frames
         if model.state is TrackState.TENTATIVE or was_part:
             return False
         if model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S:
             return False
-        model.advance_unseen(self._view, dt)
+        model.update_unseen(self._view, dt)
         return True
 
     def _publish(self, model: TrackModel, dt: float) -> Track:
-        track = model.to_track(self._view)
+        track = to_track(model, self._view)
         if self._config.smoothing_s <= 0.0:
             return track
         lag = self._config.smoothing_s

@@ -43,7 +43,7 @@ def match_unambiguous(
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     points = np.array([one.points for one in observations])
-    whole = np.array([not (m.hidden or m.misses or m.curve.closed) for m in models])
+    whole = np.array([not (m.sight.hidden or m.misses or m.curve.closed) for m in models])
     partner: list[int] = kernels.match_unambiguous(
         predicted.points,
         predicted.lengths,

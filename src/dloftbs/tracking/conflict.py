@@ -1,0 +1,68 @@
+"""Conflict of a track with what is seen: a detection that contradicts it, or that it shares with another track."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dloftbs.observation import Observation
+from dloftbs.tracking.partial_match import WHOLE
+
+
+@dataclass(slots=True, eq=False)
+class Conflict:
+    """Counts of the frames in which a track was contradicted.
+
+    Parameters
+    ----------
+    frames : int
+        Number of frames with a detection that contradicts the track, less those without.
+    length_px, visible_px : float
+        Length of that detection, which seems to be the whole object, and of all detections that showed parts of it.
+    merged_frames : int
+        Number of consecutive frames in which the track was part of a detection that may be one object.
+    known_separate : bool
+        True if the track is a part of a detection, and known to be another object than the rest of it.
+    """
+
+    frames: int = 0
+    length_px: float = 0.0
+    visible_px: float = 0.0
+    merged_frames: int = 0
+    known_separate: bool = False
+
+    def clear(self) -> None:
+        """Forget the frames so far."""
+        self.frames = self.merged_frames = 0
+
+    def count_merged(self, *, merged: bool, known_separate: bool) -> None:
+        """Count a frame in which the track shared a detection with another one, or did not."""
+        self.merged_frames = self.merged_frames + 1 if merged else 0
+        self.known_separate = known_separate
+
+    def count(self, observation: Observation, visible_px: float, width: float, *, is_small: bool) -> None:
+        """Count a frame in which an observation, part of the object or more than it, contradicts the track.
+
+        It counts only if the total visible length of the object stays the same: an occluder may move. A small
+        contradiction in length counts twice: a wrong end was probably adopted before.
+        """
+        same = self._is_same(observation, width) and abs(visible_px - self.visible_px) < _tolerance(visible_px, width)
+        if observation.contiguous and (same or self.frames == 0):
+            if self.frames == 0:
+                self.length_px, self.visible_px = observation.object_length, visible_px
+            self.frames += 2 if is_small else 1
+        else:
+            self.frames = max(self.frames - 1, 0)
+
+    def overrides(self, observation: Observation, override_frames: int, width: float) -> bool:
+        """Return True if an observation has contradicted the track for long enough to replace it."""
+        long_enough = self.frames >= override_frames and observation.curve_span == WHOLE
+        return long_enough and self._is_same(observation, width)
+
+    def _is_same(self, observation: Observation, width: float) -> bool:
+        length = observation.object_length
+        return abs(length - self.length_px) < _tolerance(length, width)
+
+
+def _tolerance(length: float, width: float) -> float:
+    """Return the largest difference of two lengths that are the same, px."""
+    return 0.01 * length + 0.75 * width

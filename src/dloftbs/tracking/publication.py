@@ -1,0 +1,118 @@
+"""Publication of the tracks: what of each is seen, or known to be hidden, and what is said of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray, frozen
+from dloftbs.observation import SAMPLES, U
+from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.fusion import inferred_spans, reconstruct_in_space, visible_parts
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve
+from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
+from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracking.track_samples import interpolate_samples
+from dloftbs.tracks import EndKind, Track
+
+
+def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
+    """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
+    first, last = matches[0], matches[-1]
+    starts_outside = view.ends_at_border(first.observation, model.width)[0]
+    ends_outside = view.ends_at_border(last.observation, model.width)[1]
+    low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
+    low, high = first.track_span[0] if starts_outside else low, last.track_span[1] if ends_outside else high
+    if (low, high) == WHOLE:
+        return VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
+    if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
+        observation = first.observation
+        return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
+    inside = [
+        match._replace(
+            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
+        ).clip_to_track()
+        for match in matches
+    ]
+    curve = reconstruct(model.curve, (low, high), visible_parts(inside))
+    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), inside)
+    return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
+
+
+def _unseen_limits(model: TrackModel, first: float, last: float) -> tuple[float, float]:
+    """Return the span of a track around `first` and `last` up to where it enters plain sight, unseen."""
+    if not model.sight.in_sight[model.sight.in_sight.argmax()]:  # faster than any()
+        return WHOLE
+    shown, step = U[model.sight.in_sight], float(U[1])
+    before, after = shown[shown < first], shown[shown > last]
+    low = min(float(before[-1]) + step, first) if len(before) else 0.0
+    return low, max(float(after[0]) - step, last) if len(after) else 1.0
+
+
+def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
+    """Return the published curve of a track that is hidden as a whole, as far as it is not in plain sight.
+
+    None if less than half of it is under what is known to hide it, or if plain sight is in between.
+    """
+    if not model.sight.is_covered:
+        return None
+    shown = np.flatnonzero(model.sight.in_sight)
+    edges = np.concatenate(([-1], shown, [SAMPLES]))
+    longest = int(np.diff(edges).argmax())
+    first, last = int(edges[longest]) + 1, int(edges[longest + 1]) - 1
+    if last - first < SAMPLES // 2:
+        return None
+    span = float(U[first]), float(U[last])
+    if span == WHOLE:
+        return VisibleCurve(model.curve, model.curve_3d, (WHOLE,), model.sight.confidence)
+    curve = reconstruct(model.curve, WHOLE, [VisiblePart(model.curve, WHOLE, span)])
+    curve_3d = None
+    if model.curve_3d is not None:
+        curve_3d = reconstruct(model.curve_3d, WHOLE, [VisiblePart(model.curve_3d, WHOLE, span)])
+    return VisibleCurve(curve, curve_3d, (WHOLE,), model.sight.confidence, span)
+
+
+def to_track(model: TrackModel, view: View) -> Track:
+    """Return the track as published."""
+    width = None if math.isnan(model.width) else model.width
+    visible = model.visible or VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
+    return Track._unchecked(
+        model.id,
+        model.state,
+        visible.curve,
+        visible.curve_3d,
+        model.hits,
+        model.misses,
+        model.detection,
+        tuple((float(low), float(high)) for low, high in visible.inferred),
+        visible.confidence,
+        width,
+        _ends(model, visible, view),
+        _between(model.motion.velocity, visible.track_span) if model.motion.is_known else None,
+        None if model.motion.velocity_3d is None else _between(model.motion.velocity_3d, visible.track_span),
+    )
+
+
+def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind, EndKind] | None:
+    if visible.curve.closed:
+        return None
+    points = model.points if visible.curve is model.curve else visible.curve(U[[0, 1, -2, -1]])
+    hidden = view.hidden_beyond(points, model.width, visible.curve_3d)
+    first, last = (
+        EndKind.BORDER if view.is_at_border(point, model.width) else EndKind.HIDDEN if under else EndKind.FREE
+        for point, under in zip(points[[0, -1]], hidden, strict=True)
+    )
+    if visible.inferred:
+        first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first
+        last = EndKind.HIDDEN if visible.inferred[-1][1] >= 1.0 else last
+    return first, last
+
+
+def _between(samples: FloatArray, span: tuple[float, float]) -> FloatArray:
+    """Return samples (SAMPLES, d) of a part of a track, read-only."""
+    if span == WHOLE:
+        return frozen(samples.view())
+    low, high = span
+    return frozen(interpolate_samples(samples, np.clip(low + U * (high - low), 0.0, 1.0)))

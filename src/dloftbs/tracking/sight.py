@@ -1,0 +1,112 @@
+"""Sight of a track: which of its samples frames have shown, and what hides the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.evidence import HIDDEN, IN_SIGHT
+from dloftbs.observation import SAMPLES, U
+from dloftbs.tracking.partial_match import WHOLE
+from dloftbs.tracking.track_samples import samples_within
+
+_MAX_SEEN_FRAMES = 8.0
+"""Bound of the number of frames in which a span was seen, so that old spans can be given up.
+
+Source: by hand.
+"""
+
+_HALF_LIFE_S = 0.5
+"""Half-life of the confidence in a stretch that is not seen, s.
+
+Source: by hand.
+"""
+
+Spans = tuple[tuple[float, float], ...]
+
+
+@dataclass(slots=True, eq=False)
+class Sight:
+    """What frames have shown of a track.
+
+    Parameters
+    ----------
+    seen_frames : numpy.ndarray, shape (SAMPLES,)
+        Number of frames in which each sample was seen, bounded.
+    unseen_s : numpy.ndarray, shape (SAMPLES,)
+        Seconds since each sample was last seen.
+    hidden : tuple of (float, float)
+        The intervals of ``u`` that the last frame did not show.
+    inferred : tuple of (float, float)
+        These, and those that the detector inferred.
+    in_sight : numpy.ndarray, shape (SAMPLES,), bool
+        The samples that the last frame did not show, although nothing hides their place.
+    is_covered : bool
+        True if the last frame showed nothing of the object, and something that hides most of its place.
+    confidence : float
+        In the whole curve, in 0..1: less the longer ago its samples were seen.
+    """
+
+    seen_frames: FloatArray
+    inferred: Spans
+    unseen_s: FloatArray = field(default_factory=lambda: np.zeros(SAMPLES))
+    hidden: Spans = ()
+    in_sight: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
+    is_covered: bool = False
+    confidence: float = 1.0
+
+    @classmethod
+    def of_whole(cls, gaps: Spans) -> Sight:
+        """Return the sight of an object that one frame showed, but for gaps."""
+        return cls((~samples_within(gaps)).astype(np.float64), gaps)
+
+    @property
+    def unseen_spans(self) -> Spans:
+        """The intervals of ``u``, from one seen sample to another, that no frame has shown, or too few to be kept."""
+        if self.seen_frames[self.seen_frames.argmin()] > 0.0:  # faster than any()
+            return ()
+        unseen = self.seen_frames <= 0.0
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], unseen, [False])).astype(np.int8)))
+        return tuple(
+            (float(U[max(low - 1, 0)]), float(U[min(high, SAMPLES - 1)]))
+            for low, high in zip(edges[::2], edges[1::2], strict=True)
+        )
+
+    def see_whole(self, gaps: Spans, *, was_unseen: bool) -> None:
+        """Count a frame that showed all but the detector's gaps."""
+        self.inferred, self.confidence = gaps, 1.0
+        self.seen_frames = np.minimum(self.seen_frames + ~samples_within(gaps), _MAX_SEEN_FRAMES)
+        if self.hidden or was_unseen:
+            self.unseen_s, self.in_sight = np.zeros(SAMPLES), np.zeros(SAMPLES, dtype=np.bool_)
+            self.hidden, self.is_covered = (), False
+
+    def see_part(self, hidden: Spans, inferred: Spans, told: npt.NDArray[np.int64] | None, dt: float) -> None:
+        """Count a frame that showed a part; `told` is what it tells of the places of all samples."""
+        is_hidden = samples_within(hidden)
+        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & (told == IN_SIGHT)
+        self.hidden, self.inferred, self.is_covered = hidden, inferred, False
+        self._set_unseen(np.where(is_hidden, self.unseen_s + dt, 0.0))
+        # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
+        kept = (self.seen_frames >= _MAX_SEEN_FRAMES) & ~self.in_sight
+        fading = np.where(kept, self.seen_frames, self.seen_frames - 1.0)
+        seen = np.minimum(self.seen_frames + ~samples_within(inferred), _MAX_SEEN_FRAMES)
+        self.seen_frames = np.where(is_hidden, fading, seen)
+
+    def see_nothing(self, told: npt.NDArray[np.int64] | None, dt: float) -> None:
+        """Count a frame that showed nothing; `told` as for `see_part`."""
+        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else told == IN_SIGHT
+        self.is_covered = told is not None and int(np.count_nonzero(told == HIDDEN)) > SAMPLES // 2
+        self.hidden = self.inferred = (WHOLE,)
+        self._set_unseen(self.unseen_s + dt)
+
+    def _set_unseen(self, unseen_s: FloatArray) -> None:
+        self.unseen_s = unseen_s
+        self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).mean())
+
+    def resample(self, u: FloatArray, new: npt.NDArray[np.bool_]) -> None:
+        """Take the counts at other parameters (SAMPLES,), some of them new."""
+        self.seen_frames = np.where(new, 0.0, np.interp(u, U, self.seen_frames))
+        self.unseen_s = np.where(new, 0.0, np.interp(u, U, self.unseen_s))

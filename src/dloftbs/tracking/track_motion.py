@@ -1,0 +1,104 @@
+"""Motion of a track: the velocities of its samples in the image and in space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray
+from dloftbs.curve import BSplineCurve
+from dloftbs.observation import SAMPLES, sample_curve
+from dloftbs.tracking.kernels.curve_motion import move_control_points
+from dloftbs.tracking.track_samples import interpolate_samples
+
+JUMP_SHARE = 0.1
+"""Share of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion.
+
+Source: by hand.
+"""
+
+_VELOCITY_GAIN = 0.8
+"""Share of the last step in a velocity.
+
+Source: by hand; little smoothing, as lag costs more than noise.
+"""
+
+_MOTION_S = 0.1
+"""Time for which a motion goes on by itself, s.
+
+Source: by hand; three frames at 30 per second.
+"""
+
+
+@dataclass(slots=True, eq=False)
+class Motion:
+    """Velocities of a track's samples.
+
+    Parameters
+    ----------
+    velocity : numpy.ndarray, shape (SAMPLES, 2)
+        px/s.
+    is_known : bool
+        False in an object's first frame, and where it jumped or is another one: the velocity is 0 then.
+    velocity_3d, points_3d : numpy.ndarray or None, shape (SAMPLES, 3)
+        Velocities in space, m/s, and the samples of the curve there in the last frame, m, as far as they are known.
+    """
+
+    velocity: FloatArray = field(default_factory=lambda: np.zeros((SAMPLES, 2)))
+    is_known: bool = False
+    velocity_3d: FloatArray | None = None
+    points_3d: FloatArray | None = None
+
+    def adopt(self, velocity: FloatArray | None) -> None:
+        """Adopt a velocity; None is an unknown one."""
+        self.is_known = velocity is not None
+        self.velocity = np.zeros((SAMPLES, 2)) if velocity is None else velocity
+
+    def after(self, step: FloatArray, dt: float) -> FloatArray:
+        """Return the velocities after another step of the samples, px."""
+        return filter_velocity(self.velocity, step, dt)
+
+    def measure_in_space(self, curve_3d: BSplineCurve | None, dt: float) -> None:
+        """Take the step of the curve in space since the last frame into its velocity."""
+        before, self.points_3d = self.points_3d, None if curve_3d is None else sample_curve(curve_3d)[0]
+        if before is None or self.points_3d is None or not self.is_known:
+            self.velocity_3d = None
+        elif self.velocity_3d is None:
+            self.velocity_3d = (self.points_3d - before) / dt
+        else:
+            self.velocity_3d = filter_velocity(self.velocity_3d, self.points_3d - before, dt)
+
+    def make_rigid(self) -> None:
+        """Let all samples move alike: the shape is kept."""
+        self.velocity = np.broadcast_to(self.velocity.mean(axis=0), self.velocity.shape)
+        if self.velocity_3d is not None:
+            self.velocity_3d = np.broadcast_to(self.velocity_3d.mean(axis=0), self.velocity_3d.shape)
+
+    def decay(self, dt: float) -> None:
+        """Slow down, as nothing of the object is seen."""
+        self.velocity = self.velocity * math.exp(-dt / _MOTION_S)
+        self.velocity_3d = None if self.velocity_3d is None else self.velocity_3d * math.exp(-dt / _MOTION_S)
+        self.points_3d = None
+
+    def resample(self, u: FloatArray) -> None:
+        """Take the velocities at other parameters (SAMPLES,)."""
+        self.velocity = interpolate_samples(self.velocity, u)
+
+
+def extrapolated_time(dt: float) -> float:
+    """Return the part of a time, in seconds, for which a motion is extrapolated."""
+    return min(dt, _MOTION_S)
+
+
+def filter_velocity(velocity: FloatArray, step: FloatArray, dt: float) -> FloatArray:
+    """Return velocities (..., 2), px/s, updated by a step, px, of `dt` seconds; the step has most of the weight."""
+    result: FloatArray = (1.0 - _VELOCITY_GAIN) * velocity + (_VELOCITY_GAIN / dt) * step
+    return result
+
+
+def move_curve(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:
+    """Return a curve moved by its samples' velocities (SAMPLES, 2): each control point at its Greville parameter."""
+    control = move_control_points(curve.knots, curve.control_points, velocity, seconds, curve.degree, curve.closed)
+    return BSplineCurve._unchecked(curve.knots, control, curve.degree, curve.closed)
