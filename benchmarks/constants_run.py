@@ -20,6 +20,7 @@ _SIZE = (240, 426)
 _FRAMES = {
     "demo": 40,
     "tracking": 120,
+    "known-occluders": 120,
     "plain-sight": 80,
     "rgb": 20,
     "rgbd": 30,
