@@ -1,13 +1,23 @@
-"""Which tracks and detections are compared at all."""
+"""Which tracks and detections are compared at all, and that to compare them changes nothing."""
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
-from builders import line
+from builders import detection_of, line, part, wave
+from tracked_curves import level
 
+from dloftbs.config import TrackingConfig
+from dloftbs.observation import make_observations
 from dloftbs.tracking import Tracker
+from dloftbs.tracking.association import associate
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.resolution import resolve
+from dloftbs.tracking.track_model import TrackModel
 
 
 def rows(count: int, shift: float) -> list:
@@ -33,3 +43,31 @@ def test_an_object_is_compared_with_those_beside_it_alone(monkeypatch, count):
     assert [track.id for track in tracks] == list(range(1, count + 1))
     assert measured
     assert max(measured) <= 2 * count
+
+
+@pytest.mark.parametrize(
+    "seen",
+    [
+        [wave((2.0, 1.0)), level(400.0)],  # unambiguous
+        [part(wave(), 0.0, 0.4), part(wave(), 0.6, 1.0).reversed(), level(400.0)],  # routed
+        [wave((30.0, 20.0))],  # farther than a hand moves, and one missing
+        [],
+    ],
+)
+def test_to_associate_and_to_resolve_changes_no_track(seen):
+    models = []
+    for number, curve in enumerate((wave(), level(400.0)), start=1):
+        (one,) = make_observations([detection_of(curve)])
+        models.append(TrackModel.from_observation(number, one))
+        for _ in range(10):
+            models[-1].update_whole(one, one.points, np.zeros_like(one.points))
+            models[-1].count_hit(1)
+        assert models[-1].lengths.is_usual(models[-1].length, 1.0)  # which remembers its median
+    before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
+    predicted = PredictedTracks.extrapolate(models, 0.0)
+    observations = make_observations([detection_of(curve) for curve in seen])
+    association = associate(models, predicted, observations, view, config, 1 / 30)
+    resolved, _ = resolve(models, predicted, association, view)
+    assert pickle.dumps(models) == before
+    assert len(association.shown) == len(resolved) == 2
+    assert any(one.shown.matches for one in resolved) == bool(seen)

@@ -1,8 +1,4 @@
-"""Assignment of observations, and of parts of them, to tracks.
-
-First each observation goes to one track at most, as a whole. The others are then examined in parts: an observation may
-be one more part of a track that is partly hidden, and a track may be a part of an observation that two tracks share.
-"""
+"""Assignment of observations to tracks as a whole, one to one, by their distance, length, width and colour."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Association of a frame's observations with the tracks: one value, which the later steps take; nothing is changed.
 
 Unambiguous matches come first. Tracks that are known well are then routed through the frame, others are assigned
-observations as a whole or in parts; at last the only object left is the only track left.
+observations as a whole; at last the only object left is the only track left.
 """
 
 from __future__ import annotations
