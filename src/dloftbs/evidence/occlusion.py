@@ -17,7 +17,7 @@ from dloftbs.frame import Frame
 from dloftbs.observation import U, sample_curve
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
-"""What `OcclusionEvidence.look` says of a place, codes.
+"""Answers of `OcclusionEvidence.look` for a place, codes.
 
 Source: by definition.
 """
@@ -60,7 +60,7 @@ Source: by definition.
 
 
 class OcclusionEvidence:
-    """What a frame tells of places where a cable may be hidden: by its depth, and by the mask of occluders.
+    """Evidence in a frame that a cable is hidden in a place, or is not: its depth, and its mask of occluders.
 
     Depth comes first: something nearer than the cable hides it; a place where only farther things are seen is in plain
     sight. Where depth says neither, a place under the occluders is hidden, and one clear of them is in plain sight,

@@ -36,7 +36,7 @@ Source: by hand.
 
 
 class Association(NamedTuple):
-    """What a frame shows of each track.
+    """Observations of each track in one frame, and those of none.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ Source: geometry; a cable that goes under an edge at a slant ends up to a width 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """What a frame shows of the scene.
+    """Scene of one frame, as far as tracking asks for it.
 
     Parameters
     ----------

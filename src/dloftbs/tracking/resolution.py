@@ -27,7 +27,7 @@ Source: bounds time; an odd number, so that it is one of them.
 
 
 class Resolution(NamedTuple):
-    """What a frame shows of a track, and which part of the track is left: seen, or hidden and not absent.
+    """Part of a track that is left after a frame, seen or hidden and not absent, and the matches that show it.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ Spans = tuple[tuple[float, float], ...]
 
 @dataclass(slots=True, eq=False)
 class Sight:
-    """What frames have shown of a track.
+    """Record of the samples of a track that frames have shown.
 
     Parameters
     ----------
