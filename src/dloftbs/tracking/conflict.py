@@ -7,6 +7,18 @@ from dataclasses import dataclass
 from dloftbs.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE
 
+_SAME_SHARE = 0.01
+"""Difference of two lengths that are the same, as a share of the length.
+
+Source: by hand; a curve's noise from frame to frame.
+"""
+
+_SAME_WIDTHS = 0.75
+"""The same in addition, widths.
+
+Source: by hand; an end's noise from frame to frame.
+"""
+
 
 @dataclass(slots=True, eq=False)
 class Conflict:
@@ -65,4 +77,4 @@ class Conflict:
 
 def _tolerance(length: float, width: float) -> float:
     """Return the largest difference of two lengths that are the same, px."""
-    return 0.01 * length + 0.75 * width
+    return _SAME_SHARE * length + _SAME_WIDTHS * width

@@ -49,7 +49,8 @@ def resolve(
     Returns the resolutions, and the parts of observations that show no track.
     """
     result, unassigned = [], list(association.unassigned)
-    claims = Counter(index for one in association.shown for index in one.detection_indices)
+    ambiguous = [one for one in association.shown if not one.is_unambiguous]
+    claims = Counter(index for one in ambiguous for index in one.detection_indices)
     for model, points, shown in zip(models, predicted.points, association.shown, strict=True):
         if not shown.matches or shown.is_unambiguous:
             result.append(Resolution(shown))

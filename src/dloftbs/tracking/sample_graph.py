@@ -184,11 +184,6 @@ class SampleGraph:
             self.claimed[one.samples] = True
             self._extra_cost[one.samples] = _CLAIMED_COST
 
-    def release(self, intervals: Sequence[Interval]) -> None:
-        """Release the samples of a track's intervals."""
-        for one in intervals:
-            self.claimed[one.samples] = False
-
     def claimed_share(self, part: int) -> float:
         """Return the share of a part that is claimed."""
         first, last = self.bounds[part]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64
+from numba import boolean, float64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
@@ -270,10 +270,8 @@ def _align(
     part: npt.NDArray[np.float64],
     whole: npt.NDArray[np.float64],
     share: float,
-    low: float,
-    high: float,
+    latest: float,
     cyclic: bool,
-    direction: int,
     cap: float,
 ) -> tuple[float, float, bool]:
     """Return the least mean distance of a part along a whole, its start there, and True if it is reversed.
@@ -283,33 +281,29 @@ def _align(
     part : (n, d) float64
     whole : (m, d) float64
     share : float
-    low, high : float
-        Range of its start, as shares of the whole.
+    latest : float
+        Largest start, as a share of the whole.
     cyclic : bool
-    direction : int
-        1 forwards, -1 backwards, 0 for both.
     cap : float
     """
-    steps = math.ceil((high - low) * (len(whole) - 1) / _SEARCH_STEP - 1e-9) if high > low else 0
+    steps = math.ceil(latest * (len(whole) - 1) / _SEARCH_STEP - 1e-9) if latest > 0.0 else 0
     count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
-    best, at, flipped = math.inf, low, False
+    best, at, flipped = math.inf, 0.0, False
     for way in range(2):
         backwards = way == 1
-        if (backwards and direction > 0) or (not backwards and direction < 0):
-            continue
         for k in range(steps + (0 if cyclic and steps else 1)):
-            start = low + (high - low) * k / steps if steps else low
+            start = latest * k / steps if steps else 0.0
             misfit = _misfit(part, whole, share, start, backwards, cyclic, cap, _SHIFT_WEIGHT, count)
             if misfit < best:
                 best, at, flipped = misfit, start, backwards
     if steps:  # between the steps
-        step = (high - low) / steps
+        step = latest / steps
         for _ in range(_HALVINGS):
             step /= 2.0
             for side in (-1.0, 1.0):
                 start = at + side * step
                 if not cyclic:
-                    start = min(max(start, low), high)
+                    start = min(max(start, 0.0), latest)
                 misfit = _misfit(part, whole, share, start, flipped, cyclic, cap, _SHIFT_WEIGHT, count)
                 if misfit < best:
                     best, at = misfit, start
@@ -336,43 +330,6 @@ def misfit_at(
     """
     count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
     return _misfit(part, whole, share, start, False, False, math.inf, shift_weight, count)
-
-
-@kernel(read(float64, 2), read(float64, 2), float64, float64, float64, int64, float64)
-def align_in_range(
-    part: npt.NDArray[np.float64],
-    whole: npt.NDArray[np.float64],
-    share: float,
-    low: float,
-    high: float,
-    direction: int,
-    cap: float,
-) -> tuple[float, float, bool]:
-    """Find the start of a part along an open whole, in a range.
-
-    Parameters
-    ----------
-    part : (n, d) float64
-        Samples in order.
-    whole : (m, d) float64
-    share : float
-        The length of the part by that of the whole.
-    low, high : float
-        Range of the part's start, as shares of the whole.
-    direction : int
-        1 forwards, -1 backwards, 0 for both.
-    cap : float
-        A sample's distance counts no more than this.
-
-    Returns
-    -------
-    misfit : float
-        The mean distance there.
-    start : float
-        As a share of the whole.
-    backwards : bool
-    """
-    return _align(part, whole, share, low, max(low, high), False, direction, cap)
 
 
 @kernel(
@@ -438,10 +395,10 @@ def align_all(
                 share = 1.0 / share
             share = min(share, 1.0)
             cyclic = track_closed[t] or found_closed[f]
-            high = 1.0 if cyclic else 1.0 - share
+            latest = 1.0 if cyclic else 1.0 - share
             if track_is_whole:
-                result = _align(found[f], tracks[t], share, 0.0, high, cyclic, 0, cap[t, f])
+                result = _align(found[f], tracks[t], share, latest, cyclic, cap[t, f])
             else:
-                result = _align(tracks[t], found[f], share, 0.0, high, cyclic, 0, cap[t, f])
+                result = _align(tracks[t], found[f], share, latest, cyclic, cap[t, f])
             misfit[t, f], start[t, f], backwards[t, f] = result
     return misfit, start, backwards
