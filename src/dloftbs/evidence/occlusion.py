@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,7 +14,7 @@ from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.depth import to_metres
 from dloftbs.errors import InputError
-from dloftbs.evidence.kernels.occlusion_pixels import look_around
+from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around, pixels_around
 from dloftbs.frame import Frame
 from dloftbs.observation import U, sample_curve
 
@@ -141,21 +143,16 @@ class OcclusionEvidence:
         numpy.ndarray, shape (n,)
             `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
         """
-        result = np.zeros(len(points), dtype=np.int64)
-        reach = max(_LEAST_REACH_PX, 0.0 if np.isnan(width) else width)
+        told = np.zeros(len(points), dtype=np.int64)
+        reach = max(_LEAST_REACH_PX, 0.0 if math.isnan(width) else width)
+        h, w = self.size
         if self._depth is not None and depth_m is not None:
-            metres = to_metres(_pixels_at(self._depth, points, reach * _CROSS), self._config)
-            tolerance = _DEPTH_TOLERANCE_M + _DEPTH_NOISE_PER_M * depth_m**2
-            with np.errstate(invalid="ignore"):
-                nearer = np.count_nonzero(metres < (depth_m - tolerance)[:, None], axis=1)
-                farther = np.count_nonzero(metres > (depth_m + tolerance)[:, None], axis=1)
-            known = np.count_nonzero(np.isfinite(metres), axis=1)
-            result[2 * nearer > known] = HIDDEN
-            result[(farther == known) & (known >= _LEAST_DEPTHS)] = IN_SIGHT
-        look_around(points, self._occluders, self._mask, reach, HIDDEN, IN_SIGHT, result)
-        inside = ((points > -0.5) & (points < np.array(self.size[::-1]) - 0.5)).all(axis=1)
-        result[~inside] = HIDDEN
-        return result
+            rows, columns = pixels_around(points, _CROSS, reach, h, w)
+            metres = to_metres(self._depth[rows, columns], self._config)
+            limits = _DEPTH_TOLERANCE_M, _DEPTH_NOISE_PER_M
+            judge_depths(metres, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
+        look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
+        return told
 
     def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:
         """Return the distance (SAMPLES,) of a curve along the optical axis, m, at the samples of its image.
@@ -175,12 +172,4 @@ def _as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:
     if array.dtype == np.bool_:
         return array.view(np.uint8)
     pixels: npt.NDArray[np.uint8] = array if array.dtype == np.uint8 else (array != 0).view(np.uint8)
-    return pixels
-
-
-def _pixels_at(array: AnyArray, points: FloatArray, offsets: FloatArray) -> AnyArray:
-    """Return the pixels nearest to places (n, 2), each moved by offsets (k, 2), as (n, k); the border's beyond it."""
-    rounded = np.rint(points[:, None] + offsets).astype(np.int64)
-    h, w = array.shape
-    pixels: AnyArray = array[np.clip(rounded[..., 1], 0, h - 1), np.clip(rounded[..., 0], 0, w - 1)]
     return pixels

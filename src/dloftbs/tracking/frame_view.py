@@ -12,6 +12,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
 from dloftbs.observation import Observation
+from dloftbs.tracking.kernels.end_places import places_beyond
 from dloftbs.tracking.partial_match import WHOLE
 
 _BORDER_PX = 3.0
@@ -58,11 +59,14 @@ class View:
 
     def ends_at_border(self, observation: Observation, width: float) -> list[bool]:
         """Return, for each end of an observation, True if the image's border may cut it."""
-        return [self.is_at_border(end, width) for end in observation.points[[0, -1]]]
+        return [self.is_at_border(observation.points[k], width) for k in (0, -1)]
 
     def cut_ends(self, observation: Observation, width: float) -> list[bool]:
         """Return, for each end of an observation, True if the border or something that hides the rest may cut it."""
-        cut, hidden = self.ends_at_border(observation, width), self.hidden_ends(observation, width)
+        cut = self.ends_at_border(observation, width)
+        if self.occlusion is None or all(cut):
+            return cut
+        hidden = self.hidden_ends(observation, width)
         return [one or other for one, other in zip(cut, hidden, strict=True)]
 
     def hidden_ends(self, observation: Observation, width: float) -> list[bool]:
@@ -97,10 +101,6 @@ class View:
     ) -> npt.NDArray[np.int64]:
         """Return what the frame tells beyond the two ends of points along a curve, as (2, `_BEYOND`)."""
         assert self.occlusion is not None
-        ends = points[[0, -1]]
-        away = ends - points[[1, -2]]
-        away /= np.maximum(np.hypot(*away.T), np.finfo(float).tiny)[:, None]
-        step = _BORDER_PX if math.isnan(width) else width
-        places = ends[:, None] + step * _BEYOND[:, None] * away[:, None]
-        depth_m = None if curve_3d is None else np.repeat(curve_3d(np.array(span))[:, 2], len(_BEYOND))
-        return self.occlusion.look(places.reshape(-1, 2), width, depth_m).reshape(2, -1)
+        places = places_beyond(points, _BORDER_PX if math.isnan(width) else width, _BEYOND)
+        depth_m = None if curve_3d is None else curve_3d(np.repeat(span, len(_BEYOND)))[:, 2]
+        return self.occlusion.look(places, width, depth_m).reshape(2, -1)

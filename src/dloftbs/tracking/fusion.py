@@ -20,6 +20,8 @@ def collect_new_objects(
     unassigned: Sequence[Observation], parts: Sequence[Observation], observations: Sequence[Observation]
 ) -> list[Observation]:
     """Return the objects that start tracks: those left as a whole, and the longest part of those left mostly."""
+    if not unassigned:
+        return []
     result = []
     counts = Counter(part.detection_index for part in parts)
     remaining: dict[int, list[Observation]] = {}

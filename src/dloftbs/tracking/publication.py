@@ -17,6 +17,12 @@ from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_samples import interpolate_samples
 from dloftbs.tracks import EndKind, Track
 
+_END_U = U[[0, 1, -2, -1]]
+"""Parameters of the samples at both ends, units of ``u``.
+
+Source: by definition; the ends and their directions.
+"""
+
 
 def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
     """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
@@ -98,11 +104,11 @@ def to_track(model: TrackModel, view: View) -> Track:
 def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind, EndKind] | None:
     if visible.curve.closed:
         return None
-    points = model.points if visible.curve is model.curve else visible.curve(U[[0, 1, -2, -1]])
+    points = model.points if visible.curve is model.curve else visible.curve(_END_U)
     hidden = view.hidden_beyond(points, model.width, visible.curve_3d)
     first, last = (
         EndKind.BORDER if view.is_at_border(point, model.width) else EndKind.HIDDEN if under else EndKind.FREE
-        for point, under in zip(points[[0, -1]], hidden, strict=True)
+        for point, under in zip((points[0], points[-1]), hidden, strict=True)
     )
     if visible.inferred:
         first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first

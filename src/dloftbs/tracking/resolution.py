@@ -49,7 +49,9 @@ def resolve(
     Returns the resolutions, and the parts of observations that show no track.
     """
     result, unassigned = [], list(association.unassigned)
-    ambiguous = [one for one in association.shown if not one.is_unambiguous]
+    ambiguous = [one for one in association.shown if one.matches and not one.is_unambiguous]
+    if not ambiguous:
+        return [Resolution(one) for one in association.shown], unassigned
     claims = Counter(index for one in ambiguous for index in one.detection_indices)
     for model, points, shown in zip(models, predicted.points, association.shown, strict=True):
         if not shown.matches or shown.is_unambiguous:

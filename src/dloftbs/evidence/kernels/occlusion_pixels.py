@@ -17,17 +17,94 @@ def _is_set(pixels: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     return bool(pixels[row, column] != 0)
 
 
-@kernel(read(float64, 2), read(uint8, 2), read(uint8, 2), float64, int64, int64, write(int64, 1))
+@kernel(read(float64, 2), read(float64, 2), float64, int64, int64)
+def pixels_around(
+    points: npt.NDArray[np.float64], offsets: npt.NDArray[np.float64], scale: float, rows: int, columns: int
+) -> npt.NDArray[np.int64]:
+    """Find the pixels nearest to places around others.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        ``(x, y)`` px.
+    offsets : (k, 2) float64
+        Of the places around each, as shares of `scale`.
+    scale : float
+        px.
+    rows, columns : int
+        Size of the image; the border's pixels stand for those beyond it.
+
+    Returns
+    -------
+    (2, n, k) int64
+        Rows and columns.
+    """
+    found = np.empty((2, len(points), len(offsets)), dtype=np.int64)
+    for n in range(len(points)):
+        for k in range(len(offsets)):
+            x, y = points[n, 0] + scale * offsets[k, 0], points[n, 1] + scale * offsets[k, 1]
+            found[0, n, k] = min(max(int(np.rint(y)), 0), rows - 1)
+            found[1, n, k] = min(max(int(np.rint(x)), 0), columns - 1)
+    return found
+
+
+@kernel(read(float64, 2), read(float64, 1), float64, float64, int64, int64, int64, write(int64, 1))
+def judge_depths(
+    metres: npt.NDArray[np.float64],
+    expected: npt.NDArray[np.float64],
+    tolerance: float,
+    noise: float,
+    least: int,
+    hidden: int,
+    in_sight: int,
+    told: npt.NDArray[np.int64],
+) -> None:
+    """Tell by the depths in places what hides a cable there.
+
+    Parameters
+    ----------
+    metres : (n, k) float64
+        Around each place; NaN where it is missing.
+    expected : (n,) float64
+        That of the cable, m; NaN where it is unknown: nothing is told.
+    tolerance : float
+        Largest difference that tells nothing, m, at no distance.
+    noise : float
+        The same in addition, at a distance of one metre; it grows with the square.
+    least : int
+        Number of depths, all of them farther than the cable, that tell that the place is in plain sight.
+    hidden, in_sight : int
+        Codes; a place is hidden if most known depths are nearer than the cable.
+    told : (n,) int64
+        Written where the depths tell.
+    """
+    for n in range(len(metres)):
+        limit = tolerance + noise * expected[n] * expected[n]
+        nearer, farther, known = 0, 0, 0
+        for k in range(metres.shape[1]):
+            if not np.isnan(metres[n, k]):
+                known += 1
+                nearer += metres[n, k] < expected[n] - limit
+                farther += metres[n, k] > expected[n] + limit
+        if 2 * nearer > known:
+            told[n] = hidden
+        elif farther == known and known >= least:
+            told[n] = in_sight
+
+
+@kernel(read(float64, 2), read(uint8, 2), read(uint8, 2), int64, int64, float64, int64, int64, write(int64, 1))
 def look_around(
     points: npt.NDArray[np.float64],
     occluders: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
+    rows: int,
+    columns: int,
     reach: float,
     hidden: int,
     in_sight: int,
     told: npt.NDArray[np.int64],
 ) -> None:
-    """Tell what hides places, of which depth may have told already.
+    """Tell what hides places, of which depth may have told already; those outside of the image are hidden.
 
     Parameters
     ----------
@@ -35,6 +112,8 @@ def look_around(
         ``(x, y)`` px.
     occluders, mask : (H, W) uint8
         Not 0 where something may hide cables, and where a cable is seen; (0, 0) if it is not known.
+    rows, columns : int
+        Size of the image.
     reach : float
         Distance in which occluders are near a place, px; cables are in half of it.
     hidden, in_sight : int
@@ -44,6 +123,9 @@ def look_around(
     """
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
+        if not (-0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5):
+            told[n] = hidden
+            continue
         if told[n] == 0 and occluders.size:
             near = False
             for dy in (-reach, 0.0, reach):
