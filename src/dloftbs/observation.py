@@ -25,6 +25,26 @@ U = np.linspace(0.0, 1.0, SAMPLES)
 _LONG_GAP_WIDTHS = 2.5  # a longer gap is not accepted as bridged until the track confirms it
 
 
+class Appearance(NamedTuple):
+    """Colours of an object, and of the ground beside it, BGR.
+
+    Parameters
+    ----------
+    cable : numpy.ndarray, shape (k, 3)
+        Samples along the object, where it is seen.
+    ground : numpy.ndarray, shape (m, 5)
+        Samples beside it, where no cable is seen: ``x, y`` px, and the colour.
+    """
+
+    cable: FloatArray
+    ground: FloatArray
+
+    @property
+    def colour(self) -> FloatArray | None:
+        """The median colour (3,) of the object; None if it is not known."""
+        return np.median(self.cable, axis=0) if len(self.cable) else None
+
+
 class Observation(NamedTuple):
     """One object in a frame, or one connected part of it.
 
@@ -48,8 +68,8 @@ class Observation(NamedTuple):
         True if the object has no long gaps.
     gaps : tuple of (float, float)
         The intervals of the curve's ``u`` that the detector inferred.
-    colour : numpy.ndarray, shape (3,), or None
-        Of the object, BGR; None where there is no image.
+    appearance : Appearance or None
+        Of the object; None where there is no image.
     backwards : bool
         True if the direction is opposite to the detector's.
     """
@@ -64,7 +84,7 @@ class Observation(NamedTuple):
     object_length: float
     contiguous: bool
     gaps: tuple[tuple[float, float], ...] = ()
-    colour: FloatArray | None = None
+    appearance: Appearance | None = None
     backwards: bool = False
 
     @property

@@ -66,7 +66,7 @@ class Pipeline:
         since = perf_counter()
         occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
         tracks = self._tracker.update(
-            run.detections, frame.stamp, frame.size, image=frame.image, occlusion=occlusion, override=run.prior_override
+            run.detections, frame.stamp, frame.size, occlusion=occlusion, override=run.prior_override
         )
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)

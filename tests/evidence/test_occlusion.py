@@ -116,8 +116,8 @@ class TestInput:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ({}, "needs occluders or depth, got neither"),
-            ({"mask": OCCLUDERS}, "needs occluders or depth, got neither"),
+            ({}, "needs occluders, depth or an image, got none of them"),
+            ({"mask": OCCLUDERS}, "needs occluders, depth or an image, got none of them"),
             ({"depth": depth_of(1.0)}, "only with a camera, got none"),
             ({"occluders": OCCLUDERS, "depth": depth_of(1.0)[:5], "camera": CAMERA}, "must have the same size"),
             ({"occluders": OCCLUDERS, "mask": OCCLUDERS[:5]}, "must have the same size"),

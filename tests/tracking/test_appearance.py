@@ -8,12 +8,14 @@ import pytest
 from builders import detection_of
 from tracked_curves import AT_ONCE, ids, level
 
+from dloftbs.centerline import Joint, JointKind
 from dloftbs.errors import InputError
+from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame
 from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracking.appearance import colours_differ, with_colours
+from dloftbs.tracking.appearance import colours_differ, with_appearances
 from dloftbs.tracking.track_model import TrackModel
 
 SIZE = (300, 520)
@@ -29,8 +31,8 @@ def painted(*cables: tuple[float, tuple[int, int, int]], light: float = 1.0) -> 
 
 
 def see(tracker: Tracker, *cables: tuple[float, tuple[int, int, int]], with_image: bool = True, light: float = 1.0):
-    image = painted(*cables, light=light) if with_image else None
-    return tracker.update([detection_of(level(y)) for y, _ in cables], size=SIZE, image=image)
+    occlusion = OcclusionEvidence(image=painted(*cables, light=light)) if with_image else None
+    return tracker.update([detection_of(level(y)) for y, _ in cables], size=SIZE, occlusion=occlusion)
 
 
 def heights(tracks) -> dict[int, int]:
@@ -90,20 +92,29 @@ class TestIdentity:
 
 def test_colours_are_those_along_the_curves_and_unknown_ones_agree():
     observations = make_observations([detection_of(level(y)) for y in (100.0, 140.0)])
-    seen = with_colours(observations, painted((100, RED), (140, BLUE)))
-    np.testing.assert_array_equal([one.colour for one in seen], [RED, BLUE])
+    seen = with_appearances(observations, OcclusionEvidence(image=painted((100, RED), (140, BLUE))))
+    np.testing.assert_array_equal([one.appearance.colour for one in seen], [RED, BLUE])
     models = [TrackModel.from_observation(1, one) for one in (*seen, observations[0])]
     assert colours_differ(models, [*seen, observations[1]]).tolist() == [
         [False, True, False],
         [True, False, False],
         [False, False, False],
     ]
-    assert with_colours(observations, None) == observations
-    assert with_colours([], painted()) == []
+    assert with_appearances(observations, None) == observations
+    assert with_appearances([], OcclusionEvidence(image=painted())) == []
+
+
+def test_the_colour_of_what_hides_most_of_a_cable_is_not_its_own():
+    image = painted((100, RED))
+    image[:, 60:460] = BLUE
+    gap = Joint(JointKind.GAP, (0.12, 0.92), 0.1, 2.0)
+    bridged = detection_of(level(100.0), joints=(gap,))
+    (one,) = with_appearances(make_observations([bridged]), OcclusionEvidence(image=image))
+    np.testing.assert_array_equal(one.appearance.colour, RED)
 
 
 def test_an_image_of_another_size_is_refused():
     with pytest.raises(InputError, match=r"must have the frame's size \(300, 500\), got \(300, 520\)"):
-        Tracker().update([], size=(300, 500), image=painted())
+        Tracker().update([], size=(300, 500), occlusion=OcclusionEvidence(image=painted()))
     with pytest.raises(InputError, match="image must have shape"):
-        Tracker().update([], image=painted()[..., 0])
+        OcclusionEvidence(image=painted()[..., 0])

@@ -339,3 +339,70 @@ class TestWrongPast:
         tracks = shown_for(tracker, self.CLEAR, a, b)
         assert ids(tracks) == [1, 2]
         assert {track.curve for track in tracks} <= {a, b, a.reversed(), b.reversed()}
+
+
+class TestComingOut:
+    """Of a cable that was covered as a whole, or for the most part, and bent or moved meanwhile."""
+
+    CABLE = line((0.0, 0.0), (400.0, 0.0))
+
+    def covered(self, *seen: BSplineCurve) -> Tracker:
+        tracker = Tracker(AT_ONCE)
+        shown_for(tracker, 10, self.CABLE)
+        shown_for(tracker, 5, *seen)
+        return tracker
+
+    @pytest.mark.parametrize("piece", [(0.0, 0.05), (0.95, 1.0)])
+    def test_the_whole_is_not_taken_for_a_piece_of_it_that_came_out_before(self, piece):
+        moved = self.CABLE.transformed(np.eye(2), (0.0, 38.0))
+        tracker = self.covered()
+        assert ids(see(tracker, part(moved, *piece))) == [2]  # too far away for so short a piece
+        (track,) = see(tracker, moved)
+        assert track.id == 1
+
+    @pytest.mark.parametrize("flip", [False, True])
+    def test_both_ends_of_the_only_cable_are_its_own_wherever_they_come_out(self, flip):
+        start, end = part(self.CABLE, 0.0, 0.3), line((280.0, 150.0), (340.0, 200.0))
+        tracker = self.covered(start)
+        (track,) = see(tracker, end.reversed() if flip else end, start)
+        assert track.id == 1
+        assert track.curve(0.0) == pytest.approx((0.0, 0.0), abs=2.0)
+        assert track.curve(1.0) == pytest.approx((340.0, 200.0), abs=2.0)
+
+    def test_what_no_hidden_length_reaches_is_another(self):
+        start = part(self.CABLE, 0.0, 0.3)
+        tracks = see(self.covered(start), start, line((280.0, 380.0), (340.0, 430.0)))
+        assert ids(tracks) == [1, 2]
+
+    def test_where_either_of_two_could_come_out_it_is_a_new_one(self):
+        other = self.CABLE.transformed(np.eye(2), (0.0, 300.0))
+        tracker, parts = Tracker(AT_ONCE), [part(one, 0.0, 0.3) for one in (self.CABLE, other)]
+        shown_for(tracker, 10, self.CABLE, other)
+        shown_for(tracker, 5, *parts)
+        assert ids(see(tracker, *parts, line((260.0, 150.0), (330.0, 150.0)))) == [1, 2, 3]
+
+
+class TestCutInTwo:
+    @pytest.mark.parametrize("share", [0.4, 0.5, 0.65])
+    def test_two_parts_that_move_away_from_each_other_are_two(self, share):
+        tracker, cable = Tracker(AT_ONCE), line((0.0, 0.0), (400.0, 0.0))
+        shown_for(tracker, 10, cable)
+        for step in range(60):
+            away = part(cable, share, 1.0).transformed(np.eye(2), (2.0 * step, 0.0))
+            tracks = see(tracker, part(cable, 0.0, share), away)
+        assert len(tracks) == 2
+        assert sum(track.curve.length for track in tracks) == pytest.approx(400.0, abs=2.0)
+        assert [track.inferred for track in tracks] == [(), ()]
+        longer = max(tracks, key=lambda track: track.curve.length)
+        assert longer.id == 1 or share == 0.5
+
+    def test_so_are_two_that_were_taken_for_one_with_a_hidden_middle(self):
+        tracker, cable = Tracker(AT_ONCE), line((0.0, 0.0), (400.0, 0.0))
+        shown_for(tracker, 10, cable)
+        for step in range(60):
+            away = part(cable, 0.5, 1.0).transformed(np.eye(2), (4.0 * step, 0.0))
+            tracks = see(tracker, part(cable, 0.0, 0.4), away)
+            if sum(track.curve.length for track in tracks) < 361.0:
+                break
+        assert step < 12
+        assert [round(track.curve.length) for track in tracks] in ([200, 160], [160, 200])

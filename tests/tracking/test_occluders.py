@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from builders import detection_of, line, part, wave
@@ -13,7 +14,7 @@ from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracks import EndKind
+from dloftbs.tracks import EndKind, Track
 
 SIZE = (400, 700)
 CABLE = line((100.0, 200.0), (600.0, 200.0))
@@ -155,3 +156,51 @@ def test_frames_bring_their_evidence():
     (track,) = pipeline.process(Frame(mask=NOWHERE, occluders=between(0, 700))).tracks
     assert (track.id, track.state) == (1, HIDDEN)
     assert pipeline.process(Frame(mask=NOWHERE, occluders=NOWHERE)).tracks == ()
+
+
+class TestImage:
+    """The image alone: what looks like ground is in plain sight, what looks like neither ground nor cable hides."""
+
+    GROUND, COLOUR, COVER = (120, 160, 180), (200, 90, 20), (60, 120, 60)
+
+    def see(self, tracker: Tracker, cover: slice | None, *curves) -> tuple[Track, ...]:
+        """Show a frame of the curves with columns covered."""
+        image, mask = np.full((*SIZE, 3), self.GROUND, np.uint8), np.zeros(SIZE, np.uint8)
+        for curve in curves:
+            cv2.polylines(mask, [np.rint(curve.sample(300)).astype(np.int32)], False, 1, 6)
+        image[mask > 0] = self.COLOUR
+        if cover is not None:
+            image[:, cover] = self.COVER
+        image = cv2.add(image, self.noise)
+        evidence = OcclusionEvidence(image=image, mask=mask)
+        return tracker.update([detection_of(curve) for curve in curves], size=SIZE, occlusion=evidence)
+
+    noise = np.random.default_rng(0).integers(0, 8, (*SIZE, 3), dtype=np.uint8)
+
+    def known(self) -> Tracker:
+        tracker = Tracker(AT_ONCE)
+        for _ in range(10):
+            self.see(tracker, None, CABLE)
+        return tracker
+
+    def test_one_that_is_covered_is_hidden_and_one_that_is_gone_is_not_published(self):
+        covered, gone = self.known(), self.known()
+        for _ in range(5):
+            (track,) = self.see(covered, slice(0, 700))
+            assert (track.id, track.state) == (1, HIDDEN)
+            assert self.see(gone, None) == ()
+        assert ids(self.see(covered, None, CABLE)) == ids(self.see(gone, None, CABLE)) == [1]
+
+    def test_a_missing_end_where_the_ground_is_seen_is_not_inferred(self):
+        seen = part(CABLE, 0.0, 0.6)
+        (shorter,) = self.see(self.known(), None, seen)
+        (covered,) = self.see(self.known(), slice(400, 700), seen)
+        assert shorter.curve.length == pytest.approx(seen.length, rel=0.02)
+        assert covered.curve.length == pytest.approx(CABLE.length, rel=0.02)
+        shares = [sum(high - low for low, high in track.inferred) for track in (shorter, covered)]
+        assert shares[0] < 0.02  # up to a width, where its own mask is too near to tell
+        assert shares[1] == pytest.approx(0.4, abs=0.02)
+
+    def test_an_end_where_the_ground_changes_is_free(self):
+        (track,) = self.see(self.known(), slice(604, 700), CABLE)
+        assert track.ends == (EndKind.FREE, EndKind.FREE)

@@ -7,16 +7,17 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray, check_depth, check_mask
+from dloftbs._arrays import AnyArray, FloatArray, check_depth, check_image, check_mask
 from dloftbs._values import check_type
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.depth import to_metres
 from dloftbs.errors import InputError
+from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
 from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around, pixels_around
 from dloftbs.frame import Frame
-from dloftbs.observation import U, sample_curve
+from dloftbs.observation import Appearance, U, sample_curve
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
@@ -62,11 +63,13 @@ Source: by definition.
 
 
 class OcclusionEvidence:
-    """Evidence in a frame that a cable is hidden in a place, or is not: its depth, and its mask of occluders.
+    """Evidence in a frame that a cable is hidden in a place, or is not: its depth, its mask of occluders, its image.
 
     Depth comes first: something nearer than the cable hides it; a place where only farther things are seen is in plain
     sight. Where depth says neither, a place under the occluders is hidden, and one clear of them is in plain sight,
-    unless the mask has a cable there: it may lie over another.
+    unless the mask has a cable there: it may lie over another. Where neither says anything, a place that looks like the
+    ground beside the cable is in plain sight, and one that looks like neither ground nor cable is hidden; it takes the
+    mask to tell another cable from what hides it.
 
     Parameters
     ----------
@@ -76,6 +79,8 @@ class OcclusionEvidence:
         Of the cables.
     depth : array_like, shape (H, W), optional
         See `Frame`. It tells only of objects with a curve in space.
+    image : numpy.ndarray, shape (H, W, 3), uint8, optional
+        BGR.
     camera : PinholeCamera, optional
         Needed with depth.
     config : DepthConfig, optional
@@ -89,7 +94,8 @@ class OcclusionEvidence:
     Raises
     ------
     InputError
-        If neither occluders nor depth are given, depth comes without a camera, or shapes or types are wrong.
+        If neither occluders nor depth nor an image are given, depth comes without a camera, or shapes or types are
+        wrong.
     """
 
     def __init__(
@@ -98,11 +104,12 @@ class OcclusionEvidence:
         occluders: npt.ArrayLike | None = None,
         mask: npt.ArrayLike | None = None,
         depth: npt.ArrayLike | None = None,
+        image: npt.NDArray[np.uint8] | None = None,
         camera: PinholeCamera | None = None,
         config: DepthConfig | None = None,
     ) -> None:
-        if occluders is None and depth is None:
-            raise InputError("evidence of occlusion needs occluders or depth, got neither")
+        if occluders is None and depth is None and image is None:
+            raise InputError("evidence of occlusion needs occluders, depth or an image, got none of them")
         if depth is not None and camera is None:
             raise InputError("depth tells what hides cables only with a camera, got none")
         if camera is not None:
@@ -110,23 +117,48 @@ class OcclusionEvidence:
         self._occluders = _NOTHING if occluders is None else _as_bytes(check_mask(occluders, "occluders"))
         self._mask = _NOTHING if mask is None else _as_bytes(check_mask(mask))
         self._depth = None if depth is None else check_depth(depth)
+        self._image = None if image is None else check_image(image)
         self._camera = camera
         self._config = DepthConfig() if config is None else config
-        arrays = (self._occluders, self._mask, self._depth)
-        shapes = {array.shape for array in arrays if array is not None and array is not _NOTHING}
+        arrays = (self._occluders, self._mask, self._depth, self._image)
+        shapes = {array.shape[:2] for array in arrays if array is not None and array is not _NOTHING}
         if len(shapes) > 1:
-            raise InputError(f"occluders, mask and depth must have the same size, got {sorted(shapes)}")
+            raise InputError(f"occluders, mask, depth and image must have the same size, got {sorted(shapes)}")
         (self.size,) = shapes
 
     @classmethod
     def of(cls, frame: Frame, mask: AnyArray, config: DepthConfig) -> OcclusionEvidence | None:
         """Return the evidence in a frame with the mask that was made of it; None if it has none."""
         depth = None if frame.camera is None else frame.depth
-        if frame.occluders is None and depth is None:
+        if frame.occluders is None and depth is None and frame.image is None:
             return None
-        return cls(occluders=frame.occluders, mask=mask, depth=depth, camera=frame.camera, config=config)
+        return cls(
+            occluders=frame.occluders, mask=mask, depth=depth, image=frame.image, camera=frame.camera, config=config
+        )
 
-    def look(self, points: FloatArray, width: float, depth_m: FloatArray | None = None) -> npt.NDArray[np.int64]:
+    def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width: float) -> Appearance | None:
+        """Return the colours of a cable and of the ground beside it; None without an image.
+
+        Parameters
+        ----------
+        points : numpy.ndarray, shape (n, 2)
+            Along the cable, ``(x, y)`` px.
+        seen : numpy.ndarray, shape (n,), bool
+            False where it is hidden.
+        width : float
+            px; NaN if it is unknown: then there are no samples of the ground.
+        """
+        if self._image is None:
+            return None
+        return Appearance(*sample_appearance(self._image, self._mask, points, seen, width))
+
+    def look(
+        self,
+        points: FloatArray,
+        width: float,
+        depth_m: FloatArray | None = None,
+        appearance: Appearance | None = None,
+    ) -> npt.NDArray[np.int64]:
         """Return what the frame tells of places.
 
         Parameters
@@ -137,6 +169,8 @@ class OcclusionEvidence:
             Of the cable, px; NaN if it is unknown.
         depth_m : numpy.ndarray, shape (n,), optional
             Distance of the cable there along the optical axis, m; NaN where it is unknown.
+        appearance : Appearance, optional
+            Of the cable, where it was seen; the image tells nothing without it.
 
         Returns
         -------
@@ -152,6 +186,8 @@ class OcclusionEvidence:
             limits = _DEPTH_TOLERANCE_M, _DEPTH_NOISE_PER_M
             judge_depths(metres, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
+        if self._image is not None and self._mask is not _NOTHING and appearance is not None:
+            compare_with_ground(self._image, self._mask, points, *appearance, width, HIDDEN, IN_SIGHT, told)
         return told
 
     def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
@@ -54,7 +53,6 @@ class NearestTracker:
         stamp: float | None = None,
         size: tuple[int, int] | None = None,
         *,
-        image: npt.NDArray[np.uint8] | None = None,
         occlusion: OcclusionEvidence | None = None,
         override: float = 0.0,
     ) -> tuple[Track, ...]:
@@ -66,7 +64,7 @@ class NearestTracker:
             Curves are in the image, px.
         stamp : float, optional
             Seconds. A frame with the stamp of the last one is a repetition: nothing changes.
-        size, image, occlusion, override : optional
+        size, occlusion, override : optional
             Ignored.
 
         Raises

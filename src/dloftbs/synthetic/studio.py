@@ -48,15 +48,25 @@ class Studio:
     width_px: float
 
     def shoot(
-        self, strands: Sequence[Strand], dyes: Sequence[FloatArray], actors: Sequence[Placed], index: int
+        self,
+        strands: Sequence[Strand],
+        dyes: Sequence[FloatArray],
+        actors: Sequence[Placed],
+        index: int,
+        covers: Sequence[tuple[npt.NDArray[np.bool_], FloatArray]] = (),
     ) -> Image:
-        """Take picture `index`, shape (H, W, 3) BGR; `strands` and `actors` come the lowest first."""
+        """Take picture `index`, shape (H, W, 3) BGR; `strands`, `actors` and `covers` come the lowest first.
+
+        A cover is its pixels (H, W) and its colour (3,) BGR.
+        """
         canvas = self._background.copy()
         cast_shadow(canvas, strands, self.width_px)
         layers = stack_layers(strands, self.width_px, self.size)
         paint_layers(canvas, layers, strands, dyes, self.width_px)
         for sprite, position, angle in actors:
             sprite.paste(canvas, position, angle)
+        for pixels, colour in covers:
+            canvas[pixels] = colour.round().astype(np.uint8)
         return self._expose(canvas, index)
 
     def visible(self, strands: Sequence[Strand], actors: Sequence[Placed]) -> tuple[npt.NDArray[np.bool_], ...]:

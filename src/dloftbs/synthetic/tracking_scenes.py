@@ -15,7 +15,7 @@ from dloftbs.synthetic.generated import proportion
 from dloftbs.synthetic.headings import drifting, untying
 from dloftbs.synthetic.motion import Heading, Sway, fit_motion, looping, smoothstep, window
 from dloftbs.synthetic.strand import Strand, integrate
-from dloftbs.synthetic.tracking_covers import Cover, Lid, Reach, middle
+from dloftbs.synthetic.tracking_covers import Cover, CoverShape, Lid, Reach, middle
 
 FRAMES = 60
 """Frames of a whole sequence; speeds are those at this number."""
@@ -23,6 +23,8 @@ MOST_PX = 15.0
 """Largest motion of a point of a cable from one frame to the next, about, px in HD."""
 MOST_HIDDEN = 0.3
 """The largest share of a cable's length that the occluders of "occluded" hide together."""
+MOST_IN_HANDS = 0.5
+"""The same of the hands of "hands"."""
 
 Size = tuple[int, int]
 Mask = npt.NDArray[np.bool_]
@@ -79,8 +81,9 @@ class Play:
         """Return the pixels (H, W) that are behind an occluder; `strands` are those at the phase."""
         picture = np.zeros(size, np.uint8)
         for cover in self.covers:
-            corners = np.rint(cover.polygon(phase, strands) * (1 << _SHIFT)).astype(np.int32)
-            cv2.fillConvexPoly(picture, corners, 1, cv2.LINE_8, _SHIFT)
+            for polygon in cover.polygons(phase, strands):
+                corners = np.rint(polygon * (1 << _SHIFT)).astype(np.int32)
+                cv2.fillConvexPoly(picture, corners, 1, cv2.LINE_8, _SHIFT)
         return picture > 0
 
 
@@ -93,14 +96,23 @@ def occluded(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
     """Return free cables, over which discs and bars move that hide up to `MOST_HIDDEN` of each."""
     moving = _free(rng, stage, cables)
     moments = [Play(moving).strands(phase) for phase in _PHASES]
-    order = rng.permutation(cables)[: (cables + 1) // 2]
-    covers = [_reach(rng, stage, int(number), moments[0][number].length) for number in order]
+    covers = _reaches(rng, stage, moments[0], ("bar", "disc"))
     shrink = 1.0
     while True:
         play = Play(moving, tuple(replace(cover, radius_px=shrink * cover.radius_px) for cover in covers))
         if _most_hidden(play, moments, stage.size) <= MOST_HIDDEN:
             return play
         shrink *= 0.93
+
+
+def hands(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
+    """Return free cables, over which hands move that hide up to `MOST_IN_HANDS` of each."""
+    moving = _free(rng, stage, cables)
+    moments = [Play(moving).strands(phase) for phase in _PHASES]
+    while True:
+        play = Play(moving, tuple(_reaches(rng, stage, moments[0], ("hand", "hand"))))
+        if _most_hidden(play, moments, stage.size) <= MOST_IN_HANDS:
+            return play
 
 
 def touching(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
@@ -236,12 +248,19 @@ def _tilted(heading: Heading, angle: float) -> Heading:
     return lambda along, phase: heading(along, phase) + angle
 
 
-def _reach(rng: np.random.Generator, stage: Stage, cable: int, length_px: float) -> Reach:
-    """Draw an occluder that moves along a part of a cable, or off one of its ends."""
-    start, stop = rng.uniform(0.1, 0.4), rng.uniform(0.6, 1.05)
-    along = (start, stop) if rng.random() < 0.5 else (1.0 - start, 1.0 - stop)
-    radius, bar = float(rng.uniform(0.08, 0.15)) * length_px, bool(rng.random() < 0.5)
-    return Reach(cable, along, float(rng.uniform(0.0, 2.0 * math.pi)), radius, bar, _FAR_PX * stage.scale / 4.0)
+def _reaches(
+    rng: np.random.Generator, stage: Stage, strands: Sequence[Strand], shapes: tuple[CoverShape, CoverShape]
+) -> list[Reach]:
+    """Draw occluders of either shape for half of the cables: each moves along a part of one, or off one of its ends."""
+    reaches = []
+    for cable in rng.permutation(len(strands))[: (len(strands) + 1) // 2].tolist():
+        start, stop = rng.uniform(0.1, 0.4), rng.uniform(0.6, 1.05)
+        along = (start, stop) if rng.random() < 0.5 else (1.0 - start, 1.0 - stop)
+        radius = float(rng.uniform(0.08, 0.15)) * strands[cable].length
+        shape = shapes[0] if rng.random() < 0.5 else shapes[1]
+        direction = float(rng.uniform(0.0, 2.0 * math.pi))
+        reaches.append(Reach(cable, along, direction, radius, shape, _FAR_PX * stage.scale / 4.0))
+    return reaches
 
 
 def _most_hidden(play: Play, moments: Sequence[Sequence[Strand]], size: Size) -> float:

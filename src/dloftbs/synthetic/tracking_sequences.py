@@ -15,17 +15,22 @@ from dloftbs.frame import Frame
 from dloftbs.synthetic import tracking_scenes as scenes
 from dloftbs.synthetic.depth_noise import TYPICAL_NOISE
 from dloftbs.synthetic.generated import MaskSequence, NumberedSequence, count_at, width_at
+from dloftbs.synthetic.sketch import Image
 from dloftbs.synthetic.space_scene import hd_camera
 from dloftbs.synthetic.strand import Strand
+from dloftbs.synthetic.studio import DYES, Studio
 from dloftbs.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
 from dloftbs.truth import Truth
 
-Evidence = Literal["occluders", "depth"]
+Evidence = Literal["occluders", "depth", "image"]
 """Fields of a frame that tell what hides cables."""
 
 _FPS = 30.0
 _GROUND_M, _CABLES_M, _COVERS_M = 1.0, 0.9, 0.7  # distances along the optical axis
 _ABOVE_M = 0.02  # from a cable to the next one over it
+_COVER_COLOURS = np.array(
+    [(136.0, 164.0, 214.0), (92.0, 138.0, 70.0), (52.0, 50.0, 54.0), (230.0, 232.0, 228.0), (96.0, 140.0, 186.0)]
+)  # skin, green plastic, a dark glove, paper, cardboard
 _WIDEST_PX = 20.0  # in HD: the tightest loops allow no more
 _FULL = {1: 12, 2: 12, 3: 10, 5: 6}
 """Sequences of a family at scale 1, by the number of cables."""
@@ -38,6 +43,7 @@ _SCENES: Mapping[str, Callable[[np.random.Generator, Stage, int], Play]] = {
     "ends pass": scenes.ends_pass,
     "loop opens": scenes.loop_opens,
     "hidden": scenes.hidden,
+    "hands": scenes.hands,
 }
 
 TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
@@ -48,6 +54,7 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
     "ends pass": (1,),
     "loop opens": (1,),
     "hidden": (1, 3),
+    "hands": (1, 3),
 }
 """Families of sequences, and the numbers of cables that each comes with."""
 
@@ -73,9 +80,10 @@ class TrackingSequence(NumberedSequence, MaskSequence):
         Another seed gives other motions.
     width_px : float, optional
         Width of the cables; 12 in an image of 1280 x 720 and in proportion in others, where it is left out.
-    evidence : collection of {"occluders", "depth"}
-        What a frame has besides its mask: a mask of what covers cables, and depth with the errors of a camera, with the
-        covers 20 cm above the cables and the ground 10 cm below.
+    evidence : collection of {"occluders", "depth", "image"}
+        What a frame has besides its mask: a mask of what covers cables; depth with the errors of a camera, with the
+        covers 20 cm above the cables and the ground 10 cm below; an image of blue cables on a workbench, on which tools
+        lie, and of covers of one colour, another one in each sequence.
 
     Raises
     ------
@@ -116,7 +124,15 @@ class TrackingSequence(NumberedSequence, MaskSequence):
             frame = replace(frame, occluders=self.covered(index))
         if "depth" in self._evidence:
             frame = replace(frame, depth=self._depth(index), camera=hd_camera(self.size))
+        if "image" in self._evidence:
+            frame = replace(frame, image=self._image(index))
         return frame
+
+    def _image(self, index: int) -> Image:
+        """Return an image (H, W, 3), BGR."""
+        dyes = [DYES[0]] * self.cables
+        colour = _COVER_COLOURS[np.random.default_rng([self.seed, self.number]).integers(len(_COVER_COLOURS))]
+        return self._studio.shoot(self._strands(index), dyes, (), index, [(self.covered(index), colour)])
 
     def _depth(self, index: int) -> AnyArray:
         """Return the depth (H, W), m, as a camera measures it."""
@@ -147,6 +163,10 @@ class TrackingSequence(NumberedSequence, MaskSequence):
 
     def _strands(self, index: int) -> tuple[Strand, ...]:
         return self._play.strands(index / self._frames)
+
+    @cached_property
+    def _studio(self) -> Studio:
+        return Studio(self.seed + self.number, self.size, self.width_px)
 
     @cached_property
     def _play(self) -> Play:

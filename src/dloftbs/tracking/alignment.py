@@ -75,7 +75,7 @@ def locate_on_track(
     """
     share = observation.length / model.length
     first, last, inner = (_misfit_at(model, predicted, observation, low) for low in (0.0, 1.0 - share, best_start))
-    cut = view.cut_ends(observation, model.width)
+    cut = view.cut_ends(observation, model)
     were_hidden = [any(low <= 0.0 for low, _ in model.sight.hidden), any(high >= 1.0 for _, high in model.sight.hidden)]
     if were_hidden[0] != were_hidden[1]:
         first, last = (first, last * _HIDDEN_BEFORE) if were_hidden[0] else (first * _HIDDEN_BEFORE, last)
@@ -109,7 +109,7 @@ def find_whole_view(
     if observation.curve.closed or model.curve.closed:
         return None
     whole = observation.between(0.0, 1.0)
-    if any(view.hidden_ends(whole, model.width)) and model.length - whole.length > model.length_tolerance_px:
+    if any(view.hidden_ends(whole, model)) and model.length - whole.length > model.length_tolerance_px:
         return None
     length = float(np.hypot(*np.diff(predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
@@ -118,9 +118,9 @@ def find_whole_view(
         return min(  # all of it tells the direction better than a small part
             (whole, whole.reversed()), key=lambda one: kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT)
         )
-    if not whole.contiguous or any(view.cut_ends(whole, model.width)):
+    if not whole.contiguous or any(view.cut_ends(whole, model)):
         return None
-    same = view.shows_ends(whole, model.width) or not _stayed_but_for_an_end(model, predicted, whole, start)
+    same = view.shows_ends(whole, model) or not _stayed_but_for_an_end(model, predicted, whole, start)
     return whole if same else None
 
 

@@ -8,8 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.observation import Observation
+from dloftbs.evidence import OcclusionEvidence
+from dloftbs.observation import Appearance, Observation
 from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracking.track_samples import samples_within
 
 MAX_WIDTH_RATIO = 3.0
 """Ratio of widths above which two are different objects.
@@ -36,26 +38,19 @@ Source: by hand; three times the noise of a camera's 8-bit image.
 """
 
 
-def with_colours(observations: Sequence[Observation], image: npt.NDArray[np.uint8] | None) -> list[Observation]:
-    """Return the observations with their colours: the median along each curve.
-
-    Parameters
-    ----------
-    observations : sequence of Observation
-    image : numpy.ndarray, shape (H, W, 3), uint8, optional
-        BGR.
-    """
-    if image is None or not observations:
+def with_appearances(observations: Sequence[Observation], evidence: OcclusionEvidence | None) -> list[Observation]:
+    """Return the observations with their appearances, as far as a frame's evidence has an image."""
+    if evidence is None:
         return list(observations)
-    places = np.rint(np.array([one.points for one in observations])).astype(np.int64)
-    h, w = image.shape[:2]
-    pixels = image[np.clip(places[..., 1], 0, h - 1), np.clip(places[..., 0], 0, w - 1)]
-    return [one._replace(colour=c) for one, c in zip(observations, np.median(pixels, axis=1), strict=True)]
+    return [
+        one._replace(appearance=evidence.sample(one.points, ~samples_within(one.gaps), one.width))
+        for one in observations
+    ]
 
 
 def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
     """Return, for each track and observation, True if they differ clearly in colour, shape (t, d)."""
-    own, found = _table([m.colour for m in models]), _table([one.colour for one in observations])
+    own, found = _table([m.appearance for m in models]), _table([one.appearance for one in observations])
     lengths = np.linalg.norm(own, axis=1)[:, None], np.linalg.norm(found, axis=1)[None]
     with np.errstate(invalid="ignore"):
         other_hue = own @ found.T < _OTHER_HUE_COSINE * lengths[0] * lengths[1]
@@ -64,9 +59,9 @@ def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observat
     return differ
 
 
-def _table(colours: Sequence[FloatArray | None]) -> FloatArray:
+def _table(appearances: Sequence[Appearance | None]) -> FloatArray:
     """Return colours (n, 3) as they are compared, NaN where they are unknown: these agree with any."""
-    unknown = np.full(3, np.nan)
+    colours, unknown = [None if one is None else one.colour for one in appearances], np.full(3, np.nan)
     return np.array([unknown if colour is None else colour + _DARK for colour in colours]).reshape(-1, 3)
 
 

@@ -26,10 +26,17 @@ _MISFIT_CAP = 1.5
 Source: by hand; beyond the gate, so that outliers do not decide.
 """
 
-_UNCOVERED_COST = 0.5
-"""Cost of the length of the longer curve that the shorter one lacks, as a share of the gate.
+_HIDDEN_LENGTH_COST = 0.5
+"""Cost of a track of which an observation shows nothing, as a share of the gate.
 
 Source: by hand; half of what no match at all costs.
+"""
+
+_NEW_LENGTH_COST = 1.0
+"""Cost of an observation that is nothing of what is known of a track, as a share of the gate.
+
+Source: by definition; what no match at all costs, so that an object that comes out of hiding is not taken for a piece
+of it that came out before.
 """
 
 _MIN_GATE_WIDTHS = 3.0
@@ -65,11 +72,11 @@ def assign(
     misfit, start, backwards = kernels.align_all(
         predicted.points, predicted.lengths, predicted.closed, found, lengths, closed, measured * (_MISFIT_CAP * gate)
     )
-    covered = np.divide.outer(predicted.lengths, lengths)
-    covered = np.minimum(covered, 1.0 / covered)
-    cost = covered * misfit / gate + (1.0 - covered) * _UNCOVERED_COST
+    ratio = np.divide.outer(predicted.lengths, lengths)
+    covered = np.minimum(ratio, 1.0 / ratio)
+    cost = covered * misfit / gate + (1.0 - covered) * np.where(ratio > 1.0, _HIDDEN_LENGTH_COST, _NEW_LENGTH_COST)
     # Beyond the gate all pairs cost the same, more than all others together, and are dropped afterwards.
-    fits, beyond = misfit < gate, float(min(cost.shape)) * (_MISFIT_CAP + _UNCOVERED_COST) + 1.0
+    fits, beyond = misfit < gate, float(min(cost.shape)) * (_MISFIT_CAP + _NEW_LENGTH_COST) + 1.0
     rows, columns = linear_sum_assignment(np.where(fits, cost, beyond))
     result = {}
     for t, d in zip(rows.tolist(), columns.tolist(), strict=True):

@@ -13,6 +13,7 @@ from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking.appearance import colours_differ, width_ratio
 from dloftbs.tracking.assignment import assign
+from dloftbs.tracking.emerging_parts import match_emerging
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.merged_tracks import find_merged
@@ -83,9 +84,7 @@ def associate(
     unassigned = parts = ambiguous
     if rows:
         rest = [models[t] for t in rows]
-        own, unassigned, parts = _associate_ambiguous(
-            rest, predicted.subset(rows), ambiguous, view, config, dt, is_all=not any(partner)
-        )
+        own, unassigned, parts = _associate_ambiguous(rest, predicted.subset(rows), ambiguous, view, config, dt)
         for t, one in zip(rows, own, strict=True):
             shown[t] = one
     return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
@@ -103,24 +102,16 @@ def _associate_ambiguous(
     view: View,
     config: TrackingConfig,
     dt: float,
-    *,
-    is_all: bool,
 ) -> tuple[list[TrackObservation], list[Observation], list[Observation]]:
-    """Return what ambiguous observations show of each track, their unassigned parts, and all their parts.
-
-    `is_all` is True if these are all tracks: then the frame may show another scene.
-    """
+    """Return what ambiguous observations show of each track, their unassigned parts, and all their parts."""
     shown, unassigned, parts = [TrackObservation() for _ in models], list(ambiguous), list(ambiguous)
     rows = [t for t, model in enumerate(models) if _is_well_known(model, config)]
-    new_scene = False
     if ambiguous and rows:
         routed = route_tracks(models, predicted, rows, ambiguous, dt, view)
-        new_scene = routed.scene_changed and is_all
-        if not new_scene:  # else nothing in it belongs to them
-            unassigned, parts = routed.unassigned, routed.parts
-            for t, matches in routed.matches.items():
-                shown[t] = TrackObservation(tuple(matches))
-    others = [t for t in range(len(models)) if not (shown[t].matches or (new_scene and t in rows))]
+        unassigned, parts = routed.unassigned, routed.parts
+        for t, matches in routed.matches.items():
+            shown[t] = TrackObservation(tuple(matches))
+    others = [t for t, one in enumerate(shown) if not one.matches]
     if unassigned and others:
         assigned = assign([models[t] for t in others], predicted.subset(others), unassigned, config, view)
         for k, (_, match) in assigned.items():
@@ -132,6 +123,8 @@ def _associate_ambiguous(
         pair = _match_pair(models[rest[0]], predicted.subset(rest), unassigned[0])
         if pair is not None:
             shown[rest[0]], unassigned = TrackObservation((pair,)), []
+    if len(models) == 1 and shown[0].matches:
+        shown[0], unassigned = match_emerging(models[0], shown[0], unassigned, view)
     return find_merged(models, shown), unassigned, parts
 
 

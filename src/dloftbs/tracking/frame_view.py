@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
-from dloftbs.observation import Observation
+from dloftbs.observation import Appearance, Observation
 from dloftbs.tracking.kernels.end_places import places_beyond
 from dloftbs.tracking.partial_match import WHOLE
 
@@ -32,6 +33,13 @@ _BEYOND = np.array([0.5, 1.0, 1.5])
 
 Source: geometry; a cable that goes under an edge at a slant ends up to a width and a half before it.
 """
+
+
+class Sought(Protocol):
+    """What a frame is asked for: a track."""
+
+    width: float
+    appearance: Appearance | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,50 +65,60 @@ class View:
         x, y = float(point[0]), float(point[1])
         return min(x, y, self.size[1] - 1.0 - x, self.size[0] - 1.0 - y) < margin
 
-    def ends_at_border(self, observation: Observation, width: float) -> list[bool]:
+    def ends_at_border(self, observation: Observation, sought: Sought) -> list[bool]:
         """Return, for each end of an observation, True if the image's border may cut it."""
-        return [self.is_at_border(observation.points[k], width) for k in (0, -1)]
+        return [self.is_at_border(observation.points[k], sought.width) for k in (0, -1)]
 
-    def cut_ends(self, observation: Observation, width: float) -> list[bool]:
+    def cut_ends(self, observation: Observation, sought: Sought) -> list[bool]:
         """Return, for each end of an observation, True if the border or something that hides the rest may cut it."""
-        cut = self.ends_at_border(observation, width)
+        cut = self.ends_at_border(observation, sought)
         if self.occlusion is None or all(cut):
             return cut
-        hidden = self.hidden_ends(observation, width)
+        hidden = self.hidden_ends(observation, sought)
         return [one or other for one, other in zip(cut, hidden, strict=True)]
 
-    def hidden_ends(self, observation: Observation, width: float) -> list[bool]:
+    def hidden_ends(self, observation: Observation, sought: Sought) -> list[bool]:
         """Return, for each end of an observation, True if the frame tells that something may hide the rest."""
-        return self.hidden_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
+        return self.hidden_beyond(observation.points, sought, observation.curve_3d, observation.curve_span)
 
     def hidden_beyond(
-        self, points: FloatArray, width: float, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
+        self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
     ) -> list[bool]:
-        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        """Return the same of points (n, 2) along a curve, which are those of a span of one in space.
+
+        The image is not asked: beyond an end the ground may be another one than that beside the cable.
+        """
         if self.occlusion is None:
             return [False, False]
-        hidden: list[bool] = (self._look_beyond(points, width, curve_3d, span) == HIDDEN).any(axis=1).tolist()
+        told = self._look_beyond(points, sought.width, curve_3d, span, None)
+        hidden: list[bool] = (told == HIDDEN).any(axis=1).tolist()
         return hidden
 
-    def shows_ends(self, observation: Observation, width: float) -> bool:
+    def shows_ends(self, observation: Observation, sought: Sought) -> bool:
         """Return True if there is evidence that nothing hides a continuation of an observation at either end."""
         if self.occlusion is None:
             return False
-        told = self._look_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
+        seen = observation.points, sought.width, observation.curve_3d, observation.curve_span
+        told = self._look_beyond(*seen, sought.appearance)
         return bool((told == IN_SIGHT).all())
 
-    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
+    def look(self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
         """Return what the frame tells of the samples of a curve; None if it tells nothing."""
         if self.occlusion is None:
             return None
         depth_m = None if curve_3d is None else self.occlusion.depth_along(curve_3d)
-        return self.occlusion.look(points, width, depth_m)
+        return self.occlusion.look(points, sought.width, depth_m, sought.appearance)
 
     def _look_beyond(
-        self, points: FloatArray, width: float, curve_3d: BSplineCurve | None, span: tuple[float, float]
+        self,
+        points: FloatArray,
+        width: float,
+        curve_3d: BSplineCurve | None,
+        span: tuple[float, float],
+        appearance: Appearance | None,
     ) -> npt.NDArray[np.int64]:
         """Return what the frame tells beyond the two ends of points along a curve, as (2, `_BEYOND`)."""
         assert self.occlusion is not None
         places = places_beyond(points, _BORDER_PX if math.isnan(width) else width, _BEYOND)
         depth_m = None if curve_3d is None else curve_3d(np.repeat(span, len(_BEYOND)))[:, 2]
-        return self.occlusion.look(places, width, depth_m).reshape(2, -1)
+        return self.occlusion.look(places, width, depth_m, appearance).reshape(2, -1)

@@ -109,7 +109,7 @@ def _missing_before(
     """
     start = min(max(start, 0.0), missing)
     after = missing - start
-    cut = view.cut_ends(observed[0], model.width)[0], view.cut_ends(observed[-1], model.width)[1]
+    cut = view.cut_ends(observed[0], model)[0], view.cut_ends(observed[-1], model)[1]
     if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
         return missing if cut[0] else 0.0
     if min(start, after) > model.position_tolerance_px:

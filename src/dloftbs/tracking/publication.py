@@ -27,8 +27,8 @@ Source: by definition; the ends and their directions.
 def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
     """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
     first, last = matches[0], matches[-1]
-    starts_outside = view.ends_at_border(first.observation, model.width)[0]
-    ends_outside = view.ends_at_border(last.observation, model.width)[1]
+    starts_outside = view.ends_at_border(first.observation, model)[0]
+    ends_outside = view.ends_at_border(last.observation, model)[1]
     low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
     low, high = first.track_span[0] if starts_outside else low, last.track_span[1] if ends_outside else high
     if (low, high) == WHOLE:
@@ -105,7 +105,7 @@ def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind
     if visible.curve.closed:
         return None
     points = model.points if visible.curve is model.curve else visible.curve(_END_U)
-    hidden = view.hidden_beyond(points, model.width, visible.curve_3d)
+    hidden = view.hidden_beyond(points, model, visible.curve_3d)
     first, last = (
         EndKind.BORDER if view.is_at_border(point, model.width) else EndKind.HIDDEN if under else EndKind.FREE
         for point, under in zip((points[0], points[-1]), hidden, strict=True)

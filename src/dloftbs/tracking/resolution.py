@@ -135,7 +135,7 @@ def _is_certainly_hidden(
     if span[0] > 0.0 and span[1] < 1.0:
         before = next(m for m in matches if abs(m.track_span[1] - span[0]) < SAME_U)
         after = next(m for m in matches if abs(m.track_span[0] - span[1]) < SAME_U)
-        cut = view.cut_ends(before.observation, model.width)[1] and view.cut_ends(after.observation, model.width)[0]
+        cut = view.cut_ends(before.observation, model)[1] and view.cut_ends(after.observation, model)[0]
         return cut or are_consecutive(before, after)
     end, side = (matches[0], 0) if span[0] <= 0.0 else (matches[-1], 1)
-    return view.cut_ends(end.observation, model.width)[side]
+    return view.cut_ends(end.observation, model)[side]

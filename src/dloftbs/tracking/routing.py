@@ -6,13 +6,16 @@ laid through all observations, and may change from one to another where they pas
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.kernels.routing import MAX_BRIDGE
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.prediction import PredictedTracks
@@ -29,12 +32,6 @@ _MAX_CLAIMED_SHARE = 0.5
 """Share of a part up to which it counts as unassigned.
 
 Source: by definition; the majority.
-"""
-
-_NEW_SCENE_SHARE = 0.4
-"""Share of all tracks below which, if no more is seen, the frame may show another scene.
-
-Source: by hand; less than one of two.
 """
 
 _MIN_SEEN_SHARE = 0.25
@@ -55,14 +52,11 @@ class RoutingResult(NamedTuple):
         Parts of observations that no track claims most of.
     parts : list of Observation
         All parts, after the observations are split at their long gaps.
-    scene_changed : bool
-        True if hardly anything of the tracks is where it is predicted, although about as much is visible.
     """
 
     matches: dict[int, list[PartialMatch]]
     unassigned: list[Observation]
     parts: list[Observation]
-    scene_changed: bool
 
 
 def route_tracks(
@@ -92,24 +86,33 @@ def route_tracks(
     graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
     others = colours_differ(models, parts)
     routes = {t: graph.find_route(models[t], predicted.points[t], others[t], dt) for t in rows}
-    length, visible = (sum(one.length for one in those) for those in ([models[t] for t in rows], observations))
-    seen_share = sum(routes[t].seen_share * models[t].length for t in routes) / length
-    # Objects of other colours where the tracks were may be the same ones, changed about.
-    cut = seen_share < _NEW_SCENE_SHARE and visible > (1.0 - _NEW_SCENE_SHARE) * length
-    scene_changed = cut and not others[rows].any()
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
         if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
             routes[t] = graph.find_route(models[t], predicted.points[t], others[t], dt)
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
-            claimed[t] = routes[t].intervals
+            claimed[t] = _within_length(graph, routes[t].intervals, models[t])
             graph.claim(claimed[t])
     matches = {}
     for t, intervals in claimed.items():
         complete = complete_detection(graph, intervals, models[t])
         matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], view)
     unassigned = [part for p, part in enumerate(parts) if _is_free(graph, p)]
-    return RoutingResult(matches, unassigned, parts, scene_changed)
+    return RoutingResult(matches, unassigned, parts)
+
+
+def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackModel) -> list[Interval]:
+    """Return the intervals that one object can show: parts that move away from each other are two.
+
+    Where they are too far apart for its length, they are split at the longest gap, and the longer side stays.
+    """
+    gaps = [math.dist(graph.points[one.end], graph.points[other.start]) for one, other in pairwise(intervals)]
+    lengths = [graph.length(one) for one in intervals]
+    if not gaps or sum(lengths) + sum(gaps) <= MAX_BRIDGE * model.length + model.position_tolerance_px:
+        return intervals
+    cut = max(range(len(gaps)), key=lambda k: gaps[k]) + 1
+    kept = intervals[:cut] if sum(lengths[:cut]) >= sum(lengths[cut:]) else intervals[cut:]
+    return _within_length(graph, kept, model)
 
 
 def _is_free(graph: SampleGraph, part: int) -> bool:

@@ -25,7 +25,14 @@ _HALF_LIFE_S = 0.5
 Source: by hand.
 """
 
+_MIN_IN_SIGHT_WIDTHS = 2.0
+"""Least length of a stretch that counts as in plain sight, widths.
+
+Source: geometry; between two fingers, a prediction that is a width off lies beside the cable.
+"""
+
 Spans = tuple[tuple[float, float], ...]
+Told = npt.NDArray[np.int64] | None
 
 
 @dataclass(slots=True, eq=False)
@@ -83,10 +90,14 @@ class Sight:
             self.unseen_s, self.in_sight = np.zeros(SAMPLES), np.zeros(SAMPLES, dtype=np.bool_)
             self.hidden, self.is_covered = (), False
 
-    def see_part(self, hidden: Spans, inferred: Spans, told: npt.NDArray[np.int64] | None, dt: float) -> None:
-        """Count a frame that showed a part; `told` is what it tells of the places of all samples."""
+    def see_part(self, hidden: Spans, inferred: Spans, told: Told, widths: float, dt: float) -> None:
+        """Count a frame that showed a part.
+
+        `told` is what it tells of the places of all samples, None if nothing; `widths` is the length of the curve in
+        widths.
+        """
         is_hidden = samples_within(hidden)
-        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & (told == IN_SIGHT)
+        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & _in_sight(told, widths)
         self.hidden, self.inferred, self.is_covered = hidden, inferred, False
         self._set_unseen(np.where(is_hidden, self.unseen_s + dt, 0.0))
         # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
@@ -95,9 +106,9 @@ class Sight:
         seen = np.minimum(self.seen_frames + ~samples_within(inferred), _MAX_SEEN_FRAMES)
         self.seen_frames = np.where(is_hidden, fading, seen)
 
-    def see_nothing(self, told: npt.NDArray[np.int64] | None, dt: float) -> None:
-        """Count a frame that showed nothing; `told` as for `see_part`."""
-        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else told == IN_SIGHT
+    def see_nothing(self, told: Told, widths: float, dt: float) -> None:
+        """Count a frame that showed nothing; `told` and `widths` as for `see_part`."""
+        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else _in_sight(told, widths)
         self.is_covered = told is not None and int(np.count_nonzero(told == HIDDEN)) > SAMPLES // 2
         self.hidden = self.inferred = (WHOLE,)
         self._set_unseen(self.unseen_s + dt)
@@ -110,3 +121,12 @@ class Sight:
         """Take the counts at other parameters (SAMPLES,), some of them new."""
         self.seen_frames = np.where(new, 0.0, np.interp(u, U, self.seen_frames))
         self.unseen_s = np.where(new, 0.0, np.interp(u, U, self.unseen_s))
+
+
+def _in_sight(told: npt.NDArray[np.int64], widths: float) -> npt.NDArray[np.bool_]:
+    """Return the samples in plain sight, but for stretches that are too short to tell."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], told == IN_SIGHT, [0]))))
+    result = np.zeros(SAMPLES, dtype=np.bool_)
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        result[first:end] = (end - first) * widths >= _MIN_IN_SIGHT_WIDTHS * SAMPLES
+    return result

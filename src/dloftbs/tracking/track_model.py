@@ -10,7 +10,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
-from dloftbs.observation import SAMPLES, Observation, U
+from dloftbs.observation import SAMPLES, Appearance, Observation, U
 from dloftbs.tracking.conflict import Conflict
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import LengthRecord
@@ -53,8 +53,8 @@ class TrackModel:
     sight : Sight
     motion : Motion
     conflict : Conflict
-    colour : numpy.ndarray, shape (3,), or None
-        BGR, as last seen.
+    appearance : Appearance or None
+        As last seen as a whole.
     state : TrackState
     hits, misses : int
         Number of frames in which the object was seen, and since it was last seen.
@@ -76,7 +76,7 @@ class TrackModel:
     sight: Sight
     motion: Motion = field(default_factory=Motion)
     conflict: Conflict = field(default_factory=Conflict)
-    colour: FloatArray | None = None
+    appearance: Appearance | None = None
     state: TrackState = TrackState.TENTATIVE
     hits: int = 0
     misses: int = 0
@@ -96,7 +96,7 @@ class TrackModel:
             observation.width,
             LengthRecord(observation.length),
             Sight.of_whole(observation.gaps),
-            colour=observation.colour,
+            appearance=observation.appearance,
             detection=observation.detection,
         )
 
@@ -109,6 +109,11 @@ class TrackModel:
     def width_or_0(self) -> float:
         """Width, px; 0 while it is unknown."""
         return 0.0 if math.isnan(self.width) else self.width
+
+    @property
+    def length_widths(self) -> float:
+        """Length, widths; infinite while the width is unknown."""
+        return self.length / self.width if self.width > 0.0 else math.inf
 
     @property
     def length_tolerance_px(self) -> float:
@@ -127,7 +132,7 @@ class TrackModel:
         self.motion.adopt(velocity)
         self.lengths.adopt(observation.length, self.hits, self.length_tolerance_px)
         self.width = self.width if math.isnan(observation.width) else observation.width
-        self.colour = self.colour if observation.colour is None else observation.colour
+        self.appearance = self.appearance if observation.appearance is None else observation.appearance
         if observation.contiguous:
             self.lengths.record_full(observation.length, self.hits)
         self.sight.see_whole(observation.gaps, was_unseen=self.misses > 0)
@@ -142,8 +147,8 @@ class TrackModel:
         jumped = np.abs(step).max(axis=1) > JUMP_SHARE * self.length
         self.motion.adopt(None if self.misses or jumped.any() else self.motion.after(step, dt))
         self.curve, self.points = curve, points
-        told = view.look(points, self.width, self.curve_3d) if hidden else None
-        self.sight.see_part(hidden, inferred, told, dt)
+        told = view.look(points, self, self.curve_3d) if hidden else None
+        self.sight.see_part(hidden, inferred, told, self.length_widths, dt)
         self.visible = None
 
     def update_unseen(self, view: View, dt: float) -> None:
@@ -152,7 +157,7 @@ class TrackModel:
             self.motion.make_rigid()
         self._extrapolate(extrapolated_time(dt))
         self.motion.decay(dt)
-        self.sight.see_nothing(view.look(self.points, self.width, self.curve_3d), dt)
+        self.sight.see_nothing(view.look(self.points, self, self.curve_3d), self.length_widths, dt)
         self.state = TrackState.HIDDEN
         self.misses += 1
         self.missing_s += dt

@@ -91,7 +91,7 @@ def _update_partly(
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    if not any(view.cut_ends(longest, model.width)) and not shared:
+    if not any(view.cut_ends(longest, model)) and not shared:
         lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, sum(lengths.values()), model.width_or_0, is_small=is_small)

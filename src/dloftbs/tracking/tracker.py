@@ -6,10 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-import numpy.typing as npt
-
-from dloftbs._arrays import check_image
 from dloftbs._values import check_size, check_stamp, check_type
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
@@ -18,7 +14,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import Observation, make_observations
 from dloftbs.prior import Prediction
-from dloftbs.tracking.appearance import with_colours
+from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import collect_new_objects
@@ -102,7 +98,6 @@ class Tracker:
         size: tuple[int, int] | None = None,
         *,
         widths: Sequence[float] | None = None,
-        image: npt.NDArray[np.uint8] | None = None,
         occlusion: OcclusionEvidence | None = None,
         override: float = 0.0,
     ) -> tuple[Track, ...]:
@@ -122,11 +117,9 @@ class Tracker:
             ``(H, W)`` of the frame, px: an object that leaves the image is then known to continue outside.
         widths : sequence of float, optional
             Of the objects, px, NaN if unknown, for bare curves; detections have their own.
-        image : numpy.ndarray, shape (H, W, 3), uint8, optional
-            BGR; objects of clearly different colours are never taken for each other.
         occlusion : OcclusionEvidence, optional
-            What hides objects in this frame. An object under it is published as hidden, and what is clear of it is not
-            inferred.
+            What hides objects in this frame: an object under it is published as hidden, and what is clear of it is not
+            inferred. With an image, objects of clearly different colours are never taken for each other.
         override : float, optional
             Extra cost of the detections' joints, which follow `prior`, over the best ones without it.
 
@@ -139,16 +132,12 @@ class Tracker:
         ------
         InputError
             If an item is neither a detection nor a curve in the image; if a stamp, size or width is invalid, or the
-            image or the evidence of another size; or, if so configured, if the size differs from the last frame's or
+            evidence of another size; or, if so configured, if the size differs from the last frame's or
             the stamp lies before its.
         """
         observations = make_observations(detections, widths)
-        if image is not None:
-            image = check_image(image)
-            if size not in (None, image.shape[:2]):
-                raise InputError(f"the image must have the frame's size {size}, got {image.shape[:2]}")
-        observations = with_colours(observations, image)
         dt = self._advance(stamp, size, occlusion)
+        observations = with_appearances(observations, occlusion)
         self._prior_gate.count(override)
         if dt == 0.0:
             return self._tracks

@@ -56,7 +56,7 @@ def match_unambiguous(
         _MAX_ANYWHERE,
         _MARGIN_RATIO,
     ).tolist()
-    has_colours = observations[0].colour is not None
+    has_colours = observations[0].appearance is not None
     differ = colours_differ(models, observations) if has_colours else None
     for t, p in enumerate(partner):
         if p:

@@ -6,6 +6,21 @@ import numpy as np
 import numpy.typing as npt
 from numba import float64, int64, uint8
 
+from dloftbs.evidence.kernels.colours import (
+    BESIDE_WIDTHS,
+    BLOCK_WIDTHS,
+    CLEAR_PX,
+    CLEAR_WIDTHS,
+    FLOOR,
+    LEAST_REFERENCES,
+    LENIENT,
+    block_mean,
+    colour_distance,
+    distance_of_one_in,
+    is_like,
+    is_on_mask,
+    spread_of,
+)
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
 
@@ -21,40 +36,16 @@ _REACH_WIDTHS = 8.0
 Source: by hand; farther away light and ground may differ.
 """
 
-_AGREE = 6
-"""One in this number of reference samples must be alike.
-
-Source: by hand; samples beside an end may show what hides the cable, so a majority cannot be asked for.
-"""
-
 _APART_WIDTHS = 1.0
 """Distance between two reference samples, widths.
 
-Source: by hand; squares of `_BLOCK_WIDTHS` do not overlap at this distance.
+Source: by hand; squares of `BLOCK_WIDTHS` do not overlap at this distance.
 """
 
 _STEP_WIDTHS = 0.5
 """Distance between two samples along a gap, widths.
 
-Source: by hand; squares of `_BLOCK_WIDTHS` barely leave a gap at this distance.
-"""
-
-_BESIDE_WIDTHS = 1.0
-"""Distance from the axis to the samples of the ground beside a cable, widths.
-
-Source: geometry; half a width beyond the edge.
-"""
-
-_CLEAR_WIDTHS = 0.25
-"""Margin around the mask in which nothing counts as ground, widths; `_CLEAR_PX` is added.
-
-Source: by hand; shadows and blur grow with the width.
-"""
-
-_CLEAR_PX = 1.0
-"""Margin around the mask in which nothing counts as ground, px, besides `_CLEAR_WIDTHS`.
-
-Source: geometry; pixels at the edge mix cable and ground.
+Source: by hand; squares of `BLOCK_WIDTHS` barely leave a gap at this distance.
 """
 
 _MOST_SAMPLES = 24
@@ -62,98 +53,6 @@ _MOST_SAMPLES = 24
 
 Source: bounds time and memory.
 """
-
-_BLOCK_WIDTHS = 0.2
-"""Half the side of the square of pixels whose mean is a sample, widths.
-
-Source: by hand; the square lies within the cable, and averages noise.
-"""
-
-_LEAST_REFERENCES = 6
-"""Number of ground samples below which nothing is told.
-
-Source: by hand; the same number as `_AGREE`, so that one sample must agree.
-"""
-
-_LENIENT = 4.0
-"""Largest distance of equal colours, as a multiple of the references' spread.
-
-Source: measured on drawn pictures of facing ends (60 flat, 60 round; wood, tiles): 0.90 of the decisions are right at
-2, 0.93 to 0.95 at 3, 0.97 to 0.98 at 4; of cables behind discs 0.98, 0.98 and 0.97.
-"""
-
-_FLOOR = 12.0
-"""Colour distance within which two colours are the same in any case, grey levels.
-
-Source: by hand; a few times the noise of a camera's 8-bit image.
-"""
-
-
-@helper
-def _is_on_mask(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
-    """Tell whether the mask has any of five points: the given one, and those `reach` px beside it."""
-    for dx, dy in ((0.0, 0.0), (-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)):
-        row, column = int(np.floor(y + dy + 0.5)), int(np.floor(x + dx + 0.5))
-        if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0:
-            return True
-    return False
-
-
-@helper
-def _block(image: npt.NDArray[np.uint8], x: float, y: float, half: int, colour: npt.NDArray[np.float64]) -> bool:
-    """Write the mean colour of a square of pixels; return whether it lies in the image."""
-    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
-    if row < half or column < half or row + half >= image.shape[0] or column + half >= image.shape[1]:
-        return False
-    colour[:] = 0.0
-    for r in range(row - half, row + half + 1):
-        for c in range(column - half, column + half + 1):
-            for k in range(3):
-                colour[k] += image[r, c, k]
-    colour /= (2 * half + 1) ** 2
-    return True
-
-
-@helper
-def _distance(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float:
-    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-
-
-@helper
-def _far(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64]) -> float:
-    """Return within which distance one in `_AGREE` of some colours lies."""
-    away = np.empty(len(colours))
-    for k in range(len(colours)):
-        away[k] = _distance(colour, colours[k])
-    away.sort()
-    return away[len(colours) // _AGREE]
-
-
-@helper
-def _is_like(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64], alike: float) -> bool:
-    """Tell whether more than one in `_AGREE` of some colours lie within a distance, as `_far` would."""
-    needed = len(colours) // _AGREE + 1
-    for k in range(len(colours)):
-        if _distance(colour, colours[k]) <= alike:
-            needed -= 1
-            if needed == 0:
-                return True
-    return False
-
-
-@helper
-def _spread(colours: npt.NDArray[np.float64]) -> float:
-    """Return how far apart colours of one kind are by that measure, where they lie closest.
-
-    Ground may be of several kinds, with shadows and other cables on it: a mean over all would call everything alike.
-    """
-    if len(colours) == 0:
-        return 0.0
-    away = np.empty(len(colours))
-    for k in range(len(colours)):
-        away[k] = _far(colours[k], colours)
-    away.sort()
-    return away[len(away) // _AGREE]
 
 
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
@@ -196,8 +95,8 @@ def sample_references(
     spread : (e, 2) float64
         Distance between the colours of the ground, and between those of the cable.
     """
-    half = int(_BLOCK_WIDTHS * width)
-    clear, step = _CLEAR_WIDTHS * width + _CLEAR_PX, max(_APART_WIDTHS * width, 1.0)
+    half = int(BLOCK_WIDTHS * width)
+    clear, step = CLEAR_WIDTHS * width + CLEAR_PX, max(_APART_WIDTHS * width, 1.0)
     ground = np.empty((len(ends), 2 * _MOST_SAMPLES, 3))
     cable = np.empty((len(ends), _MOST_SAMPLES, 3))
     spread = np.zeros((len(ends), 2))
@@ -215,16 +114,16 @@ def sample_references(
             j = min(i + max(int(width), 2), count)
             dx, dy = points[at + back * j, 0] - x, points[at + back * j, 1] - y
             norm = np.sqrt(dx * dx + dy * dy)
-            if _block(image, x, y, half, cable[e, cables[e]]):
+            if block_mean(image, x, y, half, cable[e, cables[e]]):
                 cables[e] += 1
             if norm == 0.0:
                 continue
             for side in (-1.0, 1.0):
-                aside = side * (_BESIDE_WIDTHS * width + _CLEAR_PX) / norm
+                aside = side * (BESIDE_WIDTHS * width + CLEAR_PX) / norm
                 gx, gy = x - aside * dy, y + aside * dx
-                if not _is_on_mask(mask, gx, gy, clear) and _block(image, gx, gy, half, ground[e, grounds[e]]):
+                if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
                     grounds[e] += 1
-        spread[e, 0], spread[e, 1] = _spread(ground[e, : grounds[e]]), _spread(cable[e, : cables[e]])
+        spread[e, 0], spread[e, 1] = spread_of(ground[e, : grounds[e]]), spread_of(cable[e, : cables[e]])
     return ground, grounds, cable, cables, spread
 
 
@@ -262,8 +161,8 @@ def _keep_ground(
             k = count - 1 - n if backwards == 1 else n
             if not is_there[k]:
                 continue
-            kept[k] = kept[k] or _is_like(beside[k], ground, alike)
-            kept[k] = kept[k] or (last >= 0 and _distance(beside[k], beside[last]) <= alike)
+            kept[k] = kept[k] or is_like(beside[k], ground, alike)
+            kept[k] = kept[k] or (last >= 0 and colour_distance(beside[k], beside[last]) <= alike)
             if kept[k]:
                 last = k
     is_there[:] = kept
@@ -309,18 +208,18 @@ def look_across(
     (k, 3) float64
         Lengths in widths: ground, cable, neither.
     """
-    half = int(_BLOCK_WIDTHS * width)
-    clear = _CLEAR_WIDTHS * width + _CLEAR_PX
+    half = int(BLOCK_WIDTHS * width)
+    clear = CLEAR_WIDTHS * width + CLEAR_PX
     seen = np.zeros((len(pairs), 3))
     colour = np.empty(3)
     for p in range(len(pairs)):
         i, j = pairs[p]
-        if grounds[i] + grounds[j] < _LEAST_REFERENCES or cables[i] == 0 or cables[j] == 0:
+        if grounds[i] + grounds[j] < LEAST_REFERENCES or cables[i] == 0 or cables[j] == 0:
             continue
         own = np.concatenate((ground[i, : grounds[i]], ground[j, : grounds[j]]))
-        like_ground = max(_FLOOR, _LENIENT * max(spread[i, 0], spread[j, 0]))
+        like_ground = max(FLOOR, LENIENT * max(spread[i, 0], spread[j, 0]))
         theirs = np.concatenate((cable[i, : cables[i]], cable[j, : cables[j]]))
-        like_cable = max(_FLOOR, _LENIENT * max(spread[i, 1], spread[j, 1]))
+        like_cable = max(FLOOR, LENIENT * max(spread[i, 1], spread[j, 1]))
         cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
         length = np.sqrt(cx * cx + cy * cy)
         steps = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 1), _MOST_SAMPLES)
@@ -329,23 +228,25 @@ def look_across(
         for k in range(steps + 1):
             _along(states, i, j, k / steps, way[k])
             for side in range(2):
-                aside = (2 * side - 1) * (_BESIDE_WIDTHS * width + _CLEAR_PX)
+                aside = (2 * side - 1) * (BESIDE_WIDTHS * width + CLEAR_PX)
                 x, y = way[k, 0] - aside * way[k, 3], way[k, 1] + aside * way[k, 2]
-                if not _is_on_mask(mask, x, y, clear):
-                    is_there[side, k] = _block(image, x, y, half, beside[side, k])
+                if not is_on_mask(mask, x, y, clear):
+                    is_there[side, k] = block_mean(image, x, y, half, beside[side, k])
         for side in range(2):
             _keep_ground(beside[side], is_there[side], own, like_ground)
         for k in range(1, steps):
-            if _is_on_mask(mask, way[k, 0], way[k, 1], clear) or not _block(image, way[k, 0], way[k, 1], half, colour):
+            x, y = way[k, 0], way[k, 1]
+            if is_on_mask(mask, x, y, clear) or not block_mean(image, x, y, half, colour):
                 continue
             to_ground = np.inf
             for side in range(2):
                 if is_there[side, k]:
-                    to_ground = min(to_ground, _distance(colour, beside[side, k]))
-            is_ground = to_ground <= like_ground or _is_like(colour, own, like_ground)
-            is_cable = _is_like(colour, theirs, like_cable)
+                    to_ground = min(to_ground, colour_distance(colour, beside[side, k]))
+            is_ground = to_ground <= like_ground or is_like(colour, own, like_ground)
+            is_cable = is_like(colour, theirs, like_cable)
             if is_ground and is_cable:
-                to_ground, to_cable = min(to_ground, _far(colour, own)), _far(colour, theirs)
+                to_ground = min(to_ground, distance_of_one_in(colour, own))
+                to_cable = distance_of_one_in(colour, theirs)
                 is_ground = to_ground < to_cable
                 is_cable = to_cable < to_ground
                 if not is_ground and not is_cable:
