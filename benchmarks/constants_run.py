@@ -21,6 +21,7 @@ _FRAMES = {
     "demo": 40,
     "tracking": 120,
     "known-occluders": 120,
+    "seen-occluders": 120,
     "plain-sight": 80,
     "rgb": 20,
     "rgbd": 30,

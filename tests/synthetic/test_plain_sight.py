@@ -107,6 +107,19 @@ def test_two_ends_come_together_at_an_angle_and_part_again():
         assert min(apart[0], apart[2]) > 60.0 * SCALE
 
 
+def test_one_is_cut_and_its_parts_move_away_from_each_other():
+    sequence = PlainSightSequence("cut in two", 1, size=SIZE)
+    truths = [sequence.truth(index) for index in range(len(sequence))]
+    cut = next(index for index, truth in enumerate(truths) if len(truth.ids) == 2)
+    assert [truth.ids for truth in truths] == [(0,)] * cut + [(0, 1)] * (len(truths) - cut)
+    before, after, last = truths[cut - 1], truths[cut], truths[-1]
+    lengths = [curve.length for curve in after.curves]
+    assert sum(lengths) == pytest.approx(before.curves[0].length, rel=0.05)
+    assert lengths[0] > lengths[1]
+    gaps = [np.linalg.norm(truth.curves[0](1.0) - truth.curves[1](0.0)) for truth in (after, last)]
+    assert gaps[0] < 5.0 < 20.0 < gaps[1]
+
+
 def test_one_of_two_is_taken_away_and_a_third_comes_elsewhere():
     for number in NUMBERS:
         sequence = PlainSightSequence("exchange", number, size=SIZE)

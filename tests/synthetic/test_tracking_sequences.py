@@ -2,12 +2,13 @@
 
 import pickle
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 from dloftbs.errors import InputError
-from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
+from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, known_occluders, seen_occluders, tracking
 from dloftbs.synthetic.tracking_scenes import MOST_HIDDEN
 
 SIZE = (360, 640)
@@ -200,9 +201,33 @@ def test_evidence_tells_of_the_covers_and_changes_nothing_else(evidence):
 
 def test_the_suite_of_known_occluders_is_that_of_tracking_with_evidence():
     made = known_occluders(0.01, 0, SIZE)
-    assert [(one.family, one.cables) for one in made] == [c for c in CASTS if c[0] in ("occluded", "hidden")]
+    assert [(one.family, one.cables) for one in made] == [c for c in CASTS if c[0] in ("occluded", "hidden", "hands")]
     assert all(one.frame(30).occluders is not None and one.frame(30).depth is not None for one in made)
     assert len({one.name for one in known_occluders()}) == len(known_occluders())
+    seen = seen_occluders(0.01, 0, SIZE)
+    assert [one.name for one in seen] == [one.name for one in made]
+    assert all((frame.image is None, frame.occluders) == (False, None) for frame in (one.frame(30) for one in seen))
+
+
+@pytest.mark.parametrize("family", ["occluded", "hands"])
+def test_an_image_shows_ground_cables_and_covers(family):
+    sequence = TrackingSequence(family, 1, 0, size=SIZE, evidence=("image",))
+    frame, covered = sequence.frame(30), sequence.covered(30)
+    assert covered.any()
+    core = cv2.erode(frame.mask.astype(np.uint8), np.ones((3, 3))) > 0
+    blue, green, red = np.median(frame.image[core], axis=0)
+    assert blue > green > red
+    inner = cv2.erode(covered.astype(np.uint8), np.ones((5, 5))) > 0
+    assert frame.image[inner].std(axis=0).max() < 25.0
+    np.testing.assert_array_equal(frame.image, sequence.frame(30).image)
+
+
+def test_hands_have_fingers_and_hide_no_more_than_half():
+    for number in range(3):
+        sequence = TrackingSequence("hands", 1, number, size=SIZE)
+        shown = [sum(high - low for low, high in sequence.truth(index).shown_spans[0]) for index in range(0, 60, 3)]
+        assert 0.4 < min(shown) < 0.95
+        assert max(shown) > 0.99
 
 
 def test_what_cannot_be_is_refused():

@@ -82,6 +82,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "the sequences of tracking with occluders, told by a mask and by depth with the errors of a camera",
         lambda scale, seed, size: synthetic.known_occluders(scale, seed=seed, size=size),
     ),
+    "seen-occluders": (
+        "the same sequences with an image of the workbench, in which the occluders are seen",
+        lambda scale, seed, size: synthetic.seen_occluders(scale, seed=seed, size=size),
+    ),
     "plain-sight": (
         "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
         lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),

@@ -18,7 +18,13 @@ from dloftbs.synthetic.simulated import SIMULATED_KINDS, SimulatedSequence, simu
 from dloftbs.synthetic.simulation import REMEDY as SIMULATION_REMEDY
 from dloftbs.synthetic.simulation import available as simulation_available
 from dloftbs.synthetic.strand import random_curve
-from dloftbs.synthetic.tracking_sequences import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
+from dloftbs.synthetic.tracking_sequences import (
+    TRACKING_FAMILIES,
+    TrackingSequence,
+    known_occluders,
+    seen_occluders,
+    tracking,
+)
 from dloftbs.synthetic.tube import draw_tube_mask
 
 __all__ = [
@@ -63,6 +69,7 @@ __all__ = [
     "rgbd_artificial",
     "rgbd_manipulation",
     "rgbd_noisy",
+    "seen_occluders",
     "several_cables",
     "simulated",
     "simulation_available",

@@ -33,14 +33,16 @@ _SCENES: Mapping[str, Callable[[np.random.Generator, Stage], list[Part]]] = {
     "darts": scenes.darts,
     "drops": scenes.bends,
     "ends meet": scenes.ends_meet,
+    "cut in two": scenes.cut_in_two,
 }
 
 PLAIN_SIGHT_KINDS = tuple(_SCENES)
 """Motions: cables bend and drift; tilt, rigid, by 65 degrees; come nearer by a half; swing by up to 80 px a frame;
 one of two is taken away and a third one comes; three cross; a cable swings by a fifth to a third of its length a frame;
-bends, in frames 17 to 100 ms apart; the ends of two come together at an angle and part again."""
+bends, in frames 17 to 100 ms apart; the ends of two come together at an angle and part again; one is cut, and
+the shorter part, another one from then on, moves away."""
 
-_CABLES = {"exchange": 3, "three cross": 3, "ends meet": 2}
+_CABLES = {"exchange": 3, "three cross": 3, "ends meet": 2, "cut in two": 2}
 _DROPPED_S = (1.0 / 60.0, 0.1)
 """Shortest and longest time between the frames of "drops"."""
 

@@ -192,6 +192,29 @@ def ends_meet(rng: np.random.Generator, stage: Stage) -> list[Part]:
     return [Part(lambda phase: both(phase)[:count]), Part(lambda phase: both(phase)[count:])]
 
 
+def cut_in_two(rng: np.random.Generator, stage: Stage) -> list[Part]:
+    """Return a cable that is cut, and from then on its shorter part, which moves away from the longer one."""
+    bending = _bending(rng, stage, _SHORTER / 2.0)
+    share, moment = float(rng.uniform(0.55, 0.7)), float(rng.uniform(0.25, 0.4))
+    turn = float(rng.uniform(-1.0, 1.0))
+    side = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+
+    def pieces(phase: float) -> FloatArray:
+        points = bending(phase)
+        at = round(share * (len(points) - 1))
+        way = side @ (points[at, :2] - points[at - 8, :2]) / np.linalg.norm(points[at, :2] - points[at - 8, :2])
+        apart = _APART_PX * stage.scale * window(phase, (moment, 1.0), (1.5, 2.0))
+        points[at + 1 :, :2] += apart * way
+        return points
+
+    whole = _fitted(pieces, stage, stage.box)
+    count = round(share * (len(bending(0.0)) - 1)) + 1
+    return [
+        Part(lambda phase: whole(phase)[: count if phase >= moment else None]),
+        Part(lambda phase: whole(phase)[count:], (moment, math.inf)),
+    ]
+
+
 def exchange(rng: np.random.Generator, stage: Stage) -> list[Part]:
     """Return two cables of which one is taken away, and a third one that comes later in another place."""
     left, top, right, bottom = stage.box

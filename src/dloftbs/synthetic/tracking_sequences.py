@@ -58,6 +58,8 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
 }
 """Families of sequences, and the numbers of cables that each comes with."""
 
+_WITH_OCCLUDERS = ("occluded", "hidden", "hands")
+
 
 class TrackingSequence(NumberedSequence, MaskSequence):
     """Perfect masks of cables that move over each other and behind occluders, out of the image and back.
@@ -209,7 +211,26 @@ def known_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (
     InputError
         If a value is out of range.
     """
-    return _sequences(("occluded", "hidden"), scale, seed, size, ("occluders", "depth"))
+    return _sequences(_WITH_OCCLUDERS, scale, seed, size, ("occluders", "depth"))
+
+
+def seen_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[TrackingSequence]:
+    """Return the sequences of `tracking` with occluders, whose frames have an image.
+
+    Parameters
+    ----------
+    scale : float
+        Share of the sequences of each family; at least one for each number of cables.
+    seed : int
+    size : (int, int)
+        ``(H, W)`` px.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+    return _sequences(_WITH_OCCLUDERS, scale, seed, size, ("image",))
 
 
 def _sequences(

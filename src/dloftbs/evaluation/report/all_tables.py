@@ -199,6 +199,7 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgb": _table_1,
     "tracking": _families,
     "known-occluders": _families,
+    "seen-occluders": _families,
     "plain-sight": _families,
     "simulated": _families,
     "several-cables": _table_2,
