@@ -59,6 +59,7 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
 """Families of sequences, and the numbers of cables that each comes with."""
 
 _WITH_OCCLUDERS = ("occluded", "hidden", "hands")
+_IMAGE: tuple[Evidence, ...] = ("image",)
 
 
 class TrackingSequence(NumberedSequence, MaskSequence):
@@ -230,7 +231,7 @@ def seen_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (7
     InputError
         If a value is out of range.
     """
-    return _sequences(_WITH_OCCLUDERS, scale, seed, size, ("image",))
+    return _sequences(_WITH_OCCLUDERS, scale, seed, size, _IMAGE)
 
 
 def _sequences(

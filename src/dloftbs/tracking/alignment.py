@@ -106,7 +106,7 @@ def find_whole_view(
         Its start if it is a part, in ``u`` of the track.
     view : View
     """
-    if observation.curve.closed or model.curve.closed:
+    if observation.curve.closed or model.curve.closed or model.is_torn_in(observation):
         return None
     whole = observation.between(0.0, 1.0)
     if any(view.hidden_ends(whole, model)) and model.length - whole.length > model.length_tolerance_px:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs.tracking.kernels.routing import MAX_BRIDGE
 
 MIN_SEEN_FRAMES = 3
 """Number of frames in which a span must have been seen to be assumed hidden, not absent, once it is missing.
@@ -44,6 +45,8 @@ class LengthRecord:
         In the last frames that showed the whole object without long gaps.
     usual_px : float or None
         Median of these, NaN if they are too few; None until it is computed.
+    full_width : float
+        Width of the object in the last of these, px; NaN if it is not known.
     """
 
     px: float
@@ -51,6 +54,7 @@ class LengthRecord:
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
     full_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     usual_px: float | None = None
+    full_width: float = math.nan
 
     def adopt(self, length: float, hits: int, tolerance: float) -> None:
         """Adopt the length of the whole object; small changes are filtered.
@@ -60,8 +64,9 @@ class LengthRecord:
         change = length - self.px
         self.px = length if hits < MIN_SEEN_FRAMES or abs(change) > tolerance else self.px + _GAIN * change
 
-    def record_full(self, length: float, hits: int) -> None:
-        """Record the length of the whole object without long gaps."""
+    def record_full(self, length: float, width: float, hits: int) -> None:
+        """Record the length of the whole object without long gaps, and its width."""
+        self.full_width = width
         self.full_px[hits % HISTORY_FRAMES] = length
         self.usual_px = None
 
@@ -72,7 +77,21 @@ class LengthRecord:
 
     def is_usual(self, length: float, tolerance: float) -> bool:
         """Return True if a length agrees with most frames that showed the whole object."""
+        return abs(length - self.usual()) <= tolerance
+
+    def usual(self) -> float:
+        """Return the length in most frames that showed the whole object, px; NaN if they are too few."""
         if self.usual_px is None:
             known = [one for one in self.full_px.tolist() if not math.isnan(one)]
             self.usual_px = statistics.median(known) if len(known) >= MIN_SEEN_FRAMES else math.nan
-        return abs(length - self.usual_px) <= tolerance
+        return self.usual_px
+
+    def is_torn(self, visible: float, hidden: float, width: float, tolerance: float) -> bool:
+        """Return True if visible parts lie farther apart, by `hidden` px in all, than the object's length allows.
+
+        An object that came nearer is wider, and longer by as much.
+        """
+        nearer = width / self.full_width
+        usual = self.usual()
+        length = (self.px if math.isnan(usual) else usual) * (nearer if nearer > 1.0 else 1.0)
+        return hidden > MAX_BRIDGE * max(length - visible, 0.0) + tolerance

@@ -15,7 +15,6 @@ from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.kernels.routing import MAX_BRIDGE
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.prediction import PredictedTracks
@@ -108,7 +107,9 @@ def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackMo
     """
     gaps = [math.dist(graph.points[one.end], graph.points[other.start]) for one, other in pairwise(intervals)]
     lengths = [graph.length(one) for one in intervals]
-    if not gaps or sum(lengths) + sum(gaps) <= MAX_BRIDGE * model.length + model.position_tolerance_px:
+    total = sum(lengths)
+    width = graph.parts[intervals[0].part].width
+    if not gaps or not model.lengths.is_torn(total, sum(gaps), width, model.position_tolerance_px):
         return intervals
     cut = max(range(len(gaps)), key=lambda k: gaps[k]) + 1
     kept = intervals[:cut] if sum(lengths[:cut]) >= sum(lengths[cut:]) else intervals[cut:]

@@ -125,6 +125,14 @@ class TrackModel:
         """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self.width_or_0
 
+    def is_torn_in(self, observation: Observation) -> bool:
+        """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""
+        hidden = sum(high - low for low, high in observation.gaps) * observation.object_length
+        visible = observation.object_length - hidden
+        return not observation.contiguous and self.lengths.is_torn(
+            visible, hidden, observation.width, self.position_tolerance_px
+        )
+
     def update_whole(self, observation: Observation, points: FloatArray, velocity: FloatArray | None) -> None:
         """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
@@ -134,7 +142,7 @@ class TrackModel:
         self.width = self.width if math.isnan(observation.width) else observation.width
         self.appearance = self.appearance if observation.appearance is None else observation.appearance
         if observation.contiguous:
-            self.lengths.record_full(observation.length, self.hits)
+            self.lengths.record_full(observation.length, observation.width, self.hits)
         self.sight.see_whole(observation.gaps, was_unseen=self.misses > 0)
         self.conflict.frames = 0
         self.visible = None

@@ -60,8 +60,9 @@ def match_unambiguous(
     differ = colours_differ(models, observations) if has_colours else None
     for t, p in enumerate(partner):
         if p:
-            ratio = width_ratio(models[t].width, observations[abs(p) - 1].width)
-            other_width = not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO
-            if other_width or (differ is not None and differ[t, abs(p) - 1]):
+            one = observations[abs(p) - 1]
+            ratio = width_ratio(models[t].width, one.width)
+            other = not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO or models[t].is_torn_in(one)
+            if other or (differ is not None and differ[t, abs(p) - 1]):
                 partner[t] = 0
     return partner
