@@ -34,15 +34,13 @@ class Appearance(NamedTuple):
         Samples along the object, where it is seen.
     ground : numpy.ndarray, shape (m, 5)
         Samples beside it, where no cable is seen: ``x, y`` px, and the colour.
+    colour : numpy.ndarray, shape (3,)
+        The median colour of the object; NaN without samples.
     """
 
     cable: FloatArray
     ground: FloatArray
-
-    @property
-    def colour(self) -> FloatArray | None:
-        """The median colour (3,) of the object; None if it is not known."""
-        return np.median(self.cable, axis=0) if len(self.cable) else None
+    colour: FloatArray
 
 
 class Observation(NamedTuple):

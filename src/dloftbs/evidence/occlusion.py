@@ -187,7 +187,8 @@ class OcclusionEvidence:
             judge_depths(metres, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
         if self._image is not None and self._mask is not _NOTHING and appearance is not None:
-            compare_with_ground(self._image, self._mask, points, *appearance, width, HIDDEN, IN_SIGHT, told)
+            known = appearance.cable, appearance.ground
+            compare_with_ground(self._image, self._mask, points, *known, width, HIDDEN, IN_SIGHT, told)
         return told
 
     def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:

@@ -61,8 +61,8 @@ def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observat
 
 def _table(appearances: Sequence[Appearance | None]) -> FloatArray:
     """Return colours (n, 3) as they are compared, NaN where they are unknown: these agree with any."""
-    colours, unknown = [None if one is None else one.colour for one in appearances], np.full(3, np.nan)
-    return np.array([unknown if colour is None else colour + _DARK for colour in colours]).reshape(-1, 3)
+    unknown = np.full(3, np.nan)
+    return np.array([unknown if one is None else one.colour + _DARK for one in appearances]).reshape(-1, 3)
 
 
 def width_ratio(one: float, other: float) -> float:

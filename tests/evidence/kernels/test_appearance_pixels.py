@@ -40,7 +40,7 @@ def test_samples_are_means_of_squares_on_the_cable_and_two_widths_beside_it(seed
     mask = (rng.random(SIZE) < 0.02).astype(np.uint8)
     points = 20.0 + np.cumsum(rng.normal(1.0, 2.0, (64, 2)), axis=0)
     seen, width = rng.random(64) < 0.8, float(rng.uniform(3.0, 14.0))
-    cable, ground = sample_appearance(image, mask, points, seen, width)
+    cable, ground, median = sample_appearance(image, mask, points, seen, width)
     half, clear, aside = int(0.2 * width), 0.25 * width + 1.0, 2.0 * width + 1.0
     cables, grounds = [], []
     for k in range(1, 64, 3):
@@ -59,11 +59,12 @@ def test_samples_are_means_of_squares_on_the_cable_and_two_widths_beside_it(seed
                 grounds.append((x, y, *colour))
     np.testing.assert_allclose(cable, np.array(cables).reshape(-1, 3))
     np.testing.assert_allclose(ground, np.array(grounds).reshape(-1, 5))
+    np.testing.assert_allclose(median, np.median(cables, axis=0) if cables else np.full(3, np.nan))
 
 
 def told(image: np.ndarray, mask: np.ndarray, *places: tuple[float, float], before: int = 0) -> list[int]:
     clean = picture()
-    appearance = sample_appearance(*clean, CURVE, EVERYWHERE, WIDTH)
+    appearance = sample_appearance(*clean, CURVE, EVERYWHERE, WIDTH)[:2]
     result = np.full(len(places), before, dtype=np.int64)
     compare_with_ground(image, mask, np.array(places), *appearance, WIDTH, 1, -1, result)
     return result.tolist()
@@ -89,7 +90,7 @@ def test_a_hand_beside_a_few_samples_makes_it_no_ground() -> None:
     """As it comes over an end: the cable's surroundings have some of it already."""
     image, mask = picture()
     image[:, 128:] = HAND
-    cable, ground = sample_appearance(image, mask, CURVE, CURVE[:, 0] < 133.0, WIDTH)
+    cable, ground, _ = sample_appearance(image, mask, CURVE, CURVE[:, 0] < 133.0, WIDTH)
     assert (np.abs(ground[:, 2:] - HAND) < 8.0).all(axis=1).any()
     result = np.zeros(2, dtype=np.int64)
     places = np.array([(145.0, 45.0), (120.0, 70.0)])
@@ -99,7 +100,7 @@ def test_a_hand_beside_a_few_samples_makes_it_no_ground() -> None:
 
 def test_without_enough_samples_or_a_width_nothing_is_told() -> None:
     image, mask = picture()
-    cable, ground = sample_appearance(image, mask, CURVE, EVERYWHERE, WIDTH)
+    cable, ground, _ = sample_appearance(image, mask, CURVE, EVERYWHERE, WIDTH)
     unknown = sample_appearance(image, mask, CURVE, EVERYWHERE, np.nan)
     assert len(unknown[0]) > 0
     assert len(unknown[1]) == 0

@@ -56,7 +56,7 @@ def sample_appearance(
     points: npt.NDArray[np.float64],
     seen: npt.NDArray[np.bool_],
     width: float,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Sample the colours along a cable and beside it.
 
     Parameters
@@ -76,6 +76,8 @@ def sample_appearance(
     cable : (k, 3) float64
     ground : (m, 5) float64
         ``x, y`` px, and the colour.
+    colour : (3,) float64
+        The median colour of the cable; NaN without samples.
     """
     known = width > 0.0
     half = int(BLOCK_WIDTHS * width) if known else 0
@@ -100,7 +102,11 @@ def sample_appearance(
                 ground[grounds, 0], ground[grounds, 1] = gx, gy
                 if block_mean(image, gx, gy, half, ground[grounds, 2:]):
                     grounds += 1
-    return cable[:cables].copy(), ground[:grounds].copy()
+    colour = np.full(3, np.nan)
+    if cables > 0:
+        for c in range(3):
+            colour[c] = np.median(cable[:cables, c])
+    return cable[:cables].copy(), ground[:grounds].copy(), colour
 
 
 @helper
