@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dloftbs.errors import InputError
-from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, known_occluders, seen_occluders, tracking
+from dloftbs.synthetic import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
 from dloftbs.synthetic.tracking_scenes import MOST_HIDDEN
 
 SIZE = (360, 640)
@@ -204,7 +204,7 @@ def test_the_suite_of_known_occluders_is_that_of_tracking_with_evidence():
     assert [(one.family, one.cables) for one in made] == [c for c in CASTS if c[0] in ("occluded", "hidden", "hands")]
     assert all(one.frame(30).occluders is not None and one.frame(30).depth is not None for one in made)
     assert len({one.name for one in known_occluders()}) == len(known_occluders())
-    seen = seen_occluders(0.01, 0, SIZE)
+    seen = known_occluders(0.01, 0, SIZE, ["image"])
     assert [one.name for one in seen] == [one.name for one in made]
     assert all((frame.image is None, frame.occluders) == (False, None) for frame in (one.frame(30) for one in seen))
 

@@ -84,7 +84,7 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
     ),
     "seen-occluders": (
         "the same sequences with an image of the workbench, in which the occluders are seen",
-        lambda scale, seed, size: synthetic.seen_occluders(scale, seed=seed, size=size),
+        lambda scale, seed, size: synthetic.known_occluders(scale, seed, size, ["image"]),
     ),
     "plain-sight": (
         "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",

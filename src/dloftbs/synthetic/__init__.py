@@ -22,7 +22,6 @@ from dloftbs.synthetic.tracking_sequences import (
     TRACKING_FAMILIES,
     TrackingSequence,
     known_occluders,
-    seen_occluders,
     tracking,
 )
 from dloftbs.synthetic.tube import draw_tube_mask
@@ -69,7 +68,6 @@ __all__ = [
     "rgbd_artificial",
     "rgbd_manipulation",
     "rgbd_noisy",
-    "seen_occluders",
     "several_cables",
     "simulated",
     "simulation_available",

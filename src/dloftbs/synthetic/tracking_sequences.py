@@ -59,7 +59,6 @@ TRACKING_FAMILIES: Mapping[str, tuple[int, ...]] = {
 """Families of sequences, and the numbers of cables that each comes with."""
 
 _WITH_OCCLUDERS = ("occluded", "hidden", "hands")
-_IMAGE: tuple[Evidence, ...] = ("image",)
 
 
 class TrackingSequence(NumberedSequence, MaskSequence):
@@ -196,8 +195,13 @@ def tracking(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 12
     return _sequences(tuple(TRACKING_FAMILIES), scale, seed, size)
 
 
-def known_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[TrackingSequence]:
-    """Return the sequences of `tracking` with occluders, whose frames tell of them by a mask and by depth.
+def known_occluders(
+    scale: float = 1.0,
+    seed: int = 0,
+    size: tuple[int, int] = (720, 1280),
+    evidence: Collection[Evidence] = ("occluders", "depth"),
+) -> list[TrackingSequence]:
+    """Return the sequences of `tracking` with occluders, whose frames tell of them.
 
     Parameters
     ----------
@@ -206,32 +210,15 @@ def known_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (
     seed : int
     size : (int, int)
         ``(H, W)`` px.
+    evidence : collection of {"occluders", "depth", "image"}
+        As for `TrackingSequence`.
 
     Raises
     ------
     InputError
         If a value is out of range.
     """
-    return _sequences(_WITH_OCCLUDERS, scale, seed, size, ("occluders", "depth"))
-
-
-def seen_occluders(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[TrackingSequence]:
-    """Return the sequences of `tracking` with occluders, whose frames have an image.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the sequences of each family; at least one for each number of cables.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
-    return _sequences(_WITH_OCCLUDERS, scale, seed, size, _IMAGE)
+    return _sequences(_WITH_OCCLUDERS, scale, seed, size, evidence)
 
 
 def _sequences(

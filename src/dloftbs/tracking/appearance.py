@@ -65,6 +65,11 @@ def _table(appearances: Sequence[Appearance | None]) -> FloatArray:
     return np.array([unknown if one is None else one.colour + _DARK for one in appearances]).reshape(-1, 3)
 
 
+def widths_differ(one: float, other: float) -> bool:
+    """Return True if two widths are clearly those of different objects; unknown ones, NaN, agree with any."""
+    return not 1.0 / MAX_WIDTH_RATIO <= width_ratio(one, other) <= MAX_WIDTH_RATIO
+
+
 def width_ratio(one: float, other: float) -> float:
     """Return the ratio of two widths or lengths; 1 if one is unknown, NaN."""
     return one / other if one > 0.0 and other > 0.0 else 1.0

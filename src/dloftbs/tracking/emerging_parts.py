@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from dloftbs.observation import Observation
-from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, width_ratio
+from dloftbs.tracking.appearance import colours_differ, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.routing import MAX_BRIDGE
 from dloftbs.tracking.partial_match import SAME_U, PartialMatch, TrackObservation, hidden_spans
@@ -45,12 +45,9 @@ def match_emerging(
 
 def _place(model: TrackModel, matches: Sequence[PartialMatch], one: Observation, view: View) -> PartialMatch | None:
     """Return where an observation emerges from what is hidden of a track, None if it does not."""
-    ratio = width_ratio(model.width, one.width)
-    if one.length < _MIN_WIDTHS * model.width_or_0:
+    if model.curve.closed or one.curve.closed or one.length < _MIN_WIDTHS * model.width_or_0:
         return None
-    if model.curve.closed or one.curve.closed or not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO:
-        return None
-    if colours_differ([model], [one])[0, 0]:
+    if widths_differ(model.width, one.width) or colours_differ([model], [one])[0, 0]:
         return None
     found = []
     for low, high in hidden_spans(matches):

@@ -36,7 +36,7 @@ Source: geometry; a cable that goes under an edge at a slant ends up to a width 
 
 
 class Sought(Protocol):
-    """What a frame is asked for: a track."""
+    """Track, as far as a frame is asked about it."""
 
     width: float
     appearance: Appearance | None

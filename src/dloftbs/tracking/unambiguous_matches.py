@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.observation import Observation
-from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, width_ratio
+from dloftbs.tracking.appearance import colours_differ, widths_differ
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
@@ -61,8 +61,7 @@ def match_unambiguous(
     for t, p in enumerate(partner):
         if p:
             one = observations[abs(p) - 1]
-            ratio = width_ratio(models[t].width, one.width)
-            other = not 1.0 / MAX_WIDTH_RATIO <= ratio <= MAX_WIDTH_RATIO or models[t].is_torn_in(one)
+            other = widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
             if other or (differ is not None and differ[t, abs(p) - 1]):
                 partner[t] = 0
     return partner
