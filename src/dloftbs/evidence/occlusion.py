@@ -12,7 +12,7 @@ from dloftbs._values import check_type
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
-from dloftbs.depth import to_metres
+from dloftbs.depth import unit_of
 from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
 from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around, pixels_around
@@ -182,9 +182,10 @@ class OcclusionEvidence:
         h, w = self.size
         if self._depth is not None and depth_m is not None:
             rows, columns = pixels_around(points, _CROSS, reach, h, w)
-            metres = to_metres(self._depth[rows, columns], self._config)
-            limits = _DEPTH_TOLERANCE_M, _DEPTH_NOISE_PER_M
-            judge_depths(metres, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
+            stored = self._depth[rows, columns].astype(np.float64)
+            limits = *self._config.range_m, _DEPTH_TOLERANCE_M, _DEPTH_NOISE_PER_M
+            unit = unit_of(self._depth, self._config)
+            judge_depths(stored, unit, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
         if self._image is not None and self._mask is not _NOTHING and appearance is not None:
             known = appearance.cable, appearance.ground

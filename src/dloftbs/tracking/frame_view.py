@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
-from dloftbs.observation import Appearance, Observation
+from dloftbs.observation import Appearance, Observation, sample_curve
 from dloftbs.tracking.kernels.end_places import places_beyond
 from dloftbs.tracking.partial_match import WHOLE
 
@@ -120,5 +120,6 @@ class View:
         """Return what the frame tells beyond the two ends of points along a curve, as (2, `_BEYOND`)."""
         assert self.occlusion is not None
         places = places_beyond(points, _BORDER_PX if math.isnan(width) else width, _BEYOND)
-        depth_m = None if curve_3d is None else curve_3d(np.repeat(span, len(_BEYOND)))[:, 2]
+        ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
+        depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
         return self.occlusion.look(places, width, depth_m, appearance).reshape(2, -1)

@@ -48,10 +48,25 @@ def pixels_around(
     return found
 
 
-@kernel(read(float64, 2), read(float64, 1), float64, float64, int64, int64, int64, write(int64, 1))
+@kernel(
+    read(float64, 2),
+    float64,
+    read(float64, 1),
+    float64,
+    float64,
+    float64,
+    float64,
+    int64,
+    int64,
+    int64,
+    write(int64, 1),
+)
 def judge_depths(
-    metres: npt.NDArray[np.float64],
+    stored: npt.NDArray[np.float64],
+    unit: float,
     expected: npt.NDArray[np.float64],
+    nearest: float,
+    farthest: float,
     tolerance: float,
     noise: float,
     least: int,
@@ -63,10 +78,14 @@ def judge_depths(
 
     Parameters
     ----------
-    metres : (n, k) float64
-        Around each place; NaN where it is missing.
+    stored : (n, k) float64
+        Around each place, counts.
+    unit : float
+        Metres per count.
     expected : (n,) float64
         That of the cable, m; NaN where it is unknown: nothing is told.
+    nearest, farthest : float
+        Depths outside of these, m, are missing, and so are those that are not finite.
     tolerance : float
         Largest difference that tells nothing, m, at no distance.
     noise : float
@@ -78,14 +97,15 @@ def judge_depths(
     told : (n,) int64
         Written where the depths tell.
     """
-    for n in range(len(metres)):
+    for n in range(len(stored)):
         limit = tolerance + noise * expected[n] * expected[n]
         nearer, farther, known = 0, 0, 0
-        for k in range(metres.shape[1]):
-            if not np.isnan(metres[n, k]):
+        for k in range(stored.shape[1]):
+            metres = stored[n, k] * unit
+            if nearest <= metres <= farthest:
                 known += 1
-                nearer += metres[n, k] < expected[n] - limit
-                farther += metres[n, k] > expected[n] + limit
+                nearer += metres < expected[n] - limit
+                farther += metres > expected[n] + limit
         if 2 * nearer > known:
             told[n] = hidden
         elif farther == known and known >= least:
