@@ -90,6 +90,12 @@ class Observation(NamedTuple):
         """The object's curve in space."""
         return None if self.detection is None else self.detection.curve_3d
 
+    @property
+    def px_per_m(self) -> float:
+        """Pixels to a metre of the object, in the mean over it; NaN if its curve in space is unknown."""
+        metres = 0.0 if self.curve_3d is None else sample_curve(self.curve_3d)[1]
+        return self.object_length / metres if metres > 0.0 else math.nan
+
     def reversed(self) -> Observation:
         """Return the same part in the opposite direction."""
         detection = None if self.detection is None else self.detection.reversed()

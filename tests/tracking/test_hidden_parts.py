@@ -12,7 +12,10 @@ from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, SHAPES, error_px, ids, l
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
+from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking import Tracker
+
+OVERRIDE = TrackingConfig().override_frames
 
 
 def is_covered(intervals, u: float) -> bool:
@@ -316,11 +319,14 @@ class TestWrongPast:
 
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
     def test_that_took_two_cables_for_one(self, wrong):
+        """From a mask alone that is what a cable looks like that something stays on: it takes evidence to tell."""
         tracker = Tracker(AT_ONCE)
-        shown_for(tracker, wrong, line((0.0, 0.0), (500.0, 0.0)))
-        upper, lower = line((0.0, 0.0), (240.0, 0.0)), line((260.0, 0.0), (500.0, 0.0))
-        tracks = shown_for(tracker, self.CLEAR, upper, lower)
-        assert {tuple(track.curve(0.0)) for track in tracks} == {(0.0, 0.0), (260.0, 0.0)}
+        shown_for(tracker, wrong, line((10.0, 20.0), (510.0, 20.0)))
+        upper, lower = line((10.0, 20.0), (250.0, 20.0)), line((270.0, 20.0), (510.0, 20.0))
+        nothing = OcclusionEvidence(occluders=np.zeros((40, 520), np.bool_))
+        for _ in range(self.CLEAR + OVERRIDE):
+            tracks = tracker.update([upper, lower], occlusion=nothing)
+        assert {tuple(track.curve(0.0)) for track in tracks} == {(10.0, 20.0), (270.0, 20.0)}
         assert all(track.curve in (upper, lower) for track in tracks)
 
     @pytest.mark.parametrize("wrong", [1, 2, 5, 20, 60])
@@ -404,5 +410,5 @@ class TestCutInTwo:
             tracks = see(tracker, part(cable, 0.0, 0.4), away)
             if sum(track.curve.length for track in tracks) < 361.0:
                 break
-        assert step < 12
+        assert step < 12 + OVERRIDE
         assert [round(track.curve.length) for track in tracks] in ([200, 160], [160, 200])

@@ -17,7 +17,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
 from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around, pixels_around
 from dloftbs.frame import Frame
-from dloftbs.observation import Appearance, U, sample_curve
+from dloftbs.observation import SAMPLES, Appearance, U, sample_curve
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
@@ -192,17 +192,21 @@ class OcclusionEvidence:
             compare_with_ground(self._image, self._mask, points, *known, width, HIDDEN, IN_SIGHT, told)
         return told
 
+    def project(self, curve_3d: BSplineCurve, count: int) -> FloatArray | None:
+        """Return points (count, 2) of the image along a curve in space; None without a camera that sees all of it."""
+        points, _ = sample_curve(curve_3d, count=count)
+        return None if self._camera is None or not (points[:, 2] > 0.0).all() else self._camera.project(points)
+
     def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:
         """Return the distance (SAMPLES,) of a curve along the optical axis, m, at the samples of its image.
 
-        None without a camera, or where the camera cannot see all of the curve.
+        None without depth, or without a camera that sees all of the curve.
         """
-        points, _ = sample_curve(curve_3d)
-        if self._depth is None or self._camera is None or not (points[:, 2] > 0.0).all():
+        seen = None if self._depth is None else self.project(curve_3d, SAMPLES)
+        if seen is None:
             return None
-        steps = np.hypot(*np.diff(self._camera.project(points), axis=0).T)
-        along = np.concatenate(([0.0], np.cumsum(steps)))
-        return np.interp(U, along / along[-1], points[:, 2]) if along[-1] > 0.0 else None
+        along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))))
+        return np.interp(U, along / along[-1], sample_curve(curve_3d)[0][:, 2]) if along[-1] > 0.0 else None
 
 
 def _as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.track_model import TrackModel
 
 _HIDDEN_BEFORE = 0.7
@@ -89,8 +92,8 @@ def locate_on_track(
 
 def find_whole_view(
     model: TrackModel, predicted: FloatArray, observation: Observation, start: float, view: View
-) -> Observation | None:
-    """Return the whole object of an observation that shows one track alone; None if that is only a part of the track.
+) -> PartialMatch | None:
+    """Return the match with the whole object of an observation that shows one track alone; None if that is not known.
 
     It is the whole track, whatever its length, tilt and bend, unless the image's border or an occluder cuts it. Where
     no evidence tells, an end may have been cut off or added, which shows in the rest staying where it was predicted.
@@ -109,19 +112,27 @@ def find_whole_view(
     if observation.curve.closed or model.curve.closed or model.is_torn_in(observation):
         return None
     whole = observation.between(0.0, 1.0)
-    if any(view.hidden_ends(whole, model)) and model.length - whole.length > model.length_tolerance_px:
-        return None
+    hidden = view.hidden_ends(whole, model)
+    if any(hidden) and model.is_short(whole):
+        in_space = not math.isnan(model.length_in_view(whole))
+        return _match_with_hidden_end(model, whole, at_start=hidden[0]) if in_space and not all(hidden) else None
     length = float(np.hypot(*np.diff(predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
         if observation.length > _MAJORITY * whole.length:
-            return whole
-        return min(  # all of it tells the direction better than a small part
-            (whole, whole.reversed()), key=lambda one: kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT)
-        )
+            return PartialMatch(whole, WHOLE, WHOLE)
+        both = whole, whole.reversed()  # all of it tells the direction better than a small part
+        misfits = [kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT) for one in both]
+        return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
     if not whole.contiguous or any(view.cut_ends(whole, model)):
         return None
-    same = view.shows_ends(whole, model) or not _stayed_but_for_an_end(model, predicted, whole, start)
-    return whole if same else None
+    same = all(view.ends_in_sight(whole, model)) or not _stayed_but_for_an_end(model, predicted, whole, start)
+    return PartialMatch(whole, WHOLE, WHOLE) if same else None
+
+
+def _match_with_hidden_end(model: TrackModel, whole: Observation, *, at_start: bool) -> PartialMatch:
+    """Return the match with an object of which one end is hidden: its length in metres tells how much."""
+    share = whole.length / model.length_in_view(whole)
+    return PartialMatch(whole, (1.0 - share, 1.0) if at_start else (0.0, share), WHOLE)
 
 
 def _stayed_but_for_an_end(model: TrackModel, predicted: FloatArray, whole: Observation, start: float) -> bool:

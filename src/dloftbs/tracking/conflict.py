@@ -28,8 +28,8 @@ class Conflict:
     ----------
     frames : int
         Number of frames with a detection that contradicts the track, less those without.
-    length_px, visible_px : float
-        Length of that detection, which seems to be the whole object, and of all detections that showed parts of it.
+    length_px : float
+        Length of that detection, which alone shows the object.
     merged_frames : int
         Number of consecutive frames in which the track was part of a detection that may be one object.
     known_separate : bool
@@ -38,7 +38,6 @@ class Conflict:
 
     frames: int = 0
     length_px: float = 0.0
-    visible_px: float = 0.0
     merged_frames: int = 0
     known_separate: bool = False
 
@@ -51,16 +50,15 @@ class Conflict:
         self.merged_frames = self.merged_frames + 1 if merged else 0
         self.known_separate = known_separate
 
-    def count(self, observation: Observation, visible_px: float, width: float, *, is_small: bool) -> None:
+    def count(self, observation: Observation, width: float, *, is_small: bool) -> None:
         """Count a frame in which an observation, part of the object or more than it, contradicts the track.
 
-        It counts only if the total visible length of the object stays the same: an occluder may move. A small
-        contradiction in length counts twice: a wrong end was probably adopted before.
+        It counts only if its length stays the same: an occluder may move. A small contradiction in length counts twice:
+        a wrong end was probably adopted before.
         """
-        same = self._is_same(observation, width) and abs(visible_px - self.visible_px) < _tolerance(visible_px, width)
-        if observation.contiguous and (same or self.frames == 0):
+        if observation.contiguous and (self.frames == 0 or self._is_same(observation, width)):
             if self.frames == 0:
-                self.length_px, self.visible_px = observation.object_length, visible_px
+                self.length_px = observation.object_length
             self.frames += 2 if is_small else 1
         else:
             self.frames = max(self.frames - 1, 0)
@@ -72,9 +70,4 @@ class Conflict:
 
     def _is_same(self, observation: Observation, width: float) -> bool:
         length = observation.object_length
-        return abs(length - self.length_px) < _tolerance(length, width)
-
-
-def _tolerance(length: float, width: float) -> float:
-    """Return the largest difference of two lengths that are the same, px."""
-    return _SAME_SHARE * length + _SAME_WIDTHS * width
+        return abs(length - self.length_px) < _SAME_SHARE * length + _SAME_WIDTHS * width

@@ -94,13 +94,15 @@ class View:
         hidden: list[bool] = (told == HIDDEN).any(axis=1).tolist()
         return hidden
 
-    def shows_ends(self, observation: Observation, sought: Sought) -> bool:
-        """Return True if there is evidence that nothing hides a continuation of an observation at either end."""
+    def ends_in_sight(self, observation: Observation, sought: Sought) -> list[bool]:
+        """Return, for each end of an observation, True if there is evidence that nothing hides a continuation."""
         if self.occlusion is None:
-            return False
+            return [False, False]
         seen = observation.points, sought.width, observation.curve_3d, observation.curve_span
         told = self._look_beyond(*seen, sought.appearance)
-        return bool((told == IN_SIGHT).all())
+        # Nearer places may lie on the end itself.
+        in_sight: list[bool] = ((told != HIDDEN).all(axis=1) & (told[:, -1] == IN_SIGHT)).tolist()
+        return in_sight
 
     def look(self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
         """Return what the frame tells of the samples of a curve; None if it tells nothing."""
@@ -108,6 +110,10 @@ class View:
             return None
         depth_m = None if curve_3d is None else self.occlusion.depth_along(curve_3d)
         return self.occlusion.look(points, sought.width, depth_m, sought.appearance)
+
+    def project(self, curve_3d: BSplineCurve, count: int) -> FloatArray | None:
+        """Return points (count, 2) along a curve in space as the camera sees them; None if it is not known to."""
+        return None if self.occlusion is None else self.occlusion.project(curve_3d, count)
 
     def _look_beyond(
         self,

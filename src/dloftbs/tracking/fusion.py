@@ -1,4 +1,4 @@
-"""Fusion of the partial matches of one track: bridged gaps, inferred spans, the published curve, and that in space."""
+"""Fusion of the partial matches of one track: bridged gaps, inferred spans, and new objects of what is left."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
-from dloftbs.curve import BSplineCurve
 from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
-from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
+from dloftbs.tracking.reconstruction import VisiblePart, cut
 from dloftbs.tracking.resolution import median_seen_frames
 from dloftbs.tracking.track_model import TrackModel
 
@@ -40,7 +39,7 @@ def _make_object(part: Observation) -> Observation:
     """Return a part as an object of its own."""
     if part.curve_span == WHOLE:
         return part
-    curve = reconstruct(part.curve, WHOLE, [VisiblePart(part.curve, WHOLE, part.curve_span)])
+    curve = cut(part.curve, part.curve_span)
     gaps = gaps_on_track(PartialMatch(part, WHOLE, part.curve_span))
     return part._replace(curve=curve, curve_span=WHOLE, gaps=tuple(gaps))
 
@@ -110,29 +109,3 @@ def inferred_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float]
 def visible_parts(matches: Sequence[PartialMatch]) -> list[VisiblePart]:
     """Return the visible parts of a track, in the image."""
     return [VisiblePart(match.observation.curve, match.track_span, match.curve_span) for match in matches]
-
-
-def reconstruct_in_space(
-    before: BSplineCurve | None, scope: tuple[float, float], matches: Sequence[PartialMatch]
-) -> BSplineCurve | None:
-    """Return the whole curve in space from the matches that have one; None without those, or if it was never known.
-
-    The distance of a part from the nearer end, in metres, follows from its length and its place in the image.
-    """
-    known = [(match, match.observation.curve_3d) for match in matches]
-    if before is None or all(curve is None for _, curve in known):
-        return None
-    length = sample_curve(before)[1] * (scope[1] - scope[0])
-    parts: list[VisiblePart] = []
-    for match, curve in known:
-        if curve is None:
-            continue
-        share = min(sample_curve(curve)[1] * (match.curve_span[1] - match.curve_span[0]) / length, 1.0)
-        low, high = match.track_span
-        rest = 1.0 - (high - low)
-        start = low / rest * (1.0 - share) if rest > 0.0 else 0.0
-        if parts:
-            start = max(start, parts[-1].track_span[1])
-        if start < 1.0:
-            parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), match.curve_span))
-    return reconstruct(before, scope, parts)

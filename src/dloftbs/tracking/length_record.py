@@ -29,6 +29,12 @@ _GAIN = 0.05
 Source: by hand; a stretch that disappears little by little would never be missed at a larger one.
 """
 
+_WIDTH_GAIN = 0.5
+"""Share of a change of width that the length of a partly hidden object follows per frame.
+
+Source: by hand; widths are known to a percent or two.
+"""
+
 
 @dataclass(slots=True, eq=False)
 class LengthRecord:
@@ -43,18 +49,56 @@ class LengthRecord:
         Both ends of the curve in these.
     full_px : numpy.ndarray, shape (HISTORY_FRAMES,)
         In the last frames that showed the whole object without long gaps.
+    full_m : numpy.ndarray, shape (HISTORY_FRAMES,)
+        The same in space, metres.
     usual_px : float or None
         Median of these, NaN if they are too few; None until it is computed.
     full_width : float
         Width of the object in the last of these, px; NaN if it is not known.
+    px_per_m : float
+        Scale of the last view, in px a metre of the object; NaN if it is not known. All lengths are as it shows them.
     """
 
     px: float
     recent_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
     full_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
+    full_m: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     usual_px: float | None = None
     full_width: float = math.nan
+    px_per_m: float = math.nan
+
+    @property
+    def metres(self) -> float:
+        """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
+        median = _median(self.full_m, 1)
+        return self.px / self.px_per_m if math.isnan(median) else median
+
+    def cut(self, share: float) -> None:
+        """Give up all but a share of the length."""
+        self.px, self.full_m = share * self.px, share * self.full_m
+
+    def rescale(self, px_per_m: float, width: float) -> None:
+        """Take all lengths to the scale of another view, which shows the object this wide; NaN is an unknown scale."""
+        ratio, self.px_per_m = px_per_m / self.px_per_m, px_per_m
+        if not math.isnan(ratio):
+            self._multiply(ratio)
+            self.full_width = width
+
+    def follow_width(self, width: float) -> None:
+        """Take all lengths to the scale of a view that shows the object this wide: it came nearer or went away."""
+        ratio = 1.0 + _WIDTH_GAIN * (width / self.full_width - 1.0)
+        if not math.isnan(ratio):
+            self._multiply(ratio)
+            self.full_width *= ratio
+
+    def _multiply(self, ratio: float) -> None:
+        self.px, self.recent_px, self.full_px = ratio * self.px, ratio * self.recent_px, ratio * self.full_px
+        self.usual_px = None
+
+    def follow_tilt(self, length: float) -> None:
+        """Adopt a length between ends that are both seen: it tilts, but is no longer than it was as a whole."""
+        self.px = min(length, max(self.px, float(np.nanmax(self.full_px, initial=0.0))))
 
     def adopt(self, length: float, hits: int, tolerance: float) -> None:
         """Adopt the length of the whole object; small changes are filtered.
@@ -64,10 +108,13 @@ class LengthRecord:
         change = length - self.px
         self.px = length if hits < MIN_SEEN_FRAMES or abs(change) > tolerance else self.px + _GAIN * change
 
-    def record_full(self, length: float, width: float, hits: int) -> None:
-        """Record the length of the whole object without long gaps, and its width."""
+    def record_full(self, length: float, width: float, hits: int, tolerance: float) -> None:
+        """Record the length of the whole object without long gaps, and its width; its scale is that of the view."""
         self.full_width = width
+        if abs(length - self.metres * self.px_per_m) > tolerance:  # what was known in space was wrong
+            self.full_m = np.full(HISTORY_FRAMES, np.nan)
         self.full_px[hits % HISTORY_FRAMES] = length
+        self.full_m[hits % HISTORY_FRAMES] = length / self.px_per_m
         self.usual_px = None
 
     def record(self, ends: FloatArray, hits: int) -> None:
@@ -82,8 +129,7 @@ class LengthRecord:
     def usual(self) -> float:
         """Return the length in most frames that showed the whole object, px; NaN if they are too few."""
         if self.usual_px is None:
-            known = [one for one in self.full_px.tolist() if not math.isnan(one)]
-            self.usual_px = statistics.median(known) if len(known) >= MIN_SEEN_FRAMES else math.nan
+            self.usual_px = _median(self.full_px, MIN_SEEN_FRAMES)
         return self.usual_px
 
     def is_torn(self, visible: float, hidden: float, width: float, tolerance: float) -> bool:
@@ -95,3 +141,9 @@ class LengthRecord:
         usual = self.usual()
         length = (self.px if math.isnan(usual) else usual) * (nearer if nearer > 1.0 else 1.0)
         return hidden > MAX_BRIDGE * max(length - visible, 0.0) + tolerance
+
+
+def _median(lengths: FloatArray, least: int) -> float:
+    """Return the median of the known lengths, NaN if they are fewer than `least`."""
+    known = [one for one in lengths.tolist() if not math.isnan(one)]
+    return statistics.median(known) if len(known) >= least else math.nan

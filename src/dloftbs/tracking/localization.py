@@ -41,7 +41,8 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     tolerance = model.length_tolerance_px + HIDDEN_UNCERTAINTY * sum(hidden)
     low, high = 0.0, 1.0
     usual = len(intervals) == 1 and model.lengths.is_usual(total, model.length_tolerance_px)
-    if abs(excess) > tolerance and not usual:
+    ends = view.ends_in_sight(observed[0], model)[0], view.ends_in_sight(observed[-1], model)[1]
+    if abs(excess) > tolerance and not (usual or (len(intervals) > 1 and all(ends))):
         start = _mean_start(graph, intervals, lengths, hidden, model)
         if excess < 0.0:
             low = _missing_before(start, -excess, observed, model, view) / model.length

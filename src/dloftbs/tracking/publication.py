@@ -9,10 +9,11 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.observation import SAMPLES, U
+from dloftbs.tracking.curve_in_space import reconstruct_in_space
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import inferred_spans, reconstruct_in_space, visible_parts
+from dloftbs.tracking.fusion import inferred_spans, visible_parts
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve
-from dloftbs.tracking.reconstruction import VisiblePart, reconstruct
+from dloftbs.tracking.reconstruction import cut, reconstruct
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_samples import interpolate_samples
 from dloftbs.tracks import EndKind, Track
@@ -42,8 +43,8 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
         ).clip_to_track()
         for match in matches
     ]
-    curve = reconstruct(model.curve, (low, high), visible_parts(inside))
-    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), inside)
+    curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
+    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), (high - low) * model.lengths.metres, inside)
     return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
 
 
@@ -73,10 +74,8 @@ def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
     span = float(U[first]), float(U[last])
     if span == WHOLE:
         return VisibleCurve(model.curve, model.curve_3d, (WHOLE,), model.sight.confidence)
-    curve = reconstruct(model.curve, WHOLE, [VisiblePart(model.curve, WHOLE, span)])
-    curve_3d = None
-    if model.curve_3d is not None:
-        curve_3d = reconstruct(model.curve_3d, WHOLE, [VisiblePart(model.curve_3d, WHOLE, span)])
+    curve = cut(model.curve, span)
+    curve_3d = None if model.curve_3d is None else cut(model.curve_3d, span)
     return VisibleCurve(curve, curve_3d, (WHOLE,), model.sight.confidence, span)
 
 

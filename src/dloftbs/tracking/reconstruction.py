@@ -1,7 +1,7 @@
 """Reconstruction of a whole curve from its visible parts and its last shape, in the plane or in space.
 
-Hidden spans keep their shape and follow the rigid motion of the visible parts beside them: at an end that of one side,
-in between those of both sides, blended.
+Hidden spans keep their shape, take the length that is known of them, and follow the visible parts beside them: at an
+end as rigidly as the one side moves, in between bent from one to the other.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.kernels import least_squares
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.kernels.hidden_spans import fill_hidden
 from dloftbs.tracking.partial_match import SAME_U
 
-_SAMPLES = 193
+CURVE_SAMPLES = 193
 """Number of samples of the reconstructed curve, at even parameters.
 
 Source: by hand; three to each of a curve's `SAMPLES`.
@@ -29,13 +30,13 @@ _SAMPLES_PER_SPAN = 4
 Source: by hand; fewer do not determine it against noise.
 """
 
-_U = np.linspace(0.0, 1.0, _SAMPLES)
+_U = np.linspace(0.0, 1.0, CURVE_SAMPLES)
 """Parameters of the samples, units of ``u``.
 
 Source: by definition.
 """
 
-_KNOTS = least_squares.open_knots(_U, _SAMPLES // _SAMPLES_PER_SPAN)
+_KNOTS = least_squares.open_knots(_U, CURVE_SAMPLES // _SAMPLES_PER_SPAN)
 
 _WINDOW_SHARE = 0.15
 """Least visible share of the whole length that determines a rigid motion.
@@ -52,7 +53,9 @@ class VisiblePart(NamedTuple):
     curve_span: tuple[float, float]
 
 
-def reconstruct(before: BSplineCurve, scope: tuple[float, float], parts: Sequence[VisiblePart]) -> BSplineCurve:
+def reconstruct(
+    before: BSplineCurve, scope: tuple[float, float], parts: Sequence[VisiblePart], length: float
+) -> BSplineCurve:
     """Return the whole curve.
 
     Parameters
@@ -63,8 +66,10 @@ def reconstruct(before: BSplineCurve, scope: tuple[float, float], parts: Sequenc
         Span of its ``u`` that is the whole.
     parts : sequence of VisiblePart
         One or more, in order, without overlaps.
+    length : float
+        Of the whole.
     """
-    old, _ = sample_curve(before, *scope, _SAMPLES)
+    old, _ = sample_curve(before, *scope, CURVE_SAMPLES)
     new = np.empty_like(old)
     visible: list[tuple[int, int]] = []  # first and last sample
     for part in parts:
@@ -76,5 +81,15 @@ def reconstruct(before: BSplineCurve, scope: tuple[float, float], parts: Sequenc
             visible.append((start, stop - 1))
     if not visible:
         return before
-    fill_hidden(old, new, np.array(visible), round(_WINDOW_SHARE * _SAMPLES))
-    return BSplineCurve._unchecked(_KNOTS, least_squares.fit_open(_U, new, _KNOTS), 3, False)
+    fill_hidden(old, new, np.array(visible), round(_WINDOW_SHARE * CURVE_SAMPLES), length)
+    return fit_samples(new)
+
+
+def cut(curve: BSplineCurve, span: tuple[float, float]) -> BSplineCurve:
+    """Return a span of a curve as a curve of its own."""
+    return fit_samples(sample_curve(curve, *span, CURVE_SAMPLES)[0])
+
+
+def fit_samples(points: FloatArray) -> BSplineCurve:
+    """Return the curve through points (CURVE_SAMPLES, d) at even parameters."""
+    return BSplineCurve._unchecked(_KNOTS, least_squares.fit_open(_U, points, _KNOTS), 3, False)

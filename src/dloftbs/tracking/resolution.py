@@ -62,7 +62,7 @@ def resolve(
         if alone and all(are_consecutive(*pair) for pair in pairwise(shown.matches)):
             first = shown.matches[0]
             whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
-        matches = shown.matches if whole is None else (PartialMatch(whole, WHOLE, WHOLE),)
+        matches = shown.matches if whole is None else (whole,)
         resolution, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
         kept = {match.observation.detection_index for match in resolution.shown.matches}
         claims.subtract({part.detection_index for part in rejected} - kept)

@@ -94,7 +94,7 @@ class TrackModel:
             observation.points,
             observation.points,
             observation.width,
-            LengthRecord(observation.length),
+            LengthRecord(observation.length, px_per_m=observation.px_per_m),
             Sight.of_whole(observation.gaps),
             appearance=observation.appearance,
             detection=observation.detection,
@@ -125,6 +125,16 @@ class TrackModel:
         """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self.width_or_0
 
+    def length_in_view(self, observation: Observation) -> float:
+        """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""
+        return self.lengths.metres * observation.px_per_m
+
+    def is_short(self, observation: Observation) -> bool:
+        """Return True if an observation is shorter than the object: in space, if it is known there."""
+        length = self.length_in_view(observation)
+        missing = (self.length if math.isnan(length) else length) - observation.length
+        return missing > self.length_tolerance_px
+
     def is_torn_in(self, observation: Observation) -> bool:
         """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""
         hidden = sum(high - low for low, high in observation.gaps) * observation.object_length
@@ -138,11 +148,13 @@ class TrackModel:
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
         self.points = self.shape = points
         self.motion.adopt(velocity)
+        if observation.contiguous:
+            self.lengths.rescale(observation.px_per_m, observation.width)
         self.lengths.adopt(observation.length, self.hits, self.length_tolerance_px)
         self.width = self.width if math.isnan(observation.width) else observation.width
         self.appearance = self.appearance if observation.appearance is None else observation.appearance
         if observation.contiguous:
-            self.lengths.record_full(observation.length, observation.width, self.hits)
+            self.lengths.record_full(observation.length, observation.width, self.hits, self.position_tolerance_px)
         self.sight.see_whole(observation.gaps, was_unseen=self.misses > 0)
         self.conflict.frames = 0
         self.visible = None
@@ -193,7 +205,7 @@ class TrackModel:
         """Give up what lies beyond a span of ``u``."""
         if scope != WHOLE:
             self.resample(scope)
-            self.lengths.px *= scope[1] - scope[0]
+            self.lengths.cut(scope[1] - scope[0])
 
     def resample(self, span: tuple[float, float]) -> None:
         """Make a span the track's ``u`` of 0 to 1; what lies outside of the former is new."""

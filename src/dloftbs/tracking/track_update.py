@@ -8,15 +8,15 @@ import numpy as np
 
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import SAMPLES, sample_curve
+from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import (
     inferred_spans,
     merge_bridged,
-    reconstruct_in_space,
     restart_loop,
     visible_parts,
 )
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_spans
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before, hidden_spans
 from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.reconstruction import reconstruct
 from dloftbs.tracking.resolution import Resolution
@@ -49,7 +49,7 @@ def _update_ambiguous(model: TrackModel, one: Resolution, view: View, config: Tr
     if len(matches) == 1 and matches[0].is_complete:
         _update_whole(model, matches[0], config, dt)
     else:
-        _update_partly(model, matches, one.scope, view, dt, shared=one.shown.known_separate)
+        matches = _update_partly(model, matches, one.scope, view, dt, shared=one.shown.known_separate)
         model.visible = make_visible_curve(model, matches, view)
     model.conflict.count_merged(merged=one.shown.merged, known_separate=one.shown.known_separate)
 
@@ -82,16 +82,37 @@ def _update_partly(
     dt: float,
     *,
     shared: bool,
-) -> None:
+) -> list[PartialMatch]:
+    """Return the matches as they are adopted."""
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in matches]
-    curve = reconstruct(model.curve, scope, visible_parts(matches))
-    model.curve_3d = reconstruct_in_space(model.curve_3d, scope, matches)
+    metres = model.lengths.metres
+    model.curve_3d = reconstruct_in_space(model.curve_3d, scope, metres, matches)
+    placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, view)
+    if placed is None:
+        _follow_view(model, matches)
+        curve = reconstruct(model.curve, scope, visible_parts(matches), model.length)
+    else:
+        matches, width = placed.matches, max(match.observation.width for match in placed.matches)
+        model.lengths.rescale(placed.length / metres, width)
+        model.lengths.px = placed.length
+        curve = reconstruct(placed.curve, WHOLE, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    if not any(view.cut_ends(longest, model)) and not shared:
-        lengths = {m.observation.detection_index: m.observation.object_length for m in matches}
+    # Parts with something in between contradict nothing: what they go under may stay there.
+    between_px = hidden_before(matches)[1:-1] * model.length
+    is_apart = (between_px > model.position_tolerance_px).any()
+    if not (is_apart or shared or any(view.cut_ends(longest, model))):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
-        model.conflict.count(longest, sum(lengths.values()), model.width_or_0, is_small=is_small)
+        model.conflict.count(longest, model.width_or_0, is_small=is_small)
+    return matches
+
+
+def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:
+    """Take the length to the view's scale, by the width, and by what lies between both ends if they are seen."""
+    model.lengths.follow_width(max(matches, key=lambda m: m.observation.length).observation.width)
+    if len(matches) > 1 and matches[0].track_span[0] <= 0.0 and matches[-1].track_span[1] >= 1.0:
+        share = sum(match.track_span[1] - match.track_span[0] for match in matches)
+        model.lengths.follow_tilt(sum(match.observation.length for match in matches) / share)

@@ -62,6 +62,7 @@ def match_unambiguous(
         if p:
             one = observations[abs(p) - 1]
             other = widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
+            other = other or (one.curve_3d is not None and models[t].is_short(one))
             if other or (differ is not None and differ[t, abs(p) - 1]):
                 partner[t] = 0
     return partner

@@ -22,29 +22,29 @@ def shape(seed: int, dims: int) -> np.ndarray:
     return points
 
 
-def motion(old: np.ndarray, new: np.ndarray, edge: int):
+def motion(old: np.ndarray, new: np.ndarray, edge: int, noise: float, scale: float):
     a, b = old - old.mean(axis=0), new - new.mean(axis=0)
-    rotation = np.eye(old.shape[1])
-    if len(a) >= 4:
-        u, _, vt = np.linalg.svd(b.T @ a)
-        rotation = (u * ([1.0] * (len(u) - 1) + [np.sign(np.linalg.det(u @ vt))])) @ vt
-    return lambda points: (points - old[edge]) @ rotation.T + new[edge]
+    u, _, vt = np.linalg.svd(b.T @ a + len(a) * noise**2 * np.eye(old.shape[1]))
+    rotation = (u * ([1.0] * (len(u) - 1) + [np.sign(np.linalg.det(u @ vt))])) @ vt
+    return lambda points: scale * (points - old[edge]) @ rotation.T + new[edge]
 
 
-def twin(old: np.ndarray, new: np.ndarray, visible: list[tuple[int, int]]) -> np.ndarray:
-    result = new.copy()
+def twin(old: np.ndarray, new: np.ndarray, visible: list[tuple[int, int]], length: float) -> np.ndarray:
+    result, step = new.copy(), length / 60
     edges = [-1, *(edge for span in visible for edge in span), len(old)]
     for k, (left, right) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
         steps, inside = max(right - left, WINDOW), slice(left + 1, right)
         if right - left < 2:
             continue
+        first, last = max(left, 0), min(right, 60)
+        scale = (last - first) * step / np.linalg.norm(np.diff(old[first : last + 1], axis=0), axis=1).sum()
         before = after = None
         if k:
             low = max(left - steps, visible[k - 1][0])
-            before = motion(old[low : left + 1], new[low : left + 1], -1)
+            before = motion(old[low : left + 1], new[low : left + 1], -1, 0.5 * step, scale)
         if k < len(visible):
             high = min(right + steps, visible[k][1]) + 1
-            after = motion(old[right:high], new[right:high], 0)
+            after = motion(old[right:high], new[right:high], 0, 0.5 * step, scale)
         if before and after:
             t = (np.arange(1, right - left) / (right - left))[:, None]
             weight = t * t * (3 - 2 * t)
@@ -64,14 +64,16 @@ def test_hidden_spans_are_those_of_the_twin(dims: int, seed: int, visible: list[
     if np.linalg.det(turn) < 0.0:
         turn[:, 0] *= -1.0
     new = old @ turn.T + rng.normal(0.0, 30.0, dims)
-    expected = twin(old, new, visible)
+    length = 1.01 * np.linalg.norm(np.diff(old, axis=0), axis=1).sum()
+    expected = twin(old, new, visible, length)
     for left, right in zip([-1, *(last for _, last in visible)], [*(first for first, _ in visible), 61], strict=True):
         new[left + 1 : right] = np.nan
-    fill_hidden(old, new, np.array(visible), WINDOW)
+    fill_hidden(old, new, np.array(visible), WINDOW, length)
     for left, right in zip([-1, *(last for _, last in visible)], [*(first for first, _ in visible), 61], strict=True):
         inner = slice(max(left, 0), right + 1)
         lengths = [np.linalg.norm(np.diff(points[inner], axis=0), axis=1) for points in (old, new)]
-        bent = dims == 2 and left >= 0 and right <= 60 and np.abs(lengths[0] - lengths[1]).max() < SEARCHED_PX
+        wanted = lengths[0] * (right - left) * length / 60 / lengths[0].sum()
+        bent = left >= 0 and right <= 60 and np.abs(wanted - lengths[1]).max() < SEARCHED_PX
         if not bent:
             np.testing.assert_allclose(new[inner], expected[inner], atol=1e-6)
 
@@ -82,7 +84,7 @@ def test_a_hidden_bend_keeps_its_length_as_its_ends_come_nearer() -> None:
     new = old.copy()
     new[40:, 0] -= 6.0
     new[21:40] = np.nan
-    fill_hidden(old, new, np.array([(0, 20), (40, 60)]), WINDOW)
+    fill_hidden(old, new, np.array([(0, 20), (40, 60)]), WINDOW, np.linalg.norm(np.diff(old, axis=0), axis=1).sum())
     lengths = [np.linalg.norm(np.diff(points[20:41], axis=0), axis=1) for points in (old, new)]
     assert np.abs(lengths[0] - lengths[1]).max() < SEARCHED_PX
 
@@ -90,9 +92,9 @@ def test_a_hidden_bend_keeps_its_length_as_its_ends_come_nearer() -> None:
 def test_a_span_that_would_need_to_wind_up_is_blended_from_both_sides() -> None:
     """Its ends are three times as far apart as it is long."""
     old = np.stack((np.linspace(0.0, 60.0, 61), np.zeros(61)), axis=1)
-    new = old + [[0.0, 5.0]]
+    new = old + np.array([0.0, 5.0])
     new[40:, 0] += 40.0
     new[21:40] = np.nan
-    fill_hidden(old, new, np.array([(0, 20), (40, 60)]), WINDOW)
+    fill_hidden(old, new, np.array([(0, 20), (40, 60)]), WINDOW, 60.0)
     assert (np.diff(new[:, 0]) > 0.0).all()
     np.testing.assert_allclose(new[:, 1], 5.0, atol=1e-9)

@@ -10,39 +10,27 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
 
-_MIN_POINTS = 4
-"""Least number of points of a visible part that determine a rotation.
+_MAX_ITERATIONS = 100
+"""Number of steps of the search for a bend.
 
-Source: by hand; two do, without noise.
+Source: bounds time; most are found in ten.
 """
 
-_MAX_ITERATIONS = 20
-"""Number of steps of the search for a wave of headings.
-
-Source: bounds time.
-"""
-
-_END_TOLERANCE_PX = 0.05
-"""Distance of an end from where it should be at which that search is over, px.
+_END_TOLERANCE = 1e-4
+"""Distance of an end from where it should be at which that search is over, as a share of the hidden length.
 
 Source: numerics; below what a curve is known to.
 """
 
-_MAX_TURN = 0.5 * math.pi
-"""Largest turn of a wave of headings, rad.
-
-Source: by hand; beyond a right angle the span winds up.
-"""
-
 
 @helper
-def _fit_rotation(old: npt.NDArray[np.float64], new: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the rotation (d, d) from points to where they are now (Kabsch, 1976); none from too few."""
+def _fit_rotation(old: npt.NDArray[np.float64], new: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
+    """Return the rotation (d, d) from points, known to `noise`, to where they are now (Kabsch, 1976).
+
+    A short part tells little, and a straight one nothing about its own axis: what is not told is no rotation.
+    """
     count, dims = old.shape
-    rotation = np.eye(dims)
-    if count < _MIN_POINTS:
-        return rotation
-    moments = np.zeros((dims, dims))
+    moments = count * noise * noise * np.eye(dims)
     for a in range(dims):
         for b in range(dims):
             mean, moved = old[:, b].sum() / count, new[:, a].sum() / count
@@ -50,9 +38,7 @@ def _fit_rotation(old: npt.NDArray[np.float64], new: npt.NDArray[np.float64]) ->
                 moments[a, b] += (new[k, a] - moved) * (old[k, b] - mean)
     if dims == 2:
         angle = math.atan2(moments[1, 0] - moments[0, 1], moments[0, 0] + moments[1, 1])
-        c, s = math.cos(angle), math.sin(angle)
-        rotation[0, 0], rotation[0, 1], rotation[1, 0], rotation[1, 1] = c, -s, s, c
-        return rotation
+        return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     u, _, vt = np.linalg.svd(moments)
     u[:, dims - 1] *= math.copysign(1.0, np.linalg.det(u) * np.linalg.det(vt))
     return u @ vt
@@ -66,65 +52,89 @@ def _move_rigidly(
     edge: int,
     left: int,
     right: int,
+    scale: float,
 ) -> npt.NDArray[np.float64]:
-    """Return the points between two indices, rotated and shifted like the one at the edge."""
+    """Return the points between two indices, rotated, scaled and shifted like the one at the edge."""
     moved = np.empty((right - left - 1, old.shape[1]))
     for k in range(len(moved)):
         for d in range(old.shape[1]):
             total = new[edge, d]
             for c in range(old.shape[1]):
-                total += rotation[d, c] * (old[left + 1 + k, c] - old[edge, c])
+                total += scale * rotation[d, c] * (old[left + 1 + k, c] - old[edge, c])
             moved[k, d] = total
     return moved
 
 
 @helper
 def _bend(
-    old: npt.NDArray[np.float64], new: npt.NDArray[np.float64], left: int, right: int, turn: float, other_turn: float
+    old: npt.NDArray[np.float64],
+    new: npt.NDArray[np.float64],
+    left: int,
+    right: int,
+    by_left: npt.NDArray[np.float64],
+    by_right: npt.NDArray[np.float64],
+    scale: float,
 ) -> bool:
-    """Bend a span of a plane curve between two points, so that its length is kept and both sides continue smoothly.
+    """Bend a span between two points, so that its length is `scale` times as long and both sides continue smoothly.
 
-    The headings turn as the sides have turned, blended in between, and by two sine waves that bring the end to its
-    place. False if that would need more than a quarter turn.
+    Its steps turn as the sides have turned, blended in between. What is missing at its end is shared out among them,
+    most in the middle, and each gets its length back, until nothing is missing. False if they are too short for that,
+    or one would turn by more than a right angle.
     """
-    count = right - left
-    length, turned, waves = np.empty(count), np.empty(count), np.empty((2, count))
-    other_turn -= 2.0 * math.pi * np.rint((other_turn - turn) / (2.0 * math.pi))  # the shorter way round
+    count, dims = right - left, old.shape[1]
+    before, lengths, weights = np.empty((count, dims)), np.empty(count), np.empty(count)
     for k in range(count):
-        dx, dy = old[left + k + 1, 0] - old[left + k, 0], old[left + k + 1, 1] - old[left + k, 1]
         t = (k + 0.5) / count
-        weight = t * t * (3.0 - 2.0 * t)
-        length[k] = math.sqrt(dx * dx + dy * dy)
-        turned[k] = math.atan2(dy, dx) + (1.0 - weight) * turn + weight * other_turn
-        waves[0, k], waves[1, k] = math.sin(math.pi * t), math.sin(2.0 * math.pi * t)
-    gain, other_gain = 0.0, 0.0
+        blend, squared = t * t * (3.0 - 2.0 * t), 0.0
+        for d in range(dims):
+            turned = 0.0
+            for c in range(dims):
+                step = old[left + k + 1, c] - old[left + k, c]
+                turned += ((1.0 - blend) * by_left[d, c] + blend * by_right[d, c]) * step
+                squared += step * step if d == 0 else 0.0
+            before[k, d] = turned
+        lengths[k], weights[k] = scale * math.sqrt(squared), math.sin(math.pi * t) ** 2
+    tolerance, total = _END_TOLERANCE * lengths.sum(), weights.sum()
+    steps, missing = before.copy(), np.zeros(dims)
     for _ in range(_MAX_ITERATIONS):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
-        missing_x, missing_y = new[right, 0] - new[left, 0], new[right, 1] - new[left, 1]
+        ends = new[right] - new[left]
         for k in range(count):
-            angle = turned[k] + gain * waves[0, k] + other_gain * waves[1, k]
-            dx, dy = length[k] * math.cos(angle), length[k] * math.sin(angle)
-            missing_x, missing_y = missing_x - dx, missing_y - dy
-            a, b = a - dy * waves[0, k], b - dy * waves[1, k]
-            c, d = c + dx * waves[0, k], d + dx * waves[1, k]
-            if k < count - 1:
-                new[left + k + 1, 0], new[left + k + 1, 1] = new[left + k, 0] + dx, new[left + k, 1] + dy
-        if missing_x * missing_x + missing_y * missing_y < _END_TOLERANCE_PX * _END_TOLERANCE_PX:
+            squared = 0.0
+            for d in range(dims):
+                steps[k, d] += missing[d] * weights[k] / total
+                squared += steps[k, d] * steps[k, d]
+            scale = lengths[k] / math.sqrt(squared) if squared > 0.0 else 0.0
+            for d in range(dims):
+                steps[k, d] *= scale
+                ends[d] -= steps[k, d]
+        missing = ends
+        if math.sqrt((missing * missing).sum()) < tolerance:
+            for k in range(count):
+                if (steps[k] * before[k]).sum() < 0.0:
+                    return False
+            for k in range(count - 1):
+                new[left + k + 1] = new[left + k] + steps[k]
             return True
-        determinant = a * d - b * c
-        if abs(determinant) < 1e-9:
-            return False
-        step, limit = (d * missing_x - b * missing_y) / determinant, _MAX_TURN / 3.0
-        gain += min(max(step, -limit), limit)
-        other_gain += min(max((a * missing_y - c * missing_x) / determinant, -limit), limit)
-        if max(abs(gain), abs(other_gain)) > _MAX_TURN:
-            return False
     return False
 
 
-@kernel(read(float64, 2), write(float64, 2), read(int64, 2), int64)
+@helper
+def _length(points: npt.NDArray[np.float64], first: int, last: int) -> float:
+    """Return the length of the polygon from one index to another."""
+    total = 0.0
+    for k in range(first, last):
+        step = points[k + 1] - points[k]
+        total += math.sqrt((step * step).sum())
+    return total
+
+
+@kernel(read(float64, 2), write(float64, 2), read(int64, 2), int64, float64)
 def fill_hidden(
-    old: npt.NDArray[np.float64], new: npt.NDArray[np.float64], visible: npt.NDArray[np.int64], window: int
+    old: npt.NDArray[np.float64],
+    new: npt.NDArray[np.float64],
+    visible: npt.NDArray[np.int64],
+    window: int,
+    length: float,
 ) -> None:
     """Move the hidden spans of a curve along with its visible parts: bent in between, rigidly where that fails.
 
@@ -138,33 +148,37 @@ def fill_hidden(
         First and last index of each visible part, ascending; one or more.
     window : int
         Least number of steps of a visible part that determine its motion, if it has as many.
+    length : float
+        Of the whole; a hidden span has the share that its number of steps has.
     """
-    parts = len(visible)
+    parts, step = len(visible), length / (len(old) - 1)
     for gap in range(parts + 1):
         left = visible[gap - 1, 1] if gap else -1
         right = visible[gap, 0] if gap < parts else len(old)
         if right - left < 2:
             continue
+        first, last = max(left, 0), min(right, len(old) - 1)
+        before = _length(old, first, last)
+        scale = (last - first) * step / before if before > 0.0 else 1.0
         steps = max(right - left, window)
         by_left, by_right = np.eye(old.shape[1]), np.eye(old.shape[1])
         if gap:
             first = max(left - steps, visible[gap - 1, 0])
-            by_left = _fit_rotation(old[first : left + 1], new[first : left + 1])
+            by_left = _fit_rotation(old[first : left + 1], new[first : left + 1], 0.5 * step)
         if gap < parts:
             last = min(right + steps, visible[gap, 1])
-            by_right = _fit_rotation(old[right : last + 1], new[right : last + 1])
+            by_right = _fit_rotation(old[right : last + 1], new[right : last + 1], 0.5 * step)
         if 0 < gap < parts:
-            turns = math.atan2(by_left[1, 0], by_left[0, 0]), math.atan2(by_right[1, 0], by_right[0, 0])
-            if old.shape[1] == 2 and _bend(old, new, left, right, turns[0], turns[1]):
+            if _bend(old, new, left, right, by_left, by_right, scale):
                 continue
-            one = _move_rigidly(old, new, by_left, left, left, right)
-            other = _move_rigidly(old, new, by_right, right, left, right)
+            one = _move_rigidly(old, new, by_left, left, left, right, scale)
+            other = _move_rigidly(old, new, by_right, right, left, right, scale)
             for k in range(right - left - 1):
                 t = (k + 1.0) / (right - left)
                 weight = t * t * (3.0 - 2.0 * t)
                 for d in range(old.shape[1]):
                     new[left + 1 + k, d] = (1.0 - weight) * one[k, d] + weight * other[k, d]
         elif gap:
-            new[left + 1 : right] = _move_rigidly(old, new, by_left, left, left, right)
+            new[left + 1 : right] = _move_rigidly(old, new, by_left, left, left, right, scale)
         else:
-            new[left + 1 : right] = _move_rigidly(old, new, by_right, right, left, right)
+            new[left + 1 : right] = _move_rigidly(old, new, by_right, right, left, right, scale)

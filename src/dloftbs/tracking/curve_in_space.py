@@ -1,0 +1,101 @@
+"""A partly seen track in space: its whole curve there, and where that puts its parts in the image.
+
+In metres a cable keeps its length, however it tilts, comes nearer or goes away; in pixels it does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from dloftbs._arrays import FloatArray
+from dloftbs.curve import BSplineCurve
+from dloftbs.observation import sample_curve
+from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.partial_match import PartialMatch, hidden_before
+from dloftbs.tracking.reconstruction import CURVE_SAMPLES, VisiblePart, fit_samples, reconstruct
+
+
+class PlacedParts(NamedTuple):
+    """The parts of a track where the camera sees them, by their places in space.
+
+    Parameters
+    ----------
+    matches : list of PartialMatch
+    curve : BSplineCurve
+        The whole track as the camera sees it.
+    length : float
+        Of the track, hidden spans counted in, px.
+    """
+
+    matches: list[PartialMatch]
+    curve: BSplineCurve
+    length: float
+
+
+def reconstruct_in_space(
+    before: BSplineCurve | None, scope: tuple[float, float], metres: float, matches: Sequence[PartialMatch]
+) -> BSplineCurve | None:
+    """Return the whole curve in space, so many metres long, from the matches that have one.
+
+    None without those, or if it or its length was never known.
+    """
+    if before is None or math.isnan(metres):
+        return None
+    parts = _place(metres, matches)
+    return reconstruct(before, scope, parts, metres) if parts else None
+
+
+def _place(metres: float, matches: Sequence[PartialMatch]) -> list[VisiblePart]:
+    """Return the parts in space: the distance of each from the nearer end, in metres, by its place in the image."""
+    parts: list[VisiblePart] = []
+    for match, gap in zip(matches, hidden_before(matches), strict=False):
+        curve = match.observation.curve_3d
+        if curve is None:
+            continue
+        share = min(sample_curve(curve)[1] * (match.curve_span[1] - match.curve_span[0]) / metres, 1.0)
+        low, high = match.track_span
+        rest = 1.0 - (high - low)
+        start = low / rest * (1.0 - share) if rest > 0.0 else 0.0
+        if parts:
+            start = max(start if gap > 0.0 else 0.0, parts[-1].track_span[1])
+        if start < 1.0:
+            parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), match.curve_span))
+    return parts
+
+
+def place_by_space(
+    curve_3d: BSplineCurve, metres: float, matches: Sequence[PartialMatch], view: View
+) -> PlacedParts | None:
+    """Return the parts of a track placed by its whole curve in space; None without a camera that sees all of it."""
+    spans = [part.track_span for part in _place(metres, matches)]
+    points = view.project(curve_3d, CURVE_SAMPLES)
+    if points is None or len(spans) < len(matches):
+        return None
+    along, along_m = _arc_lengths(points), _arc_lengths(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
+    u, edges = np.linspace(0.0, 1.0, CURVE_SAMPLES), [0.0, *(edge for span in spans for edge in span), 1.0]
+    hidden_px, hidden_m = (np.diff(np.interp(edges, u, lengths))[::2] for lengths in (along, along_m))
+    # Where parts are farther apart than the track is long, nothing makes it longer.
+    scale = np.divide(metres * np.diff(edges)[::2], hidden_m, out=np.ones_like(hidden_m), where=hidden_m > 0.0)
+    hidden = np.where(hidden_before(matches) > 0.0, np.minimum(scale, 1.0) * hidden_px, 0.0)
+    seen = np.array([match.observation.length for match in matches])
+    length = float(seen.sum() + hidden.sum())
+    ends = list(accumulate(np.ravel((hidden[:-1], seen), order="F").tolist()))
+    placed = [
+        match._replace(track_span=(low / length, high / length))
+        for match, low, high in zip(matches, ends[::2], ends[1::2], strict=True)
+    ]
+    if hidden[-1] == 0.0:  # not by a rounding error before it
+        placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
+    evenly = np.stack([np.interp(u * along[-1], along, column) for column in points.T], axis=1)
+    return PlacedParts(placed, fit_samples(evenly), length)
+
+
+def _arc_lengths(points: FloatArray) -> FloatArray:
+    """Return the length of the polygon up to each of its points (n, d)."""
+    steps: FloatArray = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+    return np.concatenate(([0.0], np.cumsum(steps)))
