@@ -13,7 +13,7 @@ from dloftbs.kernels.compiler import helper, kernel, read, write
 _MAX_ITERATIONS = 100
 """Number of steps of the search for a bend.
 
-Source: bounds time; most are found in ten.
+Source: bounds time.
 """
 
 _END_TOLERANCE = 1e-4
