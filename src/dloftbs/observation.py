@@ -66,6 +66,8 @@ class Observation(NamedTuple):
         True if the object has no long gaps.
     gaps : tuple of (float, float)
         The intervals of the curve's ``u`` that the detector inferred.
+    px_per_m : float
+        Pixels to a metre of the object, in the mean over it; NaN if its curve in space is unknown.
     appearance : Appearance or None
         Of the object; None where there is no image.
     backwards : bool
@@ -82,6 +84,7 @@ class Observation(NamedTuple):
     object_length: float
     contiguous: bool
     gaps: tuple[tuple[float, float], ...] = ()
+    px_per_m: float = math.nan
     appearance: Appearance | None = None
     backwards: bool = False
 
@@ -89,12 +92,6 @@ class Observation(NamedTuple):
     def curve_3d(self) -> BSplineCurve | None:
         """The object's curve in space."""
         return None if self.detection is None else self.detection.curve_3d
-
-    @property
-    def px_per_m(self) -> float:
-        """Pixels to a metre of the object, in the mean over it; NaN if its curve in space is unknown."""
-        metres = 0.0 if self.curve_3d is None else sample_curve(self.curve_3d)[1]
-        return self.object_length / metres if metres > 0.0 else math.nan
 
     def reversed(self) -> Observation:
         """Return the same part in the opposite direction."""
@@ -162,8 +159,11 @@ def make_observations(
         if length > 0.0:
             gaps = () if detection is None or not detection.joints else detection.inferred
             contiguous = not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
+            space = None if detection is None else detection.curve_3d
+            metres = 0.0 if space is None else sample_curve(space)[1]
+            scale = length / metres if metres > 0.0 else math.nan
             observations.append(
-                Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps)
+                Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps, scale)
             )
     return observations
 

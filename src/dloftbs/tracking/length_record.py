@@ -51,8 +51,8 @@ class LengthRecord:
         In the last frames that showed the whole object without long gaps.
     full_m : numpy.ndarray, shape (HISTORY_FRAMES,)
         The same in space, metres.
-    usual_px : float or None
-        Median of these, NaN if they are too few; None until it is computed.
+    usual_px, usual_m : float or None
+        Medians of these, NaN if they are too few; None until they are computed.
     full_width : float
         Width of the object in the last of these, px; NaN if it is not known.
     px_per_m : float
@@ -65,18 +65,20 @@ class LengthRecord:
     full_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     full_m: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     usual_px: float | None = None
+    usual_m: float | None = None
     full_width: float = math.nan
     px_per_m: float = math.nan
 
     @property
     def metres(self) -> float:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
-        median = _median(self.full_m, 1)
-        return self.px / self.px_per_m if math.isnan(median) else median
+        if self.usual_m is None:
+            self.usual_m = _median(self.full_m, 1)
+        return self.px / self.px_per_m if math.isnan(self.usual_m) else self.usual_m
 
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
-        self.px, self.full_m = share * self.px, share * self.full_m
+        self.px, self.full_m, self.usual_m = share * self.px, share * self.full_m, None
 
     def rescale(self, px_per_m: float, width: float) -> None:
         """Take all lengths to the scale of another view, which shows the object this wide; NaN is an unknown scale."""
@@ -111,11 +113,13 @@ class LengthRecord:
     def record_full(self, length: float, width: float, hits: int, tolerance: float) -> None:
         """Record the length of the whole object without long gaps, and its width; its scale is that of the view."""
         self.full_width = width
-        if abs(length - self.metres * self.px_per_m) > tolerance:  # what was known in space was wrong
+        if (
+            not math.isnan(self.px_per_m) and abs(length - self.metres * self.px_per_m) > tolerance
+        ):  # what was known in space was wrong
             self.full_m = np.full(HISTORY_FRAMES, np.nan)
         self.full_px[hits % HISTORY_FRAMES] = length
         self.full_m[hits % HISTORY_FRAMES] = length / self.px_per_m
-        self.usual_px = None
+        self.usual_px = self.usual_m = None
 
     def record(self, ends: FloatArray, hits: int) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""
