@@ -36,20 +36,17 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     observed = [graph.observe(one) for one in intervals]
     hidden = [_hidden_length(graph, *pair, model) for pair in pairwise(intervals)]
     lengths = [graph.length(one) for one in intervals]
-    total = sum(lengths) + sum(hidden)
-    excess = total - model.length
-    tolerance = model.length_tolerance_px + HIDDEN_UNCERTAINTY * sum(hidden)
-    low, high = 0.0, 1.0
-    usual = len(intervals) == 1 and model.lengths.is_usual(total, model.length_tolerance_px)
-    ends = view.ends_in_sight(observed[0], model)[0], view.ends_in_sight(observed[-1], model)[1]
-    if abs(excess) > tolerance and not (usual or (len(intervals) > 1 and all(ends))):
-        start = _mean_start(graph, intervals, lengths, hidden, model)
-        if excess < 0.0:
-            low = _missing_before(start, -excess, observed, model, view) / model.length
-            high = low + total / model.length
-        elif len(intervals) == 1:  # of several, a hidden span may as well be shorter than it seems
-            before = min(max(-start, 0.0), excess)
-            low, high = -before / model.length, 1.0 + (excess - before) / model.length
+    if len(intervals) > 1:
+        before, after = _hidden_at_ends(graph, intervals, observed, model, view)
+        between = model.length - before - sum(lengths) - after
+        uncertain = HIDDEN_UNCERTAINTY * sum(hidden) + before + after
+        if min(between, sum(hidden)) > 0.0 and abs(between - sum(hidden)) <= uncertain:
+            hidden = [one * between / sum(hidden) for one in hidden]
+        total = sum(lengths) + sum(hidden)
+        low, high = before / (before + total + after), 1.0 - after / (before + total + after)
+    else:
+        total = lengths[0]
+        low, high = _place_alone(graph, intervals[0], total, observed[0], model, view)
     edges = accumulate([0.0, *(px for pair in zip(lengths, hidden, strict=False) for px in pair), lengths[-1]])
     u = [low + edge / total * (high - low) for edge in edges]
     u[-1] = high
@@ -60,6 +57,46 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     return [
         PartialMatch(one, (first, last), one.curve_span) for one, (first, last) in zip(observed, spans, strict=True)
     ]
+
+
+def _place_alone(
+    graph: SampleGraph, interval: Interval, length: float, observed: Observation, model: TrackModel, view: View
+) -> tuple[float, float]:
+    """Return the span of a track that its only interval shows."""
+    excess = length - model.length
+    if abs(excess) <= model.length_tolerance_px or model.lengths.is_usual(length, model.length_tolerance_px):
+        return 0.0, 1.0
+    start = _own_margins(graph, interval, interval, model)[0]
+    if excess < 0.0:
+        low = _missing_before(start, -excess, observed, model, view) / model.length
+        return low, low + length / model.length
+    before = min(max(-start, 0.0), excess)
+    return -before / model.length, 1.0 + (excess - before) / model.length
+
+
+def _hidden_at_ends(
+    graph: SampleGraph,
+    intervals: Sequence[Interval],
+    observed: Sequence[Observation],
+    model: TrackModel,
+    view: View,
+) -> tuple[float, float]:
+    """Return the lengths before and after several intervals, px: by where the outer ones lie, 0 for an end in sight.
+
+    What their lengths leave over is none of them: it may as well be between, where a bend is seen to span little.
+    """
+    least = model.position_tolerance_px
+    margins = _own_margins(graph, intervals[0], intervals[-1], model)
+    in_sight = view.ends_in_sight(observed[0], model)[0], view.ends_in_sight(observed[-1], model)[1]
+    before, after = (px if px > least and not seen else 0.0 for px, seen in zip(margins, in_sight, strict=True))
+    return before, after
+
+
+def _own_margins(graph: SampleGraph, first: Interval, last: Interval, model: TrackModel) -> tuple[float, float]:
+    """Return the lengths of the predicted track before one interval and after another, px, by the median of nodes."""
+    step = model.length / (graph.last_node(model) * kernels.SAMPLES_PER_NODE)
+    before = (first.origin + first.direction * first.start) * step
+    return before, model.length - (last.origin + last.direction * last.end) * step
 
 
 def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, model: TrackModel) -> float:
@@ -79,28 +116,10 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)
 
 
-def _mean_start(
-    graph: SampleGraph,
-    intervals: Sequence[Interval],
-    lengths: Sequence[float],
-    hidden: Sequence[float],
-    model: TrackModel,
-) -> float:
-    """Return the start of the intervals along the predicted track, px: the mean over all their nodes."""
-    step = model.length / (graph.last_node(model) * kernels.SAMPLES_PER_NODE)
-    done = offset = nodes = 0.0
-    for one, length, gap in zip(intervals, lengths, [*hidden, 0.0], strict=True):
-        count = one.last - one.first + 1
-        offset += count * ((one.origin + one.direction * one.start) * step - done)
-        nodes += count
-        done += length + gap
-    return offset / nodes
-
-
 def _missing_before(
     start: float,
     missing: float,
-    observed: Sequence[Observation],
+    observed: Observation,
     model: TrackModel,
     view: View,
 ) -> float:
@@ -110,7 +129,7 @@ def _missing_before(
     """
     start = min(max(start, 0.0), missing)
     after = missing - start
-    cut = view.cut_ends(observed[0], model)[0], view.cut_ends(observed[-1], model)[1]
+    cut = view.cut_ends(observed, model)
     if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
         return missing if cut[0] else 0.0
     if min(start, after) > model.position_tolerance_px:
