@@ -28,13 +28,13 @@ class PlacedParts(NamedTuple):
     matches : list of PartialMatch
     curve : BSplineCurve
         The whole track as the camera sees it.
-    length : float
-        Of the track, hidden spans counted in, px.
+    px_per_m : float
+        Scale of the view.
     """
 
     matches: list[PartialMatch]
     curve: BSplineCurve
-    length: float
+    px_per_m: float
 
 
 def reconstruct_in_space(
@@ -80,8 +80,9 @@ def place_by_space(
     u, edges = np.linspace(0.0, 1.0, CURVE_SAMPLES), [0.0, *(edge for span in spans for edge in span), 1.0]
     hidden_px, hidden_m = (np.diff(np.interp(edges, u, lengths))[::2] for lengths in (along, along_m))
     # Where parts are farther apart than the track is long, nothing makes it longer.
-    scale = np.divide(metres * np.diff(edges)[::2], hidden_m, out=np.ones_like(hidden_m), where=hidden_m > 0.0)
-    hidden = np.where(hidden_before(matches) > 0.0, np.minimum(scale, 1.0) * hidden_px, 0.0)
+    share, is_hidden = np.diff(edges), hidden_before(matches) > 0.0
+    scale = np.divide(metres * share[::2], hidden_m, out=np.ones_like(hidden_m), where=hidden_m > 0.0)
+    hidden = np.where(is_hidden, np.minimum(scale, 1.0) * hidden_px, 0.0)
     seen = np.array([match.observation.length for match in matches])
     length = float(seen.sum() + hidden.sum())
     ends = list(accumulate(np.ravel((hidden[:-1], seen), order="F").tolist()))
@@ -92,7 +93,8 @@ def place_by_space(
     if hidden[-1] == 0.0:  # not by a rounding error before it
         placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
     evenly = np.stack([np.interp(u * along[-1], along, column) for column in points.T], axis=1)
-    return PlacedParts(placed, fit_samples(evenly), length)
+    covered = float(share[1::2].sum() + share[::2][is_hidden].sum())  # less than all if the parts are too short
+    return PlacedParts(placed, fit_samples(evenly), length / (covered * metres))
 
 
 def _arc_lengths(points: FloatArray) -> FloatArray:

@@ -94,17 +94,15 @@ def _update_partly(
         curve = reconstruct(model.curve, scope, visible_parts(matches), model.length)
     else:
         matches, width = placed.matches, max(match.observation.width for match in placed.matches)
-        model.lengths.rescale(placed.length / metres, width)
-        model.lengths.px = placed.length
+        model.lengths.rescale(placed.px_per_m, width)
+        model.lengths.px = placed.px_per_m * metres
         curve = reconstruct(placed.curve, WHOLE, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     # Parts with something in between contradict nothing: what they go under may stay there.
-    between_px = hidden_before(matches)[1:-1] * model.length
-    is_apart = (between_px > model.position_tolerance_px).any()
-    if not (is_apart or shared or any(view.cut_ends(longest, model))):
+    if not (_are_apart(model, matches) or shared or any(view.cut_ends(longest, model))):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
@@ -113,6 +111,11 @@ def _update_partly(
 def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:
     """Take the length to the view's scale, by the width, and by what lies between both ends if they are seen."""
     model.lengths.follow_width(max(matches, key=lambda m: m.observation.length).observation.width)
-    if len(matches) > 1 and matches[0].track_span[0] <= 0.0 and matches[-1].track_span[1] >= 1.0:
+    if _are_apart(model, matches) and matches[0].track_span[0] <= 0.0 and matches[-1].track_span[1] >= 1.0:
         share = sum(match.track_span[1] - match.track_span[0] for match in matches)
         model.lengths.follow_tilt(sum(match.observation.length for match in matches) / share)
+
+
+def _are_apart(model: TrackModel, matches: Sequence[PartialMatch]) -> bool:
+    """Return True if something of a track is hidden between its parts."""
+    return bool((hidden_before(matches)[1:-1] * model.length > model.position_tolerance_px).any())
