@@ -286,6 +286,34 @@ class TestTouching:
                 assert all(track.inferred == () for track in tracks)
 
 
+def hairpin(gap: float, right: float, bottom: float, top: float) -> BSplineCurve:
+    """Return a curve that comes down at the right, turns, and goes up a gap beside itself."""
+    turn, radius = np.linspace(0.0, np.pi, 20)[1:-1], gap / 2.0
+    down = np.stack((np.full(30, right), np.linspace(95.0, bottom - radius, 30)), axis=1)
+    around = np.stack((right - radius + radius * np.cos(turn), bottom - radius + radius * np.sin(turn)), axis=1)
+    up = np.stack((np.full(20, right - gap), np.linspace(bottom - radius, top, 20)), axis=1)
+    return curve_through(np.vstack((down, around, up)))
+
+
+class TestHairpin:
+    """A detection that shows one track alone is read as it is, not by the part of it that lies where it was expected.
+
+    The second leg, moved sideways by more than the gap, finds the first one where it was.
+    """
+
+    @pytest.mark.parametrize("top", [160.0, 175.0, 185.0])
+    @pytest.mark.parametrize("aside", [-10.0, -3.0, 3.0, 10.0])
+    @pytest.mark.parametrize("opened", [20.0, 30.0, 40.0])
+    @pytest.mark.parametrize("gap", [10.0, 14.0, 18.0])
+    def test_opens_at_once(self, gap, opened, aside, top):
+        tracker = tracked(hairpin(gap, 250.0, 240.0, top))
+        opened_up = hairpin(opened, 250.0 + aside, 245.0, 160.0)
+        (track,) = see(tracker, opened_up)
+        assert track.id == 1
+        assert track.inferred == ()
+        assert far(track.curve, opened_up) < 1e-6
+
+
 class TestAtTheBorder:
     SIZE = (300, 400)
 

@@ -15,7 +15,15 @@ from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.association import Association
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
-from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, TrackObservation, are_consecutive, hidden_spans
+from dloftbs.tracking.partial_match import (
+    SAME_U,
+    WHOLE,
+    PartialMatch,
+    TrackObservation,
+    are_consecutive,
+    covered_share,
+    hidden_spans,
+)
 from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
 
@@ -59,8 +67,11 @@ def resolve(
             continue
         alone = len(shown.detection_indices) == 1 and claims[shown.matches[0].observation.detection_index] == 1
         whole = None
-        if alone and all(are_consecutive(*pair) for pair in pairwise(shown.matches)):
-            first = shown.matches[0]
+        first = shown.matches[0]
+        # Parts in another order correct a crossing that was read wrongly, unless they leave much of it unread.
+        rest_px = (1.0 - covered_share(shown.matches)) * first.observation.object_length
+        in_order = all(are_consecutive(*pair) for pair in pairwise(shown.matches))
+        if alone and (in_order or rest_px > model.position_tolerance_px):
             whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
         matches = shown.matches if whole is None else (whole,)
         resolution, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
