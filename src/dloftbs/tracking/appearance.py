@@ -50,6 +50,8 @@ def with_appearances(observations: Sequence[Observation], evidence: OcclusionEvi
 
 def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
     """Return, for each track and observation, True if they differ clearly in colour, shape (t, d)."""
+    if all(one.appearance is None for one in observations):
+        return np.zeros((len(models), len(observations)), np.bool_)
     own, found = _table([m.appearance for m in models]), _table([one.appearance for one in observations])
     lengths = np.linalg.norm(own, axis=1)[:, None], np.linalg.norm(found, axis=1)[None]
     with np.errstate(invalid="ignore"):

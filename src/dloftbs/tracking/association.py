@@ -76,11 +76,17 @@ def associate(
     dt : float
         Seconds since the last frame.
     """
-    partner = match_unambiguous(models, predicted, observations)
-    shown = [_unambiguous(observations, p) if p else TrackObservation() for p in partner]
-    matched = {abs(p) - 1 for p in partner}
+    shown = [TrackObservation() for _ in models]
+    matched = set()
+    for t, partner in enumerate(match_unambiguous(models, predicted, observations)):
+        if partner:
+            d = abs(partner) - 1
+            near = observations[d] if partner > 0 else observations[d].reversed()
+            shown[t] = _match_near(models[t], predicted, t, near, view, config)
+            if shown[t].matches:
+                matched.add(d)
     ambiguous = [one for d, one in enumerate(observations) if d not in matched]
-    rows = [t for t, p in enumerate(partner) if not p]
+    rows = [t for t, one in enumerate(shown) if not one.matches]
     unassigned = parts = ambiguous
     if rows:
         rest = [models[t] for t in rows]
@@ -90,9 +96,14 @@ def associate(
     return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
 
 
-def _unambiguous(observations: Sequence[Observation], partner: int) -> TrackObservation:
-    one = observations[partner - 1] if partner > 0 else observations[-partner - 1].reversed()
-    return TrackObservation((PartialMatch(one, WHOLE, WHOLE),), is_unambiguous=True)
+def _match_near(
+    model: TrackModel, predicted: PredictedTracks, t: int, near: Observation, view: View, config: TrackingConfig
+) -> TrackObservation:
+    """Match a track, the t-th, with the only observation near it: as a whole, or at an end if the lengths differ."""
+    if abs(near.length - predicted.lengths[t]) <= predicted.length_tolerances[t]:
+        return TrackObservation((PartialMatch(near, WHOLE, WHOLE),), is_unambiguous=True)
+    assigned = assign([model], predicted.subset([t]), [near], config, view)
+    return TrackObservation(tuple(match for _, match in assigned.values()))
 
 
 def _associate_ambiguous(

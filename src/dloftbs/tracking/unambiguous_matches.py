@@ -1,4 +1,4 @@
-"""Unambiguous matches: a detection that shows a track as a whole, where nothing else is near."""
+"""Unambiguous matches: a detection that shows a track, but for a bit of an end, where nothing else is near."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ def match_unambiguous(
 ) -> list[int]:
     """Return for each track one more than the index of its observation, negative if that is reversed, 0 if ambiguous.
 
-    A match is unambiguous if the track was seen as a whole before and is now, and nothing else is near.
+    A match is unambiguous if the track was seen as a whole before and lies on the observation, which may end a little
+    earlier or later, and nothing else is near.
     """
     if not observations:
         return [0] * len(models)
-    lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     points = np.array([one.points for one in observations])
     whole = np.array([not (m.sight.hidden or m.misses or m.curve.closed) for m in models])
@@ -49,20 +49,17 @@ def match_unambiguous(
         predicted.lengths,
         whole,
         points,
-        lengths,
         closed,
-        predicted.length_tolerances,
         _MAX_MEAN,
         _MAX_ANYWHERE,
         _MARGIN_RATIO,
     ).tolist()
-    has_colours = observations[0].appearance is not None
-    differ = colours_differ(models, observations) if has_colours else None
+    differ = colours_differ(models, observations)
     for t, p in enumerate(partner):
         if p:
             one = observations[abs(p) - 1]
             other = widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
             other = other or (one.curve_3d is not None and models[t].is_short(one))
-            if other or (differ is not None and differ[t, abs(p) - 1]):
+            if other or differ[t, abs(p) - 1]:
                 partner[t] = 0
     return partner

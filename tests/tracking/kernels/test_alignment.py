@@ -121,12 +121,9 @@ def test_boxes_lie_as_far_apart_as_their_nearest_corners(seed, ndim):
 
 def match(tracks: list[BSplineCurve], found: list[BSplineCurve]) -> list[int]:
     a, b = np.array([samples(c) for c in tracks]), np.array([samples(c) for c in found])
-    lengths = [np.array([length_of(p) for p in points]) for points in (a, b)]
+    lengths = np.array([length_of(points) for points in a])
     closed = [np.array([c.closed for c in curves]) for curves in (tracks, found)]
-    slack = 0.02 * lengths[0]
-    return kernels.match_unambiguous(
-        a, lengths[0], ~closed[0], b, lengths[1], closed[1], slack, 0.02, 0.03, 3.0
-    ).tolist()
+    return kernels.match_unambiguous(a, lengths, ~closed[0], b, closed[1], 0.02, 0.03, 3.0).tolist()
 
 
 class TestWithoutDoubt:

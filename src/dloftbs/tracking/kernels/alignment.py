@@ -132,9 +132,7 @@ def _distances_as_they_lie(
     read(float64, 1),
     read(boolean, 1),
     read(float64, 3),
-    read(float64, 1),
     read(boolean, 1),
-    read(float64, 1),
     float64,
     float64,
     float64,
@@ -144,9 +142,7 @@ def match_unambiguous(
     track_lengths: npt.NDArray[np.float64],
     whole: npt.NDArray[np.bool_],
     found: npt.NDArray[np.float64],
-    found_lengths: npt.NDArray[np.float64],
     found_closed: npt.NDArray[np.bool_],
-    slack: npt.NDArray[np.float64],
     max_mean: float,
     max_anywhere: float,
     margin_ratio: float,
@@ -162,10 +158,7 @@ def match_unambiguous(
         True if the track is open and was seen as a whole; no other is matched.
     found : (f, m, d) float64
         Samples of the curves found; one or more.
-    found_lengths : (f,) float64
     found_closed : (f,) bool
-    slack : (t,) float64
-        Largest difference of the lengths.
     max_mean : float
         Largest mean distance of a match, as a share of the length; no other curve or track may be as near.
     max_anywhere : float
@@ -193,7 +186,6 @@ def match_unambiguous(
         limit = max(margin_ratio * distance[t, best], max_mean * track_lengths[t])
         sure = not found_closed[best] and distance[t, best] <= max_mean * track_lengths[t]
         sure &= largest[t, best] <= max_anywhere * track_lengths[t]
-        sure &= abs(found_lengths[best] - track_lengths[t]) <= slack[t]
         for f in range(others):
             sure &= f == best or distance[t, f] >= limit
         for other in range(count):
