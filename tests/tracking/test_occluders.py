@@ -54,6 +54,27 @@ class TestWholeObjects:
         (track,) = see(tracker, NOWHERE, CABLE)
         assert (track.id, track.state) == (1, CONFIRMED)
 
+    @pytest.mark.parametrize("part_first", [False, True])
+    @pytest.mark.parametrize("backwards", [False, True])
+    def test_one_that_moved_far_under_an_occluder_has_its_id_again(self, backwards, part_first):
+        tracker, bent = Tracker(), wave((180.0, 330.0))
+        shown_for(tracker, 10, wave((30.0, 60.0)))
+        for _ in range(10):
+            see(tracker, between(0, 700))
+        if part_first:  # too far from where it was to be known
+            assert ids(see(tracker, between(0, 400), part(bent, 0.8, 1.0))) == [1, 2]
+        (track,) = see(tracker, NOWHERE, bent.reversed() if backwards else bent)
+        assert track.id == 1
+        assert error_px(track.curve, bent) < 1.0
+
+    @pytest.mark.parametrize("other", [line((350.0, 350.0), (600.0, 350.0)), wave((180.0, 330.0))])
+    def test_another_one_than_that_under_an_occluder_is_another_one(self, other):
+        """A shorter one, or one as long that appears while nothing has hidden the first one."""
+        tracker = known_cable(wave((30.0, 60.0)))
+        occluders = NOWHERE if other.length > 300.0 else between(0, 300)
+        see(tracker, occluders)
+        assert 2 in ids(see(tracker, occluders, other))
+
     @pytest.mark.parametrize("occluders", [NOWHERE, between(0, 90), between(0, 300), None])
     def test_one_that_is_gone_is_not_published(self, occluders):
         tracker = known_cable()

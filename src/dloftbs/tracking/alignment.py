@@ -120,13 +120,18 @@ def find_whole_view(
     if abs(whole.length - length) < model.position_tolerance_px:
         if observation.length > _MAJORITY * whole.length:
             return PartialMatch(whole, WHOLE, WHOLE)
-        both = whole, whole.reversed()  # all of it tells the direction better than a small part
-        misfits = [kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT) for one in both]
-        return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
+        return match_whole(predicted, whole)  # all of it tells the direction better than a small part
     if not whole.contiguous or any(view.cut_ends(whole, model)):
         return None
     same = all(view.ends_in_sight(whole, model)) or not _stayed_but_for_an_end(model, predicted, whole, start)
     return PartialMatch(whole, WHOLE, WHOLE) if same else None
+
+
+def match_whole(predicted: FloatArray, observation: Observation) -> PartialMatch:
+    """Return the match of a whole track, by its predicted samples, with an observation in the better direction."""
+    both = observation, observation.reversed()
+    misfits = [kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT) for one in both]
+    return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
 
 
 def _match_with_hidden_end(model: TrackModel, whole: Observation, *, at_start: bool) -> PartialMatch:

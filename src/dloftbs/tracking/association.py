@@ -11,26 +11,21 @@ from typing import NamedTuple
 
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation, sample_curve
+from dloftbs.tracking.alignment import match_whole
 from dloftbs.tracking.appearance import colours_differ, width_ratio
 from dloftbs.tracking.assignment import assign
 from dloftbs.tracking.emerging_parts import match_emerging
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.merged_tracks import find_merged
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.returned_track import match_returned
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.unambiguous_matches import match_unambiguous
 
 _MAX_PAIR_RATIO = 1.5
 """Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
-
-Source: by hand.
-"""
-
-_PAIR_SHIFT_WEIGHT = 0.5
-"""Weight of the mean shift where it tells the direction of an object that moved fast, ratio.
 
 Source: by hand.
 """
@@ -93,7 +88,8 @@ def associate(
         own, unassigned, parts = _associate_ambiguous(rest, predicted.subset(rows), ambiguous, view, config, dt)
         for t, one in zip(rows, own, strict=True):
             shown[t] = one
-    return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
+    returned, unassigned = match_returned(models, predicted, shown, unassigned)
+    return Association(tuple(returned), tuple(ambiguous), tuple(unassigned), tuple(parts))
 
 
 def _match_near(
@@ -159,8 +155,4 @@ def _match_pair(model: TrackModel, predicted: PredictedTracks, observation: Obse
     alike = alike and not colours_differ([model], [observation])[0, 0]
     if observation.curve_span != WHOLE or model.curve.closed != observation.curve.closed or not alike:
         return None
-    forward, backward = (
-        kernels.misfit_at(one.points, predicted.points[0], 1.0, 0.0, _PAIR_SHIFT_WEIGHT)
-        for one in (observation, observation.reversed())
-    )
-    return PartialMatch(observation if forward <= backward else observation.reversed(), WHOLE, WHOLE)
+    return match_whole(predicted.points[0], observation)
