@@ -23,6 +23,7 @@ def detect(
     image: npt.ArrayLike | None = None,
     depth: npt.ArrayLike | None = None,
     camera: PinholeCamera | None = None,
+    occluders: npt.ArrayLike | None = None,
 ) -> list[Detection]:
     """Find the objects in one mask, without memory.
 
@@ -34,8 +35,11 @@ def detect(
     image : array_like, shape (H, W, 3), uint8, optional
         BGR; tells what lies in gaps of the mask, and which cable is on top.
     depth : array_like, shape (H, W), optional
-        See `Frame`.
+        See `Frame`; tells what hides gaps of the mask, or shows the ground in them, and with a camera gives curves in
+        space.
     camera : PinholeCamera, optional
+    occluders : array_like, shape (H, W) or (H, W, 1), bool or any integer type, optional
+        What may hide cables, as `Frame` has it.
 
     Returns
     -------
@@ -52,6 +56,7 @@ def detect(
         mask=check_mask(mask),
         depth=None if depth is None else check_depth(depth),
         camera=camera,
+        occluders=None if occluders is None else check_mask(occluders, "occluders"),
     )
     return list(run_stages(frame, Config() if config is None else config, None).detections)
 

@@ -93,9 +93,7 @@ def run_stages(
     if isinstance(config.linking, GreedyLinkingConfig):
         lines = _link_as_published(run, run.crop, run.skeleton, config.linking, config.segments.max_segments, clock)
     else:
-        lines = _link_by_bending(
-            run, run.crop, run.skeleton, config.linking, config.segments.max_segments, clock, predicted, frame.image
-        )
+        lines = _link_by_bending(run, run.crop, run.skeleton, config, config.linking, clock, predicted, frame)
     lines, run.dropped = choose(lines, config.linking)
     clock.lap("linking")
     if not lines:
@@ -138,23 +136,23 @@ def _link_by_bending(
     run: StageRun,
     crop: MaskCrop,
     skeleton: Skeleton,
-    config: LinkingConfig,
-    most: int,
+    config: Config,
+    linking: LinkingConfig,
     clock: _Clock,
     predicted: Sequence[Prediction],
-    image: AnyArray | None,
+    frame: Frame,
 ) -> list[Centerline]:
     """Return the centre lines of the default method; where there are none, the run says why."""
-    run.graph, found = build_graph(crop, skeleton, most)
+    run.graph, found = build_graph(crop, skeleton, config.segments.max_segments)
     clock.lap("segments")
     if run.graph is None:
-        run.reason = _too_many(found, most)
+        run.reason = _too_many(found, config.segments.max_segments)
         return []
     prior = TemporalPrior(predicted, crop, run.graph.width) if predicted else None
-    evidence = None if image is None else EvidenceMap(image, crop)
-    linking = link(crop, run.graph, config, evidence, prior)
-    run.prior_override = linking.matching.override
-    return linking.centerlines
+    evidence = EvidenceMap.of(frame, crop, config.lifting)
+    linked = link(crop, run.graph, linking, evidence, prior)
+    run.prior_override = linked.matching.override
+    return linked.centerlines
 
 
 def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:

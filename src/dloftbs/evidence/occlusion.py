@@ -31,13 +31,13 @@ _LEAST_REACH_PX = 4.0
 Source: geometry; depth cameras displace edges by 2 to 4 px.
 """
 
-_DEPTH_TOLERANCE_M = 0.01
+DEPTH_TOLERANCE_M = 0.01
 """Least difference of depths that tells what is in front, metres.
 
 Source: geometry; half of a thick cable, whose surface is nearer than its axis.
 """
 
-_DEPTH_NOISE_PER_M = 0.012
+DEPTH_NOISE_PER_M = 0.012
 """The same difference in addition, metres at a distance of one, growing with its square.
 
 Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
@@ -114,8 +114,8 @@ class OcclusionEvidence:
             raise InputError("depth tells what hides cables only with a camera, got none")
         if camera is not None:
             check_type("camera", camera, PinholeCamera)
-        self._occluders = _NOTHING if occluders is None else _as_bytes(check_mask(occluders, "occluders"))
-        self._mask = _NOTHING if mask is None else _as_bytes(check_mask(mask))
+        self._occluders = _NOTHING if occluders is None else as_bytes(check_mask(occluders, "occluders"))
+        self._mask = _NOTHING if mask is None else as_bytes(check_mask(mask))
         self._depth = None if depth is None else check_depth(depth)
         self._image = None if image is None else check_image(image)
         self._camera = camera
@@ -183,7 +183,7 @@ class OcclusionEvidence:
         if self._depth is not None and depth_m is not None:
             rows, columns = pixels_around(points, _CROSS, reach, h, w)
             stored = self._depth[rows, columns].astype(np.float64)
-            limits = *self._config.range_m, _DEPTH_TOLERANCE_M, _DEPTH_NOISE_PER_M
+            limits = *self._config.range_m, DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             unit = unit_of(self._depth, self._config)
             judge_depths(stored, unit, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
@@ -209,7 +209,7 @@ class OcclusionEvidence:
         return np.interp(U, along / along[-1], sample_curve(curve_3d)[0][:, 2]) if along[-1] > 0.0 else None
 
 
-def _as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:
+def as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:
     """Return a mask as bytes, not 0 where it is set, copied only if it has another type."""
     if array.dtype == np.bool_:
         return array.view(np.uint8)

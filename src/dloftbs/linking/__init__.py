@@ -50,7 +50,7 @@ def link(
         Of its skeleton.
     config : LinkingConfig
     evidence : EvidenceMap, optional
-        Of the frame's image; without it a gap is judged by the mask alone.
+        What the frame has besides its mask; without it a gap is judged by the mask alone.
     prior : TemporalPrior, optional
         Predicted curves, which ambiguous links follow.
 

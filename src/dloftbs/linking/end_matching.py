@@ -56,7 +56,7 @@ _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
 _JunctionCosts = tuple[_Ints, _Ints, _Ints, _Floats]
 _HIDDEN = 0.03
-"""Discount of a gap per width that an image shows to be hidden.
+"""Discount of a gap per width that is shown to be hidden.
 
 Source: by hand; of generated hidden gaps with pictures .917 are right at 0, .950 from 0.04 on.
 """
@@ -111,7 +111,7 @@ def match_ends(
     prior : TemporalPrior, optional
         Predicted curves: pairs of ends that continue each other along one of them get a discount.
     evidence : EvidenceMap, optional
-        Image that decides the cost of a gap by the look of the stretch between its ends.
+        What the frame tells of the stretch between the ends of a gap.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def match_ends(
         more,
     )
     if evidence is not None:
-        rows, columns, costs = _weigh_gaps(graph, ends, rows, columns, costs, open_cost, evidence, more)
+        rows, columns, costs, open_cost = _weigh_gaps(graph, ends, rows, columns, costs, open_cost, evidence, more)
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
@@ -225,11 +225,12 @@ def _weigh_gaps(
     open_cost: _Floats,
     evidence: EvidenceMap,
     more: float,
-) -> tuple[_Ints, _Ints, _Floats]:
-    """Add the evidence of the image to the costs of gaps, and leave out pairs that cost more than two open ends.
+) -> tuple[_Ints, _Ints, _Floats, _Floats]:
+    """Add the evidence of the frame to the costs of gaps, and leave out pairs that cost more than two open ends.
 
-    Ground in sight raises the cost of a gap; stretches that tell nothing leave it as it is. Where most of a gap shows
-    an occluder or the cable itself, its ends count as cut off, whatever their shape.
+    Ground in sight raises the cost of a gap; stretches that tell nothing leave it as it is. An end before most of a gap
+    that an occluder or the cable itself takes up counts as cut off, whatever its shape and whichever end it is joined
+    with: what is told of one gap and not of another one must not decide between them.
 
     Parameters
     ----------
@@ -248,22 +249,25 @@ def _weigh_gaps(
     -------
     rows, columns, costs
         Remaining pairs, in the same order.
+    open_cost : numpy.ndarray, shape (n,)
     """
     gaps = np.flatnonzero((ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns]))
     if len(gaps) == 0:
-        return rows, columns, costs
+        return rows, columns, costs, open_cost
     first, second, width = rows[gaps], columns[gaps], graph.width
     pairs = np.stack((ends.ids[first], ends.ids[second]), axis=1)
     ground, cable, neither = evidence.across(graph.points, graph.spans, graph.end_states, pairs, width).T
     length = np.maximum(np.hypot(*(ends.states[first, POSITION] - ends.states[second, POSITION]).T) / width, 1e-9)
     hidden = np.minimum(cable + neither, length)
-    both_open = open_cost[first] + open_cost[second]
-    looks = np.maximum(2.0 * bending.OPEN_CUT - both_open, 0.0) * np.maximum(hidden - ground, 0.0) / length
+    cut = np.zeros(len(open_cost))
+    for end in (first, second):
+        np.maximum.at(cut, end, np.maximum(hidden - ground, 0.0) / length)
+    open_cost = open_cost + cut * np.maximum(bending.OPEN_CUT - open_cost, 0.0) * (ends.nodes == -1)
     costs = costs.copy()
-    costs[gaps] += _GROUND * ground - _HIDDEN * hidden - looks
+    costs[gaps] += _GROUND * ground - _HIDDEN * hidden
     keep = np.ones(len(rows), dtype=np.bool_)
-    keep[gaps] = costs[gaps] < both_open + more
-    return rows[keep], columns[keep], costs[keep]
+    keep[gaps] = costs[gaps] < open_cost[first] + open_cost[second] + more
+    return rows[keep], columns[keep], costs[keep], open_cost
 
 
 def _own_points(

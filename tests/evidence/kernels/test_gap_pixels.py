@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from dloftbs.evidence.kernels.gap_pixels import look_across, sample_references
+from dloftbs.evidence.kernels.gap_pixels import lay_ways, look_across, measure_ways, sample_references
 
 SIZE = (90, 120)
 COLOURS = np.array([(150, 160, 165), (40, 60, 190), (90, 140, 40)])
@@ -52,6 +52,13 @@ class Scene:
         angle = rng.uniform(-np.pi, np.pi, len(self.ends))
         self.ways = np.column_stack((tips, np.cos(angle), np.sin(angle)))
         self.pairs = rng.integers(0, len(self.ends), (3, 2))
+
+    def look(self) -> np.ndarray:
+        """Return how much of each way is ground, cable and neither, in widths."""
+        ways, steps = lay_ways(self.ways, self.pairs, self.width)
+        told = np.zeros(ways.shape[:2], dtype=np.uint8)
+        look_across(self.image, self.mask, self.pairs, ways, steps, *self.references(), self.width, told)
+        return measure_ways(self.ways, self.pairs, steps, told, self.width)
 
     def references(self) -> tuple[np.ndarray, ...]:
         return sample_references(self.image, self.mask, self.points, self.spans, self.ends, self.width)
@@ -118,6 +125,13 @@ def literal_keep(beside: list[np.ndarray | None], ground: np.ndarray, alike: flo
     return [colour if keep else None for colour, keep in zip(beside, kept, strict=True)]
 
 
+def literal_other_light(colour: np.ndarray, grounds: np.ndarray) -> bool:
+    """Return True if a colour is that of some ground, darker or brighter."""
+    share = grounds @ colour / (grounds**2).sum(axis=1)
+    away = np.linalg.norm(colour - share[:, None] * grounds, axis=1)
+    return bool(((share >= 0.35) & (share <= 1.0 / 0.35) & (away <= 12.0 * np.maximum(share, 1.0))).any())
+
+
 def literal_look(scene: Scene, i: int, j: int) -> list[float]:
     """Return how much of one way is ground, cable and neither, in widths."""
     ground, cable = zip(*(literal_references(scene, int(scene.ends[e])) for e in (i, j)), strict=True)
@@ -128,7 +142,7 @@ def literal_look(scene: Scene, i: int, j: int) -> list[float]:
     grounds, cables = np.concatenate(ground), np.concatenate(cable)
     (ax, ay, adx, ady), (bx, by, bdx, bdy) = scene.ways[i], scene.ways[j]
     length = float(np.hypot(bx - ax, by - ay))
-    steps = min(max(int(length / max(0.5 * scene.width, 1.0)), 1), 24)
+    steps = min(max(int(length / max(0.5 * scene.width, 1.0)), 2), 24)
     # The second end's direction points out of its run, so the way comes in against it.
     way = CubicHermiteSpline([0.0, 1.0], [(ax, ay), (bx, by)], np.array([(adx, ady), (-bdx, -bdy)]) * length)
     seen = [0.0, 0.0, 0.0]
@@ -152,7 +166,8 @@ def literal_look(scene: Scene, i: int, j: int) -> list[float]:
             is_ground, is_cable = to_ground < to_cable, to_cable < to_ground
             if not is_ground and not is_cable:
                 continue
-        seen[0 if is_ground else 1 if is_cable else 2] += length / steps / scene.width
+        if is_ground or is_cable or not literal_other_light(colour, grounds):
+            seen[0 if is_ground else 1 if is_cable else 2] += length / steps / scene.width
     return seen
 
 
@@ -170,14 +185,14 @@ def test_references_are_the_colours_before_the_ends_and_beside_them(seed: int) -
 @given(seeds)
 def test_the_lengths_across_are_those_of_the_literal_twin(seed: int) -> None:
     scene = Scene(seed)
-    found = look_across(scene.image, scene.mask, scene.ways, scene.pairs, *scene.references(), scene.width)
+    found = scene.look()
     np.testing.assert_allclose(found, [literal_look(scene, *pair) for pair in scene.pairs.tolist()])
 
 
 @given(seeds)
 def test_no_more_is_seen_than_the_way_is_long(seed: int) -> None:
     scene = Scene(seed)
-    seen = look_across(scene.image, scene.mask, scene.ways, scene.pairs, *scene.references(), scene.width)
+    seen = scene.look()
     straight = np.hypot(*(scene.ways[scene.pairs[:, 0], :2] - scene.ways[scene.pairs[:, 1], :2]).T) / scene.width
     assert (seen >= 0.0).all()
     assert (seen.sum(axis=1) <= straight + 1e-9).all()

@@ -15,9 +15,9 @@ from dloftbs.evidence.kernels.colours import (
     LEAST_REFERENCES,
     LENIENT,
     block_mean,
-    colour_distance,
     count_alike,
     distance_of_one_in,
+    is_in_other_light,
     is_like,
     is_on_mask,
     spread_of,
@@ -34,12 +34,6 @@ _NEAREST = 12
 """Number of ground samples that a place is compared with, the nearest.
 
 Source: by hand; those of six widths along a cable, as ground changes farther away.
-"""
-
-_LEAST_LIGHT = 0.35
-"""Least brightness of ground in a shadow, as a share of that in the light.
-
-Source: by hand; what one lamp of two and the sky leave.
 """
 
 _ASIDE_WIDTHS = 2.0
@@ -120,21 +114,6 @@ def _nearest_ground(x: float, y: float, ground: npt.NDArray[np.float64]) -> npt.
     return colours
 
 
-@helper
-def _is_in_other_light(colour: npt.NDArray[np.float64], ground: npt.NDArray[np.float64]) -> bool:
-    """Return True if a colour is that of some ground, darker or brighter."""
-    for k in range(len(ground)):
-        square, dot = 0.0, 0.0
-        for c in range(3):
-            square += ground[k, c] * ground[k, c]
-            dot += ground[k, c] * colour[c]
-        share = dot / square if square > 0.0 else 1.0
-        least = max(FLOOR, FLOOR * share)
-        if _LEAST_LIGHT <= share <= 1.0 / _LEAST_LIGHT and colour_distance(colour, share * ground[k]) <= least:
-            return True
-    return False
-
-
 @kernel(
     read(uint8, 3), read(uint8, 2), read(float64, 2), read(float64, 2), read(float64, 2), float64, int64, int64,
     write(int64, 1),
@@ -186,5 +165,5 @@ def compare_with_ground(
         if 2 * alike > len(own):  # of a few samples, some may show something that comes over the cable
             if not is_cable or distance_of_one_in(colour, own) < distance_of_one_in(colour, cable):
                 told[n] = in_sight
-        elif AGREE * alike <= len(own) and not is_cable and not _is_in_other_light(colour, own):
+        elif AGREE * alike <= len(own) and not is_cable and not is_in_other_light(colour, own):
             told[n] = hidden

@@ -57,6 +57,13 @@ Source: by hand; a few times the noise of a camera's 8-bit image.
 """
 
 
+_LEAST_LIGHT = 0.35
+"""Least brightness of ground in a shadow, as a share of that in the light.
+
+Source: by hand; what one lamp of two and the sky leave.
+"""
+
+
 @helper
 def is_on_mask(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
     """Tell whether the mask has any of five points: the given one, and those `reach` px beside it."""
@@ -126,3 +133,18 @@ def spread_of(colours: npt.NDArray[np.float64]) -> float:
         away[k] = distance_of_one_in(colours[k], colours)
     away.sort()
     return away[len(away) // AGREE]
+
+
+@helper
+def is_in_other_light(colour: npt.NDArray[np.float64], ground: npt.NDArray[np.float64]) -> bool:
+    """Return True if a colour is that of some ground, darker or brighter."""
+    for k in range(len(ground)):
+        square, dot = 0.0, 0.0
+        for c in range(3):
+            square += ground[k, c] * ground[k, c]
+            dot += ground[k, c] * colour[c]
+        share = dot / square if square > 0.0 else 1.0
+        least = max(FLOOR, FLOOR * share)
+        if _LEAST_LIGHT <= share <= 1.0 / _LEAST_LIGHT and colour_distance(colour, share * ground[k]) <= least:
+            return True
+    return False

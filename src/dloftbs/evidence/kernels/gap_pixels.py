@@ -1,4 +1,4 @@
-"""Colours of an image on the way from one end to another: ground, cable, or neither."""
+"""Ways from one end to another, and what an image shows there: ground, cable, or neither."""
 
 from __future__ import annotations
 
@@ -17,20 +17,27 @@ from dloftbs.evidence.kernels.colours import (
     block_mean,
     colour_distance,
     distance_of_one_in,
+    is_in_other_light,
     is_like,
     is_on_mask,
     spread_of,
 )
-from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
 
-_BACK_WIDTHS = 2.0
+IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
+"""What is at a place of a way, codes; 0 is unknown.
+
+Source: by definition.
+"""
+
+BACK_WIDTHS = 2.0
 """Distance before a cable's end at which its reference samples start, widths.
 
 Source: by hand; the last widths before an occluder may lie in its shadow.
 """
 
-_REACH_WIDTHS = 8.0
+REACH_WIDTHS = 8.0
 """Distance before a cable's end at which its reference samples stop, widths.
 
 Source: by hand; farther away light and ground may differ.
@@ -105,9 +112,9 @@ def sample_references(
         start, stop = spans[branch_of(ends[e])]
         back = inward(ends[e])
         at = start if back == 1 else stop - 1
-        count = int(min(_REACH_WIDTHS * width, stop - start - 1))
+        count = int(min(REACH_WIDTHS * width, stop - start - 1))
         for k in range(_MOST_SAMPLES):
-            i = int(_BACK_WIDTHS * width + k * step)
+            i = int(BACK_WIDTHS * width + k * step)
             if i >= count:
                 break
             x, y = points[at + back * i, 0], points[at + back * i, 1]
@@ -168,49 +175,82 @@ def _keep_ground(
     is_there[:] = kept
 
 
+@kernel(read(float64, 2), read(int64, 2), float64)
+def lay_ways(
+    states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], width: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Lay a way from one end into another for each pair, with places every half a width.
+
+    Parameters
+    ----------
+    states : (e, 4) float64
+        Place and outward direction of each end.
+    pairs : (k, 2) int64
+        Of them.
+    width : float
+        px.
+
+    Returns
+    -------
+    ways : (k, s, 4) float64
+        Places and directions, both ends among them.
+    steps : (k,) int64
+        Number of steps between the places of each way, less than `s`.
+    """
+    ways = np.zeros((len(pairs), _MOST_SAMPLES + 1, 4))
+    steps = np.empty(len(pairs), dtype=np.int64)
+    for p in range(len(pairs)):
+        i, j = pairs[p]
+        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
+        length = np.sqrt(cx * cx + cy * cy)
+        steps[p] = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 2), _MOST_SAMPLES)
+        for k in range(steps[p] + 1):
+            _along(states, i, j, k / steps[p], ways[p, k])
+    return ways, steps
+
+
 @kernel(
-    read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2),
-    read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), read(float64, 2), float64,
+    read(uint8, 3), read(uint8, 2), read(int64, 2), read(float64, 3), read(int64, 1),
+    read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), read(float64, 2), float64, write(uint8, 2),
 )  # fmt: skip
 def look_across(
     image: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
-    states: npt.NDArray[np.float64],
     pairs: npt.NDArray[np.int64],
+    ways: npt.NDArray[np.float64],
+    steps: npt.NDArray[np.int64],
     ground: npt.NDArray[np.float64],
     grounds: npt.NDArray[np.int64],
     cable: npt.NDArray[np.float64],
     cables: npt.NDArray[np.int64],
     spread: npt.NDArray[np.float64],
     width: float,
-) -> npt.NDArray[np.float64]:
-    """Return how long the way from one end to another looks like ground, like cable, and like neither.
+    told: npt.NDArray[np.uint8],
+) -> None:
+    """Tell which places of the ways between ends look like ground, like cable, and like neither.
 
     A sample looks like the ground, or the cables, where it is as near to one of their samples as these are to each
-    other. Where both are near it tells nothing; where neither is, something hides the place.
+    other. Where both are near it tells nothing; what is like neither, nor like the ground in whatever light, hides the
+    place.
 
     Parameters
     ----------
     image : (h, w, 3) uint8
         The part of the image that `mask` covers.
     mask : (h, w) uint8
-    states : (e, 4) float64
-        Place and outward direction of each end.
     pairs : (k, 2) int64
-        Of them.
+        Of ends.
+    ways, steps
+        As `lay_ways` makes them.
     ground, grounds, cable, cables, spread
         As `sample_references` makes them.
     width : float
         px.
-
-    Returns
-    -------
-    (k, 3) float64
-        Lengths in widths: ground, cable, neither.
+    told : (k, s) uint8
+        `IS_GROUND`, `IS_CABLE` or `IS_NEITHER` at each place of each way; only those that are 0, unknown, are asked.
     """
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
-    seen = np.zeros((len(pairs), 3))
     colour = np.empty(3)
     for p in range(len(pairs)):
         i, j = pairs[p]
@@ -220,13 +260,10 @@ def look_across(
         like_ground = max(FLOOR, LENIENT * max(spread[i, 0], spread[j, 0]))
         theirs = np.concatenate((cable[i, : cables[i]], cable[j, : cables[j]]))
         like_cable = max(FLOOR, LENIENT * max(spread[i, 1], spread[j, 1]))
-        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
-        length = np.sqrt(cx * cx + cy * cy)
-        steps = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 1), _MOST_SAMPLES)
-        beside, is_there = np.empty((2, steps + 1, 3)), np.zeros((2, steps + 1), dtype=np.bool_)
-        way = np.empty((steps + 1, 4))
-        for k in range(steps + 1):
-            _along(states, i, j, k / steps, way[k])
+        beside = np.empty((2, steps[p] + 1, 3))
+        is_there = np.zeros((2, steps[p] + 1), dtype=np.bool_)
+        way = ways[p]
+        for k in range(steps[p] + 1):
             for side in range(2):
                 aside = (2 * side - 1) * (BESIDE_WIDTHS * width + CLEAR_PX)
                 x, y = way[k, 0] - aside * way[k, 3], way[k, 1] + aside * way[k, 2]
@@ -234,9 +271,9 @@ def look_across(
                     is_there[side, k] = block_mean(image, x, y, half, beside[side, k])
         for side in range(2):
             _keep_ground(beside[side], is_there[side], own, like_ground)
-        for k in range(1, steps):
+        for k in range(1, steps[p]):
             x, y = way[k, 0], way[k, 1]
-            if is_on_mask(mask, x, y, clear) or not block_mean(image, x, y, half, colour):
+            if told[p, k] != 0 or is_on_mask(mask, x, y, clear) or not block_mean(image, x, y, half, colour):
                 continue
             to_ground = np.inf
             for side in range(2):
@@ -251,5 +288,71 @@ def look_across(
                 is_cable = to_cable < to_ground
                 if not is_ground and not is_cable:
                     continue
-            seen[p, 0 if is_ground else 1 if is_cable else 2] += length / steps / width
+            if is_ground or is_cable:
+                told[p, k] = IS_GROUND if is_ground else IS_CABLE
+            elif not is_in_other_light(colour, own):
+                told[p, k] = IS_NEITHER
+
+
+@kernel(read(uint8, 2), read(float64, 3), read(int64, 1), write(uint8, 2))
+def mark_covered(
+    occluders: npt.NDArray[np.uint8],
+    ways: npt.NDArray[np.float64],
+    steps: npt.NDArray[np.int64],
+    told: npt.NDArray[np.uint8],
+) -> None:
+    """Mark the places of the ways between ends that occluders cover.
+
+    Parameters
+    ----------
+    occluders : (h, w) uint8
+    ways, steps
+        As `lay_ways` makes them.
+    told : (k, s) uint8
+        `IS_NEITHER` is written there.
+    """
+    for p in range(len(ways)):
+        for k in range(1, steps[p]):
+            row, column = int(np.rint(ways[p, k, 1])), int(np.rint(ways[p, k, 0]))
+            inside = 0 <= row < occluders.shape[0] and 0 <= column < occluders.shape[1]
+            if inside and occluders[row, column] != 0:
+                told[p, k] = IS_NEITHER
+
+
+@kernel(read(float64, 2), read(int64, 2), read(int64, 1), read(uint8, 2), float64)
+def measure_ways(
+    states: npt.NDArray[np.float64],
+    pairs: npt.NDArray[np.int64],
+    steps: npt.NDArray[np.int64],
+    told: npt.NDArray[np.uint8],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Measure how much of the ways between ends is ground, cable and neither.
+
+    Parameters
+    ----------
+    states : (e, 4) float64
+        Place and outward direction of each end.
+    pairs : (k, 2) int64
+        Of them.
+    steps : (k,) int64
+        Of each way.
+    told : (k, s) uint8
+        What is at its places.
+    width : float
+        px.
+
+    Returns
+    -------
+    (k, 3) float64
+        Widths.
+    """
+    seen = np.zeros((len(pairs), 3))
+    for p in range(len(pairs)):
+        i, j = pairs[p]
+        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
+        step = np.sqrt(cx * cx + cy * cy) / steps[p] / width
+        for k in range(1, steps[p]):
+            if told[p, k] != 0:
+                seen[p, told[p, k] - 1] += step
     return seen

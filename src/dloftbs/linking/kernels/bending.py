@@ -52,6 +52,12 @@ _GAP_TURN = 0.4
 Source: by hand; below `_LINK_TURN`, since a hidden cable may turn out of sight.
 """
 
+_TIP_WIDTHS = 0.5
+"""How far beside each other two ends of one cable may lie whatever is between them, widths.
+
+Source: geometry; what covers a cable at a slant leaves a tip at its edge, half a width from the axis, at either end.
+"""
+
 _GAP_JUNCTION = 0.4
 """Extra cost of a gap from a branch end in a junction.
 
@@ -136,8 +142,8 @@ at 0.12, of cables behind discs and bars .854, .846, .837 and .804. Two of the a
 
 
 @helper
-def _bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
-    """Measure the bend of a curve from one end into another, and its length.
+def _bend(states: npt.NDArray[np.float64], i: int, j: int, cx: float, cy: float, width: float) -> tuple[float, float]:
+    """Measure the bend of a curve along a chord from one end into another, and its length.
 
     For the angles a and b of the two directions against the chord, the curve of least bending energy has
     ``4 (a^2 - a b + b^2) / length`` (a cubic, small angles), which is split here into the part of the turn a + b and
@@ -150,7 +156,6 @@ def _bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tupl
     length : float
         px.
     """
-    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
     length = np.sqrt(cx * cx + cy * cy)
     ix, iy, jx, jy = states[i, TANGENT_X], states[i, TANGENT_Y], -states[j, TANGENT_X], -states[j, TANGENT_Y]
     if (ix == 0.0 and iy == 0.0) or (jx == 0.0 and jy == 0.0):
@@ -169,6 +174,24 @@ def _bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tupl
     # A curve that turns less than extrapolated is not charged for the difference.
     turn = max(turn - max(extrapolated, 0.0), 0.0) if turn > 0.0 else min(turn - min(extrapolated, 0.0), 0.0)
     return 0.25 * turn * turn + 3.0 * swerve * swerve, length
+
+
+@helper
+def _gap_bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
+    """Measure the bend across a gap, and its length, as if both ends lay on the axes of their cables.
+
+    An end that is cut at a slant lies beside: what they lie aside of each other, across their mean direction, is less.
+    """
+    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
+    mx, my = states[i, TANGENT_X] - states[j, TANGENT_X], states[i, TANGENT_Y] - states[j, TANGENT_Y]
+    norm = np.sqrt(mx * mx + my * my)
+    if norm > 0.0:
+        mx, my = mx / norm, my / norm
+        aside = mx * cy - my * cx
+        less = min(abs(aside), _TIP_WIDTHS * width)
+        less = less if aside > 0.0 else -less
+        cx, cy = cx + my * less, cy - mx * less
+    return _bend(states, i, j, cx, cy, width)
 
 
 @helper
@@ -193,7 +216,7 @@ def _outside(mask: npt.NDArray[np.uint8], states: npt.NDArray[np.float64], i: in
 @helper
 def _link_cost(states: npt.NDArray[np.float64], i: int, j: int, width: float, mask: npt.NDArray[np.uint8]) -> float:
     """Return the cost of a link between two ends at one junction."""
-    bend, length = _bend(states, i, j, width)
+    bend, length = _bend(states, i, j, states[j, X] - states[i, X], states[j, Y] - states[i, Y], width)
     return bend * (_LINK_BEND * width / max(length, width) + _LINK_TURN) + _OUTSIDE * _outside(mask, states, i, j)
 
 
@@ -220,7 +243,7 @@ def turn_costs(states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], wi
     """
     costs = np.empty(len(pairs))
     for k in range(len(pairs)):
-        bend, length = _bend(states, pairs[k, 0], pairs[k, 1], width)
+        bend, length = _gap_bend(states, pairs[k, 0], pairs[k, 1], width)
         costs[k] = _gap_cost(bend, length, width)
     return costs
 
@@ -533,7 +556,7 @@ def pair_costs(
                     continue
                 if abs(states[i, X] - states[j, X]) > max_gap or abs(states[i, Y] - states[j, Y]) > max_gap:
                     continue
-                bend, length = _bend(states, i, j, width)
+                bend, length = _gap_bend(states, i, j, width)
                 cost = _gap_cost(bend, length, width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
                     cost += _GAP_JUNCTION + _GAP_JUNCTION_BEND * bend

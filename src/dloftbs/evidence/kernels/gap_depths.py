@@ -1,0 +1,233 @@
+"""Depth before and between the ends of cables: ground in sight, cable, or something nearer that hides them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float32, float64, int64, uint8
+
+from dloftbs.evidence.kernels.colours import BESIDE_WIDTHS, BLOCK_WIDTHS
+from dloftbs.evidence.kernels.gap_pixels import BACK_WIDTHS, IS_CABLE, IS_GROUND, IS_NEITHER, REACH_WIDTHS
+from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.graph_ends import branch_of, inward
+
+_EDGE_PX = 4.0
+"""Distance from the mask within which a depth camera may still show the cable, px.
+
+Source: geometry; depth cameras displace edges by 2 to 4 px.
+"""
+
+_LEAST_DEPTHS = 5
+"""Least number of pixels of a place with depth, of nine.
+
+Source: by definition; the majority.
+"""
+
+_LEAST_STANDING = 2.0
+"""Least height of a cable over the ground beside it for heights to be compared, times three deviations of a place.
+
+Source: by definition; half the height is then more than noise.
+"""
+
+_SAMPLES = 7
+"""Number of places before an end, a width apart.
+
+Source: derived; as many as lie between `BACK_WIDTHS` and `REACH_WIDTHS`.
+"""
+
+
+@helper
+def _median(values: npt.NDArray[np.float64]) -> float:
+    """Return the lower median of some values, NaN if there are none."""
+    return np.sort(values)[(len(values) - 1) // 2] if len(values) > 0 else np.nan
+
+
+@helper
+def _pixel(x: float, most: int) -> int:
+    return min(max(int(np.rint(x)), 0), most - 1)
+
+
+@helper
+def _metres_at(
+    depth: npt.NDArray[np.float32], unit: float, low: float, high: float, x: float, y: float, reach: float
+) -> float:
+    """Return the median depth of nine pixels around a place, m; NaN where too few have any."""
+    found = np.empty(9)
+    count = 0
+    for dy in range(-1, 2):
+        for dx in range(-1, 2):
+            metres = depth[_pixel(y + reach * dy, depth.shape[0]), _pixel(x + reach * dx, depth.shape[1])] * unit
+            if low <= metres <= high:
+                found[count] = metres
+                count += 1
+    return _median(found[:count]) if count >= _LEAST_DEPTHS else np.nan
+
+
+@helper
+def _ground_at(
+    depth: npt.NDArray[np.float32],
+    mask: npt.NDArray[np.uint8],
+    unit: float,
+    low: float,
+    high: float,
+    x: float,
+    y: float,
+    reach: float,
+) -> float:
+    """Return the same, NaN where the mask is near."""
+    for dy in range(-1, 2):
+        for dx in range(-1, 2):
+            if mask[_pixel(y + _EDGE_PX * dy, mask.shape[0]), _pixel(x + _EDGE_PX * dx, mask.shape[1])] != 0:
+                return np.nan
+    return _metres_at(depth, unit, low, high, x, y, reach)
+
+
+@kernel(
+    read(float32, 2), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1),
+    float64,
+)  # fmt: skip
+def sample_depths(
+    depth: npt.NDArray[np.float32],
+    unit: float,
+    low: float,
+    high: float,
+    mask: npt.NDArray[np.uint8],
+    points: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
+    ends: npt.NDArray[np.int64],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Measure the depth of cables at their ends, by the line of Theil and Sen through what lies before.
+
+    Parameters
+    ----------
+    depth : (h, w) float32
+        Counts, around the mask.
+    unit : float
+        Metres per count.
+    low, high : float
+        Depths outside of these, m, are missing, and so are those that are not finite.
+    mask : (h, w) uint8
+    points : (m, 2) float64
+        ``(x, y)`` in the mask.
+    spans : (n, 2) int64
+        The points of each run.
+    ends : (e,) int64
+    width : float
+        px.
+
+    Returns
+    -------
+    (e, 2) float64
+        The depth at each end, and how much farther the ground beside the cable is, m; NaN where they are not known.
+    """
+    known = np.full((len(ends), 2), np.nan)
+    reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + _EDGE_PX
+    depths, at, heights = np.empty(_SAMPLES), np.empty(_SAMPLES), np.empty(2 * _SAMPLES)
+    slopes = np.empty(_SAMPLES * (_SAMPLES - 1) // 2)
+    for e in range(len(ends)):
+        start, stop = spans[branch_of(ends[e])]
+        back = inward(ends[e])
+        tip = start if back == 1 else stop - 1
+        last = int(min(REACH_WIDTHS * width, stop - start - 1))
+        found, grounds = 0, 0
+        for k in range(_SAMPLES):
+            i = int(BACK_WIDTHS * width + k * max(width, 1.0))
+            if i >= last:
+                break
+            x, y = points[tip + back * i, 0], points[tip + back * i, 1]
+            metres = _metres_at(depth, unit, low, high, x, y, reach)
+            if np.isnan(metres):
+                continue
+            depths[found], at[found] = metres, i
+            found += 1
+            j = min(i + max(int(width), 2), last)
+            dx, dy = points[tip + back * j, 0] - x, points[tip + back * j, 1] - y
+            norm = np.sqrt(dx * dx + dy * dy)
+            if norm == 0.0:
+                continue
+            for side in (-1.0, 1.0):
+                gx, gy = x - side * aside * dy / norm, y + side * aside * dx / norm
+                ground = _ground_at(depth, mask, unit, low, high, gx, gy, reach)
+                if not np.isnan(ground):
+                    heights[grounds] = ground - metres
+                    grounds += 1
+        count = 0
+        for i in range(found):
+            for j in range(i + 1, found):
+                slopes[count] = (depths[j] - depths[i]) / (at[j] - at[i])
+                count += 1
+        if count > 0:
+            known[e, 0] = _median(depths[:found] - _median(slopes[:count]) * at[:found])
+        known[e, 1] = _median(heights[:grounds])
+    return known
+
+
+@kernel(
+    read(float32, 2), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2), read(float64, 3),
+    read(int64, 1), float64, float64, float64, write(uint8, 2),
+)  # fmt: skip
+def judge_ways(
+    depth: npt.NDArray[np.float32],
+    unit: float,
+    low: float,
+    high: float,
+    mask: npt.NDArray[np.uint8],
+    known: npt.NDArray[np.float64],
+    pairs: npt.NDArray[np.int64],
+    ways: npt.NDArray[np.float64],
+    steps: npt.NDArray[np.int64],
+    width: float,
+    tolerance: float,
+    noise: float,
+    told: npt.NDArray[np.uint8],
+) -> None:
+    """Tell which places of the ways between ends are ground, cable, or hidden by something nearer than the cable.
+
+    Where a cable stands out from the ground beside it, by more than noise, a place is cable if it stands out from what
+    lies beside by half as much or more, and ground if by less. Else only what is clearly farther is ground.
+
+    Parameters
+    ----------
+    depth, unit, low, high, mask
+        As `sample_depths` takes them.
+    known : (e, 2) float64
+        As it returns them.
+    pairs : (k, 2) int64
+        Of ends.
+    ways, steps
+        As `lay_ways` makes them.
+    width : float
+        px.
+    tolerance : float
+        Largest difference of depth that tells nothing, m, at no distance.
+    noise : float
+        The same in addition, m at a distance of one, growing with its square.
+    told : (k, s) uint8
+        `IS_GROUND`, `IS_CABLE` or `IS_NEITHER`, written where depth tells.
+    """
+    reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + _EDGE_PX
+    for p in range(len(pairs)):
+        one, other = known[pairs[p, 0]], known[pairs[p, 1]]
+        height = 0.5 * (one[1] + other[1])
+        if np.isnan(one[0]) or np.isnan(other[0]):
+            continue
+        for k in range(1, steps[p]):
+            x, y, dx, dy = ways[p, k]
+            found = _metres_at(depth, unit, low, high, x, y, reach)
+            if np.isnan(found):
+                continue
+            expected = one[0] + (other[0] - one[0]) * k / steps[p]
+            deviation = noise * expected * expected
+            limit = tolerance + deviation
+            if found < expected - limit:
+                told[p, k] = IS_NEITHER
+            elif found > expected + limit:
+                told[p, k] = IS_GROUND
+            elif height >= _LEAST_STANDING * deviation / 3.0:  # a place is the median of nine pixels
+                beside = 0.5 * (
+                    _ground_at(depth, mask, unit, low, high, x - aside * dy, y + aside * dx, reach)
+                    + _ground_at(depth, mask, unit, low, high, x + aside * dy, y - aside * dx, reach)
+                )
+                if abs(beside - expected - height) <= limit:  # nothing lies over both
+                    told[p, k] = IS_CABLE if beside - found >= 0.5 * height else IS_GROUND

@@ -1,0 +1,139 @@
+"""Depth before and between ends, against slow twins."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.evidence.kernels.gap_depths import judge_ways, sample_depths
+from dloftbs.evidence.kernels.gap_pixels import lay_ways
+
+SIZE = (80, 120)
+UNIT, LOW, HIGH = 0.001, 0.1, 3.0
+TOLERANCE, NOISE = 0.01, 0.012
+
+seeds = st.integers(0, 2**31)
+
+
+class Scene:
+    """Two straight cables across a table, cut by a stripe where something may lie over them, and holes in the depth."""
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng(seed)
+        y, x = np.mgrid[: SIZE[0], : SIZE[1]]
+        self.width = float(rng.uniform(2.0, 12.0))
+        left, right = np.sort(rng.uniform(40.0, 90.0, 2))
+        depth = rng.uniform(400.0, 900.0) + rng.uniform(-1.0, 1.0) * x
+        self.mask = np.zeros(SIZE, dtype=np.uint8)
+        runs = []
+        for _ in range(2):
+            row, slope = rng.uniform(15.0, 65.0), rng.uniform(-0.2, 0.2)
+            cable = np.abs(y - row - slope * x) <= 0.5 * self.width
+            depth[cable] -= rng.uniform(2.0, 40.0)
+            self.mask |= (cable & ((x < left) | (x > right))).astype(np.uint8)
+            points = np.stack((np.arange(SIZE[1], dtype=np.float64), row + slope * np.arange(SIZE[1])), axis=1)
+            runs += [points[points[:, 0] < left], points[points[:, 0] > right]]
+        depth[:, int(left) : int(rng.uniform(left, right)) + 1] += rng.choice([-200.0, -5.0, 0.0, 30.0])
+        depth += rng.normal(0.0, rng.choice([0.0, 2.0]), SIZE)
+        depth[rng.random(SIZE) < rng.choice([0.0, 0.3, 1.0], p=[0.5, 0.4, 0.1])] = 0.0
+        self.depth = depth.astype(np.float32)
+        self.points = np.concatenate(runs)
+        bounds = np.cumsum([0, *map(len, runs)])
+        self.spans = np.column_stack((bounds[:-1], bounds[1:]))
+        self.ends = np.arange(8)
+        tips = self.points[[bounds[e // 2] if e % 2 == 0 else bounds[e // 2 + 1] - 1 for e in range(8)]]
+        angle = rng.uniform(-np.pi, np.pi, 8)
+        self.states = np.column_stack((tips, np.cos(angle), np.sin(angle)))
+        self.pairs = np.array([(1, 2), (5, 6), tuple(rng.integers(0, 8, 2))])
+
+    def known(self) -> np.ndarray:
+        asked = self.depth, UNIT, LOW, HIGH, self.mask
+        return sample_depths(*asked, self.points, self.spans, self.ends, self.width)
+
+    def nine(self, x: float, y: float, reach: float) -> list[tuple[int, int]]:
+        rows, columns = (
+            np.clip(np.rint(v + reach * np.array([-1, 0, 1])), 0, most - 1).astype(int)
+            for v, most in zip((y, x), SIZE, strict=True)
+        )
+        return [(row, column) for row in rows for column in columns]
+
+    def metres(self, x: float, y: float) -> float | None:
+        """Return the median depth of nine pixels, None if fewer than five have any."""
+        around = self.nine(x, y, max(0.2 * self.width, 1.0))
+        found = sorted(m for m in (float(self.depth[at]) * UNIT for at in around) if LOW <= m <= HIGH)
+        return found[(len(found) - 1) // 2] if len(found) >= 5 else None
+
+    def ground(self, x: float, y: float) -> float | None:
+        return None if any(self.mask[at] for at in self.nine(x, y, 4.0)) else self.metres(x, y)
+
+
+def literal_known(scene: Scene, end: int) -> tuple[float, float]:
+    """Return the depth at an end, and the height over the ground."""
+    start, stop = scene.spans[end // 2]
+    run = scene.points[start:stop] if end % 2 == 0 else scene.points[start:stop][::-1]
+    last = int(min(8.0 * scene.width, len(run) - 1))
+    line, heights = [], []
+    for k in range(7):
+        i = int(2.0 * scene.width + k * scene.width)
+        if i >= last:
+            break
+        metres = scene.metres(*run[i])
+        if metres is None:
+            continue
+        line.append((i, metres))
+        way = run[min(i + max(int(scene.width), 2), last)] - run[i]
+        way /= np.hypot(*way)
+        for side in (-1.0, 1.0):
+            ground = scene.ground(*(run[i] + side * (scene.width + 4.0) * np.array([-way[1], way[0]])))
+            if ground is not None:
+                heights.append(ground - metres)
+    slopes = sorted((b - a) / (j - i) for n, (i, a) in enumerate(line) for j, b in line[n + 1 :])
+    slope = slopes[(len(slopes) - 1) // 2] if slopes else np.nan
+    offsets = sorted(metres - slope * i for i, metres in line)
+    heights.sort()
+    return (
+        offsets[(len(offsets) - 1) // 2] if slopes else np.nan,
+        heights[(len(heights) - 1) // 2] if heights else np.nan,
+    )
+
+
+def literal_judgement(scene: Scene, known: np.ndarray, pair: np.ndarray, way: np.ndarray, steps: int) -> list[int]:
+    """Return 1 for ground, 2 for cable, 3 for something nearer, 0 for unknown, at each place between the ends."""
+    told = [0] * len(way)
+    (one, first), (other, second) = known[pair]
+    height = 0.5 * (first + second)
+    for k in range(1, steps):
+        x, y, dx, dy = way[k]
+        found, expected = scene.metres(x, y), one + (other - one) * k / steps
+        if found is None or np.isnan(expected):
+            continue
+        limit = TOLERANCE + NOISE * expected**2
+        sides = [
+            scene.ground(x - side * (scene.width + 4.0) * dy, y + side * (scene.width + 4.0) * dx) for side in (1, -1)
+        ]
+        if abs(found - expected) > limit:
+            told[k] = 3 if found < expected else 1
+        elif height >= 2.0 * NOISE * expected**2 / 3.0 and None not in sides:
+            beside = 0.5 * (sides[0] + sides[1])
+            if abs(beside - expected - height) <= limit:
+                told[k] = 2 if beside - found >= 0.5 * height else 1
+    return told
+
+
+@given(seeds)
+def test_depths_at_ends_are_those_of_the_literal_twin(seed: int) -> None:
+    scene = Scene(seed)
+    np.testing.assert_allclose(scene.known(), [literal_known(scene, end) for end in range(8)], atol=1e-12)
+
+
+@given(seeds)
+def test_ways_are_judged_as_by_the_literal_twin(seed: int) -> None:
+    scene = Scene(seed)
+    known = scene.known()
+    ways, steps = lay_ways(scene.states, scene.pairs, scene.width)
+    told = np.zeros(ways.shape[:2], dtype=np.uint8)
+    asked = scene.depth, UNIT, LOW, HIGH, scene.mask
+    judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, TOLERANCE, NOISE, told)
+    expected = [literal_judgement(scene, known, *row) for row in zip(scene.pairs, ways, steps, strict=True)]
+    assert told.tolist() == expected
