@@ -9,10 +9,12 @@ from builders import detection_of, line, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, HIDDEN, error_px, ids, shown_for
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.config import TrackingConfig
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
+from dloftbs.synthetic import TrackingSequence
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import EndKind, Track
 
@@ -157,6 +159,15 @@ class TestParts:
         hidden = known_cable()
         assert {len(see(hidden, between(300, 350), *parts)) for _ in range(12)} == {1}
 
+    def test_a_part_whose_ends_are_both_in_plain_sight_is_an_object(self):
+        """Something covers the middle, but what is left of it ends clear of that: the cable was cut."""
+        tracker, left, right = known_cable(), part(CABLE, 0.0, 0.35), part(CABLE, 0.6, 1.0)
+        for _ in range(4 * TrackingConfig().override_frames):
+            tracks = see(tracker, between(300, 400), left, right)
+        assert len(tracks) == 2
+        for track, seen in zip(sorted(tracks, key=lambda track: track.curve(0.5)[0]), (left, right), strict=True):
+            assert error_px(track.curve, seen) < 1.0
+
 
 class TestInput:
     def test_evidence_of_another_size_is_refused(self):
@@ -167,6 +178,23 @@ class TestInput:
     def test_anything_else_is_refused(self):
         with pytest.raises(InputError, match="occlusion must be"):
             Tracker().update([], occlusion=NOWHERE)
+
+
+def test_tracks_that_exchanged_parts_out_of_sight_have_their_own_again():
+    """Three cables vanish under a box, two come out crossing each other: for a while each track has a part of both."""
+    sequence = TrackingSequence("hidden", 3, 1, size=(360, 640), seed=97, evidence=("occluders", "depth"))
+    pipeline, owners = Pipeline(), []
+    for index in range(49):
+        tracks = pipeline.process(sequence.frame(index)).tracks
+        if index in (10, 48):
+            nearest = [
+                min(
+                    tracks, key=lambda track: min(error_px(way, curve) for way in (track.curve, track.curve.reversed()))
+                )
+                for curve in sequence.truth(index).curves
+            ]
+            owners.append([track.id for track in nearest])
+    assert owners[0] == owners[1]
 
 
 def test_frames_bring_their_evidence():

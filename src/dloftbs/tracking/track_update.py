@@ -101,8 +101,11 @@ def _update_partly(
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    # Parts with something in between contradict nothing: what they go under may stay there.
-    if not (_are_apart(model, matches) or shared or any(view.cut_ends(longest, model))):
+    # Parts with something in between contradict nothing: what they go under may stay there. An object whose ends are in
+    # plain sight does, whatever its track is believed to be besides.
+    whole = longest.between(0.0, 1.0)
+    in_doubt = _are_apart(model, matches) or shared or any(view.cut_ends(longest, model))
+    if not in_doubt or (whole.contiguous and all(view.ends_in_sight(whole, model))):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
