@@ -230,7 +230,7 @@ def _weigh_gaps(
 
     Ground in sight raises the cost of a gap; stretches that tell nothing leave it as it is. An end before most of a gap
     that an occluder or the cable itself takes up counts as cut off, whatever its shape and whichever end it is joined
-    with: what is told of one gap and not of another one must not decide between them.
+    with: what is told of one gap and not of another one must not decide between them. Its tip may lie off the axis.
 
     Parameters
     ----------
@@ -259,12 +259,13 @@ def _weigh_gaps(
     ground, cable, neither = evidence.across(graph.points, graph.spans, graph.end_states, pairs, width).T
     length = np.maximum(np.hypot(*(ends.states[first, POSITION] - ends.states[second, POSITION]).T) / width, 1e-9)
     hidden = np.minimum(cable + neither, length)
-    cut = np.zeros(len(open_cost))
+    share, cut = np.maximum(hidden - ground, 0.0) / length, np.zeros(len(open_cost))
     for end in (first, second):
-        np.maximum.at(cut, end, np.maximum(hidden - ground, 0.0) / length)
+        np.maximum.at(cut, end, share)
     open_cost = open_cost + cut * np.maximum(bending.OPEN_CUT - open_cost, 0.0) * (ends.nodes == -1)
     costs = costs.copy()
-    costs[gaps] += _GROUND * ground - _HIDDEN * hidden
+    slant = bending.slant_costs(ends.states, np.stack((first, second), axis=1), width)
+    costs[gaps] += _GROUND * ground - _HIDDEN * hidden - slant * (hidden > ground)
     keep = np.ones(len(rows), dtype=np.bool_)
     keep[gaps] = costs[gaps] < open_cost[first] + open_cost[second] + more
     return rows[keep], columns[keep], costs[keep], open_cost

@@ -17,6 +17,7 @@ from dloftbs.linking.kernels.bending import (
     _outside,
     junction_costs,
     pair_costs,
+    slant_costs,
     turn_costs,
 )
 
@@ -38,32 +39,27 @@ def on_circle(radius: float, start_deg: float, stop_deg: float, known: float = 1
     ])  # fmt: skip
 
 
-def bend_of(states: np.ndarray, i: int, j: int, width: float) -> tuple[float, float]:
-    """Return the bend along the straight line from one end to another, and its length."""
-    return _bend(states, i, j, *(states[j, :2] - states[i, :2]), width)
-
-
 def test_an_arc_that_goes_on_bends_far_less_than_one_that_is_not_known_to() -> None:
     """The chord's angles are equal, so there is no swerve; most of the turn is extrapolated by the curvature."""
     for turn_deg in (5, 10, 20):
         radius = 60.0
         turn = np.radians(turn_deg)
-        bend, length = bend_of(on_circle(radius, 0, turn_deg), 0, 1, 20.0)
+        bend, length = _bend(on_circle(radius, 0, turn_deg), 0, 1, 20.0)
         assert length == pytest.approx(2 * radius * np.sin(turn / 2))
         assert bend == pytest.approx(0.25 * (turn - 0.7 * length / radius) ** 2, rel=1e-6)
-        blind, _ = bend_of(on_circle(radius, 0, turn_deg, known=0.0), 0, 1, 20.0)
+        blind, _ = _bend(on_circle(radius, 0, turn_deg, known=0.0), 0, 1, 20.0)
         assert blind == pytest.approx(0.25 * turn**2)
         assert bend < 0.1 * blind
 
 
-def test_straight_on_costs_nothing_tobend_of() -> None:
-    bend, length = bend_of(np.array([arm(10, 20, 0), arm(50, 20, 180)]), 0, 1, WIDTH)
+def test_straight_on_costs_nothing_to_bend() -> None:
+    bend, length = _bend(np.array([arm(10, 20, 0), arm(50, 20, 180)]), 0, 1, WIDTH)
     assert bend == pytest.approx(0.0, abs=1e-12)
     assert length == 40.0
 
 
 def test_a_step_aside_is_a_swerve_and_no_turn() -> None:
-    bend, _ = bend_of(np.array([arm(10, 20, 0), arm(30, 25, 180)]), 0, 1, WIDTH)
+    bend, _ = _bend(np.array([arm(10, 20, 0), arm(30, 25, 180)]), 0, 1, WIDTH)
     assert bend == pytest.approx(3.0 * np.arctan2(5, 20) ** 2)
 
 
@@ -75,10 +71,11 @@ def test_ends_that_are_cut_at_a_slant_lie_on_their_axes(gap: float, aside: float
     tip = gap * WIDTH * along + aside * WIDTH * np.array([-along[1], along[0]])
     direction = np.degrees(0.7)
     states = np.array([arm(0, 0, direction), arm(*tip, direction + 180)])
-    assert turn_costs(states, np.array([[0, 1]]), WIDTH)[0] == pytest.approx(GAP_LENGTH * gap)
+    pairs = np.array([[0, 1]])
+    assert (turn_costs(states, pairs, WIDTH) - slant_costs(states, pairs, WIDTH)) == pytest.approx(GAP_LENGTH * gap)
     farther = states.copy()
     farther[1, :2] += np.sign(aside or 1.0) * WIDTH * np.array([-along[1], along[0]])
-    assert turn_costs(farther, np.array([[0, 1]]), WIDTH)[0] > 0.02 + GAP_LENGTH * gap
+    assert (turn_costs(farther, pairs, WIDTH) - slant_costs(farther, pairs, WIDTH)) > 0.02 + GAP_LENGTH * gap
 
 
 def test_a_right_angle_costs_what_the_formula_says() -> None:
@@ -94,12 +91,12 @@ def test_a_right_angle_costs_what_the_formula_says() -> None:
 
 def test_a_promise_is_not_held_against_a_curve_that_turns_less() -> None:
     states = np.array([arm(10, 20, 0, 0.05), arm(30, 20, 180, -0.05)])
-    assert bend_of(states, 0, 1, WIDTH)[0] == pytest.approx(0.0, abs=1e-12)
+    assert _bend(states, 0, 1, WIDTH)[0] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_an_arm_without_direction_is_neither_good_nor_bad() -> None:
     states = np.array([arm(10, 20, 0), [30, 20, 0, 0, 0, 0]])
-    assert bend_of(states, 0, 1, WIDTH)[0] == 0.25
+    assert _bend(states, 0, 1, WIDTH)[0] == 0.25
 
 
 finite = st.floats(-80, 80, allow_nan=False)
@@ -114,7 +111,7 @@ def test_both_ways_mirrored_and_turned_bend_the_same(one: list[float], two: list
     gap = np.linalg.norm(states[0, :2] - states[1, :2])
     if gap < 1e-3 or abs(gap - 1.0) < 1e-6:
         return
-    bend, length = bend_of(states, 0, 1, WIDTH)
+    bend, length = _bend(states, 0, 1, WIDTH)
     turned, mirrored = states.copy(), states.copy()
     turned[:, :4] = states[:, [1, 0, 3, 2]] * [-1, 1, -1, 1]
     mirrored[:, [0, 2, 4]] *= -1
@@ -122,7 +119,7 @@ def test_both_ways_mirrored_and_turned_bend_the_same(one: list[float], two: list
     leaves, comes = (abs(np.angle(complex(*direction) / chord)) for direction in (states[0, 2:4], -states[1, 2:4]))
     if max(leaves, comes) > np.pi - 1e-6:
         return  # straight back: to turn left or right is as far
-    for other in (bend_of(states, 1, 0, WIDTH), bend_of(turned, 0, 1, WIDTH), bend_of(mirrored, 0, 1, WIDTH)):
+    for other in (_bend(states, 1, 0, WIDTH), _bend(turned, 0, 1, WIDTH), _bend(mirrored, 0, 1, WIDTH)):
         np.testing.assert_allclose(other, (bend, length), rtol=1e-6, atol=1e-9)
 
 

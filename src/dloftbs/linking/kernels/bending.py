@@ -53,9 +53,9 @@ Source: by hand; below `_LINK_TURN`, since a hidden cable may turn out of sight.
 """
 
 _TIP_WIDTHS = 0.5
-"""How far beside each other two ends of one cable may lie whatever is between them, widths.
+"""How far beside each other two ends of one cable may lie where something covers what is between them, widths.
 
-Source: geometry; what covers a cable at a slant leaves a tip at its edge, half a width from the axis, at either end.
+Source: geometry; what covers a cable at a slant leaves a tip at its edge, half a width from the axis.
 """
 
 _GAP_JUNCTION = 0.4
@@ -142,7 +142,9 @@ at 0.12, of cables behind discs and bars .854, .846, .837 and .804. Two of the a
 
 
 @helper
-def _bend(states: npt.NDArray[np.float64], i: int, j: int, cx: float, cy: float, width: float) -> tuple[float, float]:
+def _bend_along(
+    states: npt.NDArray[np.float64], i: int, j: int, cx: float, cy: float, width: float
+) -> tuple[float, float]:
     """Measure the bend of a curve along a chord from one end into another, and its length.
 
     For the angles a and b of the two directions against the chord, the curve of least bending energy has
@@ -177,21 +179,9 @@ def _bend(states: npt.NDArray[np.float64], i: int, j: int, cx: float, cy: float,
 
 
 @helper
-def _gap_bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
-    """Measure the bend across a gap, and its length, as if both ends lay on the axes of their cables.
-
-    An end that is cut at a slant lies beside: what they lie aside of each other, across their mean direction, is less.
-    """
-    cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
-    mx, my = states[i, TANGENT_X] - states[j, TANGENT_X], states[i, TANGENT_Y] - states[j, TANGENT_Y]
-    norm = np.sqrt(mx * mx + my * my)
-    if norm > 0.0:
-        mx, my = mx / norm, my / norm
-        aside = mx * cy - my * cx
-        less = min(abs(aside), _TIP_WIDTHS * width)
-        less = less if aside > 0.0 else -less
-        cx, cy = cx + my * less, cy - mx * less
-    return _bend(states, i, j, cx, cy, width)
+def _bend(states: npt.NDArray[np.float64], i: int, j: int, width: float) -> tuple[float, float]:
+    """Measure the bend of a curve from one end into another, and its length."""
+    return _bend_along(states, i, j, states[j, X] - states[i, X], states[j, Y] - states[i, Y], width)
 
 
 @helper
@@ -216,7 +206,7 @@ def _outside(mask: npt.NDArray[np.uint8], states: npt.NDArray[np.float64], i: in
 @helper
 def _link_cost(states: npt.NDArray[np.float64], i: int, j: int, width: float, mask: npt.NDArray[np.uint8]) -> float:
     """Return the cost of a link between two ends at one junction."""
-    bend, length = _bend(states, i, j, states[j, X] - states[i, X], states[j, Y] - states[i, Y], width)
+    bend, length = _bend(states, i, j, width)
     return bend * (_LINK_BEND * width / max(length, width) + _LINK_TURN) + _OUTSIDE * _outside(mask, states, i, j)
 
 
@@ -243,8 +233,43 @@ def turn_costs(states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], wi
     """
     costs = np.empty(len(pairs))
     for k in range(len(pairs)):
-        bend, length = _gap_bend(states, pairs[k, 0], pairs[k, 1], width)
+        bend, length = _bend(states, pairs[k, 0], pairs[k, 1], width)
         costs[k] = _gap_cost(bend, length, width)
+    return costs
+
+
+@kernel(read(float64, 2), read(int64, 2), float64)
+def slant_costs(states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], width: float) -> npt.NDArray[np.float64]:
+    """Return how much of the costs of gaps is due to tips that a cover leaves where it crosses a cable at a slant.
+
+    The tips lie beside the cable's axis: how far two ends lie beside each other, across their mean direction, is less.
+
+    Parameters
+    ----------
+    states : (n, 6) float64
+    pairs : (k, 2) int64
+    width : float
+        px.
+
+    Returns
+    -------
+    (k,) float64
+    """
+    costs = np.zeros(len(pairs))
+    for k in range(len(pairs)):
+        i, j = pairs[k]
+        cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
+        mx, my = states[i, TANGENT_X] - states[j, TANGENT_X], states[i, TANGENT_Y] - states[j, TANGENT_Y]
+        norm = np.sqrt(mx * mx + my * my)
+        if norm == 0.0:
+            continue
+        mx, my = mx / norm, my / norm
+        aside = mx * cy - my * cx
+        less = min(max(aside, -_TIP_WIDTHS * width), _TIP_WIDTHS * width)
+        bend, length = _bend(states, i, j, width)
+        cost = _gap_cost(bend, length, width)
+        bend, length = _bend_along(states, i, j, cx + my * less, cy - mx * less, width)
+        costs[k] = max(cost - _gap_cost(bend, length, width), 0.0)
     return costs
 
 
@@ -556,7 +581,7 @@ def pair_costs(
                     continue
                 if abs(states[i, X] - states[j, X]) > max_gap or abs(states[i, Y] - states[j, Y]) > max_gap:
                     continue
-                bend, length = _gap_bend(states, i, j, width)
+                bend, length = _bend(states, i, j, width)
                 cost = _gap_cost(bend, length, width)
                 if nodes[i] >= 0 or nodes[j] >= 0:
                     cost += _GAP_JUNCTION + _GAP_JUNCTION_BEND * bend
