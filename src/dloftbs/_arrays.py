@@ -139,3 +139,11 @@ def _as_plane(name: str, value: npt.ArrayLike) -> AnyArray:
     if array.ndim != 2:
         raise InputError(f"{name} must have shape (H, W) or (H, W, 1), got {array.shape}")
     return array
+
+
+def as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:
+    """Return a mask as bytes, not 0 where it is set, copied only if it has another type."""
+    if array.dtype == np.bool_:
+        return array.view(np.uint8)
+    pixels: npt.NDArray[np.uint8] = array if array.dtype == np.uint8 else (array != 0).view(np.uint8)
+    return pixels

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray
+from dloftbs._arrays import AnyArray, FloatArray, as_bytes
 from dloftbs.config import DepthConfig
 from dloftbs.depth import unit_of
 from dloftbs.evidence.kernels.gap_depths import judge_ways, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import lay_ways, look_across, mark_covered, measure_ways, sample_references
-from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M, as_bytes
+from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
 from dloftbs.frame import Frame
 from dloftbs.graph import POSITION, TANGENT
 from dloftbs.mask_crop import MaskCrop
@@ -23,7 +23,7 @@ _Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class EvidenceMap:
-    """What a frame has beside its mask, asked about gaps: depth first, then occluders, then the image.
+    """Evidence of a frame beside its mask, asked about gaps: depth first, then occluders, then the image.
 
     Depth tells what is nearer than the cables, and where the ground is seen; occluders hide what they cover, and say
     nothing of other places, where something else may hide a cable.

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray, check_depth, check_image, check_mask
+from dloftbs._arrays import AnyArray, FloatArray, as_bytes, check_depth, check_image, check_mask
 from dloftbs._values import check_type
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
@@ -207,11 +207,3 @@ class OcclusionEvidence:
             return None
         along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))))
         return np.interp(U, along / along[-1], sample_curve(curve_3d)[0][:, 2]) if along[-1] > 0.0 else None
-
-
-def as_bytes(array: AnyArray) -> npt.NDArray[np.uint8]:
-    """Return a mask as bytes, not 0 where it is set, copied only if it has another type."""
-    if array.dtype == np.bool_:
-        return array.view(np.uint8)
-    pixels: npt.NDArray[np.uint8] = array if array.dtype == np.uint8 else (array != 0).view(np.uint8)
-    return pixels

@@ -113,9 +113,8 @@ class LengthRecord:
     def record_full(self, length: float, width: float, hits: int, tolerance: float) -> None:
         """Record the length of the whole object without long gaps, and its width; its scale is that of the view."""
         self.full_width = width
-        if (
-            not math.isnan(self.px_per_m) and abs(length - self.metres * self.px_per_m) > tolerance
-        ):  # what was known in space was wrong
+        # Without a scale both are NaN, and nothing is known in space.
+        if abs(length - self.metres * self.px_per_m) > tolerance:  # what was known there was wrong
             self.full_m = np.full(HISTORY_FRAMES, np.nan)
         self.full_px[hits % HISTORY_FRAMES] = length
         self.full_m[hits % HISTORY_FRAMES] = length / self.px_per_m

@@ -65,13 +65,9 @@ def resolve(
         if not shown.matches or shown.is_unambiguous:
             result.append(Resolution(shown))
             continue
-        alone = len(shown.detection_indices) == 1 and claims[shown.matches[0].observation.detection_index] == 1
-        whole = None
-        first = shown.matches[0]
-        # Parts in another order correct a crossing that was read wrongly, unless they leave much of it unread.
-        rest_px = (1.0 - covered_share(shown.matches)) * first.observation.object_length
-        in_order = all(are_consecutive(*pair) for pair in pairwise(shown.matches))
-        if alone and (in_order or rest_px > model.position_tolerance_px):
+        first, whole = shown.matches[0], None
+        alone = len(shown.detection_indices) == 1 and claims[first.observation.detection_index] == 1
+        if alone and not _corrects_order(shown.matches, model.position_tolerance_px):
             whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
         matches = shown.matches if whole is None else (whole,)
         resolution, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
@@ -81,6 +77,13 @@ def resolve(
         result.append(resolution)
     # A detection of one track only is all that track's.
     return result, [part for part in unassigned if claims[part.detection_index] != 1]
+
+
+def _corrects_order(matches: Sequence[PartialMatch], tolerance_px: float) -> bool:
+    """Return True if parts of one detection, in another order, correct a crossing: they leave little of it unread."""
+    if all(are_consecutive(*pair) for pair in pairwise(matches)):
+        return False
+    return (1.0 - covered_share(matches)) * matches[0].observation.object_length <= tolerance_px
 
 
 def _drop_absent_spans(model: TrackModel, shown: TrackObservation, view: View) -> tuple[Resolution, list[Observation]]:

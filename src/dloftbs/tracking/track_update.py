@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import SAMPLES, sample_curve
+from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import (
@@ -101,14 +101,19 @@ def _update_partly(
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    # Parts with something in between contradict nothing: what they go under may stay there. An object whose ends are in
-    # plain sight does, whatever its track is believed to be besides.
-    whole = longest.between(0.0, 1.0)
     in_doubt = _are_apart(model, matches) or shared or any(view.cut_ends(longest, model))
-    if not in_doubt or (whole.contiguous and all(view.ends_in_sight(whole, model))):
+    if not in_doubt or _is_in_plain_sight(longest, model, view):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
+
+
+def _is_in_plain_sight(part: Observation, model: TrackModel, view: View) -> bool:
+    """Return True if the whole object of a part is, with both ends: no track is more than that, whatever is believed.
+
+    Other parts with something in between contradict nothing: what they go under may stay there.
+    """
+    return part.contiguous and all(view.ends_in_sight(part.between(0.0, 1.0), model))
 
 
 def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:
