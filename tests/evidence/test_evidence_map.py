@@ -46,9 +46,7 @@ def looks(gap: tuple[int, int], cover: str, drift: float = 0.0) -> tuple[float, 
     mask, image = scene(gap, cover, drift=drift)
     crop, graph = graph_of(mask)
     inner = np.argsort(np.abs(crop.to_image(graph.end_states[:, :2])[:, 0] - np.mean(gap)))[:2]
-    found = EvidenceMap(crop, image).across(
-        graph.points, graph.spans, graph.end_states, np.sort(inner)[None], graph.width
-    )
+    found = EvidenceMap(crop, image).at(graph).across(np.sort(inner)[None])
     return tuple(found[0].tolist())
 
 

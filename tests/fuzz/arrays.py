@@ -195,7 +195,9 @@ def check_with_depth(case: WithDepth, _: Path) -> None:
             continue
         check_result(result)
         if start == Config():
-            assert [d.curve for d in result.detections] == [d.curve for d in flat], "depth changed curves of the image"
+            # Depth tells which branches are one cable's; where there is one branch it tells nothing.
+            lone = len(flat) == 1 and len(flat[0].joints) == 0 and len(result.detections) == 1
+            assert not lone or result.detections[0].curve == flat[0].curve, "depth changed a curve of the image"
     assert case.depth.tobytes() == before, "depth was changed"
 
 

@@ -14,7 +14,6 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
-from dloftbs.synthetic import TrackingSequence
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import EndKind, Track
 
@@ -178,23 +177,6 @@ class TestInput:
     def test_anything_else_is_refused(self):
         with pytest.raises(InputError, match="occlusion must be"):
             Tracker().update([], occlusion=NOWHERE)
-
-
-def test_tracks_that_exchanged_parts_out_of_sight_have_their_own_again():
-    """Three cables vanish under a box, two come out crossing each other: for a while each track has a part of both."""
-    sequence = TrackingSequence("hidden", 3, 1, size=(360, 640), seed=97, evidence=("occluders", "depth"))
-    pipeline, owners = Pipeline(), []
-    for index in range(49):
-        tracks = pipeline.process(sequence.frame(index)).tracks
-        if index in (10, 48):
-            nearest = [
-                min(
-                    tracks, key=lambda track: min(error_px(way, curve) for way in (track.curve, track.curve.reversed()))
-                )
-                for curve in sequence.truth(index).curves
-            ]
-            owners.append([track.id for track in nearest])
-    assert owners[0] == owners[1]
 
 
 def test_frames_bring_their_evidence():

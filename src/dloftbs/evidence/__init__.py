@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dloftbs.evidence.evidence_map import EvidenceMap
+from dloftbs.evidence.evidence_map import EndEvidence, EvidenceMap
 from dloftbs.evidence.occlusion import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
 
-__all__ = ["HIDDEN", "IN_SIGHT", "UNKNOWN", "EvidenceMap", "OcclusionEvidence"]
+__all__ = ["HIDDEN", "IN_SIGHT", "UNKNOWN", "EndEvidence", "EvidenceMap", "OcclusionEvidence"]

@@ -1,21 +1,23 @@
-"""Evidence of a frame between the ends of cables: ground, cable, or something that hides it."""
+"""Evidence of a frame at the ends of cables: whether two are one cable's, and what lies between them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray, FloatArray, as_bytes
+from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.depth import unit_of
-from dloftbs.evidence.kernels.gap_depths import judge_ways, sample_depths
+from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import lay_ways, look_across, mark_covered, measure_ways, sample_references
 from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
 from dloftbs.frame import Frame
-from dloftbs.graph import POSITION, TANGENT
+from dloftbs.graph import POSITION, TANGENT, Graph
 from dloftbs.mask_crop import MaskCrop
 
 _Ints = npt.NDArray[np.int64]
@@ -37,6 +39,8 @@ class EvidenceMap:
         See `Frame`.
     occluders : numpy.ndarray, shape (H, W), bool or any integer type, optional
         See `Frame`.
+    camera : PinholeCamera, optional
+        Without one, depth does not tell how steep a cable is.
     config : DepthConfig, optional
         Meaning of the values of the depth.
     """
@@ -45,6 +49,7 @@ class EvidenceMap:
     image: npt.NDArray[np.uint8] | None = None
     depth: npt.NDArray[Any] | None = None
     occluders: AnyArray | None = None
+    camera: PinholeCamera | None = None
     config: DepthConfig = field(default_factory=DepthConfig)
 
     @classmethod
@@ -52,49 +57,127 @@ class EvidenceMap:
         """Return the evidence in a frame; None if it has none."""
         if frame.image is None and frame.depth is None and frame.occluders is None:
             return None
-        return cls(crop, frame.image, frame.depth, frame.occluders, config)
+        return cls(crop, frame.image, frame.depth, frame.occluders, frame.camera, config)
 
-    def across(
-        self, points: FloatArray, spans: _Ints, end_states: FloatArray, pairs: _Ints, width: float
-    ) -> FloatArray:
+    def at(self, graph: Graph) -> EndEvidence:
+        """Return the evidence at the ends of the branches of a graph."""
+        matrix, offset = self.crop.image_transform
+        offset = offset - np.array(self.crop.origin, dtype=np.float64)
+        positions, tangents = (graph.end_states[:, columns] @ matrix.T for columns in (POSITION, TANGENT))
+        states = np.column_stack((positions + offset, tangents))
+        return EndEvidence(self, graph.points @ matrix.T + offset, graph.spans, states, graph.nodes < 0, graph.width)
+
+
+@dataclass(frozen=True, eq=False)
+class EndEvidence:
+    """Evidence of a frame at the ends of branches, in the pixels of the crop.
+
+    Parameters
+    ----------
+    frame : EvidenceMap
+    points : numpy.ndarray, shape (m, 2)
+        Of all runs.
+    spans : numpy.ndarray, shape (n, 2)
+        The points of each run that lie clear of its junctions.
+    states : numpy.ndarray, shape (2 n, 4)
+        Position and outward tangent of each end.
+    free : numpy.ndarray, shape (2 n,), bool
+        True for ends that touch no junction.
+    width : float
+        Of the cables, px.
+    """
+
+    frame: EvidenceMap
+    points: FloatArray
+    spans: _Ints
+    states: FloatArray
+    free: npt.NDArray[np.bool_]
+    width: float
+
+    @property
+    def tells_swerves(self) -> bool:
+        """Whether there is depth, and a camera that tells how steep it is."""
+        return self.frame.depth is not None and self.frame.camera is not None
+
+    def swerves(self, pairs: _Ints, lengths: FloatArray) -> FloatArray:
+        """Return how far a cable from end to end would swerve towards the camera or away from it, beyond noise.
+
+        Parameters
+        ----------
+        pairs : numpy.ndarray, shape (k, 2)
+            Ends.
+        lengths : numpy.ndarray, shape (k,)
+            Of the way from one to the other, px.
+
+        Returns
+        -------
+        numpy.ndarray, shape (k,)
+            rad; 0 where depth tells nothing.
+        """
+        if self._depths is None or self.frame.camera is None:
+            return np.zeros(len(pairs))
+        focal = self.frame.camera.fx
+        return measure_swerves(self._depths, pairs, lengths, focal, self.width, DEPTH_NOISE_PER_M)
+
+    @property
+    def has_depth(self) -> npt.NDArray[np.bool_]:
+        """Whether depth tells how each end goes on."""
+        depths = self._depths
+        known: npt.NDArray[np.bool_] = (
+            np.zeros(len(self.states), np.bool_) if depths is None else ~np.isnan(depths[:, 0])
+        )
+        return known
+
+    def across(self, pairs: _Ints) -> FloatArray:
         """Return what lies between pairs of ends.
 
         Parameters
         ----------
-        points : numpy.ndarray, shape (m, 2)
-            Of all runs, oriented.
-        spans : numpy.ndarray, shape (n, 2)
-            The points of each run that lie clear of its junctions.
-        end_states : numpy.ndarray, shape (2 n, 6)
-            Of the branches' ends, oriented.
         pairs : numpy.ndarray, shape (k, 2)
-            Ends.
-        width : float
-            Of the cables, px.
 
         Returns
         -------
         numpy.ndarray, shape (k, 3)
             How much of each way is the ground beside the cables, a cable, and neither, in widths.
         """
-        ends, index = np.unique(pairs, return_inverse=True)
-        pairs = index.reshape(-1, 2)
-        matrix, offset = self.crop.image_transform
-        offset = offset - np.array(self.crop.origin, dtype=np.float64)
-        placed = points @ matrix.T + offset
-        states = np.column_stack((end_states[ends, POSITION] @ matrix.T + offset, end_states[ends, TANGENT] @ matrix.T))
-        ways, steps = lay_ways(states, pairs, width)
+        frame, width = self.frame, self.width
+        ways, steps = lay_ways(self.states, pairs, width)
         told: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
-        (h, w), (x0, y0) = self.crop.size, self.crop.origin
-        window, mask = np.s_[y0 : y0 + h, x0 : x0 + w], self.crop.pixels[1 : h + 1, 1 : w + 1]
-        if self.occluders is not None:
-            mark_covered(as_bytes(self.occluders.reshape(self.occluders.shape[:2])[window]), ways, steps, told)
-        if self.depth is not None:
-            depth = self.depth[window].astype(np.float32, copy=False), unit_of(self.depth, self.config)
-            asked = *depth, *self.config.range_m, mask
-            known = sample_depths(*asked, placed, spans, ends, width)
-            judge_ways(*asked, known, pairs, ways, steps, width, DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M, told)
-        if self.image is not None:
-            colours = sample_references(self.image[window], mask, placed, spans, ends, width)
-            look_across(self.image[window], mask, pairs, ways, steps, *colours, width, told)
-        return measure_ways(states, pairs, steps, told, width)
+        if frame.occluders is not None:
+            occluders = as_bytes(frame.occluders.reshape(frame.occluders.shape[:2])[self._window])
+            mark_covered(occluders, ways, steps, told)
+        if self._depths is not None:
+            limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
+            judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
+        if frame.image is not None and len(pairs):
+            ends, index = np.unique(pairs, return_inverse=True)
+            image, local = frame.image[self._window], index.reshape(-1, 2)
+            colours = sample_references(image, self._mask, self.points, self.spans, ends, width)
+            look_across(image, self._mask, local, ways, steps, *colours, width, told)
+        return measure_ways(self.states, pairs, steps, told, width)
+
+    @cached_property
+    def _depths(self) -> FloatArray | None:
+        """What `sample_depths` tells of each end; None without depth."""
+        if self.frame.depth is None:
+            return None
+        return sample_depths(*self._asked, self.points, self.spans, np.arange(len(self.states)), self.free, self.width)
+
+    @cached_property
+    def _asked(self) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.uint8]]:
+        """The depth around the mask, its unit and range, and the mask."""
+        depth, config = self.frame.depth, self.frame.config
+        assert depth is not None
+        with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
+            counts = depth[self._window].astype(np.float32, copy=False)
+        return counts, unit_of(depth, config), *config.range_m, self._mask
+
+    @property
+    def _window(self) -> tuple[slice, slice]:
+        (h, w), (x0, y0) = self.frame.crop.size, self.frame.crop.origin
+        return np.s_[y0 : y0 + h, x0 : x0 + w]
+
+    @property
+    def _mask(self) -> npt.NDArray[np.uint8]:
+        h, w = self.frame.crop.size
+        return self.frame.crop.pixels[1 : h + 1, 1 : w + 1]

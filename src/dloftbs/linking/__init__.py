@@ -9,6 +9,7 @@ from dloftbs.config import LinkingConfig
 from dloftbs.evidence import EvidenceMap
 from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking.centerlines import assemble
+from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.hidden_ends import link_hidden_ends
 from dloftbs.linking.loops import merge_to_count, open_loops
@@ -58,8 +59,13 @@ def link(
     -------
     Linking
     """
-    matching = match_ends(crop, graph, config.max_gap_widths, prior, evidence)
-    separate_parallel_runs(graph, matching, prior)
+    at_ends = None if evidence is None else evidence.at(graph)
+    matching = match_ends(crop, graph, config.max_gap_widths, prior, at_ends)
+    steps = None
+    if at_ends is not None and at_ends.tells_swerves and bool((graph.nodes >= 0).any()):
+        steps = DepthSteps(graph, matching, at_ends)
+        exchange_by_depth(crop, graph, matching, steps)
+    separate_parallel_runs(graph, matching, prior, steps)
     open_loops(graph, matching)
     link_hidden_ends(graph, matching, config.max_gap_widths)
     if config.objects is not None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.evidence import EvidenceMap
+from dloftbs.evidence import EndEvidence
 from dloftbs.graph import (
     POSITION,
     UNAVAILABLE,
@@ -98,7 +98,7 @@ def match_ends(
     graph: Graph,
     max_gap_widths: float,
     prior: TemporalPrior | None = None,
-    evidence: EvidenceMap | None = None,
+    evidence: EndEvidence | None = None,
 ) -> EndMatching:
     """Join the ends of a graph so that the cables bend the least, and few ends stay open.
 
@@ -110,7 +110,7 @@ def match_ends(
         Longest gap that is bridged, in widths.
     prior : TemporalPrior, optional
         Predicted curves: pairs of ends that continue each other along one of them get a discount.
-    evidence : EvidenceMap, optional
+    evidence : EndEvidence, optional
         What the frame tells of the stretch between the ends of a gap.
 
     Returns
@@ -139,7 +139,7 @@ def match_ends(
         more,
     )
     if evidence is not None:
-        rows, columns, costs, open_cost = _weigh_gaps(graph, ends, rows, columns, costs, open_cost, evidence, more)
+        rows, columns, costs, open_cost = _weigh_evidence(graph, ends, rows, columns, costs, open_cost, evidence, more)
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
@@ -216,21 +216,22 @@ def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:
     )
 
 
-def _weigh_gaps(
+def _weigh_evidence(
     graph: Graph,
     ends: _Ends,
     rows: _Ints,
     columns: _Ints,
     costs: _Floats,
     open_cost: _Floats,
-    evidence: EvidenceMap,
+    evidence: EndEvidence,
     more: float,
 ) -> tuple[_Ints, _Ints, _Floats, _Floats]:
-    """Add the evidence of the frame to the costs of gaps, and leave out pairs that cost more than two open ends.
+    """Add the evidence of the frame to the costs of pairs, and leave out gaps that cost more than two open ends.
 
-    Ground in sight raises the cost of a gap; stretches that tell nothing leave it as it is. An end before most of a gap
-    that an occluder or the cable itself takes up counts as cut off, whatever its shape and whichever end it is joined
-    with: what is told of one gap and not of another one must not decide between them. Its tip may lie off the axis.
+    Depths that differ raise the cost of any pair, and ground in sight that of a gap; what tells nothing leaves it as it
+    is. An end before most of a gap that an occluder or the cable itself takes up counts as cut off, whatever its shape
+    and whichever end it is joined with: what is told of one gap and not of another one must not decide between them.
+    Its tip may lie off the axis.
 
     Parameters
     ----------
@@ -241,7 +242,7 @@ def _weigh_gaps(
     costs : numpy.ndarray, shape (k,)
     open_cost : numpy.ndarray, shape (n,)
         Cost of leaving each end open.
-    evidence : EvidenceMap
+    evidence : EndEvidence
     more : float
         Largest extra cost of pairs over that of open ends.
 
@@ -251,24 +252,30 @@ def _weigh_gaps(
         Remaining pairs, in the same order.
     open_cost : numpy.ndarray, shape (n,)
     """
-    gaps = np.flatnonzero((ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns]))
-    if len(gaps) == 0:
+    if len(rows) == 0:
         return rows, columns, costs, open_cost
-    first, second, width = rows[gaps], columns[gaps], graph.width
-    pairs = np.stack((ends.ids[first], ends.ids[second]), axis=1)
-    ground, cable, neither = evidence.across(graph.points, graph.spans, graph.end_states, pairs, width).T
-    length = np.maximum(np.hypot(*(ends.states[first, POSITION] - ends.states[second, POSITION]).T) / width, 1e-9)
+    width, pairs = graph.width, np.stack((rows, columns), axis=1)
+    gaps = (ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns])
+    lengths = np.hypot(*(ends.states[rows, POSITION] - ends.states[columns, POSITION]).T)
+    swerves = evidence.swerves(ends.ids[pairs], lengths) * ~_are_shared(ends.ids)[pairs].any(axis=1)
+    costs = costs + bending.swerve_costs(lengths, gaps, swerves, width)
+    (first, second), (ground, cable, neither) = pairs[gaps].T, evidence.across(ends.ids[pairs[gaps]]).T
+    length = np.maximum(lengths[gaps] / width, 1e-9)
     hidden = np.minimum(cable + neither, length)
     share, cut = np.maximum(hidden - ground, 0.0) / length, np.zeros(len(open_cost))
     for end in (first, second):
         np.maximum.at(cut, end, share)
     open_cost = open_cost + cut * np.maximum(bending.OPEN_CUT - open_cost, 0.0) * (ends.nodes == -1)
-    costs = costs.copy()
-    slant = bending.slant_costs(ends.states, np.stack((first, second), axis=1), width)
+    slant = bending.slant_costs(ends.states, pairs[gaps], width)
     costs[gaps] += _GROUND * ground - _HIDDEN * hidden - slant * (hidden > ground)
-    keep = np.ones(len(rows), dtype=np.bool_)
-    keep[gaps] = costs[gaps] < open_cost[first] + open_cost[second] + more
+    keep = ~gaps | (costs < open_cost[rows] + open_cost[columns] + more)
     return rows[keep], columns[keep], costs[keep], open_cost
+
+
+def _are_shared(ids: _Ints) -> npt.NDArray[np.bool_]:
+    """Return True for ends of branches that two cables share: depth there is that of the one on top."""
+    shared: npt.NDArray[np.bool_] = np.bincount(ids)[ids] > 1
+    return shared
 
 
 def _own_points(

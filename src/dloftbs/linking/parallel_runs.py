@@ -18,6 +18,7 @@ from dloftbs.graph import (
     start_of,
     stop_of,
 )
+from dloftbs.linking.depth_steps import DepthSteps
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.prior import TemporalPrior
 
@@ -60,11 +61,16 @@ Source: by definition.
 _Series = list[tuple[int, int]]
 
 
-def separate_parallel_runs(graph: Graph, matching: EndMatching, prior: TemporalPrior | None = None) -> None:
+def separate_parallel_runs(
+    graph: Graph,
+    matching: EndMatching,
+    prior: TemporalPrior | None = None,
+    steps: DepthSteps | None = None,
+) -> None:
     """Give each cable of shared branches its own offset axis, and join it with the cable that continues it.
 
-    The prior decides where the mask is unclear. Partners change where the cables cross otherwise than the duplicates
-    were joined; the points and radii of the shared branches change.
+    Steps in depth count as well as the mask, and the prior decides where both are unclear. Partners change where the
+    cables cross otherwise than the duplicates were joined; the points and radii of the shared branches change.
 
     Parameters
     ----------
@@ -72,6 +78,7 @@ def separate_parallel_runs(graph: Graph, matching: EndMatching, prior: TemporalP
     matching : EndMatching
         Changed.
     prior : TemporalPrior, optional
+    steps : DepthSteps, optional
     """
     if not matching.branches.duplicate_of:
         return
@@ -79,7 +86,7 @@ def separate_parallel_runs(graph: Graph, matching: EndMatching, prior: TemporalP
     raw_radius = matching.branches.raw_radius
     assert raw_radius is not None  # shared branches were found by it
     for series in _all_series(matching):
-        _separate(graph, matching, series, raw_radius, prior)
+        _separate(graph, matching, series, raw_radius, prior, steps)
 
 
 def _all_series(matching: EndMatching) -> list[_Series]:
@@ -113,7 +120,12 @@ def _reversed(series: _Series) -> _Series:
 
 
 def _separate(
-    graph: Graph, matching: EndMatching, series: _Series, raw_radius: FloatArray, prior: TemporalPrior | None
+    graph: Graph,
+    matching: EndMatching,
+    series: _Series,
+    raw_radius: FloatArray,
+    prior: TemporalPrior | None,
+    steps: DepthSteps | None,
 ) -> None:
     branches, partner, width = matching.branches, matching.partner, graph.width
     if _one_stops_at(branches, series[0]):  # the branch inside of which a cable ends comes last
@@ -146,6 +158,12 @@ def _separate(
     swapped, margin, weakest = kernels.find_swaps(
         middle + shift, middle - shift, arc, separation, leading[0], leading[1], continued[0], continued[1], width
     )
+    if leaves and steps is not None and weakest >= 0:
+        exchanged = (last_side != first_side) != swapped[-1]
+        margin += (1.0 if exchanged else -1.0) * steps.gain(exit_one, exit_two)
+        if margin < 0.0:
+            swapped[weakest:] = ~swapped[weakest:]
+            margin = -margin
     if leaves and prior is not None and margin < _UNCLEAR and weakest >= 0:
         # The cable that comes in on the first side leaves on it, unless the two swap sides.
         stays = (last_side == first_side) != swapped[-1]

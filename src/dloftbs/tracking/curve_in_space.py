@@ -16,8 +16,8 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.partial_match import PartialMatch, hidden_before
-from dloftbs.tracking.reconstruction import CURVE_SAMPLES, VisiblePart, fit_samples, reconstruct
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before
+from dloftbs.tracking.reconstruction import CURVE_SAMPLES, EVEN_U, VisiblePart, fit_samples, reconstruct
 
 
 class PlacedParts(NamedTuple):
@@ -38,7 +38,11 @@ class PlacedParts(NamedTuple):
 
 
 def reconstruct_in_space(
-    before: BSplineCurve | None, scope: tuple[float, float], metres: float, matches: Sequence[PartialMatch]
+    before: BSplineCurve | None,
+    scope: tuple[float, float],
+    metres: float,
+    matches: Sequence[PartialMatch],
+    view: View,
 ) -> BSplineCurve | None:
     """Return the whole curve in space, so many metres long, from the matches that have one.
 
@@ -46,39 +50,53 @@ def reconstruct_in_space(
     """
     if before is None or math.isnan(metres):
         return None
-    parts = _place(metres, matches)
+    parts = _place(metres, matches, view)
     return reconstruct(before, scope, parts, metres) if parts else None
 
 
-def _place(metres: float, matches: Sequence[PartialMatch]) -> list[VisiblePart]:
+def _place(metres: float, matches: Sequence[PartialMatch], view: View) -> list[VisiblePart]:
     """Return the parts in space: the distance of each from the nearer end, in metres, by its place in the image."""
     parts: list[VisiblePart] = []
     for match, gap in zip(matches, hidden_before(matches), strict=False):
         curve = match.observation.curve_3d
         if curve is None:
             continue
-        share = min(sample_curve(curve)[1] * (match.curve_span[1] - match.curve_span[0]) / metres, 1.0)
+        seen = span_in_space(curve, match.curve_span, view)
+        share = min(sample_curve(curve, *seen)[1] / metres, 1.0)
         low, high = match.track_span
         rest = 1.0 - (high - low)
         start = low / rest * (1.0 - share) if rest > 0.0 else 0.0
         if parts:
             start = max(start if gap > 0.0 else 0.0, parts[-1].track_span[1])
         if start < 1.0:
-            parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), match.curve_span))
+            parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), seen))
     return parts
+
+
+def span_in_space(curve_3d: BSplineCurve, span: tuple[float, float], view: View) -> tuple[float, float]:
+    """Return the span of a curve in space whose image is a span of the curve in the image; the same without a camera.
+
+    Depth that jumps, where a detection goes over from one cable to another, is long in space and short in the image.
+    """
+    points = None if span == WHOLE else view.project(curve_3d, CURVE_SAMPLES)
+    if points is None:
+        return span
+    along = _arc_lengths(points)
+    low, high = np.interp(np.array(span) * along[-1], along, EVEN_U).tolist()
+    return low, high
 
 
 def place_by_space(
     curve_3d: BSplineCurve, metres: float, matches: Sequence[PartialMatch], view: View
 ) -> PlacedParts | None:
     """Return the parts of a track placed by its whole curve in space; None without a camera that sees all of it."""
-    spans = [part.track_span for part in _place(metres, matches)]
+    spans = [part.track_span for part in _place(metres, matches, view)]
     points = view.project(curve_3d, CURVE_SAMPLES)
     if points is None or len(spans) < len(matches):
         return None
     along, along_m = _arc_lengths(points), _arc_lengths(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
-    u, edges = np.linspace(0.0, 1.0, CURVE_SAMPLES), [0.0, *(edge for span in spans for edge in span), 1.0]
-    hidden_px, hidden_m = (np.diff(np.interp(edges, u, lengths))[::2] for lengths in (along, along_m))
+    edges = [0.0, *(edge for span in spans for edge in span), 1.0]
+    hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2] for lengths in (along, along_m))
     # Where parts are farther apart than the track is long, nothing makes it longer.
     share, is_hidden = np.diff(edges), hidden_before(matches) > 0.0
     scale = np.divide(metres * share[::2], hidden_m, out=np.ones_like(hidden_m), where=hidden_m > 0.0)
@@ -92,7 +110,7 @@ def place_by_space(
     ]
     if hidden[-1] == 0.0:  # not by a rounding error before it
         placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
-    evenly = np.stack([np.interp(u * along[-1], along, column) for column in points.T], axis=1)
+    evenly = np.stack([np.interp(EVEN_U * along[-1], along, column) for column in points.T], axis=1)
     covered = float(share[1::2].sum() + share[::2][is_hidden].sum())  # less than all if the parts are too short
     return PlacedParts(placed, fit_samples(evenly), length / (covered * metres))
 

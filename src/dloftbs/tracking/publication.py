@@ -44,7 +44,7 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
         for match in matches
     ]
     curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
-    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), (high - low) * model.lengths.metres, inside)
+    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), (high - low) * model.lengths.metres, inside, view)
     return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
 
 

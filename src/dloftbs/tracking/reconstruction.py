@@ -30,13 +30,13 @@ _SAMPLES_PER_SPAN = 4
 Source: by hand; fewer do not determine it against noise.
 """
 
-_U = np.linspace(0.0, 1.0, CURVE_SAMPLES)
+EVEN_U = np.linspace(0.0, 1.0, CURVE_SAMPLES)
 """Parameters of the samples, units of ``u``.
 
 Source: by definition.
 """
 
-_KNOTS = least_squares.open_knots(_U, CURVE_SAMPLES // _SAMPLES_PER_SPAN)
+_KNOTS = least_squares.open_knots(EVEN_U, CURVE_SAMPLES // _SAMPLES_PER_SPAN)
 
 _WINDOW_SHARE = 0.15
 """Least visible share of the whole length that determines a rigid motion.
@@ -74,9 +74,9 @@ def reconstruct(
     visible: list[tuple[int, int]] = []  # first and last sample
     for part in parts:
         (low, high), (first, last) = part.track_span, part.curve_span
-        start, stop = int(_U.searchsorted(low - SAME_U)), int(_U.searchsorted(high + SAME_U, side="right"))
+        start, stop = int(EVEN_U.searchsorted(low - SAME_U)), int(EVEN_U.searchsorted(high + SAME_U, side="right"))
         if start < stop:
-            share = np.minimum(np.maximum((_U[start:stop] - low) / (high - low), 0.0), 1.0)
+            share = np.minimum(np.maximum((EVEN_U[start:stop] - low) / (high - low), 0.0), 1.0)
             new[start:stop] = part.curve(first + share * (last - first))
             visible.append((start, stop - 1))
     if not visible:
@@ -92,4 +92,4 @@ def cut(curve: BSplineCurve, span: tuple[float, float]) -> BSplineCurve:
 
 def fit_samples(points: FloatArray) -> BSplineCurve:
     """Return the curve through points (CURVE_SAMPLES, d) at even parameters."""
-    return BSplineCurve._unchecked(_KNOTS, least_squares.fit_open(_U, points, _KNOTS), 3, False)
+    return BSplineCurve._unchecked(_KNOTS, least_squares.fit_open(EVEN_U, points, _KNOTS), 3, False)

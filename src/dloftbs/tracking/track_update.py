@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import SAMPLES, Observation, sample_curve
+from dloftbs.observation import SAMPLES, sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import (
@@ -87,7 +87,7 @@ def _update_partly(
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in matches]
     metres = model.lengths.metres
-    model.curve_3d = reconstruct_in_space(model.curve_3d, scope, metres, matches)
+    model.curve_3d = reconstruct_in_space(model.curve_3d, scope, metres, matches, view)
     placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, view)
     if placed is None:
         _follow_view(model, matches)
@@ -102,18 +102,10 @@ def _update_partly(
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     in_doubt = _are_apart(model, matches) or shared or any(view.cut_ends(longest, model))
-    if not in_doubt or _is_in_plain_sight(longest, model, view):
+    if not in_doubt:
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
-
-
-def _is_in_plain_sight(part: Observation, model: TrackModel, view: View) -> bool:
-    """Return True if the whole object of a part is, with both ends: no track is more than that, whatever is believed.
-
-    Other parts with something in between contradict nothing: what they go under may stay there.
-    """
-    return part.contiguous and all(view.ends_in_sight(part.between(0.0, 1.0), model))
 
 
 def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.evidence.kernels.gap_depths import judge_ways, sample_depths
+from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import lay_ways
 
 SIZE = (80, 120)
@@ -42,6 +42,7 @@ class Scene:
         bounds = np.cumsum([0, *map(len, runs)])
         self.spans = np.column_stack((bounds[:-1], bounds[1:]))
         self.ends = np.arange(8)
+        self.free = rng.random(8) < 0.5
         tips = self.points[[bounds[e // 2] if e % 2 == 0 else bounds[e // 2 + 1] - 1 for e in range(8)]]
         angle = rng.uniform(-np.pi, np.pi, 8)
         self.states = np.column_stack((tips, np.cos(angle), np.sin(angle)))
@@ -49,7 +50,7 @@ class Scene:
 
     def known(self) -> np.ndarray:
         asked = self.depth, UNIT, LOW, HIGH, self.mask
-        return sample_depths(*asked, self.points, self.spans, self.ends, self.width)
+        return sample_depths(*asked, self.points, self.spans, self.ends, self.free, self.width)
 
     def nine(self, x: float, y: float, reach: float) -> list[tuple[int, int]]:
         rows, columns = (
@@ -68,14 +69,14 @@ class Scene:
         return None if any(self.mask[at] for at in self.nine(x, y, 4.0)) else self.metres(x, y)
 
 
-def literal_known(scene: Scene, end: int) -> tuple[float, float]:
-    """Return the depth at an end, and the height over the ground."""
+def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float]:
+    """Return the depth at an end, the height over the ground, the slope outwards, and the deviation of the first."""
     start, stop = scene.spans[end // 2]
     run = scene.points[start:stop] if end % 2 == 0 else scene.points[start:stop][::-1]
     last = int(min(8.0 * scene.width, len(run) - 1))
     line, heights = [], []
     for k in range(7):
-        i = int(2.0 * scene.width + k * scene.width)
+        i = int((2.0 * scene.width if scene.free[end] else 4.0) + k * scene.width)
         if i >= last:
             break
         metres = scene.metres(*run[i])
@@ -88,21 +89,27 @@ def literal_known(scene: Scene, end: int) -> tuple[float, float]:
             ground = scene.ground(*(run[i] + side * (scene.width + 4.0) * np.array([-way[1], way[0]])))
             if ground is not None:
                 heights.append(ground - metres)
-    slopes = sorted((b - a) / (j - i) for n, (i, a) in enumerate(line) for j, b in line[n + 1 :])
-    slope = slopes[(len(slopes) - 1) // 2] if slopes else np.nan
+    if not line:
+        return np.nan, np.nan, np.nan, np.nan
+    slopes = sorted((b - a) / (j - i) for n, (i, a) in enumerate(line) for j, b in line[n + 1 :]) or [0.0]
+    slope = slopes[(len(slopes) - 1) // 2]
     offsets = sorted(metres - slope * i for i, metres in line)
     heights.sort()
-    return (
-        offsets[(len(offsets) - 1) // 2] if slopes else np.nan,
-        heights[(len(heights) - 1) // 2] if heights else np.nan,
-    )
+    places = np.array([i for i, _ in line], dtype=float)
+    # The hat matrix of a line of least squares, or of a constant, at 0.
+    columns = np.stack((np.ones(len(line)), places), axis=1)[:, : min(len(line), 2)]
+    at_end = np.eye(2)[0, : columns.shape[1]]
+    deviation = np.sqrt(at_end @ np.linalg.inv(columns.T @ columns) @ at_end)
+    height = heights[(len(heights) - 1) // 2] if heights else np.nan
+    return offsets[(len(offsets) - 1) // 2], height, -slope, deviation
 
 
 def literal_judgement(scene: Scene, known: np.ndarray, pair: np.ndarray, way: np.ndarray, steps: int) -> list[int]:
     """Return 1 for ground, 2 for cable, 3 for something nearer, 0 for unknown, at each place between the ends."""
     told = [0] * len(way)
-    (one, first), (other, second) = known[pair]
+    (one, first), (other, second) = known[pair, :2]
     height = 0.5 * (first + second)
+    one, other = (other if np.isnan(one) else one), (one if np.isnan(other) else other)
     for k in range(1, steps):
         x, y, dx, dy = way[k]
         found, expected = scene.metres(x, y), one + (other - one) * k / steps
@@ -137,3 +144,25 @@ def test_ways_are_judged_as_by_the_literal_twin(seed: int) -> None:
     judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, TOLERANCE, NOISE, told)
     expected = [literal_judgement(scene, known, *row) for row in zip(scene.pairs, ways, steps, strict=True)]
     assert told.tolist() == expected
+
+
+@given(seeds)
+def test_swerves_are_those_of_the_literal_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    depths, heights = 0.7 + rng.normal(0.0, 0.02, 12), rng.choice([0.001, 0.008, 0.1, np.nan], 12)
+    known = np.column_stack((depths, heights, rng.normal(0.0, 3e-4, 12), rng.uniform(0.7, 1.5, 12)))
+    known[rng.integers(12), 0] = np.nan
+    pairs, lengths = rng.integers(0, 12, (20, 2)), rng.uniform(0.0, 60.0, 20)
+    focal, width = 900.0, 10.0
+    expected = []
+    for (i, j), length in zip(pairs, np.maximum(lengths, width), strict=True):
+        (z, height, slope, spread), (other_z, other_height, other_slope, other_spread) = known[i], known[j]
+        deviation = NOISE / 3.0 * (0.5 * (z + other_z)) ** 2
+        # The line beyond one end meets that beyond the other half-way, but for this.
+        jump = abs((z + 0.5 * length * slope) - (other_z + 0.5 * length * other_slope))
+        excess = jump - deviation * np.hypot(spread, other_spread)
+        is_ground = any(h < 2.0 * deviation for h in (height, other_height))
+        told = excess > 0.0 and not is_ground
+        metres = length * 0.5 * (z + other_z) / focal
+        expected.append(max(np.arctan2(excess, metres) - 0.2, 0.0) if told else 0.0)
+    np.testing.assert_allclose(measure_swerves(known, pairs, lengths, focal, width, NOISE), expected, atol=1e-12)

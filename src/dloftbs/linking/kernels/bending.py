@@ -58,6 +58,12 @@ _TIP_WIDTHS = 0.5
 Source: geometry; what covers a cable at a slant leaves a tip at its edge, half a width from the axis.
 """
 
+_MOST_SWERVE = 1.0
+"""Most that a swerve towards the camera or away from it costs.
+
+Source: by hand; of depths, one in fifty may be wrong, e to the power of -1 / 0.25.
+"""
+
 _GAP_JUNCTION = 0.4
 """Extra cost of a gap from a branch end in a junction.
 
@@ -270,6 +276,34 @@ def slant_costs(states: npt.NDArray[np.float64], pairs: npt.NDArray[np.int64], w
         cost = _gap_cost(bend, length, width)
         bend, length = _bend_along(states, i, j, cx + my * less, cy - mx * less, width)
         costs[k] = max(cost - _gap_cost(bend, length, width), 0.0)
+    return costs
+
+
+@kernel(read(float64, 1), read(boolean, 1), read(float64, 1), float64)
+def swerve_costs(
+    lengths: npt.NDArray[np.float64], gaps: npt.NDArray[np.bool_], swerves: npt.NDArray[np.float64], width: float
+) -> npt.NDArray[np.float64]:
+    """Return the costs of ways between ends for swerving towards the camera or away from it, as for swerving beside it.
+
+    Parameters
+    ----------
+    lengths : (k,) float64
+        px.
+    gaps : (k,) bool
+        True where a gap is to be bridged.
+    swerves : (k,) float64
+        rad.
+    width : float
+        px.
+
+    Returns
+    -------
+    (k,) float64
+    """
+    costs = np.empty(len(lengths))
+    for k in range(len(lengths)):
+        bend, turn = (_GAP_BEND, _GAP_TURN) if gaps[k] else (_LINK_BEND, _LINK_TURN)
+        costs[k] = min(3.0 * swerves[k] ** 2 * (bend * width / max(lengths[k], width) + turn), _MOST_SWERVE)
     return costs
 
 

@@ -1,0 +1,92 @@
+"""Depth tells which cables go on into which at junctions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawings import draw_cable
+
+import dloftbs
+from dloftbs import PinholeCamera
+from dloftbs.synthetic import DepthNoise
+
+SIZE = (300, 420)
+WIDTH = 12
+CAMERA = PinholeCamera(600.0, 600.0, 210.0, 150.0)
+TABLE_M = 0.9
+NOISE = DepthNoise(depth_noise=1.0, hole_share=0.05, flying=0.5)
+MIDDLE = (210.0, 155.0)
+ARMS = [np.array([start, MIDDLE]) for start in ((40.0, 70.0), (40.0, 240.0), (380.0, 240.0), (380.0, 70.0))]
+"""Two straight cables that cross, cut where they do."""
+CROSSING, TOUCHING = (0.1, 0.15, 0.1, 0.15), (0.1, 0.15, 0.15, 0.1)
+"""Heights of the arms over the table, m: they cross, or come near each other and part. The mask is the same."""
+ACROSS = np.array([(210.0, 20.0), (212.0, 150.0), (205.0, 280.0)])
+"""One that goes over the place where the two meet."""
+
+seeds = pytest.mark.parametrize("seed", range(6))
+
+
+def scene(heights_m: tuple[float, ...], seed: int, *, over: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mask of the arms, and the depth, m, that a camera has; one more may lie over all."""
+    rng = np.random.default_rng(seed)
+    mask, depth = np.zeros(SIZE, bool), np.full(SIZE, TABLE_M, np.float32)
+    lines = [*ARMS, ACROSS] if over else ARMS
+    for line, height in zip(lines, (*heights_m, 0.2), strict=False):
+        drawn = draw_cable(line, WIDTH, SIZE) > 0
+        mask |= drawn
+        depth[drawn] = TABLE_M - height
+    return mask, NOISE.apply(depth, mask, rng).astype(np.float32)
+
+
+def sides_of(found: dloftbs.FrameResult | tuple[dloftbs.Detection, ...]) -> set[frozenset[tuple[bool, bool]]]:
+    """Return the quarters of the image in which the two ends of each object lie, of those from side to side."""
+    quarters = set()
+    for one in found:
+        ends = one.curve(np.array([0.0, 1.0]))
+        if np.ptp(ends[:, 0]) > 200.0:
+            quarters.add(frozenset((bool(x > MIDDLE[0]), bool(y > MIDDLE[1])) for x, y in ends))
+    return quarters
+
+
+CROSSED = {frozenset({(False, False), (True, True)}), frozenset({(False, True), (True, False)})}
+APART = {frozenset({(False, False), (True, False)}), frozenset({(False, True), (True, True)})}
+
+
+@seeds
+@pytest.mark.parametrize("over", [False, True])
+@pytest.mark.parametrize(("heights", "expected"), [(CROSSING, CROSSED), (TOUCHING, APART)])
+def test_depth_tells_what_the_mask_cannot(heights, expected, over, seed):
+    mask, depth = scene(heights, seed, over=over)
+    assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == expected
+
+
+@pytest.mark.parametrize("over", [False, True])
+def test_the_mask_alone_reads_a_crossing(over):
+    mask, _ = scene(TOUCHING, 0, over=over)
+    assert sides_of(dloftbs.detect(mask)) == CROSSED
+
+
+@seeds
+def test_depth_without_a_camera_tells_nothing_of_crossings(seed):
+    mask, depth = scene(TOUCHING, seed)
+    assert sides_of(dloftbs.detect(mask, depth=depth)) == CROSSED
+
+
+@seeds
+def test_heights_within_a_cables_thickness_tell_nothing(seed):
+    mask, depth = scene((0.010, 0.012, 0.012, 0.010), seed)
+    assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == CROSSED
+
+
+@seeds
+def test_the_same_height_everywhere_changes_nothing(seed):
+    mask, depth = scene((0.1,) * 4, seed)
+    alone, told = dloftbs.detect(mask), dloftbs.detect(mask, depth=depth, camera=CAMERA)
+    assert [one.curve for one in told] == [one.curve for one in alone]
+
+
+@seeds
+def test_ground_that_is_taken_for_a_cable_tells_nothing(seed):
+    """Thin cables whose pixels show the table, by a displaced depth, beside others that show their own."""
+    mask, depth = scene((0.1, 0.0, 0.1, 0.1), seed)
+    assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == CROSSED
