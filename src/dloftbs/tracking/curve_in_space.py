@@ -38,25 +38,20 @@ class PlacedParts(NamedTuple):
 
 
 def reconstruct_in_space(
-    before: BSplineCurve | None,
-    scope: tuple[float, float],
-    metres: float,
-    matches: Sequence[PartialMatch],
-    view: View,
+    before: BSplineCurve | None, scope: tuple[float, float], metres: float, parts: Sequence[VisiblePart]
 ) -> BSplineCurve | None:
-    """Return the whole curve in space, so many metres long, from the matches that have one.
+    """Return the whole curve in space, so many metres long; None without parts, or if it was never known."""
+    return None if before is None or not parts else reconstruct(before, scope, parts, metres)
 
-    None without those, or if it or its length was never known.
+
+def place_in_space(metres: float, matches: Sequence[PartialMatch], view: View) -> list[VisiblePart]:
+    """Return the parts in space: the distance of each from the nearer end, in metres, by its place in the image.
+
+    Without matches that have a curve there, and for an object whose length is not known, there are none.
     """
-    if before is None or math.isnan(metres):
-        return None
-    parts = _place(metres, matches, view)
-    return reconstruct(before, scope, parts, metres) if parts else None
-
-
-def _place(metres: float, matches: Sequence[PartialMatch], view: View) -> list[VisiblePart]:
-    """Return the parts in space: the distance of each from the nearer end, in metres, by its place in the image."""
     parts: list[VisiblePart] = []
+    if math.isnan(metres):
+        return parts
     for match, gap in zip(matches, hidden_before(matches), strict=False):
         curve = match.observation.curve_3d
         if curve is None:
@@ -87,10 +82,21 @@ def span_in_space(curve_3d: BSplineCurve, span: tuple[float, float], view: View)
 
 
 def place_by_space(
-    curve_3d: BSplineCurve, metres: float, matches: Sequence[PartialMatch], view: View
+    curve_3d: BSplineCurve, metres: float, matches: Sequence[PartialMatch], parts: Sequence[VisiblePart], view: View
 ) -> PlacedParts | None:
-    """Return the parts of a track placed by its whole curve in space; None without a camera that sees all of it."""
-    spans = [part.track_span for part in _place(metres, matches, view)]
+    """Return the parts of a track placed by its whole curve in space; None without a camera that sees all of it.
+
+    Parameters
+    ----------
+    curve_3d : BSplineCurve
+    metres : float
+        Its length.
+    matches : sequence of PartialMatch
+    parts : sequence of VisiblePart
+        The same in space; fewer if not all are known there.
+    view : View
+    """
+    spans = [part.track_span for part in parts]
     points = view.project(curve_3d, CURVE_SAMPLES)
     if points is None or len(spans) < len(matches):
         return None

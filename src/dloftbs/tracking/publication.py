@@ -9,7 +9,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.observation import SAMPLES, U
-from dloftbs.tracking.curve_in_space import reconstruct_in_space
+from dloftbs.tracking.curve_in_space import place_in_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import inferred_spans, visible_parts
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve
@@ -44,7 +44,9 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
         for match in matches
     ]
     curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
-    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), (high - low) * model.lengths.metres, inside, view)
+    metres = (high - low) * model.lengths.metres
+    parts = [] if model.curve_3d is None else place_in_space(metres, inside, view)
+    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), metres, parts)
     return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
 
 
