@@ -159,6 +159,7 @@ def _separate(
         middle + shift, middle - shift, arc, separation, leading[0], leading[1], continued[0], continued[1], width
     )
     if leaves and steps is not None and weakest >= 0:
+        # The evidence of the mask is for exchanging the exits, or against it; so is that of depth.
         exchanged = (last_side != first_side) != swapped[-1]
         margin += (1.0 if exchanged else -1.0) * steps.gain(exit_one, exit_two)
         if margin < 0.0:
