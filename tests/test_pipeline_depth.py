@@ -104,6 +104,15 @@ def test_a_cable_beyond_the_field_of_the_lens_model_has_no_curve_in_space() -> N
     assert np.isfinite(detection.curve_3d.sample(50)).all()
 
 
+def test_a_curve_too_far_away_to_be_stored_is_none() -> None:
+    """What is published can always be written and read again."""
+    config = Config.paper().replace({"lifting.max_depth_m": 1e9})
+    far = PinholeCamera(fx=0.1, fy=0.1, cx=0.0, cy=0.0)
+    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config, depth=np.full(SIZE, 9e8), camera=far)
+    assert detection.curve_3d is None
+    assert "reaches farther than 1e+12 m" in str(detection.no_3d_reason)
+
+
 def test_depth_without_a_camera_says_so() -> None:
     (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), depth=np.ones(SIZE))
     assert detection.no_3d_reason == "the frame has depth, but no camera to turn it into metres"

@@ -13,12 +13,13 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, check_mask
+from dloftbs._arrays import LARGEST, AnyArray, check_mask
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
 from dloftbs.cleaning import clean
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsConfig, PixelLiftingConfig
 from dloftbs.crossings import find_crossings
+from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
@@ -195,7 +196,7 @@ def _lift_as_published(
         return replace(detection, no_3d_reason=reason)
     knots = knots or distinct_knots(detection.curve)  # what the curve in the image needed
     curve = fit_with_knots(points_m, line.u[seen], line.closed and bool(seen.all()), knots)
-    return replace(detection, curve_3d=curve)
+    return _with_curve_3d(detection, curve)
 
 
 def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None) -> Detection:
@@ -205,7 +206,17 @@ def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None)
     if knots is None:  # what the curve in the image needed, or its depth does
         knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
     curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
-    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=lifted.inferred)
+    return _with_curve_3d(detection, curve, lifted.inferred)
+
+
+def _with_curve_3d(
+    detection: Detection, curve: BSplineCurve, inferred: tuple[tuple[float, float], ...] = ()
+) -> Detection:
+    """Return the detection with its curve in space, or with the reason why that is no curve that can be stored."""
+    if not np.abs(curve.control_points).max() <= LARGEST:
+        reason = f"by its depth and the camera it reaches farther than {LARGEST:g} m: check lifting.max_depth_m"
+        return Detection._unchecked(detection.centerline, detection.curve, no_3d_reason=reason)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
