@@ -114,7 +114,7 @@ class EndEvidence:
         numpy.ndarray, shape (k,)
             rad; 0 where depth tells nothing.
         """
-        if self._depths is None or self.frame.camera is None:
+        if self.frame.camera is None or self._depths is None:
             return np.zeros(len(pairs))
         focal = self.frame.camera.fx
         return measure_swerves(self._depths, pairs, lengths, focal, self.width, DEPTH_NOISE_PER_M)
@@ -140,6 +140,8 @@ class EndEvidence:
         numpy.ndarray, shape (k, 3)
             How much of each way is the ground beside the cables, a cable, and neither, in widths.
         """
+        if len(pairs) == 0:
+            return np.zeros((0, 3))
         frame, width = self.frame, self.width
         ways, steps = lay_ways(self.states, pairs, width)
         told: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
@@ -149,7 +151,7 @@ class EndEvidence:
         if self._depths is not None:
             limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
-        if frame.image is not None and len(pairs):
+        if frame.image is not None:
             ends, index = np.unique(pairs, return_inverse=True)
             image, local = frame.image[self._window], index.reshape(-1, 2)
             colours = sample_references(image, self._mask, self.points, self.spans, ends, width)
@@ -158,10 +160,10 @@ class EndEvidence:
 
     @cached_property
     def _depths(self) -> FloatArray | None:
-        """What `sample_depths` tells of each end; None without depth."""
+        """Depth at each end, as `sample_depths` returns it; None without depth."""
         if self.frame.depth is None:
             return None
-        return sample_depths(*self._asked, self.points, self.spans, np.arange(len(self.states)), self.free, self.width)
+        return sample_depths(*self._asked, self.points, self.spans, self.free, self.width)
 
     @cached_property
     def _asked(self) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.uint8]]:

@@ -15,6 +15,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.depth import unit_of
 from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
+from dloftbs.evidence.kernels.gap_depths import EDGE_PX
 from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around, pixels_around
 from dloftbs.frame import Frame
 from dloftbs.observation import SAMPLES, Appearance, U, sample_curve
@@ -23,12 +24,6 @@ HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
 
 Source: by definition.
-"""
-
-_LEAST_REACH_PX = 4.0
-"""Least distance from a place at which occluders count as near it, px.
-
-Source: geometry; depth cameras displace edges by 2 to 4 px.
 """
 
 DEPTH_TOLERANCE_M = 0.01
@@ -178,7 +173,7 @@ class OcclusionEvidence:
             `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
         """
         told = np.zeros(len(points), dtype=np.int64)
-        reach = max(_LEAST_REACH_PX, 0.0 if math.isnan(width) else width)
+        reach = max(EDGE_PX, 0.0 if math.isnan(width) else width)
         h, w = self.size
         if self._depth is not None and depth_m is not None:
             rows, columns = pixels_around(points, _CROSS, reach, h, w)

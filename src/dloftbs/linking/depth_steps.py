@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations, permutations
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import POSITION, EndMatching, Graph, branch_of, ends_of, other_end, start_of, stop_of
+from dloftbs.graph import POSITION, EndMatching, Graph, branch_of, ends_of, other_end
+from dloftbs.linking.end_matching import are_shared
 from dloftbs.linking.kernels import bending
 from dloftbs.mask_crop import MaskCrop
 
@@ -32,6 +34,9 @@ Source: by hand; as many crossings in a row are dense.
 """
 
 
+_Joint = tuple[int, int, float]
+
+
 class DepthSteps:
     """Cost of the joints of a matching by depth: branches too short for depth of their own take it from the next ones.
 
@@ -49,12 +54,9 @@ class DepthSteps:
 
     def __init__(self, graph: Graph, matching: EndMatching, evidence: EndEvidence) -> None:
         self._matching, self._evidence, self._width = matching, evidence, graph.width
-        branches = matching.branches
-        ids = np.array(branches.branch_id)
+        ids = np.array(matching.branches.branch_id)
         self.own = ends_of(ids)
-        self._known = evidence.has_depth[self.own]
-        for branch in branches.duplicate_of:  # depth is that of the cable on top
-            self._known[[start_of(branch), stop_of(branch)]] = False
+        self._known = evidence.has_depth[self.own] & ~are_shared(self.own)
         self._lengths = np.diff(graph.spans, axis=1).ravel()[ids]
 
     def costs(self, pairs: npt.NDArray[np.int64]) -> FloatArray:
@@ -62,7 +64,7 @@ class DepthSteps:
         ends, away = pairs.copy(), np.zeros(pairs.shape)
         for place in zip(*np.nonzero(~self._known[pairs]), strict=True):
             ends[place], away[place] = self._next_known(int(pairs[place]))
-        told = (ends >= 0).all(axis=1)
+        told = (ends >= 0).all(axis=1)  # what is taken for an end of -1 does not count
         positions = self._matching.branches.end_states[pairs, POSITION]
         lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away.sum(axis=1)
         swerves = self._evidence.swerves(self.own[ends], lengths) * told
@@ -100,6 +102,7 @@ def exchange_by_depth(crop: MaskCrop, graph: Graph, matching: EndMatching, steps
         Changed.
     steps : DepthSteps
     """
+    chosen: list[_Joint] = []
     nodes = np.array(matching.branches.nodes)
     for _ in range(_ROUNDS):
         partner = np.array(matching.partner)
@@ -107,49 +110,58 @@ def exchange_by_depth(crop: MaskCrop, graph: Graph, matching: EndMatching, steps
         if len(ends) == 0:
             return
         by_node = np.bincount(nodes[ends], steps.costs(np.stack((ends, partner[ends]), axis=1)))
-        best, chosen = 0.0, (-1, -1)
-        for node in np.flatnonzero(by_node >= _LEAST_GAIN).tolist():
-            own = np.flatnonzero(nodes == node)
-            link_costs = _link_costs(crop, graph, node, dict(zip(own.tolist(), steps.own[own].tolist(), strict=True)))
-            for one, other in combinations(own.tolist(), 2):
-                gain = _gain(matching, steps, link_costs, one, other)
+        stepping = np.flatnonzero(by_node >= _LEAST_GAIN).tolist()
+        link_costs = _link_costs(crop, graph, stepping) if stepping else {}
+        best = 0.0
+        for node in stepping:
+            for pair in combinations(np.flatnonzero(nodes == node).tolist(), 2):
+                gain, joints = _exchange(matching, steps, link_costs, *pair)
                 if gain > best:
-                    best, chosen = gain, (one, other)
+                    best, chosen = gain, joints
         if best == 0.0:
             return
-        matching.exchange(*chosen, best)
+        for end, _, _ in chosen:
+            matching.open(end)
+        for end, other, cost in chosen:
+            if other >= 0:
+                matching.join(end, other, cost, best)
 
 
-def _gain(
+def _exchange(
     matching: EndMatching, steps: DepthSteps, link_costs: dict[tuple[int, int], float], one: int, other: int
-) -> float:
-    """Return what an exchange of partners saves, in bending and in depth; none if a partner is elsewhere."""
-    open_cost, (p, q) = matching.branches.open_cost, (matching.partner[one], matching.partner[other])
-    joints = (one, p), (other, q), (one, q), (other, p)
-    if p == other or any(joint not in link_costs for joint in joints if joint[1] >= 0):
-        return 0.0
+) -> tuple[float, list[_Joint]]:
+    """Return what two ends save by an exchange of partners, in bending and in depth, and their joints then.
+
+    A joint is an end, its partner or -1, and its cost in bending. Nothing is saved if a partner is at another junction.
+    """
+    ends, partners = (one, other), (matching.partner[one], matching.partner[other])
+    if other in partners:
+        return 0.0, []
+    now: list[_Joint] = []
+    then: list[_Joint] = []
+    for joints, order in ((now, partners), (then, partners[::-1])):
+        for end, partner in zip(ends, order, strict=True):
+            cost = matching.branches.open_cost[end]
+            if partner >= 0:
+                ids = int(steps.own[end]), int(steps.own[partner])
+                if ids not in link_costs:
+                    return 0.0, []
+                cost = link_costs[ids]
+            joints.append((end, partner, cost))
     by_depth = steps.gain(one, other)
     if by_depth < _LEAST_GAIN:
-        return 0.0
-    costs = [open_cost[end] if partner < 0 else link_costs[end, partner] for end, partner in joints]
-    return costs[0] + costs[1] - costs[2] - costs[3] + by_depth
+        return 0.0, []
+    return sum(joint[2] for joint in now) - sum(joint[2] for joint in then) + by_depth, then
 
 
-def _link_costs(crop: MaskCrop, graph: Graph, node: int, own: dict[int, int]) -> dict[tuple[int, int], float]:
-    """Return the cost in bending of each pair of ends at a junction, in both orders.
-
-    Parameters
-    ----------
-    crop : MaskCrop
-    graph : Graph
-    node : int
-    own : dict of int to int
-        From each end at the junction to the end of the graph that it stands for.
-    """
-    mask = crop.oriented(crop.pixels)
+def _link_costs(crop: MaskCrop, graph: Graph, nodes: Sequence[int]) -> dict[tuple[int, int], float]:
+    """Return the cost in bending of each pair of ends of the graph at some junctions, in both orders."""
     first, members, starts, costs = bending.junction_costs(
-        graph.nodes, graph.spurs, graph.end_states, graph.width, mask
+        graph.nodes, graph.spurs, graph.end_states, graph.width, crop.oriented(crop.pixels)
     )
-    place = {end: k for k, end in enumerate(members[first[node] : first[node + 1]].tolist())}
-    table = costs[starts[node] : starts[node + 1]].reshape(len(place), len(place)).tolist()
-    return {(one, other): table[place[own[one]]][place[own[other]]] for one, other in permutations(own, 2)}
+    found = {}
+    for node in nodes:
+        ends = members[first[node] : first[node + 1]].tolist()
+        table = costs[starts[node] : starts[node + 1]].reshape(len(ends), len(ends)).tolist()
+        found.update({(ends[a], ends[b]): table[a][b] for a, b in permutations(range(len(ends)), 2)})
+    return found

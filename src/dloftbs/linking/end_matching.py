@@ -257,7 +257,7 @@ def _weigh_evidence(
     width, pairs = graph.width, np.stack((rows, columns), axis=1)
     gaps = (ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns])
     lengths = np.hypot(*(ends.states[rows, POSITION] - ends.states[columns, POSITION]).T)
-    swerves = evidence.swerves(ends.ids[pairs], lengths) * ~_are_shared(ends.ids)[pairs].any(axis=1)
+    swerves = evidence.swerves(ends.ids[pairs], lengths) * ~are_shared(ends.ids)[pairs].any(axis=1)
     costs = costs + bending.swerve_costs(lengths, gaps, swerves, width)
     (first, second), (ground, cable, neither) = pairs[gaps].T, evidence.across(ends.ids[pairs[gaps]]).T
     length = np.maximum(lengths[gaps] / width, 1e-9)
@@ -272,7 +272,7 @@ def _weigh_evidence(
     return rows[keep], columns[keep], costs[keep], open_cost
 
 
-def _are_shared(ids: _Ints) -> npt.NDArray[np.bool_]:
+def are_shared(ids: _Ints) -> npt.NDArray[np.bool_]:
     """Return True for ends of branches that two cables share: depth there is that of the one on top."""
     shared: npt.NDArray[np.bool_] = np.bincount(ids)[ids] > 1
     return shared

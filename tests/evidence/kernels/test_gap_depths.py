@@ -41,7 +41,6 @@ class Scene:
         self.points = np.concatenate(runs)
         bounds = np.cumsum([0, *map(len, runs)])
         self.spans = np.column_stack((bounds[:-1], bounds[1:]))
-        self.ends = np.arange(8)
         self.free = rng.random(8) < 0.5
         tips = self.points[[bounds[e // 2] if e % 2 == 0 else bounds[e // 2 + 1] - 1 for e in range(8)]]
         angle = rng.uniform(-np.pi, np.pi, 8)
@@ -50,7 +49,7 @@ class Scene:
 
     def known(self) -> np.ndarray:
         asked = self.depth, UNIT, LOW, HIGH, self.mask
-        return sample_depths(*asked, self.points, self.spans, self.ends, self.free, self.width)
+        return sample_depths(*asked, self.points, self.spans, self.free, self.width)
 
     def nine(self, x: float, y: float, reach: float) -> list[tuple[int, int]]:
         rows, columns = (

@@ -62,6 +62,33 @@ Source: bounds time and memory.
 """
 
 
+@helper
+def direction_from(
+    points: npt.NDArray[np.float64], tip: int, back: int, i: int, last: int, width: float
+) -> tuple[float, float]:
+    """Return the unit direction of a run at its i-th point from an end, over a width away from it; 0 where it has none.
+
+    Parameters
+    ----------
+    points : (m, 2) float64
+    tip : int
+        Point at the end.
+    back : int
+        1 or -1, from point to point away from it.
+    i, last : int
+        Number of the point, and of the last one that counts.
+    width : float
+        px.
+    """
+    j = min(i + max(int(width), 2), last)
+    dx, dy = (
+        points[tip + back * j, 0] - points[tip + back * i, 0],
+        points[tip + back * j, 1] - points[tip + back * i, 1],
+    )
+    norm = np.sqrt(dx * dx + dy * dy)
+    return (dx / norm, dy / norm) if norm > 0.0 else (0.0, 0.0)
+
+
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
 def sample_references(
     image: npt.NDArray[np.uint8],
@@ -118,15 +145,13 @@ def sample_references(
             if i >= count:
                 break
             x, y = points[at + back * i, 0], points[at + back * i, 1]
-            j = min(i + max(int(width), 2), count)
-            dx, dy = points[at + back * j, 0] - x, points[at + back * j, 1] - y
-            norm = np.sqrt(dx * dx + dy * dy)
+            dx, dy = direction_from(points, at, back, i, count, width)
             if block_mean(image, x, y, half, cable[e, cables[e]]):
                 cables[e] += 1
-            if norm == 0.0:
+            if dx == 0.0 and dy == 0.0:
                 continue
             for side in (-1.0, 1.0):
-                aside = side * (BESIDE_WIDTHS * width + CLEAR_PX) / norm
+                aside = side * (BESIDE_WIDTHS * width + CLEAR_PX)
                 gx, gy = x - aside * dy, y + aside * dx
                 if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
                     grounds[e] += 1

@@ -61,8 +61,8 @@ Source: geometry; what covers a cable at a slant leaves a tip at its edge, half 
 _MOST_SWERVE = 1.0
 """Most that a swerve towards the camera or away from it costs.
 
-Source: measured; of generated cables that lie over each other .6 of wrong joints swerve so far and .007 of right ones:
-odds of e to the power of 4.4, each worth 0.25.
+Source: measured; of generated cables that lie over each other none of 892 right joints costs 0.5 by depth, and .37 of
+the wrong exchanges do: odds above e to the power of 4, each worth 0.25.
 """
 
 _GAP_JUNCTION = 0.4
