@@ -8,12 +8,10 @@ from drawings import random_masks
 from hypothesis import given
 from linking_examples import circle, cross, draw, graph_of
 
-import dloftbs
 from dloftbs import Config
 from dloftbs.cleaning import clean
 from dloftbs.graph import FREE, UNAVAILABLE, Graph
 from dloftbs.skeleton import build_graph, skeletonize
-from dloftbs.synthetic import FreeEnd, draw_cable_mask
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
@@ -149,14 +147,3 @@ def test_every_graph_fits_together(mask: np.ndarray) -> None:
     assert (graph.radius > 0).all()
     size = np.linalg.norm(graph.end_states[:, 2:4], axis=1)
     assert (np.isclose(size, 1.0) | (size == 0.0)).all()
-
-
-@pytest.mark.parametrize("seed", [2, 5, 6])
-def test_the_strands_of_a_frayed_end_are_no_cables(seed: int) -> None:
-    """Of a cable that comes near, as a camera sees it."""
-    rng = np.random.default_rng(seed)
-    line = np.column_stack((np.linspace(20.0, 380.0, 361), 120.0 + 15.0 * np.sin(np.linspace(0.0, 3.0, 361))))
-    mask = draw_cable_mask(
-        line, np.linspace(8.0, 20.0, 361), (240, 440), (FreeEnd("round"), FreeEnd.draw(rng, "frayed"))
-    )
-    assert len(dloftbs.detect(mask)) == 1

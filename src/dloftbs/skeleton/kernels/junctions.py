@@ -28,12 +28,6 @@ _LABELLED = 3
 Source: by definition.
 """
 
-_STRAND_RADIUS = 0.45
-"""Radius of a branch, over that of its junction, below which it is a strand of a frayed end.
-
-Source: geometry; a cable's is half its width, and a junction of two reaches its width at most.
-"""
-
 
 @inlined
 def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
@@ -166,14 +160,10 @@ def _sticks_out(
     centres: npt.NDArray[np.float64],
     radii: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
     offsets: npt.NDArray[np.int64],
     mask: npt.NDArray[np.uint8],
 ) -> float:
-    """Return how far a branch with one free end sticks out of its junction, px; infinity for other branches.
-
-    For a strand, the width of its junction is taken off.
-    """
+    """Return how far a branch with one free end sticks out of its junction, px; infinity for other branches."""
     start, stop = nodes[start_of(branch)], nodes[stop_of(branch)]
     if (start >= 0) == (stop >= 0):
         return np.inf
@@ -181,32 +171,24 @@ def _sticks_out(
     tip = offsets[branch] if start < 0 else offsets[branch + 1] - 1
     x, y = points[tip, 0], points[tip, 1]
     away = np.sqrt((x - centres[node, 0]) ** 2 + (y - centres[node, 1]) ** 2)
-    out = away + _inscribed_radius(mask, x, y) - radii[node]
-    if np.median(radius[offsets[branch] : offsets[branch + 1]]) < _STRAND_RADIUS * radii[node]:
-        out -= 2.0 * radii[node]
-    return out
+    return away + _inscribed_radius(mask, x, y) - radii[node]
 
 
-@kernel(
-    write(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(float64, 1), read(int64, 1),
-    read(uint8, 2), float64,
-)  # fmt: skip
+@kernel(write(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(int64, 1), read(uint8, 2), float64)
 def prune_spurs(
     nodes: npt.NDArray[np.int64],
     centres: npt.NDArray[np.float64],
     radii: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
-    radius: npt.NDArray[np.float64],
     offsets: npt.NDArray[np.int64],
     mask: npt.NDArray[np.uint8],
     least: float,
 ) -> npt.NDArray[np.bool_]:
     """Find the branches that are spurs: they end freely, and stick out of their junction by little.
 
-    A branch sticks out by the distance that the mask reaches beyond the junction with its tip. A strand of a frayed
-    end, much thinner than its junction, may stick out by as much more as the junction is wide. The shortest goes first,
-    and a junction keeps one branch; where only one is left, its end is free from then on and may be the tip of a spur
-    itself.
+    A branch sticks out by the distance that the mask reaches beyond the junction with its tip. The shortest goes
+    first, and a junction keeps one branch; where only one is left, its end is free from then on and may be the tip of a
+    spur itself.
 
     Parameters
     ----------
@@ -214,8 +196,6 @@ def prune_spurs(
         As `find_junctions` makes them; a junction that is down to one branch becomes `FREE`.
     centres, radii : (k, 2), (k,) float64
     points : (m, 2) float64
-    radius : (m,) float64
-        Half the mask's width at each.
     offsets : (n + 1,) int64
         Of the branches with ends, and more.
     mask : (H, W) uint8
@@ -235,7 +215,7 @@ def prune_spurs(
             degree[node] += 1
     out = np.full(n, np.inf)
     for branch in range(n):
-        out[branch] = _sticks_out(branch, nodes, centres, radii, points, radius, offsets, mask)
+        out[branch] = _sticks_out(branch, nodes, centres, radii, points, offsets, mask)
     while n > 0:
         branch = int(np.argmin(out))
         if not out[branch] < least:  # what is struck off is infinite, and comes back once at most
@@ -250,8 +230,7 @@ def prune_spurs(
             for end in range(2 * n):
                 if nodes[end] == node and alive[branch_of(end)]:
                     nodes[end] = FREE
-                    other = branch_of(end)
-                    out[other] = _sticks_out(other, nodes, centres, radii, points, radius, offsets, mask)
+                    out[branch_of(end)] = _sticks_out(branch_of(end), nodes, centres, radii, points, offsets, mask)
     return alive
 
 
