@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from drawings import random_masks
 from hypothesis import given
 from linking_examples import circle, cross, draw, graph_of
 
+import dloftbs
 from dloftbs import Config
 from dloftbs.cleaning import clean
 from dloftbs.graph import FREE, UNAVAILABLE, Graph
 from dloftbs.skeleton import build_graph, skeletonize
+from dloftbs.synthetic import FreeEnd, draw_cable_mask
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 
@@ -147,3 +150,30 @@ def test_every_graph_fits_together(mask: np.ndarray) -> None:
     assert (graph.radius > 0).all()
     size = np.linalg.norm(graph.end_states[:, 2:4], axis=1)
     assert (np.isclose(size, 1.0) | (size == 0.0)).all()
+
+
+@pytest.mark.parametrize("seed", [0, 6, 7])
+def test_the_strands_of_a_frayed_end_are_no_cables(seed: int) -> None:
+    """Of a cable that comes near, as a camera sees it."""
+    rng = np.random.default_rng(seed)
+    line = np.column_stack((np.linspace(20.0, 380.0, 361), 120.0 + 15.0 * np.sin(np.linspace(0.0, 3.0, 361))))
+    mask = draw_cable_mask(
+        line, np.linspace(8.0, 16.0, 361), (240, 440), (FreeEnd("round"), FreeEnd.draw(rng, "frayed"))
+    )
+    assert len(dloftbs.detect(mask)) == 1
+
+
+@pytest.mark.parametrize("tail", [20, 30, 50])
+def test_short_tails_beyond_a_disc_are_cables(tail: int) -> None:
+    """A disc over a crossing is what a hand or a connector looks like in a mask."""
+    long, short = np.array([[40.0, 120.0], [360.0, 120.0]]), np.array([[0.0, -25.0 - tail], [0.0, 25.0 + tail]])
+    mask = draw(long, np.array([200.0, 120.0]) + short)
+    cv2.circle(mask, (200, 120), 25, 1, -1)
+    assert len(dloftbs.detect(mask)) == 2
+
+
+@pytest.mark.parametrize("tail", [14, 20])
+def test_a_short_tail_beyond_a_hose_is_a_cable(tail: int) -> None:
+    hose = draw(np.array([[20.0, 120.0], [380.0, 120.0]]), width=24.0)
+    mask = hose | draw(np.array([[200.0, 20.0], [200.0, 132.0 + tail]]))
+    assert max(detection.curve.sample(50)[:, 1].max() for detection in dloftbs.detect(mask)) > 125.0 + tail

@@ -81,7 +81,7 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     )
     points, radius = recentre(mask, pixels, offsets)
     width = 2.0 * float(np.partition(radius, len(radius) // 2)[len(radius) // 2])  # the median, but faster
-    alive = kernels.prune_spurs(nodes, centres, radii, pixels, offsets, mask, _SPUR_WIDTHS * width)
+    alive = kernels.prune_spurs(nodes, centres, radii, pixels, radius, offsets, mask, _SPUR_WIDTHS * width)
     spurs = ~alive
     kernels.drop_specks(alive, nodes, offsets, radius, _SPECK_WIDTHS2 * width * width)
     kinks = find_kinks(points, offsets, nodes, n, width, _KINK_RAD)

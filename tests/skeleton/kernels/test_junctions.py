@@ -99,7 +99,9 @@ def star(lengths: list[float], width: float = 4.0) -> tuple[np.ndarray, ...]:
             mask |= ((xx - x) ** 2 + (yy - y) ** 2 <= (width / 2) ** 2).astype(np.uint8)
     nodes = np.array([0, FREE] * len(lengths))
     offsets = np.cumsum([0, *map(len, branches)])
-    return nodes, np.array([[100.0, 100.0]]), np.array([width / 2]), np.concatenate(branches), offsets, mask
+    points = np.concatenate(branches)
+    radius = np.full(len(points), width / 2)
+    return nodes, np.array([[100.0, 100.0]]), np.array([width / 2]), points, radius, offsets, mask
 
 
 def test_only_what_sticks_out_by_little_is_a_spur() -> None:
@@ -114,11 +116,32 @@ def test_the_shortest_spur_goes_first_and_one_run_stays() -> None:
     assert nodes[4:].tolist() == [FREE, FREE]
 
 
+@pytest.mark.parametrize(
+    ("third", "radii_of", "expected"),
+    [
+        (24, [10.0, 2.0, 2.0, 2.0], [True, False, False, False]),  # strands of a frayed end
+        (24, [10.0, 5.0, 5.0, 5.0], [True] * 4),  # as wide as cables that part
+        (90, [10.0, 2.0, 10.0, 2.0], [True] * 4),  # a thin cable over a wide one
+        (24, [3.0, 3.0, 3.0, 3.0], [True] * 4),  # a disc over a crossing: only the junction is wide
+    ],
+)
+def test_a_strand_may_stick_out_by_the_width_of_the_cable(
+    third: int, radii_of: list[float], expected: list[bool]
+) -> None:
+    nodes, centres, _, points, radius, offsets, mask = star([90, 24, third, 24])
+    for branch, own in enumerate(radii_of):
+        radius[offsets[branch] : offsets[branch + 1]] = own
+    found = prune_spurs(nodes, centres, np.array([10.0]), points, radius, offsets, mask, 6.0)
+    assert found.tolist() == expected
+
+
 def test_without_runs_nothing_is_pruned() -> None:
     nothing = np.empty(0, dtype=np.int64)
     empty = np.empty((0, 2))
     mask = np.zeros((3, 3), dtype=np.uint8)
-    assert len(prune_spurs(nothing, empty, np.empty(0), empty, np.zeros(1, dtype=np.int64), mask, 5.0)) == 0
+    assert (
+        len(prune_spurs(nothing, empty, np.empty(0), empty, np.empty(0), np.zeros(1, dtype=np.int64), mask, 5.0)) == 0
+    )
 
 
 @given(st.integers(0, 10**6))
@@ -189,7 +212,7 @@ points = np.array([[2.0, 2.0], [3.0, 2.0]])
 nodes, offsets = np.array([0, -1]), np.array([0, 2])
 mask = np.zeros((8, 8), dtype=np.uint8)
 mask[2:4, 2:5] = 1
-print(len(prune_spurs(nodes, points[:1], np.ones(1), points, offsets, mask, float(sys.argv[1]))))
+print(len(prune_spurs(nodes, points[:1], np.ones(1), points, np.ones(2), offsets, mask, float(sys.argv[1]))))
 """
 
 

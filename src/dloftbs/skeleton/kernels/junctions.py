@@ -28,6 +28,18 @@ _LABELLED = 3
 Source: by definition.
 """
 
+_STRAND_RADIUS = 0.45
+"""Radius of a branch, over that of the cable at whose end it is, below which it is a strand of a frayed end.
+
+Source: geometry; two strands that part are half as wide as the cable.
+"""
+
+_BESIDE_WIDTHS = 3.0
+"""Distance from a junction at which the width of a cable is taken, in that width.
+
+Source: geometry; nearer, a blob over the junction is measured.
+"""
+
 
 @inlined
 def _index_of(pixels_rc: npt.NDArray[np.int32], row: int, column: int) -> int:
@@ -154,6 +166,40 @@ def find_junctions(
 
 
 @helper
+def _strand_bonus(
+    nodes: npt.NDArray[np.int64], count: int, radius: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
+) -> npt.NDArray[np.float64]:
+    """Return by how much more each branch may stick out and still be a spur, px.
+
+    For a strand, it is the width of the cable at whose end it is, the only wide one at its junction; for others 0.
+    """
+    n = len(nodes) // 2
+    own = np.empty(n)
+    for branch in range(n):
+        own[branch] = np.median(radius[offsets[branch] : offsets[branch + 1]])
+    widest = np.zeros(count)
+    for end in range(2 * n):
+        if nodes[end] >= 0:
+            start, stop = offsets[branch_of(end)], offsets[branch_of(end) + 1]
+            for k in range(stop - start):
+                beside = radius[start + k if is_start(end) else stop - 1 - k]
+                if k > _BESIDE_WIDTHS * 2.0 * beside:
+                    widest[nodes[end]] = max(widest[nodes[end]], beside)
+                    break
+    wide = np.zeros(count, dtype=np.int64)
+    for end in range(2 * n):
+        node, branch = nodes[end], branch_of(end)
+        if node >= 0 and own[branch] >= _STRAND_RADIUS * widest[node]:
+            wide[node] += offsets[branch + 1] - offsets[branch] > 2.0 * widest[node]  # a shorter one is in a blob
+    bonus = np.zeros(n)
+    for branch in range(n):
+        node = max(nodes[start_of(branch)], nodes[stop_of(branch)])
+        if node >= 0 and wide[node] == 1 and own[branch] < _STRAND_RADIUS * widest[node]:
+            bonus[branch] = 2.0 * widest[node]
+    return bonus
+
+
+@helper
 def _sticks_out(
     branch: int,
     nodes: npt.NDArray[np.int64],
@@ -174,21 +220,25 @@ def _sticks_out(
     return away + _inscribed_radius(mask, x, y) - radii[node]
 
 
-@kernel(write(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(int64, 1), read(uint8, 2), float64)
+@kernel(
+    write(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(float64, 1), read(int64, 1),
+    read(uint8, 2), float64,
+)  # fmt: skip
 def prune_spurs(
     nodes: npt.NDArray[np.int64],
     centres: npt.NDArray[np.float64],
     radii: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
+    radius: npt.NDArray[np.float64],
     offsets: npt.NDArray[np.int64],
     mask: npt.NDArray[np.uint8],
     least: float,
 ) -> npt.NDArray[np.bool_]:
     """Find the branches that are spurs: they end freely, and stick out of their junction by little.
 
-    A branch sticks out by the distance that the mask reaches beyond the junction with its tip. The shortest goes
-    first, and a junction keeps one branch; where only one is left, its end is free from then on and may be the tip of a
-    spur itself.
+    A branch sticks out by the distance that the mask reaches beyond the junction with its tip. A strand of a frayed
+    end, much thinner than the cable, may stick out by as much more as that is wide. The shortest goes first, and a
+    junction keeps one branch; where only one is left, its end is free from then on and may be the tip of a spur itself.
 
     Parameters
     ----------
@@ -196,6 +246,8 @@ def prune_spurs(
         As `find_junctions` makes them; a junction that is down to one branch becomes `FREE`.
     centres, radii : (k, 2), (k,) float64
     points : (m, 2) float64
+    radius : (m,) float64
+        Half the mask's width at each.
     offsets : (n + 1,) int64
         Of the branches with ends, and more.
     mask : (H, W) uint8
@@ -213,9 +265,10 @@ def prune_spurs(
     for node in nodes:
         if node >= 0:
             degree[node] += 1
+    bonus = _strand_bonus(nodes, len(radii), radius, offsets)
     out = np.full(n, np.inf)
     for branch in range(n):
-        out[branch] = _sticks_out(branch, nodes, centres, radii, points, offsets, mask)
+        out[branch] = _sticks_out(branch, nodes, centres, radii, points, offsets, mask) - bonus[branch]
     while n > 0:
         branch = int(np.argmin(out))
         if not out[branch] < least:  # what is struck off is infinite, and comes back once at most
@@ -230,7 +283,9 @@ def prune_spurs(
             for end in range(2 * n):
                 if nodes[end] == node and alive[branch_of(end)]:
                     nodes[end] = FREE
-                    out[branch_of(end)] = _sticks_out(branch_of(end), nodes, centres, radii, points, offsets, mask)
+                    other = branch_of(end)
+                    away = _sticks_out(other, nodes, centres, radii, points, offsets, mask)
+                    out[other] = away - bonus[other]
     return alive
 
 
