@@ -18,6 +18,10 @@ from dloftbs.synthetic.strand import Strand, integrate
 _SAMPLE_PX = 0.5
 _MARGIN_PX = 10.0
 _GAP_PX = (36.0, 150.0)
+_BREAK_WIDTHS = (0.5, 4.0)  # length of a break of the mask
+_PIECE_WIDTHS = 5.0  # least length of a piece between two breaks
+_CLOSEST_WIDTHS = 2.0  # distance of two ends with ground in sight between them, at least
+_NEAR_WIDTHS = (1.5, 8.0)  # distance of two tips
 _OUTSIDE_PX = 60.0  # how far a cable goes on beyond the border
 _RING_POINTS = 64
 
@@ -35,12 +39,22 @@ class Drawn:
         Index of the point that is a corner between straight arms.
     ring : bool
         Whether it is a loop without ends.
+    gaps : tuple of (int, int, FreeEnd, FreeEnd)
+        Points between which the mask is broken, and the look of the ends there.
     """
 
     points: FloatArray
     ends: tuple[FreeEnd, FreeEnd] = (ROUND, ROUND)
     corner: int | None = None
     ring: bool = False
+    gaps: tuple[tuple[int, int, FreeEnd, FreeEnd], ...] = ()
+
+    @property
+    def pieces(self) -> list[tuple[FloatArray, tuple[FreeEnd, FreeEnd]]]:
+        """The points of each piece of the mask, and the look of its ends."""
+        starts = [(0, self.ends[0]), *((stop, end) for _, stop, _, end in self.gaps)]
+        stops = [*((start, end) for start, _, end, _ in self.gaps), (len(self.points), self.ends[1])]
+        return [(self.points[a:b], (first, last)) for (a, first), (b, last) in zip(starts, stops, strict=True)]
 
     def curve(self) -> BSplineCurve:
         """Return the centre line."""
@@ -94,13 +108,53 @@ def bend(rng: np.random.Generator, sheet: Sheet, angle: float, turn: float) -> l
 
 def facing(rng: np.random.Generator, sheet: Sheet, styles: Sequence[EndStyle]) -> list[Drawn]:
     """Return two cables along one smooth line, with plain ground between the ends that face each other."""
-    gap = float(rng.uniform(*_GAP_PX)) * min(1.0, sheet.side / 480.0 + 0.1)
+    return _apart(rng, sheet, float(rng.uniform(*_GAP_PX)) * min(1.0, sheet.side / 480.0 + 0.1), styles)
+
+
+def close(rng: np.random.Generator, sheet: Sheet) -> list[Drawn]:
+    """Return two cables along one smooth line, as far from each other as a break of the mask is long."""
+    return _apart(rng, sheet, rng.uniform(_CLOSEST_WIDTHS, _BREAK_WIDTHS[1]) * sheet.width_px, ("flat", "round"))
+
+
+def _apart(rng: np.random.Generator, sheet: Sheet, gap: float, styles: Sequence[EndStyle]) -> list[Drawn]:
+    """Return two cables along one smooth line, whose ends are some pixels apart."""
     lengths = sheet.side * rng.uniform(0.25, 0.4, 2)
     line = _line(rng, float(lengths.sum()) + gap, 0.5)
     first, second = (round(float(value) / _SAMPLE_PX) for value in (lengths[0], lengths[0] + gap))
     facing_ends = _two(rng, styles)
     one, other = sheet.place(rng, [line.points[: first + 1], line.points[second:]])
     return [Drawn(one, (FreeEnd.draw(rng), facing_ends[0])), Drawn(other, (facing_ends[1], FreeEnd.draw(rng)))]
+
+
+def nearby(rng: np.random.Generator, sheet: Sheet) -> list[Drawn]:
+    """Return two cables whose ends lie near each other by chance, and lead elsewhere."""
+    lengths = sheet.side * rng.uniform(0.25, 0.4, 2)
+    one, other = (_line(rng, float(length), 0.5) for length in lengths)
+    side = rng.choice((-1.0, 1.0))
+    ahead = one.heading[-1] + side * rng.uniform(-0.5, 1.0)
+    away = one.heading[-1] + side * rng.uniform(1.2, 2.2) - other.heading[0]
+    cos, sin = math.cos(away), math.sin(away)
+    start = one.points[-1] + rng.uniform(*_NEAR_WIDTHS) * sheet.width_px * np.array([math.cos(ahead), math.sin(ahead)])
+    parts = sheet.place(rng, [one.points, start + other.points @ np.array([[cos, sin], [-sin, cos]])])
+    return [Drawn(points, _two(rng)) for points in parts]
+
+
+def broken(rng: np.random.Generator, sheet: Sheet) -> list[Drawn]:
+    """Return a cable whose mask is broken in one to four places, as colour ranges and networks break it."""
+    line = _line(rng, sheet.side * rng.uniform(0.7, 1.0), 0.8)
+    width = sheet.width_px / _SAMPLE_PX
+    fit = int((len(line.points) / width - _PIECE_WIDTHS) / (_BREAK_WIDTHS[1] + _PIECE_WIDTHS))
+    count = min(int(rng.integers(1, 5)), max(fit, 1))
+    longest = min(_BREAK_WIDTHS[1] * width, len(line.points) / 3.0)  # some sheets are small
+    room = (len(line.points) - count * longest) / (count + 1)
+    slack = max(room - _PIECE_WIDTHS * width, 0.0)
+    gaps = []
+    for number in range(count):
+        length = min(rng.uniform(*_BREAK_WIDTHS) * width, longest)
+        start = (number + 1) * room + number * longest + rng.uniform(-0.5, 0.5) * slack
+        gaps.append((round(start), round(start + length), *_two(rng, ("flat", "round", "tapered"))))
+    (points,) = sheet.place(rng, [line.points])
+    return [Drawn(points, _two(rng), gaps=tuple(gaps))]
 
 
 def junction(rng: np.random.Generator, sheet: Sheet, angles: tuple[float, float]) -> list[Drawn]:

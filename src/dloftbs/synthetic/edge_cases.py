@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -61,11 +61,16 @@ _KINDS: Mapping[str, _Kind] = {
     "parallel": _Kind(lambda rng, sheet, _: drawings.parallel(rng, sheet)),
     "ends at the border": _Kind(lambda rng, sheet, _: drawings.border(rng, sheet)),
     "crossed ring": _Kind(lambda rng, sheet, _: drawings.crossed_ring(rng, sheet)),
+    "broken": _Kind(lambda rng, sheet, _: drawings.broken(rng, sheet)),
+    "ends near each other": _Kind(lambda rng, sheet, _: drawings.nearby(rng, sheet)),
+    "broken, picture": _Kind(lambda rng, sheet, _: drawings.broken(rng, sheet), picture=True),
+    "close ends, picture": _Kind(lambda rng, sheet, _: drawings.close(rng, sheet), picture=True),
 }
 
 EDGE_CASES = tuple(_KINDS)
 """Drawings: sharp bends, ends that face each other, a cable that ends under another at 90 degrees or less, cables
-side by side, two that the border cuts, and a ring with a cable across it."""
+side by side, two that the border cuts, a ring with a cable across it, a cable whose mask is broken where its picture is
+not, ends of two cables that lie near each other and lead elsewhere, and such that face each other across a break."""
 
 
 class EdgeCaseSequence(GeneratedSequence):
@@ -106,18 +111,32 @@ class EdgeCaseSequence(GeneratedSequence):
         """
         mask = self.truth(index).mask
         assert mask is not None  # all truths here have masks
-        image = paint_picture(self._rng(index, 1), mask) if _KINDS[self.name].picture else None
+        image = None
+        if _KINDS[self.name].picture:
+            cables, width = self._draw(index)
+            whole = self._owners([replace(cable, gaps=()) for cable in cables], width) >= 0
+            image = paint_picture(self._rng(index, 1), whole)
         return Frame(image, mask, **self._labels(index))
 
     def _make_truth(self, index: int) -> Truth:
-        kind, rng = _KINDS[self.name], self._rng(index, 0)
-        width = float(rng.uniform(*_WIDTHS_PX)) if kind.width_px is None else kind.width_px
-        cables = kind.draw(rng, Sheet(self.size, width), index / self._frames)
-        owner = np.full(self.size, -1, np.int16)
-        for number, cable in enumerate(cables):
-            owner[draw_cable_mask(cable.points, np.full(len(cable.points), width), self.size, cable.ends)] = number
+        cables, width = self._draw(index)
+        owner = self._owners(cables, width)
         masks = tuple(owner == number for number in range(len(cables)))
         return Truth(tuple(cable.curve() for cable in cables), masks, tuple(range(len(cables))))
+
+    def _draw(self, index: int) -> tuple[list[Drawn], float]:
+        """Draw one image: its cables, and their width, px."""
+        kind, rng = _KINDS[self.name], self._rng(index, 0)
+        width = float(rng.uniform(*_WIDTHS_PX)) if kind.width_px is None else kind.width_px
+        return kind.draw(rng, Sheet(self.size, width), index / self._frames), width
+
+    def _owners(self, cables: Sequence[Drawn], width: float) -> npt.NDArray[np.int16]:
+        """Return the number of the uppermost cable at each pixel, shape (H, W); -1 for none."""
+        owner = np.full(self.size, -1, np.int16)
+        for number, cable in enumerate(cables):
+            for points, ends in cable.pieces:
+                owner[draw_cable_mask(points, np.full(len(points), width), self.size, ends)] = number
+        return owner
 
     def _rng(self, index: int, purpose: int) -> np.random.Generator:
         return np.random.default_rng([self.seed, EDGE_CASES.index(self.name), index, purpose])

@@ -84,11 +84,10 @@ def draw_cable_mask(
         0.0 if end.style == "round" else _SHAPED * float(width)
         for end, width in zip(ends, widths_px[[0, -1]], strict=True)
     )
-    # What is shorter than both of its ends together is drawn round.
-    if first + last >= arc[-1]:
-        ends, first, last = (ROUND, ROUND), 0.0, 0.0
-    mask = np.zeros(size, np.bool_)
     body = (arc >= first) & (arc <= arc[-1] - last)
+    if not body.any():  # what is shorter than both of its ends together is drawn round
+        ends, body = (ROUND, ROUND), np.ones_like(body)
+    mask = np.zeros(size, np.bool_)
     _stamp_discs(mask, points[body], widths_px[body] / 2.0)
     for end, order in zip(ends, (slice(None), slice(None, None, -1)), strict=True):
         if end.style != "round":
