@@ -299,10 +299,14 @@ def zigzag(rng: Rng) -> Mask:
 @cache
 def real_masks() -> tuple[Mask, ...]:
     """Return real masks, at most 400 px wide; tangles in their place where the data are not there."""
+    return photographed_masks() or tuple(tangle(np.random.default_rng(i), (240, 400)) for i in range(30))
+
+
+@cache
+def photographed_masks() -> tuple[Mask, ...]:
+    """Return real masks, at most 400 px wide; none where the data are not there."""
     folders = (("masks", "0*.png"), ("mbest", "*/*.labels.png"), ("cables", "*_mask_all.png"))
     paths = [path for folder, pattern in folders for path in sorted((SHARED_DATA / folder).glob(pattern))]
-    if not paths:
-        return tuple(tangle(np.random.default_rng(i), (240, 400)) for i in range(30))
     return tuple(_small(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) > 0) for path in paths)
 
 
@@ -377,9 +381,9 @@ def any_mask(rng: Rng) -> Mask:
 
 
 def cables(rng: Rng) -> Mask:
-    """Masks as they come: a real one, or one or two smooth cables inside the image."""
-    if rng.random() < 0.3:
-        masks = real_masks()
+    """Masks as they come: a real one, where the data are there, or one or two smooth cables inside the image."""
+    masks = photographed_masks()
+    if rng.random() < 0.3 and masks:
         return masks[int(rng.integers(len(masks)))]
     size = (int(rng.integers(160, 320)), int(rng.integers(240, 420)))
     mask = np.zeros(size, np.uint8)
