@@ -40,7 +40,7 @@ LINKED = ("skeleton", "evidence/kernels", "linking")
 
 _NAME = re.compile(r"_?[A-Z][A-Z0-9_]*")
 _UNIT = re.compile(
-    r"px|metre|width|radi|rad\b|\bs\b|unit|evidence|advantage|frame|second|pixel|share|ratio|times|cost|number|multiple|factor|sample|point|node|"
+    r"px|metre|width|radi|rad\b|\bs\b|\bnats?\b|unit|evidence|advantage|frame|second|pixel|share|ratio|times|cost|number|multiple|factor|sample|point|node|"
     r"cosine|sine|roundness|section|level|index|code|degree|length|squar|speed|standard dev|misfit|step",
     re.IGNORECASE,
 )

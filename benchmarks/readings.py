@@ -12,8 +12,11 @@ from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
 from dloftbs.graph import POSITION, TANGENT, Branches, EndMatching, Graph, branch_of, ends_of, other_end
 from dloftbs.linking import link
-from dloftbs.linking.end_matching import match_ends
-from dloftbs.linking.kernels import bending, branch_overlap, wide_stretches
+from dloftbs.linking.end_matching import Ends, Links, list_joints, match_ends
+from dloftbs.linking.kernels import branch_overlap, wide_stretches
+from dloftbs.linking.kernels.joint_features import prices
+from dloftbs.linking.kernels.pair_costs import junction_costs
+from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.stage_order import run_stages
 
@@ -174,23 +177,22 @@ def _pair_costs(look: Look, branches: Branches) -> tuple[npt.NDArray[np.int64], 
     graph, ids = look.graph, _end_ids(branches)
     config = Config().linking
     assert isinstance(config, LinkingConfig)
-    mask = look.crop.oriented(look.crop.pixels)
-    costs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Points, Points] = bending.pair_costs(
+    ends = Ends(
         np.array(branches.nodes),
         ids,
-        np.array(branches.spurs),
-        graph.end_roundness[ids],
         np.ascontiguousarray(branches.end_states),
-        graph.width,
-        mask,
-        *bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask),
+        graph.end_roundness[ids],
+        np.array(branches.spurs),
         graph.bordering[ids],
         graph.corners[ids],
-        config.max_gap_widths * graph.width,
-        0.0,
-        0.0,
     )
-    return costs
+    rows, columns, joints, opens = list_joints(graph, ends, _links(graph), config.max_gap_widths, None, 0.0)
+    return rows, columns, prices(joints, JOINT), prices(opens, OPEN)
+
+
+def _links(graph: Graph) -> Links:
+    links: Links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
+    return links
 
 
 def _enumerate(look: Look, branches: Branches, extra: float) -> list[Reading]:
@@ -226,12 +228,10 @@ def _overlap_cost(look: Look) -> float:
     if not shared:
         return 0.0
     graph, nothing = look.graph, np.empty(0, dtype=np.int64)
-    mask = look.crop.oriented(look.crop.pixels)
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
-    at = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
     paths, _, costs = branch_overlap.list_paths(
-        graph.nodes, graph.spurs, reach, spans, widths, graph.width, *at, nothing, nothing
+        graph.nodes, graph.spurs, reach, spans, widths, graph.width, *_links(graph)[:4], nothing, nothing
     )
     return min(
         float(cost)

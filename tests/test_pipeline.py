@@ -7,7 +7,7 @@ import threading
 import cv2
 import numpy as np
 import pytest
-from drawings import EIGHT_VERSIONS, draw_cable, random_mask, random_masks, turn, turn_points_back, wave
+from drawings import EIGHT_VERSIONS, draw_cable, random_masks, turn, turn_points_back, wave
 from hypothesis import given
 from scipy.spatial import cKDTree
 
@@ -133,15 +133,6 @@ class TestStrangeMasks:
             centre_line = detection.centerline.points
             assert mask[tuple(centre_line.astype(int)[:, ::-1].T)].all()
             assert np.isfinite(detection.curve.sample(50)).all()
-
-    def test_a_loop_of_two_points_is_none(self) -> None:
-        """It has no room for a periodic cubic."""
-        unopened = dloftbs.Config().replace({"cleaning.open_px": 1})
-        found = dloftbs.detect(random_mask(2688), unopened)
-        assert len(found) == 2
-        for detection in found:
-            assert not detection.curve.closed
-            assert np.isfinite(detection.curve.sample(20)).all()
 
     @given(random_masks)
     def test_random_masks_give_finite_curves_by_the_default_method(self, mask: np.ndarray) -> None:

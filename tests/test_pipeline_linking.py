@@ -150,8 +150,8 @@ class TestEnds:
         assert len(detect(mask, max_gap_widths=max_gap_widths)) == count
 
     @pytest.mark.parametrize("width", [7, 9])
-    def test_round_ends_that_face_each_other_across_nine_widths_stay_open(self, width: int) -> None:
-        left, right = [(20, 60), (150, 60)], [(150 + 10 * width, 60), (280 + 10 * width, 60)]
+    def test_round_ends_that_face_each_other_across_eleven_widths_stay_open(self, width: int) -> None:
+        left, right = [(20, 60), (150, 60)], [(150 + 12 * width, 60), (280 + 12 * width, 60)]
         mask = draw(np.array(left), np.array(right), width=width, size=(120, 420))
         assert [detection.inferred for detection in detect(mask)] == [(), ()]
 
@@ -161,7 +161,7 @@ class TestEnds:
         assert len(detect(mask)) == 2
 
     def test_dashes_that_are_nearly_joined_are_one_cable_where_that_is_known(self) -> None:
-        dashes = draw([(10, 100), (100, 104)], [(158, 108), (230, 112)], [(288, 114), (395, 118)])
+        dashes = draw([(10, 100), (90, 103)], [(158, 106), (225, 109)], [(293, 113), (395, 116)])
         apart = detect(dashes)
         assert len(apart) == 3
         assert all(0.5 < found.confidence < 0.9 for found in apart)  # it is in doubt
@@ -170,7 +170,7 @@ class TestEnds:
         assert [joint.kind for joint in found.joints] == [JointKind.GAP] * 2
         xs = [segment.points[:, 0].mean() for segment in found.centerline.segments]
         assert xs == sorted(xs) or xs == sorted(xs, reverse=True)
-        assert found.confidence == pytest.approx(0.5)
+        assert found.confidence < 0.5  # of what is seen alone; the number is the user's
 
     def test_cables_that_run_out_of_the_image_end_at_its_border(self) -> None:
         (found,) = detect(draw([(-20, 100), (420, 140)]))

@@ -12,7 +12,7 @@ from dloftbs import PinholeCamera
 from dloftbs.evidence import EvidenceMap
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
-from dloftbs.linking.kernels.bending import GAP_LENGTH, turn_costs
+from dloftbs.linking.kernels.joint_features import turn_costs
 from dloftbs.synthetic import DepthNoise
 
 SIZE = (300, 420)
@@ -92,15 +92,13 @@ def test_exchanged_joints_have_the_cost_of_their_own_bending(seed):
     evidence = EvidenceMap(crop, depth=depth, camera=CAMERA).at(graph)
     matching = match_ends(crop, graph, 20.0, evidence=evidence)
     before = list(matching.partner)
-    exchange_by_depth(crop, graph, matching, DepthSteps(graph, matching, evidence))
+    exchange_by_depth(graph, matching, DepthSteps(graph, matching, evidence))
     changed = [end for end, partner in enumerate(matching.partner) if partner != before[end]]
     assert len(changed) == 4
     for end in changed:
         pair = np.array([[end, matching.partner[end]]])
-        # That of a link through a junction is above that of a gap, but for the gap's length.
-        gap = float(turn_costs(matching.branches.end_states, pair, graph.width)[0])
-        positions = matching.branches.end_states[pair[0], :2]
-        assert matching.cost[end] > gap - GAP_LENGTH * float(np.hypot(*(positions[0] - positions[1]))) / graph.width
+        through = turn_costs(matching.branches.end_states, pair, np.zeros(1, np.bool_), graph.width)
+        assert matching.cost[end] == pytest.approx(float(through[0]))
 
 
 @pytest.mark.parametrize("over", [False, True])

@@ -64,7 +64,7 @@ def link(
     steps = None
     if at_ends is not None and at_ends.tells_swerves and bool((graph.nodes >= 0).any()):
         steps = DepthSteps(graph, matching, at_ends)
-        exchange_by_depth(crop, graph, matching, steps)
+        exchange_by_depth(graph, matching, steps)
     separate_parallel_runs(graph, matching, prior, steps)
     open_loops(graph, matching)
     link_hidden_ends(graph, matching, config.max_gap_widths)

@@ -25,6 +25,7 @@ from dloftbs.graph import (
     stop_of,
 )
 from dloftbs.kernels.polyline_lengths import lay_out
+from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.kernels.end_extension import extend_end, is_seen
 from dloftbs.mask_crop import MaskCrop
 
@@ -88,16 +89,10 @@ _STEEP = 0.5
 Source: geometry; at 30 degrees the way across the other cable is two of its widths.
 """
 
-_CROSSING_SCALE = 0.025
-"""Margin, in units of cost, that multiplies the odds of a crossing joint by e.
+_MOST_LOG_ODDS = 50.0
+"""Largest log-odds of a joint, nats.
 
-Source: fit to 9000 joints of generated sequences; two readings of the same cost are even by definition.
-"""
-
-_GAP_SCALE = 0.25
-"""Margin, in units of cost, that multiplies the odds of a gap joint by e.
-
-Source: fit to 9000 joints of generated sequences, as `_CROSSING_SCALE`.
+Source: numerics; the exponential of more overflows, and beyond 37 the confidence is 1 to the last bit.
 """
 
 _CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # members of an enumeration are slow to look up
@@ -168,10 +163,10 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     lines: list[list[_Piece]] = []
     loops: list[list[_Piece]] = []
     doubts: list[float] = []
-    lacking: dict[int, float] = {}
-    for amount, _, i, j in reversed(matching.near_joints):
+    left_out: dict[int, float] = {}  # how sure the nearest joint would be that an end does not have
+    for lacking, cost, i, j in reversed(matching.near_joints):
         if matching.is_open(i) and matching.is_open(j):
-            lacking[i] = lacking[j] = amount
+            left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False)
     left_over: set[int] = set()
     offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
     mask = crop.oriented(crop.pixels)
@@ -186,7 +181,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
         elif not is_loop and count >= least:
             _extend_ends(mask, graph, matching, chain, pieces, buffer)
             lines.append(pieces)
-            doubts.append(min(lacking.get(chain[0], math.inf), lacking.get(other_end(chain[-1]), math.inf)))
+            doubts.append(max(left_out.get(chain[0], 0.0), left_out.get(other_end(chain[-1]), 0.0)))
     for start, stop in graph.loops:
         if stop - start >= around:
             loops.append([_Piece([(start, stop, 1)], -1, 0.0, math.inf)])
@@ -470,7 +465,7 @@ def _line(
     matching: EndMatching,
     pieces: list[_Piece],
     places: list[list[float]],
-    lacking: float,
+    doubt: float,
 ) -> Centerline:
     partner, alternative = matching.partner, matching.alternative
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
@@ -479,14 +474,13 @@ def _line(
         end = piece.entered
         before, after = alternative[partner[end]], alternative[end]
         is_crossing = piece.through_junction
-        scale = _CROSSING_SCALE if is_crossing else _GAP_SCALE
         joints.append(
             Joint._unchecked(
                 _CROSSING if is_crossing else _GAP,
                 (u.item(at - 1), u.item(at)),
                 piece.cost,
                 piece.margin,
-                _probability(piece.margin, scale),
+                _confidence(piece.margin, piece.cost, is_crossing),
                 (
                     (places[before][0], places[before][1]) if before >= 0 else None,
                     (places[after][0], places[after][1]) if after >= 0 else None,
@@ -499,7 +493,7 @@ def _line(
         tuple(segments),
         tuple(joints),
         closed=False,
-        ends_confidence=_probability(lacking, _GAP_SCALE),
+        ends_confidence=1.0 - doubt,
         points=points,
         radius=radius,
         u=u,
@@ -507,8 +501,15 @@ def _line(
     )
 
 
-def _probability(margin: float, scale: float) -> float:
-    return 1.0 / (1.0 + math.exp(-min(margin / scale, 50.0)))
+def _confidence(margin: float, cost: float, is_crossing: bool) -> float:
+    """Return the probability that a joint is right.
+
+    Across a gap the odds are at most those against its best alternative. At a junction the best two often are the same
+    cable, by a branch that both share.
+    """
+    none, per_margin, per_cost = CROSSING if is_crossing else GAP
+    log_odds = none + per_margin * margin + per_cost * cost
+    return 1.0 / (1.0 + math.exp(-min(log_odds, math.inf if is_crossing else margin, _MOST_LOG_ODDS)))
 
 
 def _arc_over_chord(matching: EndMatching, end: int) -> float:

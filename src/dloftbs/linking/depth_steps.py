@@ -11,9 +11,10 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import EndEvidence
 from dloftbs.graph import POSITION, EndMatching, Graph, branch_of, ends_of, other_end
-from dloftbs.linking.end_matching import are_shared
-from dloftbs.linking.kernels import bending
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.linking.joint_evidence import are_shared, swerve_bends
+from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
+from dloftbs.linking.kernels.pair_costs import junction_costs
+from dloftbs.linking.kernels.weights import JOINT
 
 _ROUNDS = 8
 """Largest number of exchanges in a frame.
@@ -21,8 +22,8 @@ _ROUNDS = 8
 Source: bounds time.
 """
 
-_LEAST_GAIN = 0.25
-"""Least gain by depth alone that counts, units of cost.
+_LEAST_GAIN = 1.0
+"""Least gain by depth alone that counts, nats.
 
 Source: by definition; odds of e.
 """
@@ -68,7 +69,8 @@ class DepthSteps:
         positions = self._matching.branches.end_states[pairs, POSITION]
         lengths = np.hypot(*(positions[:, 0] - positions[:, 1]).T) + away.sum(axis=1)
         swerves = self._evidence.swerves(self.own[ends], lengths) * told
-        return bending.swerve_costs(lengths, np.zeros(len(pairs), np.bool_), swerves, self._width)
+        costs: FloatArray = JOINT[DEPTH_SWERVE] * swerve_bends(swerves)
+        return costs
 
     def gain(self, end: int, other: int) -> float:
         """Return how much less two joints cost by depth if two ends exchange their partners."""
@@ -91,12 +93,11 @@ class DepthSteps:
         return -1, length
 
 
-def exchange_by_depth(crop: MaskCrop, graph: Graph, matching: EndMatching, steps: DepthSteps) -> None:
+def exchange_by_depth(graph: Graph, matching: EndMatching, steps: DepthSteps) -> None:
     """Exchange the partners of ends at junctions where that saves more steps in depth than it costs in bending.
 
     Parameters
     ----------
-    crop : MaskCrop
     graph : Graph
     matching : EndMatching
         Changed.
@@ -111,7 +112,7 @@ def exchange_by_depth(crop: MaskCrop, graph: Graph, matching: EndMatching, steps
             return
         by_node = np.bincount(nodes[ends], steps.costs(np.stack((ends, partner[ends]), axis=1)))
         stepping = np.flatnonzero(by_node >= _LEAST_GAIN).tolist()
-        link_costs = _link_costs(crop, graph, stepping) if stepping else {}
+        link_costs = _link_costs(graph, stepping) if stepping else {}
         best = 0.0
         for node in stepping:
             for pair in combinations(np.flatnonzero(nodes == node).tolist(), 2):
@@ -154,11 +155,9 @@ def _exchange(
     return sum(joint[2] for joint in now) - sum(joint[2] for joint in then) + by_depth, then
 
 
-def _link_costs(crop: MaskCrop, graph: Graph, nodes: Sequence[int]) -> dict[tuple[int, int], float]:
+def _link_costs(graph: Graph, nodes: Sequence[int]) -> dict[tuple[int, int], float]:
     """Return the cost in bending of each pair of ends of the graph at some junctions, in both orders."""
-    first, members, starts, costs = bending.junction_costs(
-        graph.nodes, graph.spurs, graph.end_states, graph.width, crop.oriented(crop.pixels)
-    )
+    first, members, starts, costs, _ = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
     found = {}
     for node in nodes:
         ends = members[first[node] : first[node + 1]].tolist()

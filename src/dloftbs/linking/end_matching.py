@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
 from dloftbs.graph import (
-    POSITION,
     UNAVAILABLE,
     Branches,
     EndMatching,
@@ -22,8 +21,12 @@ from dloftbs.graph import (
     stop_of,
 )
 from dloftbs.kernels.tracing import measure_radius
-from dloftbs.linking.kernels import bending, branch_overlap, end_matching
+from dloftbs.linking.joint_evidence import add_evidence
+from dloftbs.linking.kernels import branch_overlap, end_matching
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
+from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_ROUND, OPEN_JUNCTION, prices
+from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
+from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
@@ -34,16 +37,16 @@ _ROUNDS = 4
 Source: bounds time; each search adds the set of paths that saves most.
 """
 
-PRIOR_BONUS = 0.6
-"""Maximum discount, in units of cost, for a joint that follows a predicted curve.
+PRIOR_BONUS = 2.4
+"""Maximum discount for a joint that follows a predicted curve, nats.
 
 Source: by hand; less than one end left open in a junction, so that the past decides where the mask leaves a doubt.
 """
 
-UNCLEAR = 0.55
-"""Difference of cost below which a pair of ends that stays open counts as nearly joined.
+UNCLEAR = 2.2
+"""Difference of cost below which a pair of ends that stays open counts as nearly joined, nats.
 
-Source: derived from `_GAP_SCALE`; the odds against such a gap are nine to one, e to the power of 0.55 / 0.25.
+Source: by definition; the odds against such a gap are nine to one, e to the power of 2.2.
 """
 
 _CHORD_REACH_PX = 4
@@ -54,21 +57,11 @@ Source: by hand; long enough for a staircase, short enough for a bend.
 
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
-_JunctionCosts = tuple[_Ints, _Ints, _Ints, _Floats]
-_HIDDEN = 0.03
-"""Discount of a gap per width that is shown to be hidden.
-
-Source: by hand; of generated hidden gaps with pictures .917 are right at 0, .950 from 0.04 on.
-"""
-
-_GROUND = 1.5
-"""Cost of a gap per width of ground in sight.
-
-Source: derived; a gap over two widths of ground costs more than any two free ends left open.
-"""
+_Costs = tuple[_Ints, _Ints, _Ints, _Floats]
+Links = tuple[_Ints, _Ints, _Ints, _Floats, _Floats]
 
 
-class _Ends(NamedTuple):
+class Ends(NamedTuple):
     """Ends of a graph, those of duplicates of shared branches among them.
 
     Parameters
@@ -118,28 +111,13 @@ def match_ends(
     EndMatching
     """
     mask = crop.oriented(crop.pixels)
-    junctions = bending.junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width, mask)
-    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask, junctions)
-    ends = _list_ends(graph, duplicates, partial)
+    links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
+    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask, links[:4])
+    ends = list_ends(graph, duplicates, partial)
     points, radius, spans = _own_points(graph, duplicates, partial, reach)
     more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
-    rows, columns, costs, open_cost = bending.pair_costs(
-        ends.nodes,
-        ends.ids,
-        ends.spurs,
-        ends.roundness,
-        ends.states,
-        graph.width,
-        mask,
-        *junctions,
-        ends.bordering,
-        ends.corners,
-        max_gap_widths * graph.width,
-        0.0 if evidence is None else 2.0 * bending.OPEN_CUT + _HIDDEN * max_gap_widths,
-        more,
-    )
-    if evidence is not None:
-        rows, columns, costs, open_cost = _weigh_evidence(graph, ends, rows, columns, costs, open_cost, evidence, more)
+    rows, columns, joints, opens = list_joints(graph, ends, links, max_gap_widths, evidence, more)
+    costs, open_cost = prices(joints, JOINT), prices(opens, OPEN)
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
@@ -177,6 +155,62 @@ def match_ends(
     return matching
 
 
+def list_joints(
+    graph: Graph,
+    ends: Ends,
+    links: Links,
+    max_gap_widths: float,
+    evidence: EndEvidence | None,
+    more: float,
+) -> tuple[_Ints, _Ints, _Floats, _Floats]:
+    """List the pairs of ends that may be joined, with what is measured of them and of each end that stays open.
+
+    Parameters
+    ----------
+    graph : Graph
+    ends : Ends
+    links
+        As `junction_costs` makes them of the graph.
+    max_gap_widths : float
+        Longest gap, widths.
+    evidence : EndEvidence, optional
+    more : float
+        Largest extra cost of a pair over that of both ends left open, nats.
+
+    Returns
+    -------
+    rows, columns : numpy.ndarray, shape (k,)
+        The ends, the lower one first, in ascending order.
+    joints : numpy.ndarray, shape (k, columns)
+        As `joint_features` has them.
+    opens : numpy.ndarray, shape (n, columns)
+    """
+    rows, columns, joints, opens = pair_costs(
+        ends.nodes,
+        ends.ids,
+        ends.spurs,
+        ends.roundness,
+        ends.states,
+        graph.width,
+        links[0],
+        links[1],
+        links[2],
+        links[4],
+        ends.bordering,
+        ends.corners,
+        max_gap_widths * graph.width,
+        0.0 if evidence is None else 2.0 * JOINT[GAP_ROUND] - JOINT[GAP_HIDDEN] * max_gap_widths,
+        more,
+    )
+    if evidence is None or len(rows) == 0:
+        return rows, columns, joints, opens
+    pairs = np.stack((rows, columns), axis=1)
+    add_evidence(evidence, ends.ids, ends.nodes, ends.states, ends.roundness, pairs, joints)
+    open_cost = prices(opens, OPEN)
+    keep = prices(joints, JOINT) < open_cost[rows] + open_cost[columns] + more
+    return rows[keep], columns[keep], joints[keep], opens
+
+
 def _near_joints(
     rows: _Ints, columns: _Ints, costs: _Floats, lacking: _Floats, nodes: _Ints
 ) -> list[tuple[float, float, int, int]]:
@@ -187,11 +221,11 @@ def _near_joints(
     return sorted(zip(*(given[near].tolist() for given in (lacking, costs, rows, columns)), strict=True))
 
 
-def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:
+def list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> Ends:
     """List the ends of a graph, those of duplicates of branches last; a branch shared in part ends inside."""
     count = len(graph.nodes)
     if len(duplicates) == 0:
-        return _Ends(
+        return Ends(
             graph.nodes,
             np.arange(count),
             graph.end_states,
@@ -205,7 +239,7 @@ def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:
     inside = np.flatnonzero(partial >= 0)
     if len(inside):
         nodes[other_end(same_side(graph.branch_count + inside, partial[inside]))] = UNAVAILABLE
-    return _Ends(
+    return Ends(
         nodes,
         ids,
         graph.end_states[ids],
@@ -214,68 +248,6 @@ def _list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> _Ends:
         graph.bordering[ids],
         graph.corners[ids],
     )
-
-
-def _weigh_evidence(
-    graph: Graph,
-    ends: _Ends,
-    rows: _Ints,
-    columns: _Ints,
-    costs: _Floats,
-    open_cost: _Floats,
-    evidence: EndEvidence,
-    more: float,
-) -> tuple[_Ints, _Ints, _Floats, _Floats]:
-    """Add the evidence of the frame to the costs of pairs, and leave out gaps that cost more than two open ends.
-
-    Depths that differ raise the cost of any pair, and ground in sight that of a gap; what tells nothing leaves it as it
-    is. An end before most of a gap that an occluder or the cable itself takes up counts as cut off, whatever its shape
-    and whichever end it is joined with: what is told of one gap and not of another one must not decide between them.
-    Its tip may lie off the axis.
-
-    Parameters
-    ----------
-    graph : Graph
-    ends : Ends
-    rows, columns : numpy.ndarray, shape (k,)
-        Pairs, those at junctions among them.
-    costs : numpy.ndarray, shape (k,)
-    open_cost : numpy.ndarray, shape (n,)
-        Cost of leaving each end open.
-    evidence : EndEvidence
-    more : float
-        Largest extra cost of pairs over that of open ends.
-
-    Returns
-    -------
-    rows, columns, costs
-        Remaining pairs, in the same order.
-    open_cost : numpy.ndarray, shape (n,)
-    """
-    if len(rows) == 0:
-        return rows, columns, costs, open_cost
-    width, pairs = graph.width, np.stack((rows, columns), axis=1)
-    gaps = (ends.nodes[rows] < 0) | (ends.nodes[rows] != ends.nodes[columns])
-    lengths = np.hypot(*(ends.states[rows, POSITION] - ends.states[columns, POSITION]).T)
-    swerves = evidence.swerves(ends.ids[pairs], lengths) * ~are_shared(ends.ids)[pairs].any(axis=1)
-    costs = costs + bending.swerve_costs(lengths, gaps, swerves, width)
-    (first, second), (ground, cable, neither) = pairs[gaps].T, evidence.across(ends.ids[pairs[gaps]]).T
-    length = np.maximum(lengths[gaps] / width, 1e-9)
-    hidden = np.minimum(cable + neither, length)
-    share, cut = np.maximum(hidden - ground, 0.0) / length, np.zeros(len(open_cost))
-    for end in (first, second):
-        np.maximum.at(cut, end, share)
-    open_cost = open_cost + cut * np.maximum(bending.OPEN_CUT - open_cost, 0.0) * (ends.nodes == -1)
-    slant = bending.slant_costs(ends.states, pairs[gaps], width)
-    costs[gaps] += _GROUND * ground - _HIDDEN * hidden - slant * (hidden > ground)
-    keep = ~gaps | (costs < open_cost[rows] + open_cost[columns] + more)
-    return rows[keep], columns[keep], costs[keep], open_cost
-
-
-def are_shared(ids: _Ints) -> npt.NDArray[np.bool_]:
-    """Return True for ends of branches that two cables share: depth there is that of the one on top."""
-    shared: npt.NDArray[np.bool_] = np.bincount(ids)[ids] > 1
-    return shared
 
 
 def _own_points(
@@ -299,7 +271,7 @@ def _own_points(
 
 
 def _find_shared(
-    graph: Graph, mask: npt.NDArray[np.uint8], junctions: _JunctionCosts
+    graph: Graph, mask: npt.NDArray[np.uint8], junctions: _Costs
 ) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
     """Find the branches that two cables share.
 
@@ -329,7 +301,7 @@ def _find_shared(
     # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
     raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
     reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
-    open_cost = np.full(len(graph.nodes), bending.OPEN_JUNCTION)
+    open_cost = np.full(len(graph.nodes), OPEN[OPEN_JUNCTION])
     open_cost[graph.spurs.repeat(2)] = 0.0
     for _ in range(_ROUNDS):
         paths, inside, path_cost = branch_overlap.list_paths(

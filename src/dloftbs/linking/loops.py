@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from dloftbs.graph import EndMatching, Graph, branch_of, other_end, same_side
-from dloftbs.linking.kernels.bending import turn_costs
+from dloftbs.linking.kernels.joint_features import turn_costs
 
 _MOST_RINGS = 20
 """Largest number of rounds in which rings are opened.
@@ -15,8 +15,8 @@ _MOST_RINGS = 20
 Source: bounds time; each round opens a ring.
 """
 
-_MOST_EXTRA_COST = 0.5
-"""Largest extra cost of opening a ring into a cable that crosses it.
+_MOST_EXTRA_COST = 2.0
+"""Largest extra cost of opening a ring into a cable that crosses it, nats.
 
 Source: by hand; in favour of it is that closed cables are rare.
 """
@@ -27,8 +27,8 @@ _LONGER_WIDTHS = 3.0
 Source: by hand; a shorter piece is rather a speck than a part of a cable.
 """
 
-_RATHER_THAN_GAP = 0.3
-"""Largest extra cost of an exchange over opening the ring at a gap.
+_RATHER_THAN_GAP = 1.2
+"""Largest extra cost of an exchange over opening the ring at a gap, nats.
 
 Source: by hand; an exchange keeps one cable more whole.
 """
@@ -74,7 +74,10 @@ def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tupl
     ends = np.array([around for _, _, around in options])
     # Joined now: the first two, and the last two; then: crosswise. To an open end, its new partner stands for its own.
     pairs = ends[:, ((0, 1), (2, 3), (0, 3), (2, 1))]
-    costs = turn_costs(matching.branches.end_states, pairs.reshape(-1, 2), graph.width).reshape(-1, 4)
+    nodes = np.array(matching.branches.nodes)[pairs]
+    gaps = (nodes[..., 0] < 0) | (nodes[..., 0] != nodes[..., 1])
+    states = matching.branches.end_states
+    costs = turn_costs(states, pairs.reshape(-1, 2), gaps.ravel(), graph.width).reshape(-1, 4)
     to_open = ends[:, 1] == ends[:, 3]
     old = costs[:, 0] + np.where(to_open, 0.0, costs[:, 1])
     new = costs[:, 3] + np.where(to_open, 0.0, costs[:, 2])

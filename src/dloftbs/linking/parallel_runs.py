@@ -40,8 +40,8 @@ _LEAST_EVIDENCE = 0.1
 Source: by hand; below it the smoother of two axes is chance.
 """
 
-_UNCLEAR = 0.7
-"""Evidence for crossing or touching above which the past does not count.
+_UNCLEAR = 2.8
+"""Log-odds of crossing or touching above which the past does not count, nats.
 
 Source: by hand; it is a factor of 2 between the root mean squared residuals.
 """

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-_CLEAR_OVERRIDE = 0.25
-"""Extra cost of a frame's joints over its own best ones above which it clearly contradicts the prior, units of cost.
+_CLEAR_OVERRIDE = 1.0
+"""Extra cost of a frame's joints over its own best ones above which it clearly contradicts the prior, nats.
 
 Source: by hand.
 """

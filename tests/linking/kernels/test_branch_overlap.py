@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.linking.kernels.bending import junction_costs
 from dloftbs.linking.kernels.branch_overlap import (
     MOST_RUNS,
     _overlap_cost,
@@ -18,9 +17,9 @@ from dloftbs.linking.kernels.branch_overlap import (
     has_odd_junction,
     list_paths,
 )
+from dloftbs.linking.kernels.pair_costs import junction_costs
 
 WIDTH = 6.0
-FULL = np.ones((400, 600), dtype=np.uint8)
 NONE = np.empty(0, dtype=np.int64)
 
 
@@ -50,7 +49,7 @@ def paths_of(
     widths = np.full(n, WIDTH)
     widths[2] = wide * WIDTH
     reach = known.get("reach", np.zeros(2 * n, dtype=np.int64))
-    costs = junction_costs(nodes, spur, states, WIDTH, FULL)
+    costs = junction_costs(nodes, spur, states, WIDTH)[:4]
     paths, inside, open_cost = list_paths(
         nodes, spur, reach, spans, widths, WIDTH, *costs, known.get("duplicates", NONE), known.get("partial", NONE)
     )
@@ -109,7 +108,7 @@ def test_sharing_costs_less_where_the_mask_is_wider(length: float, ratio: float)
 
 def test_the_sets_of_arms_before_and_after() -> None:
     nodes, states = two_ys()
-    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH, FULL)
+    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH)[:4]
     paths = np.full((2, MOST_RUNS), -1)
     paths[:, 0] = 4
     sets, slots, changes = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2], NONE, NONE)

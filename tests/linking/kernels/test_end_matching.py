@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.linking.kernels.bending import junction_costs
 from dloftbs.linking.kernels.end_matching import EXACT, least_costs, match_by_exchange, match_ends, match_exactly
+from dloftbs.linking.kernels.pair_costs import junction_costs
 
 Pairs = list[tuple[int, int]]
 
@@ -181,11 +181,10 @@ def test_nothing_to_pair() -> None:
 
 def test_sets_of_arms_cost_what_their_best_pairing_costs() -> None:
     rng = np.random.default_rng(2)
-    mask = np.ones((60, 60), dtype=np.uint8)
     nodes = np.array([0, 1, 0, -1, 0, 1, 1, 0, -1, 1])
     angle = rng.uniform(0, 2 * np.pi, 10)
     states = np.column_stack((rng.uniform(20, 40, (10, 2)), np.cos(angle), np.sin(angle), np.zeros(10), np.ones(10)))
-    first, members, starts, costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, 5.0, mask)
+    first, members, starts, costs, _ = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, 5.0)
     open_cost = rng.uniform(0.5, 1.5, 10)
     groups = [[0, 2, 4, 7], [1, 5, 6], [0, 2, 2, 7], [9], [1, 5, 5, 9, 9]]
     sets = np.cumsum([0, *map(len, groups)])

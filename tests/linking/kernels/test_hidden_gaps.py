@@ -8,9 +8,11 @@ from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.end_matching import match_ends
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
+from dloftbs.linking.kernels.joint_features import GAP_LENGTH
+from dloftbs.linking.kernels.weights import JOINT
 
 WIDTH = 5.0
-MARGIN, SHORTEST, STRETCH, SPARED = 0.2, 2.0, 1.5, 0.06
+MARGIN, SHORTEST, STRETCH, SPARED = 0.8, 2.0, 1.5, 2.0 / 3.0 * JOINT[GAP_LENGTH]
 
 
 def slow_costs(
@@ -62,11 +64,11 @@ def test_a_gap_is_no_evidence_for_itself() -> None:
     """Two ends 8 widths apart are joined; one pair more, of the same size, changes both."""
     states = np.zeros((4, 6))
     states[:, 0], states[:, 1] = [0, 8 * WIDTH, 0, 8 * WIDTH], [0, 0, 90, 90]
-    nodes, open_cost, ids = np.full(4, -1), np.full(4, 1.1), np.arange(4)
-    pairs = np.array([0, 2]), np.array([1, 3]), np.array([0.7, 2.5]), np.zeros(2)
+    nodes, open_cost, ids = np.full(4, -1), np.full(4, 4.4), np.arange(4)
+    pairs = np.array([0, 2]), np.array([1, 3]), np.array([2.8, 9.2]), np.zeros(2)
     alone = match_with_hiding(*(given[:1] for given in pairs), open_cost, ids, nodes, states, WIDTH)
     assert alone[0].tolist() == [1, 0, -1, -1]
-    assert alone[5].tolist() == [0.7]
+    assert alone[5].tolist() == [2.8]
     both = match_with_hiding(*pairs, open_cost, ids, nodes, states, WIDTH)
     assert both[0].tolist() == [1, 0, 3, 2]
-    np.testing.assert_allclose(both[5], [0.7, 2.5 - 8 * SPARED])
+    np.testing.assert_allclose(both[5], [2.8, 9.2 - 8 * SPARED])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.linking.kernels.bending import _bend
+from dloftbs.linking.kernels.joint_features import bend_between
 from dloftbs.linking.kernels.wide_stretches import wide_reach
 from dloftbs.skeleton.kernels.branch_ends import UNTOLD, clear_spans, describe_ends, measure_roundness
 
@@ -91,10 +91,10 @@ def test_an_arc_is_known_by_its_curvature(width: float, side: float) -> None:
     assert (share < 1.1).all()
     tangents = np.array([np.sin(0.3), -side * np.cos(0.3)]), np.array([np.sin(0.3), side * np.cos(0.3)])
     np.testing.assert_allclose(states[:, 2:4], tangents, atol=0.06 if width >= 10 else 0.12)
-    bend, _ = _bend(states, 0, 1, width)
+    bend, _ = bend_between(states, 0, 1, width)
     straight = states.copy()
     straight[:, 5] = 0.0
-    assert bend < (0.4 if width >= 10 else 0.6) * _bend(straight, 0, 1, width)[0]
+    assert bend < (0.4 if width >= 10 else 0.6) * bend_between(straight, 0, 1, width)[0]
 
 
 def test_noise_is_not_taken_for_a_bend() -> None:

@@ -44,20 +44,20 @@ _MOST_ARMS = 14
 Source: bounds time; all ways to pair them are compared.
 """
 
-_STRAIGHT_ON = 1.4
-"""Largest cost of a pass by which a path may go on through a junction.
+_STRAIGHT_ON = 5.6
+"""Largest cost of a pass by which a path may go on through a junction, nats.
 
-Source: by hand; equal to `OPEN_JUNCTION`, the cost of stopping there.
+Source: by hand; above the cost of stopping there.
 """
 
-_COST_PER_WIDTH = 0.02
-"""Cost of sharing a branch, per width of its length.
+_COST_PER_WIDTH = 0.08
+"""Cost of sharing a branch, nats per width of its length.
 
 Source: by hand; it prefers the shorter of two paths that are alike otherwise.
 """
 
-_THIN_COST = 0.35
-"""Extra cost of sharing a branch, per width of its length, where the mask is as narrow as one cable.
+_THIN_COST = 1.4
+"""Extra cost of sharing a branch, nats per width of its length, where the mask is as narrow as one cable.
 
 Source: by hand; see `_EVIDENCE_WIDTHS` for its limit.
 """
@@ -68,8 +68,8 @@ _THIN = 1.15
 Source: by hand; above the noise of a median width.
 """
 
-_BONUS_WIDE = 0.15
-"""Discount for sharing a branch, per width of its length and width by which the mask is wider than `_THIN`.
+_BONUS_WIDE = 0.6
+"""Discount for sharing a branch, nats per width of its length and width by which the mask is wider than `_THIN`.
 
 Source: by hand.
 """
@@ -80,10 +80,10 @@ _EVIDENCE_WIDTHS = 6.0
 Source: by hand; widths of neighbouring places are not independent.
 """
 
-_INNER_END_COST = 0.2
-"""Extra cost of a cable that ends inside of a shared branch.
+_INNER_END_COST = 0.8
+"""Extra cost of a cable that ends inside of a shared branch, nats.
 
-Source: by hand; half of `OPEN_INSIDE`.
+Source: by hand; half of `_OPEN_INSIDE` of `hidden_ends`.
 """
 
 _LEAST_WIDE_WIDTHS = 0.75
@@ -206,7 +206,7 @@ def list_paths(
     width : float
         Of one cable, px.
     first, members, starts, costs
-        As `bending.junction_costs` makes them.
+        As `pair_costs.junction_costs` makes them.
     duplicates, partial : (c,) int64
         Branches already duplicated, and for each the end from which it is shared in part, or -1.
 

@@ -334,7 +334,7 @@ def least_costs(
     open_cost : (n,) float64
         Cost of leaving each end open.
     first, members, starts, costs
-        As `bending.junction_costs` makes them.
+        As `pair_costs.junction_costs` makes them.
 
     Returns
     -------

@@ -62,6 +62,12 @@ _FLOOR_END_PX2 = 0.01
 Source: by hand.
 """
 
+_INDEPENDENT = 4.0
+"""Number of residuals that count as independent of each other.
+
+Source: by hand; neighbouring points of an axis are wrong together.
+"""
+
 _FLOOR_PX2 = 0.04
 """Mean squared residual left by pixels in any case, squares of a px.
 
@@ -191,8 +197,8 @@ def find_swaps(
     swapped : (n + 1,) bool
         Whether the cable that starts on axis one lies on axis two, at each point and after the last.
     margin : float
-        Clearness of the least clear decision: half the logarithm of the ratio of the mean squared residuals; infinity
-        where there was none to take.
+        Log-odds of the least clear decision, by the ratio of the mean squared residuals, nats; infinity where there
+        was none to take.
     weakest : int
         Point of that decision; -1 where there was none.
     """
@@ -236,7 +242,7 @@ def find_swaps(
             stay += _roughness(points, m)
             m = _gather(before, axis, first, place, other, last, after_two if k == 0 else after_one, most, points)
             cross += _roughness(points, m)
-        evidence = 0.5 * np.log((stay + _FLOOR_PX2) / (cross + _FLOOR_PX2))
+        evidence = 0.5 * _INDEPENDENT * np.log((stay + _FLOOR_PX2) / (cross + _FLOOR_PX2))
         if abs(evidence) < margin:
             margin, weakest = abs(evidence), place
         if evidence > 0.0:

@@ -1,0 +1,103 @@
+"""The true partner of each branch end: what follows it on its cable."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from benchmarks.fit_linking.scenes import Points, Scene
+from dloftbs.graph import POSITION, TANGENT, Graph, branch_of, is_start
+from dloftbs.mask_crop import MaskCrop
+
+OPEN, UNKNOWN = -1, -2
+
+_BEFORE_WIDTHS = 4.0  # of a branch before its end, compared with the true curves
+_OFF_WIDTHS, _OFF_PX = 0.35, 2.0  # of the mean distance from the true curve, the larger of both
+_ALONG = 0.7  # cosine of the angle to the true curve, at least
+_BACK_WIDTHS = 1.0  # by which the next end may lie behind on its curve
+_STRAND_RADIUS, _STRAND_WIDTHS = 0.375, 5.0  # strands of frayed ends are thinner and shorter, widths
+_PURE = 0.9  # share of a branch that has one label
+
+Ints = npt.NDArray[np.int64]
+
+
+def true_partners(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
+    """Return the true partner of each end of a graph, `OPEN` or `UNKNOWN`, shape (2 n,)."""
+    if scene.labels is not None:
+        return _by_labels(scene.labels, crop, graph)
+    return _by_curves(scene, crop, graph)
+
+
+def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
+    trees = [(curve, cKDTree(curve)) for curve in scene.curves]
+    points, width = crop.to_image(graph.points), graph.width
+    places = crop.to_image(graph.end_states[:, POSITION])
+    directions = crop.to_image(graph.end_states[:, POSITION] + graph.end_states[:, TANGENT]) - places
+    off = max(_OFF_WIDTHS * width, _OFF_PX) + scene.off_px
+    partner = np.full(len(places), UNKNOWN)
+    on: dict[int, list[tuple[float, int, int]]] = {}
+    for end in range(len(places)):
+        start, stop = graph.spans[branch_of(end)]
+        if stop - start < 2:
+            continue
+        near = _next_to(points[start:stop], is_start(end), _BEFORE_WIDTHS * width)
+        passing = [k for k, (_, tree) in enumerate(trees) if _passes(tree, near, off)]
+        if len(passing) == 1:
+            curve, tree = trees[passing[0]]
+            at = int(tree.query(places[end])[1])
+            tangent = curve[min(at + 1, len(curve) - 1)] - curve[max(at - 1, 0)]
+            along = float(tangent @ directions[end]) / max(float(np.hypot(*tangent)), 1e-9)
+            if abs(along) > _ALONG or not directions[end].any():
+                on.setdefault(passing[0], []).append((float(at), end, 1 if along > 0.0 else -1))
+        elif not passing and _is_strand(graph, end):
+            partner[end] = OPEN
+    for ends in on.values():
+        for here, end, way in ends:
+            ahead = [
+                (way * (place - here), other)
+                for place, other, its_way in ends
+                if its_way == -way
+                and branch_of(other) != branch_of(end)
+                and way * (place - here) > -_BACK_WIDTHS * width
+            ]
+            partner[end] = min(ahead)[1] if ahead else OPEN
+    mutual = (partner < 0) | (partner[np.maximum(partner, 0)] == np.arange(len(partner)))
+    return np.where(mutual, partner, UNKNOWN)
+
+
+def _next_to(points: Points, at_start: bool, reach: float) -> Points:
+    """Return the points of a branch within a reach of one of its ends."""
+    ordered = points if at_start else points[::-1]
+    return ordered[: max(int(reach), 2)]
+
+
+def _passes(tree: cKDTree, near: Points, off: float) -> bool:
+    distances = tree.query(near)[0]
+    return bool(distances.mean() < off and distances.max() < 2.0 * off)
+
+
+def _is_strand(graph: Graph, end: int) -> bool:
+    start, stop = graph.spans[branch_of(end)]
+    thin = float(np.median(graph.radius[start:stop])) < _STRAND_RADIUS * graph.width
+    return thin and stop - start < _STRAND_WIDTHS * graph.width
+
+
+def _by_labels(labels: npt.NDArray[np.uint8], crop: MaskCrop, graph: Graph) -> Ints:
+    """Pair the ends at junctions where each label has two; others are unknown."""
+    points, partner = crop.to_image(graph.points), np.full(2 * graph.branch_count, UNKNOWN)
+    own = np.zeros(len(partner), np.int64)
+    for end in range(len(partner)):
+        start, stop = graph.spans[branch_of(end)]
+        if stop - start >= 2:
+            near = np.rint(_next_to(points[start:stop], is_start(end), _BEFORE_WIDTHS * graph.width)).astype(int)
+            values, counts = np.unique(labels[near[:, 1], near[:, 0]], return_counts=True)
+            own[end] = values[counts.argmax()] if counts.max() >= _PURE * len(near) else 0
+    for node in range(int(graph.nodes.max(initial=-1)) + 1):
+        ends = np.flatnonzero(graph.nodes == node)
+        values, counts = np.unique(own[ends], return_counts=True)
+        if len(values) > 1 and values[0] > 0 and (counts == 2).all():
+            for value in values:
+                one, other = ends[own[ends] == value]
+                partner[one], partner[other] = other, one
+    return partner

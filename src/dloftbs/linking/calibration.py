@@ -1,0 +1,18 @@
+"""The confidence of joints by their margin and cost; made by ``python -m benchmarks.fit_linking confidence``.
+
+docs/linking-confidence.md has what they were fitted to, and the results on each source left out.
+"""
+
+from __future__ import annotations
+
+CROSSING = (3.59, 0.78, -1.16)
+"""Log-odds that a joint through a junction is right, without margin and cost, per nat of margin and per nat of cost.
+
+Source: fitted; see docs/linking-confidence.md.
+"""
+
+GAP = (1.54, 0.60, -0.55)
+"""Log-odds that a joint across a gap is right, without margin and cost, per nat of margin and per nat of cost.
+
+Source: fitted; see docs/linking-confidence.md.
+"""

@@ -1,0 +1,366 @@
+"""The pairs of ends that may be joined, with what is measured of each, and of each end that stays open."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64
+
+from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, X, Y, branch_of
+from dloftbs.linking.kernels.joint_features import (
+    OPEN_FREE,
+    OPEN_JUNCTION,
+    OPEN_KINK,
+    describe_gap,
+    describe_link,
+    price,
+    prices,
+)
+from dloftbs.linking.kernels.weights import JOINT, OPEN
+
+_CHEAP_LINK = 0.6
+"""Cost of a link below which no gap is sought from its ends, nats.
+
+Source: by hand; it saves time, and lies below half the least cost of two open ends.
+"""
+
+_ONLY_PAIR = 1.98
+"""Most that a joint of the only two ends at a junction costs, in open ends there.
+
+Source: derived; a little less than both, since nothing else explains these two.
+"""
+
+
+@helper
+def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """List the ends at each junction: the start of each junction's ends in the list, and the list."""
+    count = 0
+    for node in nodes:
+        count = max(count, node + 1)
+    first = np.zeros(count + 1, dtype=np.int64)
+    for node in nodes:
+        if node >= 0:
+            first[node + 1] += 1
+    for node in range(count):
+        first[node + 1] += first[node]
+    members = np.empty(first[count], dtype=np.int64)
+    filled = first[:count].copy()
+    for end in range(len(nodes)):
+        if nodes[end] >= 0:
+            members[filled[nodes[end]]] = end
+            filled[nodes[end]] += 1
+    return first, members
+
+
+@kernel(read(int64, 1), read(boolean, 1), read(float64, 2), float64)
+def junction_costs(
+    nodes: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    states: npt.NDArray[np.float64],
+    width: float,
+) -> tuple[
+    npt.NDArray[np.int64],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.int64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float64],
+]:
+    """List the ends at every junction and the cost of each pair of them.
+
+    Parameters
+    ----------
+    nodes : (2 n,) int64
+        The junction at each end, negative where there is none.
+    spur : (n,) bool
+    states : (2 n, 6) float64
+    width : float
+        px.
+
+    Returns
+    -------
+    first : (junctions + 1,) int64
+        Start of each junction's ends in `members`.
+    members : (m,) int64
+        Ends, junction after junction.
+    starts : (junctions + 1,) int64
+        Start of each junction's costs: a square matrix of its states, row by row.
+    costs : (k,) float64
+        nats.
+    links : (k, columns) float64
+        Columns of each pair, as `joint_features` has them.
+    """
+    first, members = _list_junction_ends(nodes)
+    count = len(first) - 1
+    starts = np.zeros(count + 1, dtype=np.int64)
+    for node in range(count):
+        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
+    costs = np.full(starts[count], FORBIDDEN)
+    links = np.zeros((starts[count], len(JOINT)))
+    for node in range(count):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if not (spur[branch_of(i)] and spur[branch_of(j)]):
+                    here, there = starts[node] + a * size + b, starts[node] + b * size + a
+                    describe_link(states, i, j, width, links[here])
+                    links[there] = links[here]
+                    costs[here] = costs[there] = price(links[here], JOINT)
+    return first, members, starts, costs, links
+
+
+@helper
+def _place_link_costs(
+    first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], starts: npt.NDArray[np.int64], ends: int
+) -> npt.NDArray[np.int64]:
+    """Return the start of each end's row in the costs of its junction, and its column."""
+    place = np.zeros((ends, 2), dtype=np.int64)
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for k in range(size):
+            end = members[first[node] + k]
+            place[end, 0], place[end, 1] = starts[node] + k * size, k
+    return place
+
+
+@helper
+def _expand_link_costs(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    states: npt.NDArray[np.float64],
+    width: float,
+    place: npt.NDArray[np.int64],
+    links: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the costs of links between the ends at each junction, those of duplicates among them, and their columns.
+
+    Those of the graph's own ends are taken over where the order of the two is the same: then they are bit-equal.
+
+    Returns
+    -------
+    starts : (junctions + 1,) int64
+        Start of each junction's costs: a square matrix, of which the upper triangle counts.
+    costs : (k,) float64
+    own_links : (k, columns) float64
+    """
+    starts = np.zeros(len(first), dtype=np.int64)
+    for node in range(len(first) - 1):
+        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
+    costs = np.full(starts[len(first) - 1], FORBIDDEN)
+    own_links = np.zeros((len(costs), len(JOINT)))
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
+                    continue
+                row = own_links[starts[node] + a * size + b]
+                if end_id[i] < end_id[j]:
+                    row[:] = links[place[end_id[i], 0] + place[end_id[j], 1]]
+                else:
+                    describe_link(states, i, j, width, row)
+                costs[starts[node] + a * size + b] = price(row, JOINT)
+    return starts, costs, own_links
+
+
+@helper
+def _free_corners(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    corners: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    links: npt.NDArray[np.float64],
+) -> None:
+    """Make the link around a corner free: one cable bends there, however sharply."""
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if corners[i] >= 0 and corners[i] == corners[j] and end_id[i] != end_id[j]:
+                    costs[starts[node] + a * size + b] = 0.0
+                    links[starts[node] + a * size + b] = 0.0
+
+
+@helper
+def _find_decided(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    spur: npt.NDArray[np.bool_],
+) -> npt.NDArray[np.bool_]:
+    """Tell which ends have a mutual, nearly straight junction link: they take part in no gap."""
+    n = 2 * len(spur)
+    best = np.full(n, -1, dtype=np.int64)
+    best_cost = np.full(n, _CHEAP_LINK)
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                cost = costs[starts[node] + a * size + b]
+                if spur[branch_of(i)] or spur[branch_of(j)]:
+                    continue
+                if cost < best_cost[i]:
+                    best[i], best_cost[i] = j, cost
+                if cost < best_cost[j]:
+                    best[j], best_cost[j] = i, cost
+    decided = np.zeros(n, dtype=np.bool_)
+    for i in range(n):
+        decided[i] = best[i] >= 0 and best[best[i]] == i
+    return decided
+
+
+@helper
+def _describe_open(
+    nodes: npt.NDArray[np.int64],
+    degree: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+) -> npt.NDArray[np.float64]:
+    """Return the columns of each end that stays open, by how many ends that are no spurs its junction has."""
+    ends = np.zeros((len(nodes), len(OPEN)))
+    for end in range(len(nodes)):
+        if spur[branch_of(end)]:
+            continue
+        if nodes[end] < 0:
+            ends[end, OPEN_FREE] = 1.0
+        else:
+            ends[end, OPEN_KINK if degree[nodes[end]] == 2 else OPEN_JUNCTION] = 1.0
+    return ends
+
+
+@kernel(
+    read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64,
+    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 2), read(boolean, 1), read(int64, 1),
+    float64, float64, float64,
+)  # fmt: skip
+def pair_costs(
+    nodes: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    end_roundness: npt.NDArray[np.float64],
+    states: npt.NDArray[np.float64],
+    width: float,
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    starts: npt.NDArray[np.int64],
+    links: npt.NDArray[np.float64],
+    bordering: npt.NDArray[np.bool_],
+    corners: npt.NDArray[np.int64],
+    max_gap: float,
+    slack: float,
+    more: float,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """List the pairs of ends that cost less joined than open, with what is measured of them and of each open end.
+
+    Parameters
+    ----------
+    nodes : (n,) int64
+        The junction at each end, -1 where it is free, less where it cannot be joined.
+    end_id : (n,) int64
+        End of the graph that each end stands for: equal on duplicates of a branch.
+    spur : (n / 2,) bool
+        Branches that need no explanation, but may be the tip of another one.
+    end_roundness : (n,) float64
+        As `branch_ends.measure_roundness` makes them.
+    states : (n, 6) float64
+    width : float
+        px.
+    first, members, starts, links
+        As `junction_costs` makes them of the graph's ends.
+    bordering : (n,) bool
+        Ends cut by the image's border: they take part in no gap.
+    corners : (n,) int64
+        Equal for two ends that meet in one sharp bend; else -1.
+    max_gap : float
+        Longest gap, px.
+    slack : float
+        Largest amount by which evidence may lower the cost of a gap, nats.
+    more : float
+        Largest extra cost of pairs over that, nats.
+
+    Returns
+    -------
+    rows, columns : (k,) int64
+        The ends, the lower one first, in ascending order.
+    joints : (k, columns) float64
+        As `joint_features` has them.
+    opens : (n, columns) float64
+    """
+    n = len(nodes)
+    own_first, own_members = _list_junction_ends(nodes)
+    degree = np.zeros(len(own_first), dtype=np.int64)
+    for end in own_members:
+        degree[nodes[end]] += not spur[branch_of(end)]
+    opens = _describe_open(nodes, degree, spur)
+    open_cost = prices(opens, OPEN)
+    place = _place_link_costs(first, members, starts, n)
+    own_starts, own_costs, own_links = _expand_link_costs(
+        own_first, own_members, end_id, spur, states, width, place, links
+    )
+    _free_corners(own_first, own_members, corners, end_id, own_starts, own_costs, own_links)
+    is_bound = _find_decided(own_first, own_members, own_starts, own_costs, spur) | bordering  # to take part in no gap
+    for end in range(n):
+        is_bound[end] |= spur[branch_of(end)]
+    loose = np.flatnonzero((nodes > UNAVAILABLE) & ~is_bound)
+    looking = len(loose)
+    capacity = 4 * n + 16
+    rows = np.empty(capacity, dtype=np.int64)
+    columns = np.empty(capacity, dtype=np.int64)
+    joints = np.empty((capacity, len(JOINT)))
+    gap = np.empty(len(JOINT))
+    count, next_loose = 0, 0
+    for i in range(n):
+        if nodes[i] <= UNAVAILABLE:
+            continue
+        while next_loose < looking and loose[next_loose] <= i:
+            next_loose += 1
+        at_gap = looking if is_bound[i] else next_loose
+        at_link = last_link = row = 0  # the ends of its junction that come after it, and its row of costs there
+        if nodes[i] >= 0:
+            at_link, last_link = own_first[nodes[i]], own_first[nodes[i] + 1]
+            row = own_starts[nodes[i]] - at_link
+            while own_members[at_link] < i:
+                at_link += 1
+                row += last_link - own_first[nodes[i]]
+            at_link += 1
+        while at_gap < looking or at_link < last_link:
+            across = loose[at_gap] if at_gap < looking else n
+            onward = own_members[at_link] if at_link < last_link else n
+            j = min(across, onward)
+            at_gap += across == j
+            bound = open_cost[i] + open_cost[j]
+            if onward == j:
+                cost, measured = own_costs[row + at_link], own_links[row + at_link]
+                at_link += 1
+                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
+                    continue
+                if degree[nodes[i]] == 2 and not spur[branch_of(i)] and not spur[branch_of(j)]:
+                    most = _ONLY_PAIR * OPEN[OPEN_KINK]
+                    measured *= min(most / max(cost, most), 1.0)
+                    cost = min(cost, most)
+            else:
+                if branch_of(end_id[i]) == branch_of(end_id[j]):  # the two ends of a branch, or those of its duplicates
+                    continue
+                if abs(states[i, X] - states[j, X]) > max_gap or abs(states[i, Y] - states[j, Y]) > max_gap:
+                    continue
+                describe_gap(states, i, j, width, end_roundness[i] + end_roundness[j], gap)
+                cost, measured = price(gap, JOINT), gap
+                bound += slack
+            if cost >= bound + more:
+                continue
+            if count == capacity:
+                capacity *= 2
+                rows = np.concatenate((rows, np.empty_like(rows)))
+                columns = np.concatenate((columns, np.empty_like(columns)))
+                joints = np.concatenate((joints, np.empty_like(joints)))
+            rows[count], columns[count], joints[count] = i, j, measured
+            count += 1
+    return rows[:count].copy(), columns[:count].copy(), joints[:count].copy(), opens

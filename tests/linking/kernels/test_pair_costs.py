@@ -1,0 +1,131 @@
+"""Which pairs of ends may be joined, and what it costs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.linking.kernels.test_joint_features import WIDTH, arm
+
+from dloftbs.linking.kernels import joint_features as columns
+from dloftbs.linking.kernels.joint_features import prices
+from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
+from dloftbs.linking.kernels.weights import JOINT, OPEN
+
+OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = OPEN[columns.OPEN_JUNCTION], OPEN[columns.OPEN_KINK], OPEN[columns.OPEN_FREE]
+GAP_LENGTH, GAP_ROUND = JOINT[columns.GAP_LENGTH], JOINT[columns.GAP_ROUND]
+
+
+def plus_states() -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes and end states of four branches that meet at a plus; their other ends are free."""
+    nodes = np.array([0, -1] * 4)
+    states = []
+    for outwards in (0, 90, 180, 270):
+        a = np.radians(outwards)
+        states.append(arm(100 + 6 * np.cos(a), 100 + 6 * np.sin(a), outwards + 180))
+        states.append(arm(100 + 60 * np.cos(a), 100 + 60 * np.sin(a), outwards))
+    return nodes, np.array(states)
+
+
+def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
+    nodes, states = plus_states()
+    spur = np.array([False, False, True, True])
+    first, members, starts, costs, _ = junction_costs(nodes, spur, states, WIDTH)
+    assert first.tolist() == [0, 4]
+    assert members.tolist() == [0, 2, 4, 6]
+    assert starts.tolist() == [0, 16]
+    matrix = costs.reshape(4, 4)
+    np.testing.assert_array_equal(matrix, matrix.T)
+    assert np.diag(matrix).min() >= 1e3
+    assert matrix[0, 2] == pytest.approx(0.0, abs=1e-9)
+    assert matrix[0, 1] == pytest.approx(JOINT[columns.LINK_TURN] * np.pi**2 / 16)
+    assert matrix[2, 3] >= 1e3  # two spurs
+
+
+def costs_of(
+    nodes: np.ndarray, states: np.ndarray, **changes: object
+) -> tuple[dict[tuple[int, int], float], np.ndarray]:
+    given_ = {
+        "end_id": np.arange(len(nodes)),
+        "spur": np.zeros(len(nodes) // 2, np.bool_),
+        "end_roundness": np.zeros(len(nodes)),
+        "bordering": np.zeros(len(nodes), np.bool_),
+        "corners": np.full(len(nodes), -1),
+        "max_gap": 100.0,
+        "slack": 0.0,
+        "more": 0.0,
+        **changes,
+    }
+    first, members, starts, _, links = junction_costs(nodes, given_["spur"], states, WIDTH)
+    one, two, joints, opens = pair_costs(
+        nodes, given_["end_id"], given_["spur"], given_["end_roundness"], states, WIDTH,
+        first, members, starts, links,
+        given_["bordering"], given_["corners"], given_["max_gap"], given_["slack"],
+        given_["more"],
+    )  # fmt: skip
+    assert (one < two).all()
+    costs = prices(joints, JOINT).tolist()
+    return dict(zip(zip(one.tolist(), two.tolist(), strict=True), costs, strict=True)), prices(opens, OPEN)
+
+
+def test_open_ends_have_their_price() -> None:
+    nodes, states = plus_states()
+    _, open_cost = costs_of(nodes, states)
+    assert open_cost.tolist() == [OPEN_JUNCTION, OPEN_FREE] * 4
+    _, open_cost = costs_of(nodes, states, spur=np.array([True, False, False, False]))
+    assert open_cost.tolist() == [0.0, 0.0] + [OPEN_JUNCTION, OPEN_FREE] * 3
+    _, open_cost = costs_of(nodes[:4], states[:4])
+    assert open_cost.tolist() == [OPEN_KINK, OPEN_FREE] * 2
+
+
+def two_dashes(gap: float) -> tuple[np.ndarray, np.ndarray]:
+    states = [arm(20, 100, 180), arm(60, 100, 0), arm(60 + gap, 100, 180), arm(110 + gap, 100, 0)]
+    return np.full(4, -1), np.array(states)
+
+
+def test_a_gap_costs_its_length() -> None:
+    pairs, _ = costs_of(*two_dashes(24.0))
+    assert pairs == {(1, 2): pytest.approx(GAP_LENGTH * 24 / WIDTH)}
+
+
+@pytest.mark.parametrize(("widths", "counts"), [(2.0, 0.0), (4.0, 0.0), (6.0, 0.5), (9.0, 1.0)])
+def test_round_ends_speak_against_a_gap_that_is_no_break_of_the_mask(widths: float, counts: float) -> None:
+    nodes, states = two_dashes(widths * WIDTH)
+    roundness = np.array([1.0, 0.6, 0.8, 1.0])
+    pairs, _ = costs_of(nodes, states, end_roundness=roundness, more=100.0)
+    assert pairs[1, 2] == pytest.approx(GAP_LENGTH * widths + GAP_ROUND * counts * 1.4)
+
+
+def test_costlier_pairs_are_listed_where_they_may_be() -> None:
+    nodes, states = two_dashes((2 * OPEN_FREE + 0.3) * WIDTH / GAP_LENGTH)
+    assert costs_of(nodes, states, max_gap=1e3)[0] == {}
+    assert costs_of(nodes, states, max_gap=1e3, more=0.2)[0] == {}
+    assert len(costs_of(nodes, states, max_gap=1e3, more=0.4)[0]) == 1
+
+
+def test_a_gap_that_is_too_long_is_none() -> None:
+    nodes, states = two_dashes(24.0)
+    assert costs_of(nodes, states, max_gap=23.9)[0] == {}
+    assert len(costs_of(nodes, states, max_gap=24.1)[0]) == 1
+
+
+def test_what_cannot_be_joined_is_not() -> None:
+    nodes, states = two_dashes(24.0)
+    assert costs_of(np.array([-1, -2, -1, -1]), states)[0] == {}
+    assert costs_of(nodes, states, end_id=np.array([0, 1, 1, 3]))[0] == {}
+    assert costs_of(nodes, states, spur=np.array([False, True]))[0] == {}
+
+
+def test_all_pairs_of_many_ends_are_listed() -> None:
+    """More than the first room for them."""
+    n = 60
+    nodes = np.zeros(n, dtype=np.int64)
+    turn = np.linspace(0, 360, n, endpoint=False)
+    states = np.array([arm(100 + 5 * np.cos(np.radians(t)), 100 + 5 * np.sin(np.radians(t)), t + 180) for t in turn])
+    pairs, open_cost = costs_of(nodes, states)
+    *_, costs, _ = junction_costs(nodes, np.zeros(n // 2, np.bool_), states, WIDTH)
+    matrix = costs.reshape(n, n)
+    expected = {
+        (i, j): matrix[i, j] for i in range(n) for j in range(i + 1, n) if matrix[i, j] < open_cost[i] + open_cost[j]
+    }
+    assert len(pairs) > 4 * n + 16
+    assert pairs == expected

@@ -1,0 +1,116 @@
+"""The fit of the weights of linking: labels, readings, the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.fit_linking.__main__ import COLUMNS, write_lines, write_weights
+from benchmarks.fit_linking.confidence import Claim, calibration_error, fit_line, list_claims
+from benchmarks.fit_linking.labels import OPEN, UNKNOWN, true_partners
+from benchmarks.fit_linking.model import Fit, count_wrong, fit
+from benchmarks.fit_linking.readings import Choice, list_choices
+from benchmarks.fit_linking.scenes import Scene, list_scenes
+from linking_examples import cross, draw, graph_of
+
+from dloftbs import Frame
+from dloftbs.graph import FREE
+from dloftbs.linking import calibration
+from dloftbs.linking.kernels import joint_features, weights
+
+EVERY = np.concatenate((weights.JOINT, weights.OPEN))
+
+
+def evenly(points: list[tuple[float, float]]) -> np.ndarray:
+    (ax, ay), (bx, by) = points
+    steps = int(np.hypot(bx - ax, by - ay))
+    return np.column_stack((np.linspace(ax, bx, steps), np.linspace(ay, by, steps)))
+
+
+def crossing() -> Scene:
+    cables = cross(60)
+    return Scene("drawn", Frame(mask=draw(*cables)), tuple(evenly(cable) for cable in cables))
+
+
+def test_the_truth_of_a_crossing_goes_straight_on() -> None:
+    scene = crossing()
+    crop, graph = graph_of(scene.frame.mask)
+    partner = true_partners(scene, crop, graph)
+    at_node = np.flatnonzero(graph.nodes >= 0)
+    assert (partner[graph.nodes == FREE] == OPEN).all()
+    states = graph.end_states
+    for end in at_node.tolist():
+        other = int(partner[end])
+        assert int(partner[other]) == end
+        assert states[end, 2:4] @ states[other, 2:4] < -0.9
+
+
+def test_labels_tell_the_same_as_curves() -> None:
+    scene = crossing()
+    crop, graph = graph_of(scene.frame.mask)
+    one, other = (draw(cable) for cable in cross(60))
+    labels = np.where(one, 1, np.where(other, 2, 0)).astype(np.uint8)
+    by_labels = true_partners(Scene("drawn", scene.frame, labels=labels), crop, graph)
+    at_node = graph.nodes >= 0
+    np.testing.assert_array_equal(by_labels[at_node], true_partners(scene, crop, graph)[at_node])
+    assert (by_labels[~at_node] == UNKNOWN).all()
+
+
+def test_a_crossing_has_ten_readings_and_the_true_one_costs_the_least() -> None:
+    (choice,) = [choice for choice in list_choices([crossing()]) if len(choice.rows) > 2]
+    assert len(choice.rows) <= 10
+    assert count_wrong([choice], EVERY) == 0
+    junction = len(weights.JOINT) + joint_features.OPEN_JUNCTION
+    assert choice.rows[:, junction].max() == 4.0
+    assert choice.rows[choice.true, junction] == 0.0
+
+
+def test_the_fit_finds_the_weights_that_made_the_data() -> None:
+    rng = np.random.default_rng(0)
+    true = np.array([2.0, -1.0, 0.5])
+    choices = []
+    for _ in range(3000):
+        rows = rng.normal(size=(4, 3))
+        odds = np.exp(-(rows @ true))
+        choices.append(Choice("drawn", rows, int(rng.choice(4, p=odds / odds.sum()))))
+    found = fit(choices)
+    assert (np.abs(found.weights - true) < 4.0 * found.deviations).all()
+    assert found.deviations.max() < 0.1
+
+
+def test_the_confidence_follows_the_share_that_is_right() -> None:
+    rng = np.random.default_rng(0)
+    margins, costs = rng.uniform(0.0, 8.0, (2, 20_000))
+    right = rng.random(len(margins)) < 1.0 / (1.0 + np.exp(-(0.5 + 0.4 * margins - 0.2 * costs)))
+    claims = [
+        Claim("drawn", "gap", margin, cost, 0.5, one)
+        for margin, cost, one in zip(margins.tolist(), costs.tolist(), right.tolist(), strict=True)
+    ]
+    assert fit_line(claims) == pytest.approx([0.5, 0.4, -0.2], abs=0.1)
+
+
+def test_the_calibration_error_is_that_of_the_bins() -> None:
+    stated, right = np.array([0.9, 0.9, 0.9, 0.9, 0.55, 0.55]), np.array([True, True, True, False, True, False])
+    assert calibration_error(stated, right) == pytest.approx((4 * 0.15 + 2 * 0.05) / 6)
+
+
+def test_joints_and_cables_are_judged() -> None:
+    claims = list(list_claims(list_scenes("broken", 1, 0.01, Path())))
+    assert {claim.kind for claim in claims} == {"cable", "gap"}
+    assert any(claim.right for claim in claims)
+
+
+@pytest.mark.parametrize("source", ["photographs", "masks"])
+def test_without_photographs_nothing_is_fitted(tmp_path: Path, source: str) -> None:
+    with pytest.raises(SystemExit, match="lacks"):
+        list(list_scenes(source, 1, 1.0, tmp_path))
+
+
+def test_what_is_written_is_what_is_in_use() -> None:
+    """The two files are as the script makes them, so that nobody edits them by hand."""
+    assert len(COLUMNS) == len(EVERY)
+    assert all(getattr(joint_features, name) >= 0 for name in COLUMNS)
+    assert Path(weights.__file__).read_text() == write_weights(Fit(EVERY, EVERY))
+    lines = {"crossing": np.array(calibration.CROSSING), "gap": np.array(calibration.GAP)}
+    assert Path(calibration.__file__).read_text() == write_lines(lines)
