@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from drawings import EIGHT_VERSIONS, draw_cable, turn, turn_points
-from linking_examples import beside, circle, cross, detect, distances, draw
+from linking_examples import beside, circle, cross, detect, distances, draw, hide
 from scipy.spatial import cKDTree
 
 from dloftbs import Detection, JointKind
@@ -47,6 +47,17 @@ class TestCrossings:
         assert len(found) == 2
         assert max(distances(found, cables)) < 0.5 * width + 2.5
         assert [detection.width for detection in found] == pytest.approx([width] * 2, abs=0.6)
+
+    @pytest.mark.parametrize("tilt_deg", range(0, 360, 30))
+    def test_two_arms_that_a_disc_leaves_are_no_bend(self, tilt_deg: int) -> None:
+        """Where the other two arms begin beyond the disc, and point at the place where the two meet."""
+        tilt, middle, radius = np.radians(tilt_deg), np.array([150.0, 150.0]), 18.0
+        arms = [110.0 * np.array([np.cos(tilt + x), np.sin(tilt + x)]) for x in (0.0, np.pi / 2)]
+        cables = [np.add(middle, [-arm, arm]) for arm in arms]
+        disc = middle + (radius - 3.0) * np.array([np.cos(tilt + np.pi / 4), np.sin(tilt + np.pi / 4)])
+        found = detect(hide(draw(*cables, width=12, size=(300, 300)), *disc, radius))
+        assert len(found) == 2
+        assert max(distances(found, cables)) < 8.0
 
     def test_thin_cables_cross_obliquely(self) -> None:
         wrong = []

@@ -54,6 +54,12 @@ _KINK_RAD = 1.2
 Source: by hand; a cable bent to a radius of its width turns by more, but rarely does so.
 """
 
+_MILD_KINK_RAD = 0.6
+"""Turn of a branch within three widths above which it is cut where another cable's end points at it, rad.
+
+Source: by hand; half of `_KINK_RAD`.
+"""
+
 
 def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[Graph | None, int]:
     """Turn a skeleton into a graph.
@@ -84,7 +90,7 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     alive = kernels.prune_spurs(nodes, centres, radii, pixels, radius, offsets, mask, _SPUR_WIDTHS * width)
     spurs = ~alive
     kernels.drop_specks(alive, nodes, offsets, radius, _SPECK_WIDTHS2 * width * width)
-    kinks = find_kinks(points, offsets, nodes, n, width, _KINK_RAD)
+    kinks = find_kinks(points, offsets, nodes, alive, width, _KINK_RAD, _MILD_KINK_RAD)
     if len(kinks):
         is_spur = spurs
         offsets_cut, nodes_cut, alive_cut = split_branches(kinks, offsets, nodes, alive, len(radii))

@@ -24,7 +24,7 @@ def bent(turn_deg: float, length: int = 40) -> np.ndarray:
 @pytest.mark.parametrize(("turn_deg", "count"), [(0, 0), (40, 0), (60, 0), (75, 1), (-90, 1), (120, 1)])
 def test_only_a_sharp_turn_is_a_kink(turn_deg: float, count: int) -> None:
     points = bent(turn_deg)
-    kinks = find_kinks(points, np.array([0, len(points)]), np.array([FREE, FREE]), 1, 5.0, 1.2)
+    kinks = find_kinks(points, np.array([0, len(points)]), np.array([FREE, FREE]), np.ones(1, np.bool_), 5.0, 1.2, 0.6)
     assert len(kinks) == count
     if count:
         assert abs(int(kinks[0]) - 40) <= 1
@@ -32,9 +32,24 @@ def test_only_a_sharp_turn_is_a_kink(turn_deg: float, count: int) -> None:
 
 def test_kinks_are_found_in_their_own_run_and_not_in_loops() -> None:
     points = np.concatenate((bent(0), bent(90), bent(90)))
-    kinks = find_kinks(points, np.array([0, 80, 160, 240]), np.full(4, FREE), 2, 5.0, 1.2)
+    kinks = find_kinks(points, np.array([0, 80, 160, 240]), np.full(4, FREE), np.ones(2, np.bool_), 5.0, 1.2, 0.6)
     assert len(kinks) == 1
     assert abs(int(kinks[0]) - 120) <= 1
+
+
+@pytest.mark.parametrize(
+    ("turn_deg", "far", "aside", "alive", "count"),
+    [(50, 8, 0, True, 1), (25, 8, 0, True, 0), (50, 45, 0, True, 0), (50, 8, 10, True, 0), (50, 8, 0, False, 0)],
+)
+def test_a_milder_turn_is_a_kink_where_another_cable_ends_and_points_at_it(
+    turn_deg: float, far: float, aside: float, alive: bool, count: int
+) -> None:
+    """An occluder over three quarters of a crossing leaves two arms that meet, and the end of a third one."""
+    facing = np.column_stack((np.full(30, aside), -far - np.arange(30.0)))
+    points = np.concatenate((bent(turn_deg), facing))
+    ends = np.array([0, 80, 110])
+    kinks = find_kinks(points, ends, np.full(4, FREE), np.array([True, alive]), 5.0, 1.2, 0.6)
+    assert len(kinks) == count
 
 
 @given(st.integers(0, 10**6))

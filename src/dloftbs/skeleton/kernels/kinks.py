@@ -12,6 +12,7 @@ from dloftbs.kernels.shared.graph_ends import (
     TANGENT_X,
     TANGENT_Y,
     branch_of,
+    inward,
     is_start,
     other_end,
     start_of,
@@ -22,6 +23,18 @@ _CHORD_WIDTHS = 1.5
 """Length of the chords before and behind a point that tell its turn, widths.
 
 Source: by hand; together three widths, more than a mitre's rounding.
+"""
+
+_FACING = 0.8
+"""Cosine of the angle to a point within which an end points there.
+
+Source: by hand; 37 degrees, as a cover at a slant turns an end.
+"""
+
+_FACING_WIDTHS = 8.0
+"""Largest distance of such an end, widths.
+
+Source: by hand; what covers a crossing is as large, and farther ends of cables are rarely joined.
 """
 
 _ALONG = 0.85
@@ -92,27 +105,77 @@ Source: by hand; beyond it a skeleton is in the cap or in a corner.
 """
 
 
-@kernel(read(float64, 2), read(int64, 1), read(int64, 1), int64, float64, float64)
+@helper
+def _list_free_ends(
+    points: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    nodes: npt.NDArray[np.int64],
+    alive: npt.NDArray[np.bool_],
+    reach: int,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """List the free ends of branches, and position and outward direction (unit) of each."""
+    ends = np.empty(2 * len(alive), dtype=np.int64)
+    rays = np.empty((2 * len(alive), 4))
+    count = 0
+    for end in range(2 * len(alive)):
+        branch = branch_of(end)
+        n = offsets[branch + 1] - offsets[branch]
+        if nodes[end] != FREE or not alive[branch] or n < 2:
+            continue
+        tip = offsets[branch] if is_start(end) else offsets[branch + 1] - 1
+        back = tip + inward(end) * min(reach, n - 1)
+        dx, dy = points[tip, 0] - points[back, 0], points[tip, 1] - points[back, 1]
+        norm = max(np.sqrt(dx * dx + dy * dy), 1e-9)
+        ends[count] = end
+        rays[count, 0], rays[count, 1], rays[count, 2], rays[count, 3] = (
+            points[tip, 0],
+            points[tip, 1],
+            dx / norm,
+            dy / norm,
+        )
+        count += 1
+    return ends[:count], rays[:count]
+
+
+@helper
+def _is_faced(
+    x: float, y: float, branch: int, ends: npt.NDArray[np.int64], rays: npt.NDArray[np.float64], most: float
+) -> bool:
+    """Tell whether a free end of another branch lies near a point and points at it."""
+    for k in range(len(ends)):
+        dx, dy = x - rays[k, 0], y - rays[k, 1]
+        far = np.sqrt(dx * dx + dy * dy)
+        if branch_of(ends[k]) != branch and far <= most and dx * rays[k, 2] + dy * rays[k, 3] >= _FACING * far:
+            return True
+    return False
+
+
+@kernel(read(float64, 2), read(int64, 1), read(int64, 1), read(boolean, 1), float64, float64, float64)
 def find_kinks(
     points: npt.NDArray[np.float64],
     offsets: npt.NDArray[np.int64],
     nodes: npt.NDArray[np.int64],
-    n_open: int,
+    alive: npt.NDArray[np.bool_],
     width: float,
     sharp: float,
+    mild: float,
 ) -> npt.NDArray[np.int64]:
-    """Find points at which branches turn more sharply than a cable can: two cables may meet at an angle there.
+    """Find points at which two cables may meet at an angle.
+
+    There a branch turns more sharply than a cable can; or clearly, and another cable's end lies near and points there:
+    what covers a part of a crossing leaves that.
 
     Parameters
     ----------
     points : (m, 2) float64
     offsets : (branches + 1,) int64
-    nodes : (2 n_open,) int64
-    n_open : int
+    nodes : (2 n,) int64
+    alive : (n,) bool
+        Of branches that are no loops.
     width : float
         px; a point's turn is that between the chords over one and a half widths before and after it.
-    sharp : float
-        The smallest turn, rad.
+    sharp, mild : float
+        The smallest turn, by itself and before the end of another branch, rad.
 
     Returns
     -------
@@ -120,23 +183,26 @@ def find_kinks(
         Indices into `points`, ascending.
     """
     reach = max(int(_CHORD_WIDTHS * width + 0.5), 3)
-    blunt = np.cos(sharp) ** 2 if sharp < 0.5 * np.pi else 0.0
+    blunt = np.cos(mild) ** 2
+    ends, rays = _list_free_ends(points, offsets, nodes, alive, reach)
     found = np.empty(len(points), dtype=np.int64)
     count = 0
-    for branch in range(n_open):
-        best, best_turn = -1, sharp
+    for branch in range(len(alive)):
+        best, best_turn = -1, mild
         for i in range(offsets[branch] + reach, offsets[branch + 1] - reach):
             ax, ay = points[i, 0] - points[i - reach, 0], points[i, 1] - points[i - reach, 1]
             bx, by = points[i + reach, 0] - points[i, 0], points[i + reach, 1] - points[i, 1]
             if best >= 0 and i > best + reach:
                 found[count] = best
                 count += 1
-                best, best_turn = -1, sharp
+                best, best_turn = -1, mild
             along = ax * bx + ay * by
             if along > 0.0 and along * along > blunt * (ax * ax + ay * ay) * (bx * bx + by * by):
                 continue
             turn = abs(np.arctan2(ax * by - ay * bx, along))
-            if turn > best_turn:
+            if turn <= best_turn:
+                continue
+            if turn > sharp or _is_faced(points[i, 0], points[i, 1], branch, ends, rays, _FACING_WIDTHS * width):
                 best, best_turn = i, turn
         if best >= 0:
             found[count] = best
