@@ -296,10 +296,14 @@ def zigzag(rng: Rng) -> Mask:
     return stroke(np.zeros(size, np.uint8), fitted(points, size, rng.uniform(0, 20)), int(rng.integers(1, 12)))
 
 
-@cache
 def real_masks() -> tuple[Mask, ...]:
     """Return real masks, at most 400 px wide; tangles in their place where the data are not there."""
-    return photographed_masks() or tuple(tangle(np.random.default_rng(i), (240, 400)) for i in range(30))
+    return photographed_masks() or _drawn_tangles()
+
+
+@cache
+def _drawn_tangles() -> tuple[Mask, ...]:
+    return tuple(tangle(np.random.default_rng(i), (240, 400)) for i in range(30))
 
 
 @cache
@@ -378,6 +382,12 @@ GENERATORS = {
 def any_mask(rng: Rng) -> Mask:
     """Return a mask of any of these kinds."""
     return list(GENERATORS.values())[int(rng.integers(len(GENERATORS)))](rng)
+
+
+def drawn_tangle(rng: Rng) -> Mask:
+    """One of the tangles that stand in for real masks."""
+    masks = _drawn_tangles()
+    return masks[int(rng.integers(len(masks)))]
 
 
 def cables(rng: Rng) -> Mask:

@@ -1,4 +1,4 @@
-"""What is measured of a joint between two ends, and of an end that stays open: rows of named columns.
+"""Features of a joint between two ends, and of an end that stays open: rows of named columns.
 
 Every column has a weight: what it takes from the log-odds of the joint, or of the open end, nats a unit. Columns of end
 states: see `graph_ends`.
