@@ -58,6 +58,10 @@ _GENERATED: dict[str, tuple[str, Generator]] = {
         "the same by time-of-flight and stereo cameras, near and far: sigma 1.2 to 3.8 mm, holes, flying pixels",
         lambda scale, seed, size: synthetic.rgbd_noisy(scale, seed=seed, size=size),
     ),
+    "rgbd-camera": (
+        "cables of 3 to 20 mm above a table, single frames, each error of a depth camera by itself and all together",
+        lambda scale, seed, size: synthetic.rgbd_camera(scale, seed=seed, size=size),
+    ),
     "rgb": (
         "a cable held by two grippers: thick, thin, occluded, out of the image, crossing itself",
         lambda scale, seed, size: synthetic.rgb(scale, seed=seed, size=size),

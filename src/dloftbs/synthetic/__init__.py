@@ -5,6 +5,7 @@ from __future__ import annotations
 from dloftbs.synthetic.cables import TangleSequence, several_cables
 from dloftbs.synthetic.degrade import NETWORK, NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs.synthetic.demo_sequence import DemoSequence
+from dloftbs.synthetic.depth_camera import DEPTH_CAMERAS, DepthCamera
 from dloftbs.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise, depth_sigma
 from dloftbs.synthetic.edge_cases import EDGE_CASES, EdgeCaseSequence, edge_cases
 from dloftbs.synthetic.free_ends import END_STYLES, FreeEnd, draw_cable_mask
@@ -13,6 +14,7 @@ from dloftbs.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladde
 from dloftbs.synthetic.plain_sight import PLAIN_SIGHT_KINDS, PlainSightSequence, plain_sight
 from dloftbs.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.synthetic.rgbd import RgbdSequence
+from dloftbs.synthetic.rgbd_camera import DEPTH_SCENES, DepthCameraSequence, rgbd_camera
 from dloftbs.synthetic.rgbd_suites import rgbd_artificial, rgbd_manipulation, rgbd_noisy
 from dloftbs.synthetic.simulated import SIMULATED_KINDS, SimulatedSequence, simulated
 from dloftbs.synthetic.simulation import REMEDY as SIMULATION_REMEDY
@@ -27,6 +29,8 @@ from dloftbs.synthetic.tracking_sequences import (
 from dloftbs.synthetic.tube import draw_tube_mask
 
 __all__ = [
+    "DEPTH_CAMERAS",
+    "DEPTH_SCENES",
     "EDGE_CASES",
     "END_STYLES",
     "KINDS",
@@ -43,6 +47,8 @@ __all__ = [
     "Degradation",
     "DegradedSequence",
     "DemoSequence",
+    "DepthCamera",
+    "DepthCameraSequence",
     "DepthNoise",
     "EdgeCaseSequence",
     "FreeEnd",
@@ -66,6 +72,7 @@ __all__ = [
     "random_curve",
     "rgb",
     "rgbd_artificial",
+    "rgbd_camera",
     "rgbd_manipulation",
     "rgbd_noisy",
     "several_cables",

@@ -67,14 +67,14 @@ class DepthNoise:
     ) -> npt.NDArray[np.float32]:
         """Return `depth` (H, W) m as the camera measures it, 0 where there is none; `mask` (H, W) is the cable."""
         if self.flying > 0.0:
-            depth = _with_flying_pixels(depth, self.flying, rng)
+            depth = with_flying_pixels(depth, self.flying, rng)
         if self.depth_noise > 0.0:
             sigma = np.float32(_CONSTANT_M) + np.float32(_QUADRATIC) * depth * depth
             depth = depth + np.float32(self.depth_noise) * sigma * self._grain(depth.shape, rng)
         if self.quantum_m > 0.0:
-            depth = _in_steps(depth, self.quantum_m)
+            depth = in_steps(depth, self.quantum_m)
         if self.hole_share > 0.0 and mask.any():
-            depth = np.where(_holes(mask, self.hole_share, rng), np.float32(0.0), depth)
+            depth = np.where(holes(mask, self.hole_share, rng), np.float32(0.0), depth)
         return depth
 
     def _grain(self, shape: tuple[int, ...], rng: np.random.Generator) -> npt.NDArray[np.float32]:
@@ -93,15 +93,16 @@ TYPICAL_NOISE = DepthNoise(depth_noise=1.0, hole_share=0.05, flying=0.5)
 """Of a depth camera on cables: sigma as `depth_sigma`, holes over 5 % of the cable, flying pixels."""
 
 
-def _in_steps(depth: npt.NDArray[np.float32], quantum_m: float) -> npt.NDArray[np.float32]:
+def in_steps(depth: npt.NDArray[np.float32], quantum_m: float) -> npt.NDArray[np.float32]:
     """Return depth whose inverse is a whole number of steps; a step of the inverse is one of depth at 1 m."""
     counts = np.rint(1.0 / (quantum_m * depth.astype(np.float64)))
     return (1.0 / (quantum_m * np.maximum(counts, 1.0))).astype(np.float32)
 
 
-def _with_flying_pixels(
+def with_flying_pixels(
     depth: npt.NDArray[np.float32], share: float, rng: np.random.Generator
 ) -> npt.NDArray[np.float32]:
+    """Return depth in which a share of the pixels at edges of more than 3 mm lie between the two surfaces."""
     kernel = np.ones((3, 3), np.uint8)
     near, far = cv2.erode(depth, kernel), cv2.dilate(depth, kernel)
     edge = np.flatnonzero(far - near > _EDGE_M)
@@ -112,7 +113,7 @@ def _with_flying_pixels(
     return result
 
 
-def _holes(mask: npt.NDArray[np.bool_], share: float, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
+def holes(mask: npt.NDArray[np.bool_], share: float, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
     """Return where a smooth random field is high, the level being such that `share` of the mask is."""
     cell = max(3.0, _HOLE_PX * mask.shape[0] / 720.0)
     coarse = tuple(math.ceil(side / cell) + 1 for side in mask.shape)

@@ -10,7 +10,7 @@ from dloftbs.evaluation.report.plots import write_plots
 from dloftbs.evaluation.runner.run import evaluate
 from dloftbs.evaluation.runner.sequence_run import Method
 from dloftbs.evaluation.suites import Suite, open_suite
-from dloftbs.synthetic import rgbd_noisy
+from dloftbs.synthetic import DepthCameraSequence, rgbd_noisy
 
 SIZE = (180, 320)
 SCALE = 0.115  # 8 frames of each
@@ -114,3 +114,28 @@ def test_ladders_of_depth_have_a_plot_of_their_own(tmp_path):
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     assert [row["L3 mm"] for row in rows] == pytest.approx([10.0] * 4, abs=0.01)
     assert [row["length in space off, %"] for row in rows] == pytest.approx([0.0] * 4, abs=1e-6)
+
+
+def test_frames_before_a_depth_camera_are_counted_by_its_errors(tmp_path):
+    sequences = (DepthCameraSequence("flat", "noise", 2, SIZE, 1), DepthCameraSequence("flat", "holes", 2, SIZE, 1))
+    suite = Suite("rgbd-camera", "two of them", sequences, "settings")
+    method = Method("off", functools.partial(Off, {"flat, noise": 8.0}))
+    (table,) = [table for table in tables(evaluate([suite], [method], tmp_path)) if table.name == "rgbd-camera"]
+    noise, holes = (dict(zip(table.columns, row, strict=True)) for row in table.rows)
+    assert (noise["errors of depth"], noise["far off"], noise["frames"]) == ("noise", 2, 2)
+    assert 5.0 < noise["L3 mm median"] <= 8.0
+    assert (holes["errors of depth"], holes["far off"], holes["L3 mm max"]) == ("holes", 0, 0.0)
+    assert holes["frames without a curve in space"] == 0
+
+
+class Off:
+    """Returns the truth, moved away by as many millimetres as are given for a sequence."""
+
+    def __init__(self, by_mm):
+        self.by_mm = by_mm
+
+    def __call__(self, frame):
+        name = frame.name.partition("#")[0]
+        kind, _, errors = name.partition(", ")
+        (axis,) = DepthCameraSequence(kind, errors, 2, SIZE, 1).truth(frame.index).curves_3d
+        return [axis.transformed(np.eye(3), np.array([0.0, 0.0, 1e-3 * self.by_mm.get(name, 0.0)]))]

@@ -63,9 +63,9 @@ def evaluate(
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
-    SUITE is rgbd-artificial, rgbd-noisy, rgb, rgbd, several-cables, kinds, tracking, plain-sight, edge-cases,
-    simulated (by MuJoCo, where it is installed), noise, or a folder of labelled data, or LAYOUT:FOLDER, such as
-    mbest:photographs; without any, all the generated ones.
+    SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking, plain-sight,
+    edge-cases, simulated (by MuJoCo, where it is installed), noise, or a folder of labelled data, or LAYOUT:FOLDER,
+    such as mbest:photographs; without any, all the generated ones.
     MODULE:CALLABLE is a function from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines,
     or a mapping from identities to such; or a class, of which an instance is made for each sequence and called so.
     Python must find the module: see PYTHONPATH.

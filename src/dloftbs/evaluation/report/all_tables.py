@@ -8,7 +8,7 @@ from dloftbs.evaluation import paper_figures
 from dloftbs.evaluation.report.counts import exceptions_table, tracking_table
 from dloftbs.evaluation.report.joint_tables import joint_tables
 from dloftbs.evaluation.report.kind_tables import kinds_table
-from dloftbs.evaluation.report.space_tables import space_table
+from dloftbs.evaluation.report.space_tables import depth_camera_table, space_table
 from dloftbs.evaluation.report.table import Cell, Table, existing, mean, median, percent
 from dloftbs.evaluation.report.tracking_tables import following_table
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
@@ -206,6 +206,7 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "rgbd": _table_3,
     "rgbd-artificial": _table_4,
     "rgbd-noisy": space_table,
+    "rgbd-camera": depth_camera_table,
     "noise": _noise,
 }
 
