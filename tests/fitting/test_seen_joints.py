@@ -65,9 +65,30 @@ def test_the_gap_goes_on_until_the_curve_is_on_the_mask_again() -> None:
     assert np.abs(beside[:, 1]).max() < 7.5  # the mask is 3.5 px to either side, and half a width beside it counts
 
 
-def test_a_gap_stays_one_and_a_short_joint_is_not_questioned() -> None:
+def test_a_gap_begins_and_ends_where_the_curve_leaves_the_mask() -> None:
+    mask = np.zeros((100, 200), np.uint8)
+    mask[47:54, 17:88] = mask[47:54, 113:184] = 1
+    crop = clean(mask, CleaningConfig())
+    assert crop is not None
+    (trimmed,) = mark_unseen_joints(line_of(GAP), bulging(0.0), crop).joints
+    assert trimmed.kind is GAP
+    np.testing.assert_allclose(bulging(0.0)(np.array(trimmed.u))[:, 0], [87.5, 112.5], atol=0.6)
+
+
+def test_a_gap_that_is_one_from_end_to_end_stays_to_the_last_bit() -> None:
+    mask = np.zeros((100, 200), np.uint8)
+    mask[47:54, 17:75] = mask[47:54, 125:184] = 1
+    crop = clean(mask, CleaningConfig())
+    assert crop is not None
+    (joint,) = line_of(GAP).joints
+    for span in ((0.375, 0.625), (0.1 * 3.9, 0.61)):
+        line = Centerline(line_of(GAP).segments, (replace(joint, u=span),))
+        assert mark_unseen_joints(line, bulging(0.0), crop).joints[0].u == span
+
+
+def test_a_gap_over_another_object_stays_and_a_short_joint_is_not_questioned() -> None:
     line = line_of(GAP)
-    assert mark_unseen_joints(line, bulging(14.0), crop_of(blob=False)) is line
+    assert mark_unseen_joints(line, bulging(0.0), crop_of(blob=True)) is line
     (joint,) = line_of().joints
     nearer = Segment(line.segments[1].points - (32.0, 0.0), line.segments[1].radius)
     short = Centerline((line.segments[0], nearer), (replace(joint, u=(0.469, 0.531)),))

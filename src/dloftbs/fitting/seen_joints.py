@@ -1,15 +1,16 @@
-"""Joints whose curve, once it is fitted, leaves the mask: nobody saw the object there."""
+"""Gaps of curves, once they are fitted: where they leave the mask between two segments, nobody saw the object."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.centerline import Centerline, JointKind
+from dloftbs.centerline import Centerline, Joint, JointKind
 from dloftbs.curve import BSplineCurve
-from dloftbs.fitting.kernels.mask_contact import are_on_mask
+from dloftbs.fitting.kernels.mask_contact import are_on_mask, leaves_mask
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.mask_crop import MaskCrop
 
@@ -39,10 +40,11 @@ Source: numerics; an edge is known to a pixel.
 
 
 def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> Centerline:
-    """Return a centre line whose crossing joints are gaps where the curve leaves the mask by more than half a width.
+    """Return a centre line whose gaps are where the curve is beside the mask, not on it.
 
-    A joint has no points, so that the curve is free to bulge; across a blob that may be far. The gap ends where the
-    curve is on the mask again.
+    A centre line ends half a width before the mask does, so a gap between two begins that much too early. A crossing
+    joint has no points, so that the curve is free to bulge; across a blob that may be far. Where it leaves the mask by
+    more than half a width, that is a gap.
 
     Parameters
     ----------
@@ -60,6 +62,9 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
     widths = len(line.radius) / line.width / max(1.0 - sum(spans), _LEAST_SHARE)  # the points are a pixel apart
     long = [k for k, span in enumerate(spans) if span * widths > _LEAST_WIDTHS]
     joints = list(line.joints)
+    for k, joint in enumerate(joints):
+        if joint.kind is JointKind.GAP:
+            joints[k] = _trimmed(joint, spans[k] * widths * line.width, curve, crop)
     for k in long:
         joint = joints[k]
         if joint.kind is JointKind.CROSSING:
@@ -83,6 +88,21 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         width=line.width,
         ends_confidence=line.ends_confidence,
     )
+
+
+def _trimmed(joint: Joint, length_px: float, curve: BSplineCurve, crop: MaskCrop) -> Joint:
+    """Return a gap from where the curve leaves the mask to where it is on it again; the same one if it stays on it."""
+    low, high = joint.u
+    points = np.empty((max(math.ceil(length_px), 1) + 1, 2))  # a pixel apart
+    sample_cubic(curve.knots, curve.control_points, low, high, points)
+    (x0, y0), last = crop.origin, len(points) - 1
+    first_off, last_off = leaves_mask(points, crop.pixels, x0 - 1, y0 - 1)
+    if last_off < 0:
+        return joint
+    share = (high - low) / last
+    start = low if first_off == 0 else low + (first_off - 0.5) * share
+    end = high if last_off == last else low + (last_off + 0.5) * share
+    return replace(joint, u=(start, end))
 
 
 def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> float:

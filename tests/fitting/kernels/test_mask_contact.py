@@ -7,7 +7,7 @@ from drawings import random_masks
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.fitting.kernels.mask_contact import are_on_mask
+from dloftbs.fitting.kernels.mask_contact import are_on_mask, leaves_mask
 
 
 def slow_distances(points: np.ndarray, mask: np.ndarray, left: int, top: int) -> np.ndarray:
@@ -30,3 +30,16 @@ def test_points_are_on_the_mask_as_far_as_the_nearest_pixels_say(mask: np.ndarra
         assert are_on_mask(point[None], mask, left, top, reach) == expected
     assert are_on_mask(points, mask, left, top, reach) == near.all()
     assert are_on_mask(points[near], mask, left, top, reach)
+
+
+@given(st.integers(0, 2**31))
+def test_where_points_leave_the_mask_agrees_with_the_literal_twin(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mask = (rng.random((12, 15)) < rng.random()).astype(np.uint8)
+    points = rng.uniform(-3.0, 18.0, (int(rng.integers(1, 9)), 2))
+    off = []
+    for k, (x, y) in enumerate(points):
+        column, row = int(np.floor(x - 2 + 0.5)), int(np.floor(y + 1 + 0.5))
+        if not (0 <= row < 12 and 0 <= column < 15 and mask[row, column]):
+            off.append(k)
+    assert leaves_mask(points, mask, 2, -1) == ((off[0], off[-1]) if off else (len(points), -1))

@@ -45,3 +45,25 @@ def are_on_mask(
         if not near:
             return False
     return True
+
+
+@kernel(read(float64, 2), read(uint8, 2), int64, int64)
+def leaves_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], left: int, top: int) -> tuple[int, int]:
+    """Return the first and the last point that lies beside the mask; the number of points and -1 if none does.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        In the image, px.
+    mask : (H, W) uint8
+        A part of the image, 0 and 1.
+    left, top : int
+        Column and row of its first pixel in the image.
+    """
+    rows, columns = mask.shape
+    first, last = len(points), -1
+    for k in range(len(points)):
+        column, row = int(np.floor(points[k, 0] - left + 0.5)), int(np.floor(points[k, 1] - top + 0.5))
+        if not (0 <= row < rows and 0 <= column < columns and mask[row, column] != 0):
+            first, last = min(first, k), k
+    return first, last
