@@ -84,7 +84,7 @@ MAY_IMPORT = {
     **dict.fromkeys(ROOMS, GROUND | DATA),
     "inspection": (GROUND - {"kernels"}) | DATA,
     "stage_order": BELOW_PIPELINE - {"tracking"},
-    "pipeline": GROUND | DATA | {"inspection", "published", "segmentation", "stage_order", "tracking"},
+    "pipeline": GROUND | DATA | {"inspection", "lifting", "published", "segmentation", "stage_order", "tracking"},
     "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
     "api": KNOWN_OUTSIDE | {"pipeline", "stage_order"},
     "sources": KNOWN_OUTSIDE | {"overlap"},

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import dloftbs
-from dloftbs import Config, InputError, PinholeCamera
+from dloftbs import Config, Frame, InputError, PinholeCamera, Pipeline
 
 PAPER = Config.paper()
 DEFAULT = Config()
@@ -137,3 +137,52 @@ def test_any_mask_and_any_depth_give_finite_curves_or_a_reason(mask: np.ndarray,
         bounds = [bound for interval in detection.inferred_3d for bound in interval]
         assert bounds == sorted(bounds)
         assert all(0.0 <= bound <= 1.0 for bound in bounds)
+
+
+class TestDisplacedDepth:
+    """Depth as cameras register it to colour: a pixel or two off."""
+
+    @staticmethod
+    def frame(dx: int, dy: int) -> Frame:
+        mask, depth = tubes.draw_tubes([tubes.coil()], radius_m=0.005, behind_m=1.1)
+        return Frame(mask=mask, depth=np.roll(depth, (dy, dx), axis=(0, 1)), camera=tubes.CAMERA)
+
+    @pytest.mark.parametrize(("dx", "dy"), [(2, 0), (0, -2), (1, 1), (-2, 1)])
+    def test_a_thin_cable_is_found_beside_its_mask(self, dx: int, dy: int) -> None:
+        (detection,) = Pipeline().detect(self.frame(dx, dy)).detections
+        assert detection.curve_3d is not None
+        off = tubes.away(detection.curve_3d.sample(100), tubes.coil())[3:-3]
+        assert off.mean() < 0.002
+        assert off.max() < 0.009  # at the bends of a cable 3 px wide, as without displacement
+
+    def test_a_stream_tells_the_same_as_one_frame_and_reset_forgets_it(self) -> None:
+        pipeline, displaced, straight = Pipeline(), self.frame(2, 0), self.frame(0, 0)
+        alone = Pipeline().detect(straight).detections[0].curve_3d
+        for _ in range(3):
+            pipeline.process(displaced)
+        pipeline.reset()
+        assert pipeline.process(straight).detections[0].curve_3d == alone
+
+
+@pytest.mark.parametrize("missing", [0.05, 0.25, 0.5])
+def test_the_published_curve_in_space_ends_where_depth_does(missing: float) -> None:
+    mask, depth = tubes.draw_tubes([tubes.coil()])
+    columns = np.flatnonzero(mask.any(axis=0))
+    cut = int(columns[0] + missing * np.ptp(columns))
+    depth[:, :cut] = 0.0
+    (detection,) = dloftbs.detect(mask, depth=depth, camera=tubes.CAMERA, config=PAPER)
+    assert detection.curve_3d is not None
+    points = detection.curve_3d.sample(200)
+    assert tubes.away(points, tubes.coil()).max() < 3.0 * tubes.RADIUS_M  # it lies on the surface
+    assert tubes.CAMERA.project(points)[:, 0].min() > cut - 2.0
+    assert detection.inferred_3d == ()
+
+
+def test_the_published_curve_in_space_says_where_depth_is_missing_between() -> None:
+    mask, depth = tubes.draw_tubes([tubes.coil()])
+    depth[:, 150:180] = 0.0
+    (detection,) = dloftbs.detect(mask, depth=depth, camera=tubes.CAMERA, config=PAPER)
+    assert detection.curve_3d is not None
+    ((low, high),) = detection.inferred_3d
+    at = tubes.CAMERA.project(detection.curve_3d(np.array([low, high])))[:, 0]
+    np.testing.assert_allclose(np.sort(at), [149.5, 180.5], atol=6.0)

@@ -26,11 +26,11 @@ from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import distinct_knots, fit, fit_with_knots, mark_unseen_joints
 from dloftbs.frame import Frame
 from dloftbs.graph import Graph
-from dloftbs.lifting import Lifted, lift
+from dloftbs.lifting import DepthDisplacement, Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.prior import Prediction, TemporalPrior
-from dloftbs.published import MIN_POINTS, Walks, close, lift_pixels, link_segments, make_segments, walk
+from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
 from dloftbs.skeleton import build_graph, skeletonize
 
 Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
@@ -70,11 +70,16 @@ class _Clock:
 
 
 def run_stages(
-    frame: Frame, config: Config, segmenter: Segmenter | None, predicted: Sequence[Prediction] = ()
+    frame: Frame,
+    config: Config,
+    segmenter: Segmenter | None,
+    predicted: Sequence[Prediction] = (),
+    displacement: DepthDisplacement | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
-    Ambiguous links of the default method follow the predicted curves.
+    Ambiguous links of the default method follow the predicted curves, and depth is read with the displacement that
+    earlier frames tell, to which this one adds.
 
     Raises
     ------
@@ -110,7 +115,7 @@ def run_stages(
     run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)
     clock.lap("crossings")
-    run.detections = _lift(run.detections, run.crossings, run.crop, frame, config)
+    run.detections = _lift(run.detections, run.crossings, run.crop, frame, config, displacement)
     clock.lap("lifting")
     return run
 
@@ -171,7 +176,12 @@ def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
 
 
 def _lift(
-    detections: tuple[Detection, ...], crossings: tuple[Crossing, ...], crop: MaskCrop, frame: Frame, config: Config
+    detections: tuple[Detection, ...],
+    crossings: tuple[Crossing, ...],
+    crop: MaskCrop,
+    frame: Frame,
+    config: Config,
+    displacement: DepthDisplacement | None,
 ) -> tuple[Detection, ...]:
     """Return the detections with their curves in space, or with the reason why there is none."""
     depth, camera = frame.depth, frame.camera
@@ -181,22 +191,30 @@ def _lift(
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
         return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
-    lifted = lift(detections, crossings, crop, depth, camera, config.lifting)
+    lifted = lift(detections, crossings, crop, depth, camera, config.lifting, displacement)
     return tuple(_fit_in_space(*one, config.fitting.knots) for one in zip(detections, lifted, strict=True))
 
 
 def _lift_as_published(
     detection: Detection, depth: AnyArray, camera: PinholeCamera, config: PixelLiftingConfig, knots: int | None
 ) -> Detection:
-    """Fit the curve in space to the pixels that have depth, by the parameter of the curve in the image."""
+    """Fit the curve in space to the pixels that have depth, by the parameter of the curve in the image.
+
+    It begins and ends where depth does: a cubic that is led on beyond its points goes anywhere.
+    """
     line = detection.centerline
     points_m, seen = lift_pixels(line.points, depth, camera, config)
     if len(points_m) < MIN_POINTS:
         reason = f"only {len(points_m)} of {len(seen)} pixels of the centre line have depth"
         return replace(detection, no_3d_reason=reason)
     knots = knots or distinct_knots(detection.curve)  # what the curve in the image needed
-    curve = fit_with_knots(points_m, line.u[seen], line.closed and bool(seen.all()), knots)
-    return _with_curve_3d(detection, curve)
+    whole = bool(seen.all())
+    u = line.u[seen]
+    closed = line.closed and whole
+    if not closed and u[-1] > u[0]:
+        u = (u - u[0]) / (u[-1] - u[0])
+    curve = fit_with_knots(points_m, u, closed, knots)
+    return _with_curve_3d(detection, curve, () if whole else holes_of(u, detection.curve.length, detection.width))
 
 
 def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None) -> Detection:

@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from dloftbs.lifting.axis import Lifted, lift
+from dloftbs.lifting.beside import DepthDisplacement
 
-__all__ = ["Lifted", "lift"]
+__all__ = ["DepthDisplacement", "Lifted", "lift"]

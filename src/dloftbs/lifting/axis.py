@@ -14,10 +14,12 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
 from dloftbs.depth import unit_of
 from dloftbs.detection import Crossing, Detection
+from dloftbs.lifting.beside import Beside, DepthDisplacement, look_beside
 from dloftbs.lifting.kernels import sections as kernels
 from dloftbs.lifting.kernels.penalized_spline import smooth
 from dloftbs.lifting.kernels.surfaces import DEPTH_TYPES, find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
+from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
 from dloftbs.mask_crop import MaskCrop
 
 _STEP_WIDTHS = 0.6
@@ -159,6 +161,7 @@ def lift(
     depth: npt.NDArray[Any],
     camera: PinholeCamera,
     config: LiftingConfig,
+    displacement: DepthDisplacement | None = None,
 ) -> list[Lifted | str]:
     """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
 
@@ -179,6 +182,8 @@ def lift(
         Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
     camera : PinholeCamera
     config : LiftingConfig
+    displacement : DepthDisplacement, optional
+        What earlier frames of the same camera tell of it; this frame adds to it.
 
     Returns
     -------
@@ -196,9 +201,14 @@ def lift(
             at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
             reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
             mask_occluded(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
+    if depth.dtype not in DEPTH_TYPES:
+        depth = depth.astype(np.float64)
+    beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, depth, config)
+    known = DepthDisplacement() if displacement is None else displacement
+    known.add(beside)
     return [
-        _lift_one(detection, own, crop, depth, camera, config)
-        for detection, own in zip(detections, sections, strict=True)
+        _lift_one(detection, own, one, known.px, crop, depth, camera, config)
+        for detection, own, one in zip(detections, sections, beside, strict=True)
     ]
 
 
@@ -220,6 +230,8 @@ def _lay_sections(detection: Detection) -> _Sections:
 def _lift_one(
     detection: Detection,
     sections: _Sections,
+    beside: Beside,
+    displaced_px: tuple[float, float],
     crop: MaskCrop,
     depth: npt.NDArray[Any],
     camera: PinholeCamera,
@@ -227,20 +239,29 @@ def _lift_one(
 ) -> Lifted | str:
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    inverse, counts, shift, known = _surface(sections, focal_px, crop, depth, config)
+    surface, counts, shift = _surface(sections, beside, displaced_px, focal_px, crop, depth, config)
+    measured = ~np.isnan(surface)
+    strike_ground(
+        surface, beside.ground_m, sections.radius / focal_px, beside.noise_per_m, sections.spacing_px / focal_px
+    )
+    strike_steps(
+        surface, sections.radius / focal_px, sections.spacing_px / focal_px, int(_STRETCH_WIDTHS / _STEP_WIDTHS)
+    )
+    known = int((~np.isnan(surface)).sum())
     if _is_too_few(known, n):
-        return _too_few(known, n)
+        return _too_few(known, measured)
+    inverse = 1.0 / surface
     spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
-    line, explained, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
+    line, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
     least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
-    seen, stretches, known, first, last, lowest, lowest_seen = kernels.confirm_sections(explained, closed, least, line)
+    seen, stretches, known, first, last, lowest, lowest_seen = kernels.confirm_sections(
+        ~np.isnan(surface), closed, least, line
+    )
     if _is_too_few(known, n):
-        return _too_few(known, n)
-    beyond = max(first, n - 1 - last) / (n - 1)
-    if not closed and beyond > MOST_EXTRAPOLATED:
-        return (
-            f"the last {100.0 * beyond:.0f} % of the curve have no depth, more than {100.0 * MOST_EXTRAPOLATED:.0f} %"
-        )
+        return _too_few(known, measured)
+    beyond = measured[:first] if first > n - 1 - last else measured[last + 1 :]
+    if not closed and len(beyond) > MOST_EXTRAPOLATED * (n - 1):
+        return _too_far(beyond, n)
     if lowest * _MOST_TIMES < lowest_seen:
         return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
     rays = kernels.find_rays(
@@ -257,20 +278,23 @@ def _lift_one(
 
 
 def _surface(
-    sections: _Sections, focal_px: float, crop: MaskCrop, depth: npt.NDArray[Any], config: LiftingConfig
-) -> tuple[FloatArray, FloatArray, float, int]:
-    """Return 1 / depth of the surface in each section, and more, as `find_surface` does."""
+    sections: _Sections,
+    beside: Beside,
+    displaced_px: tuple[float, float],
+    focal_px: float,
+    crop: MaskCrop,
+    depth: npt.NDArray[Any],
+    config: LiftingConfig,
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return the depth of the surface in each section, and more, as `find_surface` does."""
     (h, w), (left, top) = crop.size, crop.origin
-    box = depth[top : top + h, left : left + w]
-    if box.dtype not in DEPTH_TYPES:
-        box = box.astype(np.float64)
     return find_surface(
         sections.points,
         sections.tangents,
         sections.radius,
         sections.used,
         crop.pixels[1 : h + 1, 1 : w + 1],
-        box,
+        depth,
         left,
         top,
         unit_of(depth, config),
@@ -279,39 +303,61 @@ def _surface(
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
-        int(_STRETCH_WIDTHS / _STEP_WIDTHS),
+        *displaced_px,
+        beside.ground_m,
+        beside.noise_per_m,
     )
 
 
 def _smooth(
     inverse: FloatArray, counts: FloatArray, spans: int, floor: float, closed: bool
-) -> tuple[FloatArray, npt.NDArray[np.bool_], float]:
+) -> tuple[FloatArray, float]:
     """Return what `smooth` returns for 1 / depth; around a loop, which has no ends, it goes twice."""
     if not closed:
         return smooth(inverse, counts, spans, floor)
     n = len(inverse)
     half = n // 2
     inverse, counts = np.roll(np.tile(inverse, 2), half), np.roll(np.tile(counts, 2), half)
-    line, explained, freedom = smooth(inverse, counts, 2 * spans, floor)
-    return line[half : half + n], explained[half : half + n], 0.5 * freedom
+    line, freedom = smooth(inverse, counts, 2 * spans, floor)
+    return line[half : half + n], 0.5 * freedom
 
 
 def _is_too_few(seen: int, sections: int) -> bool:
     return seen < max(LEAST_SEEN * sections, 2)
 
 
-def _too_few(seen: int, sections: int) -> str:
-    return f"only {seen} of {sections} sections of the curve have depth, fewer than {100.0 * LEAST_SEEN:.0f} %"
+def _too_few(seen: int, measured: npt.NDArray[np.bool_]) -> str:
+    """Say that few sections are seen, of those where depth was measured."""
+    text = f"only {seen} of {len(measured)} sections of the curve have depth, fewer than {100.0 * LEAST_SEEN:.0f} %"
+    others = int(measured.sum()) - seen
+    return text if others <= 0 else f"{text}; in {others} more it is that of something else"
+
+
+def _too_far(beyond: npt.NDArray[np.bool_], sections: int) -> str:
+    """Say that nothing is seen at an end, given where depth was measured beyond the last section that is."""
+    share, most = 100.0 * len(beyond) / (sections - 1), 100.0 * MOST_EXTRAPOLATED
+    others = int(beyond.sum())
+    what = "no depth" if others == 0 else f"no depth of their own (in {others} sections it is that of something else)"
+    return f"the last {share:.0f} % of the curve have {what}, more than {most:.0f} %"
 
 
 def _intervals(stretches: list[list[int]], u: FloatArray, closed: bool) -> tuple[_Interval, ...]:
-    """Return the intervals of `u` that stretches of sections cover, from the last seen before to the next seen."""
+    """Return the intervals of `u` that stretches of sections cover, each from halfway to the last seen before.
+
+    That of an open curve's first or last section goes to the end.
+    """
     n = len(u)
     intervals = []
     for start, stop in stretches:
-        low = float(u[start - 1]) if start > 0 else 0.0
-        high = 1.0 if stop == n else float(u[stop % n])
-        if low > high:  # through a loop's seam
+        low = 0.5 * float(u[start - 1] + u[start]) if start > 0 else 0.0
+        if stop < n:
+            high = 0.5 * float(u[stop - 1] + u[stop])
+        elif not closed:
+            high = 1.0
+        else:  # up to the seam, or through it
+            before, after = (float(u[k % n]) + float(k >= n) for k in (stop - 1, stop))
+            high = 0.5 * (before + after) % 1.0
+        if low > high:
             intervals += [(0.0, high), (low, 1.0)]
         else:
             intervals.append((low, high))

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from dloftbs.published.greedy_linking import close, link_segments
 from dloftbs.published.nearest_tracking import NearestTracker
-from dloftbs.published.pixel_lifting import MIN_POINTS, lift_pixels
+from dloftbs.published.pixel_lifting import MIN_POINTS, holes_of, lift_pixels
 from dloftbs.published.walks import Walks, make_segments, walk
 
-__all__ = ["MIN_POINTS", "NearestTracker", "Walks", "close", "lift_pixels", "link_segments", "make_segments", "walk"]
+__all__ = [
+    "MIN_POINTS",
+    "NearestTracker",
+    "Walks",
+    "close",
+    "holes_of",
+    "lift_pixels",
+    "link_segments",
+    "make_segments",
+    "walk",
+]

@@ -45,3 +45,17 @@ def lift_pixels(
     known = np.isfinite(points_m).all(axis=1)  # not beyond the field of the lens model
     seen[seen] = known
     return points_m[known], seen
+
+
+def holes_of(u: FloatArray, length_px: float, width_px: float) -> tuple[tuple[float, float], ...]:
+    """Return the intervals of a curve's parameter between points with depth that are more than a width apart.
+
+    Parameters
+    ----------
+    u : numpy.ndarray, shape (n,)
+        Of the points with depth, ascending from 0 to 1.
+    length_px, width_px : float
+        Of the curve in the image.
+    """
+    (before,) = np.nonzero(np.diff(u) * length_px > width_px)
+    return tuple((float(u[k]), float(u[k + 1])) for k in before)

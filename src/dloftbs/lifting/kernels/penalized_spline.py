@@ -32,28 +32,28 @@ _PENALTIES = 10.0 ** np.arange(-3.0, 5.0)
 Source: numerics; from hardly any smoothing to straight, by factors of ten.
 """
 
-_STIFF = 4
+_FIRST = 4
 """Index of the first of these factors.
 
-Source: by hand; it lets pass waves of twenty knots or more, and outliers do not bend such a line.
+Source: by hand; the middle of those that are chosen.
 """
 
-_STARTS = 2
-"""Number of first rounds, with weights by Huber.
+_AROUND = 4
+"""Number of known values to either side that tell what is usual.
 
-Source: by hand.
+Source: by hand; up to four wrong ones in a row are told, and a slope is none.
 """
 
-_ROUNDS = 3
-"""Number of further rounds, with weights by Tukey.
+_LEAST_REACH = 2
+"""Least number of known values to either side whose median tells what is usual.
 
-Source: by hand.
+Source: by definition; a single wrong one of three is the median of none.
 """
 
-_TUKEY = 4.685
-"""Limit of Tukey's biweight, as a multiple of the standard deviation.
+_HUBER = 2.0
+"""Limit of Huber's weights, as a multiple of the standard deviation.
 
-Source: literature; 95 % efficiency for Gaussian noise (Huber, Robust Statistics, 1981).
+Source: by hand; 99 % efficiency for Gaussian noise (Huber, Robust Statistics, 1981), since most outliers are gone.
 """
 
 _CAUTION = 1.2
@@ -173,13 +173,56 @@ def _misfit(normal: _Floats, right: _Floats, squared: float, coefficients: _Floa
     return max(total, 0.0)
 
 
+@helper
+def _miss_neighbours(value: _Floats, prior: _Floats, root: _Floats, misses: _Floats) -> None:
+    """Write by how much each known value differs from those around it.
+
+    That is from the median of as many to either side, which on a slope is the value itself. At the ends, where there
+    are none on one side, it is from the line through those beside it, by medians (Theil and Sen).
+    """
+    known = len(misses)
+    own = np.empty(known, dtype=np.int64)
+    k = 0
+    for i in range(len(value)):
+        if prior[i] > 0.0:
+            own[k] = i
+            k += 1
+    around = min(2 * _AROUND + 1, known)
+    apart = around // 2
+    levels = np.empty(around)
+    for k in range(known):
+        reach = min(_AROUND, k, known - 1 - k)
+        if reach >= _LEAST_REACH:
+            usual = np.median(value[own[k - reach : k + reach + 1]])
+        else:
+            low = 0 if k < known - 1 - k else known - around
+            for j in range(around - apart):
+                a, b = own[low + j], own[low + j + apart]
+                levels[j] = (value[b] - value[a]) / (b - a)
+            slope = np.median(levels[: around - apart])
+            for j in range(around):
+                levels[j] = value[own[low + j]] - slope * (own[low + j] - own[k])
+            usual = np.median(levels)
+        misses[k] = abs(value[own[k]] - usual) * root[own[k]]
+
+
+@helper
+def _weigh(prior: _Floats, misses: _Floats, scale: float, weight: _Floats) -> None:
+    """Write the weights of values by how far off they are, by Huber."""
+    k = 0
+    for i in range(len(prior)):
+        if prior[i] > 0.0:
+            weight[i] = prior[i] / max(misses[k] / (_HUBER * scale), 1.0) if scale > 0.0 else prior[i]
+            k += 1
+
+
 @kernel(read(float64, 1), read(float64, 1), int64, float64)
-def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floats, npt.NDArray[np.bool_], float]:
+def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floats, float]:
     """Lay a smooth line through equally spaced values, whatever stretches of them are missing or wrong.
 
-    It starts from a stiff line that follows most values, and is then bent as far as the values that it explains ask
-    for; values farther from it than the noise explains count less and less, and at last not at all. The noise is what
-    most values differ from the line by.
+    Values that differ from a line through those around by more than most do count less, wherever all of these lie: a
+    steep slope is as good as any. The line itself strikes off nothing, since where it is too stiff for a bend, the bend
+    would go.
 
     Not checked: two values or more are known.
 
@@ -197,8 +240,6 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     Returns
     -------
     line : (n,) float64
-    explained : (n,) bool
-        True for values that count.
     freedom : float
         Effective number of parameters of the line: 2 is straight.
     """
@@ -229,53 +270,33 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     rows = m + _PAD
     normal, factor, inverse = np.empty((rows, _ORDER)), np.empty((rows, _ORDER)), np.zeros((rows, _ORDER))
     right, coefficients, best = np.zeros(rows), np.zeros(rows), np.zeros(rows)
-    line, weight, misses = np.empty(n), prior.copy(), np.empty(known)
+    weight, misses = np.zeros(n), np.empty(known)
     scores, tried = np.empty(len(_PENALTIES)), np.empty(len(_PENALTIES), dtype=np.bool_)
-    penalty = _STIFF
-    for turn in range(_STARTS + _ROUNDS + 1):
-        _gather(cells, basis, value, weight, normal, right)
-        unit, squared, heaviest = 0.0, 0.0, 0.0
-        for i in range(n):
-            unit += weight[i]
-            squared += weight[i] * value[i] * value[i]
-            heaviest = max(heaviest, weight[i])
-        if turn >= _STARTS and turn < _STARTS + _ROUNDS:
-            tried[:] = False
-            at = penalty
-            for step in (0, -1, 1):  # from the penalty so far on, as long as it gets better
-                p = penalty + step
-                while 0 <= p < len(_PENALTIES) and not tried[p]:  # whatever a score is, each penalty is tried once
-                    tried[p] = True
-                    _solve_at(_PENALTIES[p] * unit / m, normal, right, factor, coefficients)
-                    free = unit / heaviest - _CAUTION * _trace(factor, normal, inverse)
-                    scores[p] = _misfit(normal, right, squared, coefficients) / free**2 if free > 0.0 else np.inf
-                    if step != 0 and not scores[p] < scores[at]:
-                        break
-                    at = p
-                    best[:] = coefficients
-                    p += step
-            penalty = at
-            coefficients[:] = best
-        else:
-            _solve_at(_PENALTIES[penalty] * unit / m, normal, right, factor, coefficients)
-        k = 0
-        for i in range(n):
-            line[i] = 0.0
-            for a in range(_ORDER):
-                line[i] += basis[i, a] * coefficients[cells[i] + a]
-            if prior[i] > 0.0:
-                misses[k] = abs(value[i] - line[i]) * root[i]
-                k += 1
-        if turn == _STARTS + _ROUNDS:
-            break
-        scale = max(np.median(misses) / MEDIAN_DEVIATION, floor * abs(mean))
-        k = 0
-        for i in range(n):
-            if prior[i] > 0.0:
-                miss = misses[k] / scale if scale > 0.0 else 0.0
-                k += 1
-                if turn < _STARTS:
-                    weight[i] = prior[i] / max(miss, 1.0)
-                else:
-                    weight[i] = prior[i] * max(1.0 - (miss / _TUKEY) ** 2, 0.0) ** 2
-    return line + mean, weight > 0.0, _trace(factor, normal, inverse)
+    _miss_neighbours(value, prior, root, misses)
+    _weigh(prior, misses, max(np.median(misses) / MEDIAN_DEVIATION, floor * abs(mean)), weight)
+    _gather(cells, basis, value, weight, normal, right)
+    unit, squared, heaviest = 0.0, 0.0, 0.0
+    for i in range(n):
+        unit += weight[i]
+        squared += weight[i] * value[i] * value[i]
+        heaviest = max(heaviest, weight[i])
+    tried[:] = False
+    at, freedom = _FIRST, 0.0
+    for step in (0, -1, 1):  # from the first penalty on, as long as it gets better
+        p = at + step
+        while 0 <= p < len(_PENALTIES) and not tried[p]:  # whatever a score is, each penalty is tried once
+            tried[p] = True
+            _solve_at(_PENALTIES[p] * unit / m, normal, right, factor, coefficients)
+            trace = _trace(factor, normal, inverse)
+            free = unit / heaviest - _CAUTION * trace
+            scores[p] = _misfit(normal, right, squared, coefficients) / free**2 if free > 0.0 else np.inf
+            if step != 0 and not scores[p] < scores[at]:
+                break
+            at, freedom = p, trace
+            best[:] = coefficients
+            p += step
+    line = np.full(n, mean)
+    for i in range(n):
+        for a in range(_ORDER):
+            line[i] += basis[i, a] * best[cells[i] + a]
+    return line, freedom

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
-from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.compiler import helper, kernel, read
 
 DEPTH_TYPES = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
 """Of depth images that `find_surface` takes."""
@@ -44,6 +43,24 @@ _CROWD = 3
 Source: by hand.
 """
 
+_LEAST_CONTRAST = 6.0
+"""Height over the ground, as a multiple of the noise's deviation, from which an object stands out.
+
+Source: by hand; halfway, where the ground's pixels are told from the object's, is three deviations.
+"""
+
+_LEAST_ABOVE = 2
+"""Smallest number of pixels that stand out from the ground as an object.
+
+Source: by hand; noise hardly makes two of a section's.
+"""
+
+_ABOVE = 5
+"""One in this number of a section's pixels stands out from the ground, at the least, where an object does.
+
+Source: by hand.
+"""
+
 _KEEP = 3.0
 """Distance from the middle of these pixels' depths, as a multiple of their range, up to which a depth belongs to the
 surface.
@@ -55,18 +72,6 @@ _KEEP_RADII = 0.1
 """Distance from that middle up to which a depth belongs to the surface in any case, radii.
 
 Source: by hand.
-"""
-
-_AROUND = 3
-"""Number of changes of depth to either side that tell the usual one.
-
-Source: by hand.
-"""
-
-_STEP_SIGMAS = 6.0
-"""Change of depth, as a multiple of the noise's standard deviation, above which it is a step.
-
-Source: by hand; noise exceeds it once in 500 million.
 """
 
 _LEAST_SHARE = 0.25
@@ -110,11 +115,14 @@ def _choose_pixels(
     mask: npt.NDArray[np.uint8],
     left: int,
     top: int,
+    size: tuple[int, int],
+    dx: float,
+    dy: float,
     share: float,
     border: float,
     least: float,
 ) -> tuple[npt.NDArray[np.int32], _Ints]:
-    """Return the pixels of all sections, (row, column) in the part cut out, and where each section starts in these."""
+    """Return the pixels of the depth image in all sections, (row, column), and where each section starts in these."""
     n = len(points)
     pixels = np.empty((n * _ENOUGH, 2), dtype=np.int32)
     first = np.zeros(n + 1, dtype=np.int64)
@@ -134,11 +142,13 @@ def _choose_pixels(
         for j in range(lines):
             along = spacing * ((j + 0.5) / lines - 0.5)
             for k in range(-side, side + 1):
-                column = int(np.floor(x + along * tx - k * stride * ty + 0.5)) - left
-                row = int(np.floor(y + along * ty + k * stride * tx + 0.5)) - top
+                px, py = x + along * tx - k * stride * ty + 0.5, y + along * ty + k * stride * tx + 0.5
+                column, row = int(np.floor(px)) - left, int(np.floor(py)) - top
                 if 0 <= row < height and 0 <= column < width and mask[row, column] != 0:
-                    pixels[count, 0], pixels[count, 1] = row, column
-                    count += 1
+                    column, row = int(np.floor(px + dx)), int(np.floor(py + dy))
+                    if 0 <= row < size[0] and 0 <= column < size[1]:
+                        pixels[count, 0], pixels[count, 1] = row, column
+                        count += 1
     first[n] = count
     return pixels[:count], first
 
@@ -166,7 +176,7 @@ def _sort_few(values: _Floats, count: int) -> None:
 
 
 @helper
-def _level(values: _Floats, known: int, slenderness: float) -> tuple[float, int]:
+def _level(values: _Floats, known: int, slenderness: float, ground: float, noise: float) -> tuple[float, int]:
     """Return the mean depth of a section's surface, and the number of its pixels; sorts the values.
 
     The surface is the shortest interval that holds more than a third of the depths, the nearer of two. Flying pixels,
@@ -174,6 +184,14 @@ def _level(values: _Floats, known: int, slenderness: float) -> tuple[float, int]
     mean, so that they do not bias it.
     """
     _sort_few(values, known)
+    if known >= _LEAST_ABOVE:
+        height = ground - values[_LEAST_ABOVE - 1]
+        if height > max(slenderness * ground, _LEAST_CONTRAST * noise * ground * ground):  # not, where it is NaN
+            above = 0
+            while above < known and values[above] < ground - 0.5 * height:
+                above += 1
+            if above * _ABOVE >= known:
+                known = above
     crowd = known // _CROWD + 1
     start = 0
     for k in range(1, known - crowd + 1):
@@ -189,65 +207,6 @@ def _level(values: _Floats, known: int, slenderness: float) -> tuple[float, int]
             total += values[k]
             count += 1
     return total / count, count
-
-
-@kernel(write(float64, 1), read(float64, 1), int64)
-def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
-    """Strike off short stretches between a step nearer and one back, or farther and back: something else is seen there.
-
-    A step is where the depth changes from one section to the next by more than a radius beyond what it does around it,
-    and by more than noise does. A slope changes alike for several sections.
-
-    Parameters
-    ----------
-    surface_m : (n,) float64
-        Depth in each section, NaN where it is not known; is set to NaN there.
-    slenderness : (n,) float64
-        Radius over focal length, both px: times the depth, it is the radius in metres.
-    most : int
-        Sections that a stretch has at most.
-
-    Returns
-    -------
-    int
-        The number of sections whose depth stays known.
-    """
-    n = len(surface_m)
-    own = np.empty(n, dtype=np.int64)
-    known = 0
-    for i in range(n):
-        if not np.isnan(surface_m[i]):
-            own[known] = i
-            known += 1
-    if known < 2 * _AROUND + 2:
-        return known
-    excess, around = np.empty(known - 1), np.empty(2 * _AROUND)
-    for k in range(known - 1):
-        first = min(max(k - _AROUND, 0), known - 2 - 2 * _AROUND)
-        count = 0
-        for other in range(first, first + 2 * _AROUND + 1):
-            if other != k:
-                around[count] = surface_m[own[other + 1]] - surface_m[own[other]]
-                count += 1
-        _sort(around, count)
-        usual = 0.5 * (around[_AROUND - 1] + around[_AROUND])
-        excess[k] = surface_m[own[k + 1]] - surface_m[own[k]] - usual
-    noise = np.median(np.abs(excess)) / MEDIAN_DEVIATION
-    came, sign = -1, 0.0
-    for k in range(known - 1):
-        radius = slenderness[own[k]] * min(surface_m[own[k]], surface_m[own[k + 1]])
-        if abs(excess[k]) <= max(radius, _STEP_SIGMAS * noise):
-            continue
-        if came >= 0 and excess[k] * sign < 0.0 and k - came <= most:
-            for other in range(came + 1, k + 1):
-                surface_m[own[other]] = np.nan
-            came = -1
-        else:
-            came, sign = k, excess[k]
-    left = 0
-    for k in range(known):
-        left += not np.isnan(surface_m[own[k]])
-    return left
 
 
 @kernel(
@@ -266,7 +225,10 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, most: int) -> int:
     float64,
     float64,
     float64,
-    int64,
+    float64,
+    float64,
+    read(float64, 1),
+    float64,
 )
 def find_surface(
     points: _Floats,
@@ -284,12 +246,16 @@ def find_surface(
     share: float,
     border: float,
     least: float,
-    most: int,
-) -> tuple[_Floats, _Floats, float, int]:
-    """Return for each section 1 / depth of a round object's surface on its middle line.
+    dx: float,
+    dy: float,
+    ground: _Floats,
+    noise: float,
+) -> tuple[_Floats, _Floats, float]:
+    """Return for each section the depth of a round object's surface on its middle line.
 
     It comes from pixels in the middle of the object, away from its borders, and inside of the mask. Each pixel's depth
-    is moved to the middle line: the round surface falls back beside it.
+    is moved to the middle line: the round surface falls back beside it. Where some pixels clearly stand out from the
+    ground, those that do not are not the object's.
 
     Parameters
     ----------
@@ -302,9 +268,9 @@ def find_surface(
     mask : (h, w) uint8
         The mask cut out, not 0 where the object is.
     depth : (h, w) float32, float64 or uint16
-        The depth image cut out in the same way.
+        The depth image.
     left, top : int
-        The image's column and row of their first pixel.
+        The image's column and row of the first pixel of the mask.
     unit_m : float
         Metres of one count of the depth.
     low_m, high_m : float
@@ -314,25 +280,29 @@ def find_surface(
     share, border, least : float
         Pixels lie within ``share`` of the radius of the axis, and within the radius less ``border`` px, but as far as
         ``least`` of the radius in any case.
-    most : int
-        As `strike_steps` takes it.
+    dx, dy : float
+        Displacement of the depth image against the mask, px.
+    ground : (n,) float64
+        Depth of the ground beside each section, m; NaN where it is not known.
+    noise : float
+        Of depth, 1 / m: the deviation over the depth squared.
 
     Returns
     -------
-    inverse : (n,) float64
-        1 / m; NaN where too little is known, or something else is seen.
+    surface : (n,) float64
+        Depth, m; NaN where too little is known.
     counts : (n,) float64
         Number of pixels that it is the mean of.
     shift : float
         Mean distance that pixels were moved to the middle line, as a share of the radius. That is as seen at a right
         angle; where the object is seen obliquely, the surface falls back by more.
-    known : int
-        The number of sections whose depth is known.
     """
     n = len(points)
     shift, all_known = 0.0, 0
     surface, counts = np.full(n, np.nan), np.zeros(n)
-    pixels, first = _choose_pixels(points, tangents, radius, used, mask, left, top, share, border, least)
+    pixels, first = _choose_pixels(
+        points, tangents, radius, used, mask, left, top, depth.shape, dx, dy, share, border, least
+    )
     metres = np.empty(len(pixels))
     for k in range(len(pixels)):  # a loop of its own, since it waits for memory, and so for many pixels at once
         metres[k] = depth[pixels[k, 0], pixels[k, 1]]
@@ -344,7 +314,7 @@ def find_surface(
         for k in range(first[i], first[i + 1]):
             z = metres[k] * unit_m
             if z > 0.0 and low_m <= z <= high_m and np.isfinite(z):
-                offset = (pixels[k, 0] + top - y) * tx - (pixels[k, 1] + left - x) * ty
+                offset = (pixels[k, 0] - dy - y) * tx - (pixels[k, 1] - dx - x) * ty
                 beside = min(abs(offset / around), _WIDEST)
                 back = 1.0 - np.sqrt(1.0 - beside * beside)
                 if slenderness * back < 1.0:  # else the object would reach behind the camera
@@ -353,6 +323,5 @@ def find_surface(
                     known += 1
         all_known += known
         if known > 0 and known >= _LEAST_SHARE * (first[i + 1] - first[i]):
-            surface[i], counts[i] = _level(values, known, slenderness)
-    known = strike_steps(surface, radius / focal_px, most)
-    return 1.0 / surface, counts, shift / max(all_known, 1), known
+            surface[i], counts[i] = _level(values, known, slenderness, ground[i], noise)
+    return surface, counts, shift / max(all_known, 1)

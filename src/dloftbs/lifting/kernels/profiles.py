@@ -1,0 +1,319 @@
+"""Depth across objects and beyond their borders: the ground beside them, its noise, and how far depth is displaced."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import boolean, float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+
+_INSIDE_PX = 4.0
+"""Distance inside of a border from which a profile goes, px.
+
+Source: by hand; displacements of up to 3 px show, and noise beside them.
+"""
+
+_EDGE_PX = 6.0
+"""Distance outside of a border within which depth may still be the object's, px.
+
+Source: by hand; edges are fattened by 4 px at the most, and displaced by 2.
+"""
+
+_GROUND_PLACES = 6
+"""Number of places on each side that show the ground.
+
+Source: bounds time; enough for a median.
+"""
+
+PLACES = 2 * int(_INSIDE_PX + _EDGE_PX + _GROUND_PLACES)
+"""Number of places of a profile.
+
+Source: by definition; about a pixel apart.
+"""
+
+_LEAST_GROUND = 3
+"""Smallest number of places with depth that show the ground on a side.
+
+Source: by definition; a median is robust from three on.
+"""
+
+_LEVEL_RANK = 3
+"""Rank of the depth, from the nearest, that stands for an object in a profile.
+
+Source: by hand; one flying or noisy pixel is nearer at times, three hardly ever.
+"""
+
+_LEAST_CONTRAST = 6.0
+"""Height over the ground, as a multiple of the noise's deviation, from which edges of depth are told.
+
+Source: by hand; half of it, where the edge is taken, is three deviations.
+"""
+
+_AROUND = 1
+"""Number of profiles to either side whose ground is taken together.
+
+Source: by hand; about five widths in all.
+"""
+
+_LEAST_NOISE = 1e-4
+"""Least noise of depth, 1 / m: its deviation is this times the depth squared.
+
+Source: numerics; far below any camera's.
+"""
+
+_HUBER_PX = 0.5
+"""Distance of a profile's displacement from the common one from which it counts less, px.
+
+Source: by hand; half a pixel is what sampling alone does.
+"""
+
+_PRIOR_PX = 1.0
+"""Deviation of the displacement that is expected without evidence, px.
+
+Source: by hand; cameras are registered to 1 to 2 px.
+"""
+
+_ROUNDS = 6
+"""Number of rounds of the robust mean.
+
+Source: numerics; it has settled by then.
+"""
+
+_Floats = npt.NDArray[np.float64]
+_Ints = npt.NDArray[np.int64]
+_Flags = npt.NDArray[np.bool_]
+
+
+@kernel(read(float64, 2), read(float64, 2), read(float64, 1), read(uint8, 2), int64, int64, int64, int64)
+def lay_profiles(
+    points: _Floats,
+    tangents: _Floats,
+    radius: _Floats,
+    mask: npt.NDArray[np.uint8],
+    left: int,
+    top: int,
+    height: int,
+    width: int,
+) -> tuple[_Floats, _Ints, _Ints, _Flags]:
+    """Lay rows of places across an object, from inside of both borders to far beyond them.
+
+    Parameters
+    ----------
+    points, tangents : (n, 2) float64
+        Places of the profiles, and the way on.
+    radius : (n,) float64
+        Half the width there, px.
+    mask : (h, w) uint8
+        The mask cut out, not 0 where an object is.
+    left, top : int
+        The image's column and row of its first pixel.
+    height, width : int
+        Of the image.
+
+    Returns
+    -------
+    offsets : (n, PLACES) float64
+        Distance from the middle line, px, ascending; positive on the right of the way on, as seen on screen.
+    rows, columns : (n, PLACES) int64
+        The pixels; -1 both outside of the image.
+    on : (n, PLACES) bool
+        Whether the mask has the pixel.
+    """
+    n = len(points)
+    half = PLACES // 2
+    offsets = np.empty((n, PLACES))
+    rows, columns = np.full((n, PLACES), -1, dtype=np.int64), np.full((n, PLACES), -1, dtype=np.int64)
+    on = np.zeros((n, PLACES), dtype=np.bool_)
+    for i in range(n):
+        outer = radius[i] + _EDGE_PX + _GROUND_PLACES - 0.5
+        inner = max(radius[i] - _INSIDE_PX + 0.5, outer / (2 * half - 1))
+        step = (outer - inner) / (half - 1)
+        for k in range(PLACES):
+            offset = -outer + k * step if k < half else inner + (k - half) * step
+            offsets[i, k] = offset
+            column = int(np.floor(points[i, 0] - offset * tangents[i, 1] + 0.5))
+            row = int(np.floor(points[i, 1] + offset * tangents[i, 0] + 0.5))
+            if 0 <= row < height and 0 <= column < width:
+                rows[i, k], columns[i, k] = row, column
+                r, c = row - top, column - left
+                on[i, k] = 0 <= r < mask.shape[0] and 0 <= c < mask.shape[1] and mask[r, c] != 0
+    return offsets, rows, columns, on
+
+
+@helper
+def _insert(value: float, few: _Floats, count: int) -> None:
+    """Insert a value into the first few, which are sorted, and stay so."""
+    k = count
+    while k > 0 and few[k - 1] > value:
+        few[k] = few[k - 1]
+        k -= 1
+    few[k] = value
+
+
+@helper
+def _ground_beside(metres: _Floats, on: _Flags, low: int, few: _Floats) -> float:
+    """Return the median of the depths in some places of a profile, off the mask; NaN if there are too few."""
+    count = 0
+    for k in range(low, low + _GROUND_PLACES):
+        if not on[k] and not np.isnan(metres[k]):
+            _insert(metres[k], few, count)
+            count += 1
+    return 0.5 * (few[(count - 1) // 2] + few[count // 2]) if count >= _LEAST_GROUND else np.nan
+
+
+@helper
+def _noise_of(metres: _Floats, on: _Flags) -> float:
+    """Return the noise's deviation over the depth squared, from places next to each other that show the ground.
+
+    Where depth comes in steps above the noise, most neighbours are equal: then the step counts.
+    """
+    n = len(metres)
+    changes = np.empty(n * 2 * _GROUND_PLACES)
+    count = 0
+    for i in range(n):
+        for start in (0, PLACES - _GROUND_PLACES):
+            for k in range(start, start + _GROUND_PLACES - 1):
+                a, b = metres[i, k], metres[i, k + 1]
+                if not on[i, k] and not on[i, k + 1] and not np.isnan(a) and not np.isnan(b):
+                    changes[count] = abs(a - b) / (a * b)
+                    count += 1
+    if count == 0:
+        return _LEAST_NOISE
+    changes = np.sort(changes[:count])
+    usual = changes[count // 2] / (np.sqrt(2.0) * MEDIAN_DEVIATION)
+    first = np.searchsorted(changes, 0.0, side="right")
+    step = changes[first + (count - first) // 4] if first < count else 0.0
+    return float(max(usual, step, _LEAST_NOISE))
+
+
+@helper
+def _nearest_few(metres: _Floats, offsets: _Floats, reach: float) -> float:
+    """Return the third nearest depth within a distance of the middle line; NaN if there are not as many."""
+    nearest = np.full(_LEVEL_RANK, np.inf)
+    for k in range(len(metres)):
+        value = metres[k]
+        if abs(offsets[k]) <= reach and value < nearest[_LEVEL_RANK - 1]:  # not, where it is NaN
+            _insert(value, nearest, _LEVEL_RANK - 1)
+    level = nearest[_LEVEL_RANK - 1]
+    return level if level < np.inf else np.nan
+
+
+@kernel(read(float64, 2), read(float64, 2), read(boolean, 2), read(float64, 1))
+def read_profiles(metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats) -> tuple[_Floats, float, _Floats]:
+    """Tell the ground beside an object, its noise, and how far the object's depth is displaced against the mask.
+
+    Between an object's depth and the ground's lies the edge of depth, to both sides: halfway between these two edges
+    is the object's middle in the depth image.
+
+    Parameters
+    ----------
+    metres : (n, PLACES) float64
+        Depth in the places of `lay_profiles`; NaN where it is missing.
+    offsets, on
+        As `lay_profiles` returns them.
+    radius : (n,) float64
+        Half the width of the object, px.
+
+    Returns
+    -------
+    ground : (n,) float64
+        Depth of the ground under the middle line, m: the mean of both sides, the median over nearby profiles; NaN
+        where it is not known.
+    noise : float
+        Of the ground, 1 / m: the deviation over the depth squared.
+    aside : (n,) float64
+        Distance from the middle line of the mask to that of depth, px, as `offsets`; NaN where the edges are not told.
+    """
+    n = len(metres)
+    sides = np.full((n, 2), np.nan)
+    noise = _noise_of(metres, on)
+    aside = np.full(n, np.nan)
+    few = np.empty(max(_GROUND_PLACES, 2 * _AROUND + 1))
+    for i in range(n):
+        sides[i, 0] = _ground_beside(metres[i], on[i], 0, few)
+        sides[i, 1] = _ground_beside(metres[i], on[i], PLACES - _GROUND_PLACES, few)
+        level = _nearest_few(metres[i], offsets[i], radius[i] + _EDGE_PX)
+        if not min(sides[i, 0], sides[i, 1]) - level > _LEAST_CONTRAST * noise * level * level:  # not: NaN too
+            continue
+        step = offsets[i, 1] - offsets[i, 0]
+        between = offsets[i, PLACES // 2] - offsets[i, PLACES // 2 - 1] - step  # not looked at, all of it the object's
+        total, length = 0.0, max(between, 0.0)
+        alone = True
+        for k in range(_GROUND_PLACES, PLACES - _GROUND_PLACES):
+            value, offset = metres[i, k], offsets[i, k]
+            alone = alone and not np.isnan(value) and not (on[i, k] and abs(offset) > radius[i] + 1.0)
+            if value < 0.5 * (level + sides[i, 0 if offset < 0.0 else 1]):
+                total += offset * step
+                length += step
+        if alone and length > 0.0:
+            aside[i] = total / length
+    middles = np.empty(n)
+    for i in range(n):
+        a, b = sides[i]
+        middles[i] = a if np.isnan(b) else (b if np.isnan(a) else 0.5 * (a + b))
+    ground = np.full(n, np.nan)
+    for i in range(n):
+        count = 0
+        for k in range(max(i - _AROUND, 0), min(i + _AROUND + 1, n)):
+            if not np.isnan(middles[k]):
+                _insert(middles[k], few, count)
+                count += 1
+        if count > 0:
+            ground[i] = 0.5 * (few[(count - 1) // 2] + few[count // 2])
+    return ground, noise, aside
+
+
+@helper
+def _displacement(sums: _Floats) -> tuple[float, float]:
+    prior = 1.0 / _PRIOR_PX**2
+    xx, yy = sums[0] + prior, sums[2] + prior
+    determinant = xx * yy - sums[1] * sums[1]
+    return (yy * sums[3] - sums[1] * sums[4]) / determinant, (xx * sums[4] - sums[1] * sums[3]) / determinant
+
+
+@kernel(read(float64, 2), read(float64, 1), read(float64, 1))
+def add_displacements(tangents: _Floats, aside: _Floats, past: _Floats) -> _Floats:
+    """Return what is known of the displacement, a profile's distance aside being its part along the profile.
+
+    The sums of the normal equations, robustly weighted (Huber): several frames' are added up.
+
+    Parameters
+    ----------
+    tangents : (n, 2) float64
+    aside : (n,) float64
+        As `read_profiles` returns it.
+    past : (5,) float64
+        What is known already: the sums xx, xy, yy of the normals' products, and x, y of these with `aside`.
+
+    Returns
+    -------
+    (5,) float64
+        With this frame's.
+    """
+    sums = past.copy()
+    for _ in range(_ROUNDS):
+        x, y = _displacement(sums)
+        sums[:] = past
+        for i in range(len(aside)):
+            if np.isnan(aside[i]):
+                continue
+            nx, ny = -tangents[i, 1], tangents[i, 0]
+            miss = abs(aside[i] - nx * x - ny * y)
+            weight = 1.0 / max(miss, _HUBER_PX) / _HUBER_PX
+            sums[0] += weight * nx * nx
+            sums[1] += weight * nx * ny
+            sums[2] += weight * ny * ny
+            sums[3] += weight * nx * aside[i]
+            sums[4] += weight * ny * aside[i]
+    return sums
+
+
+@kernel(read(float64, 1))
+def displacement_of(sums: _Floats) -> tuple[float, float]:
+    """Return the displacement ``(x, y)``, px, that the sums of `add_displacements` tell.
+
+    Without evidence it is 0: as much is expected by `_PRIOR_PX`.
+    """
+    return _displacement(sums)
