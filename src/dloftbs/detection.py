@@ -133,7 +133,7 @@ class Crossing:
     top : int, optional
         Pass that lies on top, 0 or 1; None where that is not known.
     confidence : float
-        Confidence in `top`, in 0..1; 0 where it is not known. Its meaning is that of the stage that made it.
+        Probability that `top` is right, from 0.6 on as `find_crossings` states it; 0 where it is not known.
 
     Raises
     ------

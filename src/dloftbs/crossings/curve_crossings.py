@@ -22,10 +22,35 @@ from dloftbs.depth import to_metres
 from dloftbs.detection import Crossing, Detection
 from dloftbs.frame import Frame
 
-MIN_CONFIDENCE = 0.2
-"""Share by which one explanation must be better than the other, or the upper pass counts as unknown.
+MIN_CONFIDENCE = 0.6
+"""Probability, a share of 1, below which the upper pass counts as unknown.
 
-Source: by hand.
+Source: by hand; nearer to even, an answer is a guess.
+"""
+
+_DEPTH_ODDS = 0.8
+"""Log-odds, nats, for each deviation of the noise by which depth agrees better with one pass than with the other.
+
+Source: fitted to 850 crossings of `rgbd_camera`, of all its errors, by logistic regression; the errors of the
+predictions are not only noise.
+"""
+
+_MOST_DEPTH_ODDS = 1.6
+"""Largest log-odds that depth is worth, nats.
+
+Source: measured on the same; with all errors at once 83 of 100 are right however clear depth is.
+"""
+
+_IMAGE_ODDS = 15.0
+"""Log-odds, nats, for each unit by which the image agrees better with one pass than with the other.
+
+Source: as `_DEPTH_ODDS`, on 980 pictures of cables of the same and of other colours, sharp, blurred, in shadow, noisy.
+"""
+
+_MOST_IMAGE_ODDS = 4.0
+"""Largest log-odds that the image is worth, nats.
+
+Source: by hand; 0.98, as 24 of 24 in photographs and all of the clear ones of the same pictures do not contradict.
 """
 
 _CHORD_WIDTHS = 0.75
@@ -81,9 +106,9 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     Passes that share a stretch, or come together several times within one and a half widths, cross once or not at all:
     once if they leave on other sides than they came. A pass that ends within half a width of the other does not cross.
 
-    Which is on top comes from depth, where it tells, and otherwise from the image, where there is one: the top one is
-    that whose surface at the crossing is as its two sides make one expect, and the confidence is the share by which
-    that holds better for it than for the other.
+    Which is on top comes from depth and from the image, as far as there are any: the top one is that whose surface at
+    the crossing is as its two sides make one expect. The log-odds of both are added, and the confidence is the
+    probability that follows.
 
     Parameters
     ----------
@@ -124,8 +149,9 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     for place, (a, b), (u_a, u_b), verdict in zip(
         places.tolist(), pairs.tolist(), parameters.tolist(), verdicts.tolist(), strict=True
     ):
-        known = abs(verdict) >= MIN_CONFIDENCE
-        top, confidence = (int(verdict < 0.0), abs(verdict)) if known else (None, 0.0)
+        probability = 1.0 / (1.0 + math.exp(-abs(verdict)))
+        known = probability >= MIN_CONFIDENCE
+        top, confidence = (int(verdict < 0.0), probability) if known else (None, 0.0)
         found.append(Crossing._unchecked((place[0], place[1]), ((a, u_a), (b, u_b)), top, confidence))
     return tuple(sorted(found, key=lambda crossing: crossing.passes))
 
@@ -133,24 +159,22 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
 def _on_top(
     lines: _Lines, pairs: npt.NDArray[np.int64], at: FloatArray, frame: Frame, config: DepthConfig
 ) -> FloatArray:
-    """Return for each crossing how surely its first pass is on top, below 0 its second; 0 is unknown."""
-    verdicts = np.zeros(len(pairs))
+    """Return for each crossing the log-odds, nats, that its first pass is on top; 0 is unknown."""
+    odds = np.zeros(len(pairs))
     if frame.depth is None and frame.image is None:
-        return verdicts
-    pixels = order.find_pixels(order.choose_places(*lines, pairs, at), *frame.size)
+        return odds
+    rows, columns = order.find_pixels(order.choose_places(*lines, pairs, at), *frame.size)
     if frame.depth is not None:
         exact = np.issubdtype(frame.depth.dtype, np.floating)
-        rows, columns = pixels
         metres = to_metres(frame.depth[rows, columns], config)
         metres[rows < 0] = np.nan
         seen = lines.widths[pairs].min(axis=1) ** 2
-        verdicts = order.judge_depth(metres, seen, 0.0 if exact else config.integer_unit_m)
+        agreement = order.judge_depth(metres, seen, 0.0 if exact else config.integer_unit_m)
+        odds += np.clip(_DEPTH_ODDS * agreement, -_MOST_DEPTH_ODDS, _MOST_DEPTH_ODDS)
     if frame.image is not None:
-        unknown = np.abs(verdicts) < MIN_CONFIDENCE
-        if unknown.any():
-            rows, columns = (axis[unknown] for axis in pixels)
-            verdicts[unknown] = order.judge_image(_values(frame.image, rows, columns))
-    return verdicts
+        agreement = order.judge_image(_values(frame.image, rows, columns))
+        odds += np.clip(_IMAGE_ODDS * agreement, -_MOST_IMAGE_ODDS, _MOST_IMAGE_ODDS)
+    return odds
 
 
 def _values(array: npt.NDArray[Any], rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:

@@ -68,10 +68,9 @@ def literal_depth(values: np.ndarray, pixels: float, resolution_m: float) -> flo
         sigma = np.nanmedian(np.abs(np.diff(own, 2, axis=1))) / 0.6745 / 6**0.5
         variance += sigma**2 * np.pi / 4 / min(max(pixels, 1), (~np.isnan(pairs)).sum())
         expected[p] = np.nanmedian(pairs)
-    miss = np.abs(np.nanmedian(grid[CORE, CORE]) - expected)
-    if abs(expected[0] - expected[1]) <= 3 * variance**0.5:
-        return 0.0
-    return float((miss[1] - miss[0]) / (miss.max() + variance**0.5))
+    measured = np.nanmedian(grid[CORE, CORE])
+    miss = np.abs(measured - expected)
+    return float((miss[1] - miss[0]) / max(variance**0.5, 1e-4 * measured**2))
 
 
 def literal_image(values: np.ndarray) -> float:
@@ -103,7 +102,7 @@ def test_the_verdict_on_colours_agrees_with_the_literal_twin(seed: int) -> None:
 
 def test_where_too_much_is_missing_nothing_is_told() -> None:
     values = np.where(np.arange(PLACES) < CELLS + 2 * ALONG * ACROSS, 0.99, 1.0)
-    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == 1.0
+    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
     for hole in (np.s_[:CELLS], np.s_[CELLS : CELLS + ALONG * ACROSS], np.s_[-ALONG * ACROSS :]):
         holed = values.copy()
         holed[hole] = np.nan
@@ -118,7 +117,7 @@ def test_a_hole_that_leaves_a_part_does_not_matter(hole: tuple[slice, ...]) -> N
     sides += 0.02 * np.array([-1.0, 1.0])[:, None, None] * np.arange(3.0, 3.0 + ALONG)[:, None]
     sides[hole] = np.nan
     values[: CELLS // 2] = np.nan
-    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(1.0)
+    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
 
 
 def test_a_picture_of_one_colour_tells_nothing() -> None:
