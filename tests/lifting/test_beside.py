@@ -210,3 +210,14 @@ class TestDisplacement:
         for one in (displacement, other):
             one.add([told(0.0, -1.0, 1.0, noise=0.3), told(1.0, -1.0, 1.0, noise=0.3)])
         assert displacement.px == other.px != (0.0, 0.0)
+
+
+def test_frames_in_which_nothing_stands_out_forget_nothing() -> None:
+    displacement = DepthDisplacement()
+    displacement.add([told(0.0, 1.5, -1.0), told(1.5, 1.5, -1.0)])
+    before = displacement.px
+    assert math.hypot(*before) > 1.5
+    flat = told(0.0, 1.5, -1.0)._replace(aside_px=np.full(20, np.nan))
+    for _ in range(100):
+        displacement.add([flat])
+    assert displacement.px == before

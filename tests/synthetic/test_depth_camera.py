@@ -190,3 +190,10 @@ def test_together_they_are_all_there(name: str) -> None:
     assert 0.03 < (depth > 0.5 * (NEAR_M + FAR_M))[mask].mean() < 0.25
     beside = (cv2.dilate(mask.astype(np.uint8), np.ones((5, 5), np.uint8)) == 1) & ~mask & (depth > 0.0)
     assert ((depth[beside] < 0.5 * (NEAR_M + FAR_M)).mean() > 0.7) == (name == "all")
+
+
+def test_where_there_is_no_cable_there_are_no_holes() -> None:
+    depth = np.full((40, 60), 1.0, np.float32)
+    none = np.full(depth.shape, np.nan, np.float32)
+    seen = DEPTH_CAMERAS["holes"].measure(depth, depth, none, np.zeros(depth.shape, bool), np.random.default_rng(0))
+    np.testing.assert_array_equal(seen, depth)
