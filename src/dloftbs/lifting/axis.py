@@ -79,7 +79,7 @@ Source: by hand; pixels there mix with it, on both grids.
 _FLOOR_WIDTHS = 0.05
 """Accuracy of a cable's surface that is enough, widths.
 
-Source: by hand; it keeps the robust fit from rejecting the cable's own texture where depth is exact.
+Source: by hand; it keeps the cable's own texture from counting less where depth is exact.
 """
 
 _STRETCH_WIDTHS = 6.0
@@ -167,7 +167,7 @@ def lift(
 
     Depth is looked at in sections across the middle of the object, where no other pass covers it and the mask is not
     interrupted. A robust smooth line is laid through it, in 1 / depth, for which a straight cable is straight. It
-    bridges the sections without depth and those that it does not explain: they are inferred. The radius, one for the
+    bridges the sections without depth of their own: they are inferred. The radius, one for the
     whole object, comes from the width in the image.
 
     Parameters

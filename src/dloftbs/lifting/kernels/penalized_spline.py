@@ -1,8 +1,8 @@
-"""A smooth line through noisy, interrupted and partly wrong values: a penalised B-spline, weighted over and over.
+"""A smooth line through noisy, interrupted and partly wrong values: a penalised B-spline.
 
 Penalised splines as of Eilers and Marx (1996): equally spaced knots, more than needed, and a penalty on the second
 differences of the coefficients. Where nothing is known the line goes on as smoothly as it can, straight at the ends.
-The penalty is that of the least generalised cross-validation (Craven and Wahba, 1979) under the present weights.
+The penalty is that of the least generalised cross-validation (Craven and Wahba, 1979) under the weights.
 """
 
 from __future__ import annotations

@@ -122,15 +122,15 @@ def find_rays(
 
 @kernel(read(boolean, 1), boolean, int64, read(float64, 1))
 def confirm_sections(
-    explained: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
+    known: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
 ) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
     """Strike off single sections that have no neighbour, and list the stretches without any.
 
-    At a step from one surface to another, the wrong one passes through the smooth line by chance.
+    A single one between sections without depth of their own is as likely what is left of something else's.
 
     Parameters
     ----------
-    explained : (n,) bool
+    known : (n,) bool
     closed : bool
         Whether the last is next to the first.
     least : int
@@ -149,12 +149,12 @@ def confirm_sections(
     lowest, lowest_seen : float
         Of the line, of all sections and of those that are seen; the latter infinite where none is.
     """
-    n = len(explained)
+    n = len(known)
     seen = np.empty(n, dtype=np.bool_)
     for i in range(n):
-        before = explained[i - 1] if i > 0 or closed else False
-        after = explained[(i + 1) % n] if i < n - 1 or closed else False
-        seen[i] = explained[i] and (before or after)
+        before = known[i - 1] if i > 0 or closed else False
+        after = known[(i + 1) % n] if i < n - 1 or closed else False
+        seen[i] = known[i] and (before or after)
     stretches = np.empty((n // 2 + 1, 2), dtype=np.int64)
     count = 0
     start = 0

@@ -154,18 +154,6 @@ def _choose_pixels(
 
 
 @helper
-def _sort(values: _Floats, count: int) -> None:
-    """Sort the first few values, in place."""
-    for i in range(1, count):
-        value = values[i]
-        k = i
-        while k > 0 and values[k - 1] > value:
-            values[k] = values[k - 1]
-            k -= 1
-        values[k] = value
-
-
-@helper
 def _sort_few(values: _Floats, count: int) -> None:
     """Sort the first few of values (16,), in place, by a network: it has no branches to be predicted."""
     values[count:] = np.inf
