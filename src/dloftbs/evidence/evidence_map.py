@@ -61,38 +61,26 @@ class EvidenceMap:
 
     def at(self, graph: Graph) -> EndEvidence:
         """Return the evidence at the ends of the branches of a graph."""
-        matrix, offset = self.crop.image_transform
-        offset = offset - np.array(self.crop.origin, dtype=np.float64)
-        positions, tangents = (graph.end_states[:, columns] @ matrix.T for columns in (POSITION, TANGENT))
-        states = np.column_stack((positions + offset, tangents))
-        return EndEvidence(self, graph.points @ matrix.T + offset, graph.spans, states, graph.nodes < 0, graph.width)
+        return EndEvidence(self, graph)
 
 
 @dataclass(frozen=True, eq=False)
 class EndEvidence:
-    """Evidence of a frame at the ends of branches, in the pixels of the crop.
+    """Evidence of a frame at the ends of branches.
 
     Parameters
     ----------
     frame : EvidenceMap
-    points : numpy.ndarray, shape (m, 2)
-        Of all runs.
-    spans : numpy.ndarray, shape (n, 2)
-        The points of each run that lie clear of its junctions.
-    states : numpy.ndarray, shape (2 n, 4)
-        Position and outward tangent of each end.
-    free : numpy.ndarray, shape (2 n,), bool
-        True for ends that touch no junction.
-    width : float
-        Of the cables, px.
+    graph : Graph
     """
 
     frame: EvidenceMap
-    points: FloatArray
-    spans: _Ints
-    states: FloatArray
-    free: npt.NDArray[np.bool_]
-    width: float
+    graph: Graph
+
+    @property
+    def width(self) -> float:
+        """Of the cables, px."""
+        return self.graph.width
 
     @property
     def tells_swerves(self) -> bool:
@@ -124,7 +112,7 @@ class EndEvidence:
         """Whether depth tells how each end goes on."""
         depths = self._depths
         known: npt.NDArray[np.bool_] = (
-            np.zeros(len(self.states), np.bool_) if depths is None else ~np.isnan(depths[:, 0])
+            np.zeros(len(self.graph.nodes), np.bool_) if depths is None else ~np.isnan(depths[:, 2])
         )
         return known
 
@@ -143,7 +131,7 @@ class EndEvidence:
         if len(pairs) == 0:
             return np.zeros((0, 3))
         frame, width = self.frame, self.width
-        ways, steps = lay_ways(self.states, pairs, width)
+        ways, steps = lay_ways(self._states, pairs, width)
         told: npt.NDArray[np.uint8] = np.zeros((len(pairs), ways.shape[1]), dtype=np.uint8)
         if frame.occluders is not None:
             occluders = as_bytes(frame.occluders.reshape(frame.occluders.shape[:2])[self._window])
@@ -154,16 +142,34 @@ class EndEvidence:
         if frame.image is not None:
             ends, index = np.unique(pairs, return_inverse=True)
             image, local = frame.image[self._window], index.reshape(-1, 2)
-            colours = sample_references(image, self._mask, self.points, self.spans, ends, width)
+            colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
             look_across(image, self._mask, local, ways, steps, *colours, width, told)
-        return measure_ways(self.states, pairs, steps, told, width)
+        return measure_ways(self._states, pairs, steps, told, width)
 
     @cached_property
     def _depths(self) -> FloatArray | None:
         """Depth at each end, as `sample_depths` returns it; None without depth."""
         if self.frame.depth is None:
             return None
-        return sample_depths(*self._asked, self.points, self.spans, self.free, self.width)
+        free = self.graph.nodes < 0
+        return sample_depths(*self._asked, self._points, self.graph.spans, free, self.width)
+
+    @cached_property
+    def _points(self) -> FloatArray:
+        """Points (m, 2) of all runs, in the pixels of the crop."""
+        return self._in_crop(self.graph.points)
+
+    @cached_property
+    def _states(self) -> FloatArray:
+        """Position and outward tangent (2 n, 4) of each end, in the pixels of the crop."""
+        states = self.graph.end_states
+        tangents = states[:, TANGENT] @ self.frame.crop.image_transform[0].T
+        return np.column_stack((self._in_crop(states[:, POSITION]), tangents))
+
+    def _in_crop(self, points: FloatArray) -> FloatArray:
+        matrix, offset = self.frame.crop.image_transform
+        moved: FloatArray = points @ matrix.T + (offset - np.array(self.frame.crop.origin, dtype=np.float64))
+        return moved
 
     @cached_property
     def _asked(self) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.uint8]]:

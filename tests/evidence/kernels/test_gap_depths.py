@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -68,8 +69,8 @@ class Scene:
         return None if any(self.mask[at] for at in self.nine(x, y, 4.0)) else self.metres(x, y)
 
 
-def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float]:
-    """Return the depth at an end, the height over the ground, the slope outwards, and the deviation of the first."""
+def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float, float]:
+    """Return the depth at an end, the height over the ground, the slope outwards, the first's spread, and scatter."""
     start, stop = scene.spans[end // 2]
     run = scene.points[start:stop] if end % 2 == 0 else scene.points[start:stop][::-1]
     last = int(min(8.0 * scene.width, len(run) - 1))
@@ -89,7 +90,7 @@ def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float]:
             if ground is not None:
                 heights.append(ground - metres)
     if not line:
-        return np.nan, np.nan, np.nan, np.nan
+        return np.nan, np.nan, np.nan, np.nan, np.nan
     slopes = sorted((b - a) / (j - i) for n, (i, a) in enumerate(line) for j, b in line[n + 1 :]) or [0.0]
     slope = slopes[(len(slopes) - 1) // 2]
     offsets = sorted(metres - slope * i for i, metres in line)
@@ -100,7 +101,9 @@ def literal_known(scene: Scene, end: int) -> tuple[float, float, float, float]:
     at_end = np.eye(2)[0, : columns.shape[1]]
     deviation = np.sqrt(at_end @ np.linalg.inv(columns.T @ columns) @ at_end)
     height = heights[(len(heights) - 1) // 2] if heights else np.nan
-    return offsets[(len(offsets) - 1) // 2], height, -slope, deviation
+    level = offsets[(len(offsets) - 1) // 2]
+    misses = sorted(abs(offset - level) for offset in offsets)
+    return level, height, -slope if len(line) > 1 else np.nan, deviation, misses[(len(misses) - 1) // 2] / 0.6745
 
 
 def literal_judgement(scene: Scene, known: np.ndarray, pair: np.ndarray, way: np.ndarray, steps: int) -> list[int]:
@@ -148,20 +151,36 @@ def test_ways_are_judged_as_by_the_literal_twin(seed: int) -> None:
 @given(seeds)
 def test_swerves_are_those_of_the_literal_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    depths, heights = 0.7 + rng.normal(0.0, 0.02, 12), rng.choice([0.001, 0.008, 0.1, np.nan], 12)
-    known = np.column_stack((depths, heights, rng.normal(0.0, 3e-4, 12), rng.uniform(0.7, 1.5, 12)))
-    known[rng.integers(12), 0] = np.nan
+    depths, heights = 0.7 + rng.normal(0.0, 0.02, 12), rng.choice([0.001, 0.003, 0.008, 0.1, np.nan], 12)
+    scatter = rng.choice([0.0, 0.001, 0.01], 12)
+    known = np.column_stack((depths, heights, rng.normal(0.0, 3e-4, 12), rng.uniform(0.7, 1.5, 12), scatter))
+    known[rng.integers(12), 2] = np.nan
+    known[rng.integers(12)] = np.nan
     pairs, lengths = rng.integers(0, 12, (20, 2)), rng.uniform(0.0, 60.0, 20)
     focal, width = 900.0, 10.0
     expected = []
     for (i, j), length in zip(pairs, np.maximum(lengths, width), strict=True):
-        (z, height, slope, spread), (other_z, other_height, other_slope, other_spread) = known[i], known[j]
+        (z, height, slope, spread, uneven), (other_z, other_height, other_slope, other_spread, other_uneven) = known[
+            [i, j]
+        ]
         deviation = NOISE / 3.0 * (0.5 * (z + other_z)) ** 2
         # The line beyond one end meets that beyond the other half-way, but for this.
         jump = abs((z + 0.5 * length * slope) - (other_z + 0.5 * length * other_slope))
         excess = jump - deviation * np.hypot(spread, other_spread)
-        is_ground = any(h < 2.0 * deviation for h in (height, other_height))
-        told = excess > 0.0 and not is_ground
-        metres = length * 0.5 * (z + other_z) / focal
+        per_px = 0.5 * (z + other_z) / focal
+        is_ground = any(h < max(2.0 * deviation, 0.5 * width * per_px) for h in (height, other_height))
+        told = excess > 0.0 and not is_ground and max(uneven, other_uneven) <= deviation
+        metres = length * per_px
         expected.append(max(np.arctan2(excess, metres) - 0.2, 0.0) if told else 0.0)
     np.testing.assert_allclose(measure_swerves(known, pairs, lengths, focal, width, NOISE), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("heights", "uneven", "tells"), [((0.1, 0.1), 0.0, True), ((0.1, 0.003), 0.0, False), ((0.1, 0.1), 0.02, False)]
+)
+def test_an_end_that_shows_the_ground_or_now_this_and_now_that_tells_no_swerve(
+    heights: tuple[float, float], uneven: float, tells: bool
+) -> None:
+    known = np.array([[0.7, heights[0], 0.0, 1.0, 0.0], [0.75, heights[1], 0.0, 1.0, uneven]])
+    (angle,) = measure_swerves(known, np.array([[0, 1]]), np.array([20.0]), 900.0, 10.0, NOISE)
+    assert (angle > 0.5) == tells

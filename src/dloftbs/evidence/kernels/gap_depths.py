@@ -16,6 +16,7 @@ from dloftbs.evidence.kernels.gap_pixels import (
     direction_from,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.graph_ends import branch_of, inward
 
 EDGE_PX = 4.0
@@ -125,7 +126,7 @@ def sample_depths(
 ) -> npt.NDArray[np.float64]:
     """Measure the depth of cables at their ends, by the line of Theil and Sen through what lies before.
 
-    Where there is one place only, the line is level.
+    Where there is one place only, the line is level, and its slope is not known.
 
     Parameters
     ----------
@@ -147,12 +148,12 @@ def sample_depths(
 
     Returns
     -------
-    (2 n, 4) float64
+    (2 n, 5) float64
         The depth at each end, m, and how much farther the ground beside the cable is, m; how fast the depth grows
-        beyond the end, m per px; and the standard deviation of the first, times that of a place's depth. NaN where they
-        are not known.
+        beyond the end, m per px; the standard deviation of the first, times that of a place's depth; and by how much
+        the places' depths scatter about the line, as a standard deviation, m. NaN where they are not known.
     """
-    known = np.full((len(free), 4), np.nan)
+    known = np.full((len(free), 5), np.nan)
     reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + EDGE_PX
     depths, at, heights = np.empty(_SAMPLES), np.empty(_SAMPLES), np.empty(2 * _SAMPLES)
     slopes = np.empty(_SAMPLES * (_SAMPLES - 1) // 2)
@@ -190,8 +191,9 @@ def sample_depths(
         if found > 0:
             slope = _median(slopes[:count]) if count > 0 else 0.0
             known[e, 0] = _median(depths[:found] - slope * at[:found])
-            known[e, 2] = -slope
+            known[e, 2] = -slope if found > 1 else np.nan
             known[e, 3] = _deviation(at[:found])
+            known[e, 4] = _median(np.abs(depths[:found] - slope * at[:found] - known[e, 0])) / MEDIAN_DEVIATION
         known[e, 1] = _median(heights[:grounds])
     return known
 
@@ -224,7 +226,7 @@ def judge_ways(
     ----------
     depth, unit, low, high, mask
         As `sample_depths` takes them.
-    known : (2 n, 4) float64
+    known : (2 n, 5) float64
         As it returns them.
     pairs : (k, 2) int64
         Of ends.
@@ -269,9 +271,9 @@ def judge_ways(
 
 
 @helper
-def _may_be_ground(known: npt.NDArray[np.float64], deviation: float) -> bool:
-    """Return True if what an end shows does not stand out from the ground beside it."""
-    return known[1] < _LEAST_STANDING * deviation
+def _may_be_ground(known: npt.NDArray[np.float64], deviation: float, radius: float) -> bool:
+    """Return True if what an end shows does not stand out from the ground beside it: a cable does by its width."""
+    return known[1] < max(_LEAST_STANDING * deviation, radius)
 
 
 @kernel(read(float64, 2), read(int64, 2), read(float64, 1), float64, float64, float64)
@@ -287,7 +289,7 @@ def measure_swerves(
 
     Parameters
     ----------
-    known : (2 n, 4) float64
+    known : (2 n, 5) float64
         As `sample_depths` returns them.
     pairs : (k, 2) int64
         Of ends.
@@ -304,16 +306,20 @@ def measure_swerves(
     -------
     (k,) float64
         Angle between the way and the mean of the directions at both ends, rad, less what noise and a cable that lies
-        over another one explain; 0 where depth tells nothing, or an end may be the ground's.
+        over another one explain; 0 where depth tells no direction, scatters before an end by more than noise, or may
+        be the ground's.
     """
     angles = np.zeros(len(pairs))
     for p in range(len(pairs)):
         one, other = known[pairs[p, 0]], known[pairs[p, 1]]
         mean = 0.5 * (one[0] + other[0])
-        if np.isnan(mean):
+        if np.isnan(one[2] + other[2]):
             continue
         deviation = noise * mean * mean / 3.0  # a place is the median of nine pixels
-        if _may_be_ground(one, deviation) or _may_be_ground(other, deviation):
+        radius = 0.5 * width * mean / focal
+        if _may_be_ground(one, deviation, radius) or _may_be_ground(other, deviation, radius):
+            continue
+        if max(one[4], other[4]) > deviation:  # it is not one cable's all along
             continue
         length = max(lengths[p], width)
         jump = abs(other[0] - one[0] - 0.5 * (one[2] - other[2]) * length)
