@@ -2,13 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.config import DepthConfig
+
+_READABLE = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
+
+
+class ReadableDepth(NamedTuple):
+    """A depth image with what its values mean, as the kernels of the lifting take it.
+
+    Parameters
+    ----------
+    stored : numpy.ndarray, shape (H, W), float32, float64 or uint16
+    unit_m : float
+        Metres of one count.
+    nearest_m, farthest_m : float
+        Depth outside of this range is missing.
+    """
+
+    stored: npt.NDArray[Any]
+    unit_m: float
+    nearest_m: float
+    farthest_m: float
+
+    @classmethod
+    def of(cls, stored: npt.NDArray[Any], config: DepthConfig) -> ReadableDepth:
+        """Return the depth of a frame; values of other types are converted."""
+        values = stored if stored.dtype in _READABLE else stored.astype(np.float64)
+        return cls(values, unit_of(stored, config), *config.range_m)
 
 
 def unit_of(depth: npt.NDArray[Any], config: DepthConfig) -> float:

@@ -9,7 +9,7 @@ from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
-from dloftbs.lifting import DepthDisplacement
+from dloftbs.lifting import DepthEdges
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import HsvSegmenter
 from dloftbs.stage_order import Segmenter, StageRun, run_stages
@@ -45,7 +45,7 @@ class Pipeline:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
         self._tracker = make_tracker(self._config.tracking)
-        self._displacement = DepthDisplacement()
+        self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
 
     @property
@@ -67,8 +67,8 @@ class Pipeline:
         predicted_ms = 1e3 * (perf_counter() - since)
         if frame.size != self._size:  # another camera
             self._size = frame.size
-            self._displacement.reset()
-        run = run_stages(frame, self._config, self._segmenter, predicted, self._displacement)
+            self._depth_edges.reset()
+        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
         since = perf_counter()
         occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
         tracks = self._tracker.update(
@@ -90,7 +90,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
         self._tracker.reset()
-        self._displacement.reset()
+        self._depth_edges.reset()
 
     def trace(self, frame: Frame) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.

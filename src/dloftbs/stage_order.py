@@ -26,7 +26,7 @@ from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import distinct_knots, fit, fit_with_knots, mark_unseen_joints
 from dloftbs.frame import Frame
 from dloftbs.graph import Graph
-from dloftbs.lifting import DepthDisplacement, Lifted, lift
+from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.prior import Prediction, TemporalPrior
@@ -74,12 +74,12 @@ def run_stages(
     config: Config,
     segmenter: Segmenter | None,
     predicted: Sequence[Prediction] = (),
-    displacement: DepthDisplacement | None = None,
+    depth_edges: DepthEdges | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
-    Ambiguous links of the default method follow the predicted curves, and depth is read with the displacement that
-    earlier frames tell, to which this one adds.
+    Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames tell
+    of its edges, to which this one adds.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def run_stages(
     run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)
     clock.lap("crossings")
-    run.detections = _lift(run.detections, run.crossings, run.crop, frame, config, displacement)
+    run.detections = _lift(run.detections, run.crossings, run.crop, frame, config, depth_edges)
     clock.lap("lifting")
     return run
 
@@ -181,7 +181,7 @@ def _lift(
     crop: MaskCrop,
     frame: Frame,
     config: Config,
-    displacement: DepthDisplacement | None,
+    depth_edges: DepthEdges | None,
 ) -> tuple[Detection, ...]:
     """Return the detections with their curves in space, or with the reason why there is none."""
     depth, camera = frame.depth, frame.camera
@@ -191,7 +191,7 @@ def _lift(
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
         return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
-    lifted = lift(detections, crossings, crop, depth, camera, config.lifting, displacement)
+    lifted = lift(detections, crossings, crop, depth, camera, config.lifting, depth_edges)
     return tuple(_fit_in_space(*one, config.fitting.knots) for one in zip(detections, lifted, strict=True))
 
 

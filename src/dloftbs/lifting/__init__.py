@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from dloftbs.lifting.axis import Lifted, lift
-from dloftbs.lifting.beside import DepthDisplacement
+from dloftbs.lifting.beside import DepthEdges
 
-__all__ = ["DepthDisplacement", "Lifted", "lift"]
+__all__ = ["DepthEdges", "Lifted", "lift"]

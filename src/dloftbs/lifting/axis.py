@@ -12,20 +12,20 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
-from dloftbs.depth import unit_of
+from dloftbs.depth import ReadableDepth
 from dloftbs.detection import Crossing, Detection
-from dloftbs.lifting.beside import Beside, DepthDisplacement, look_beside
+from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
 from dloftbs.lifting.kernels import sections as kernels
 from dloftbs.lifting.kernels.penalized_spline import smooth
-from dloftbs.lifting.kernels.surfaces import DEPTH_TYPES, find_surface
+from dloftbs.lifting.kernels.surfaces import find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
 from dloftbs.mask_crop import MaskCrop
 
-_STEP_WIDTHS = 0.6
+_STEP_WIDTHS = 0.4
 """Distance from section to section, widths.
 
-Source: by hand; neighbouring sections barely share pixels.
+Source: measured; closer sections make depth hardly more accurate.
 """
 
 _LEAST_PIXELS = 9.0
@@ -40,10 +40,10 @@ _LEAST_SECTIONS = 8
 Source: by hand; twice the four coefficients of a cubic.
 """
 
-_SPAN_WIDTHS = 2.4
-"""Distance from knot to knot of the smooth line, widths.
+_SECTIONS = 3
+"""Number of sections from knot to knot of the smooth line.
 
-Source: by hand; four sections, so that a knot span is determined by several.
+Source: by hand; so a knot span is determined by several.
 """
 
 _BLOCK_WIDTHS = 8.0
@@ -161,7 +161,7 @@ def lift(
     depth: npt.NDArray[Any],
     camera: PinholeCamera,
     config: LiftingConfig,
-    displacement: DepthDisplacement | None = None,
+    depth_edges: DepthEdges | None = None,
 ) -> list[Lifted | str]:
     """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
 
@@ -182,7 +182,7 @@ def lift(
         Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
     camera : PinholeCamera
     config : LiftingConfig
-    displacement : DepthDisplacement, optional
+    depth_edges : DepthEdges, optional
         What earlier frames of the same camera tell of it; this frame adds to it.
 
     Returns
@@ -201,13 +201,12 @@ def lift(
             at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
             reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
             mask_occluded(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
-    if depth.dtype not in DEPTH_TYPES:
-        depth = depth.astype(np.float64)
-    beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, depth, config)
-    known = DepthDisplacement() if displacement is None else displacement
-    known.add(beside)
+    readable = ReadableDepth.of(depth, config)
+    beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, readable)
+    edges = DepthEdges() if depth_edges is None else depth_edges
+    edges.add(beside)
     return [
-        _lift_one(detection, own, one, known.px, crop, depth, camera, config)
+        _lift_one(detection, own, one, edges, crop, readable, camera)
         for detection, own, one in zip(detections, sections, beside, strict=True)
     ]
 
@@ -231,27 +230,29 @@ def _lift_one(
     detection: Detection,
     sections: _Sections,
     beside: Beside,
-    displaced_px: tuple[float, float],
+    edges: DepthEdges,
     crop: MaskCrop,
-    depth: npt.NDArray[Any],
+    depth: ReadableDepth,
     camera: PinholeCamera,
-    config: LiftingConfig,
 ) -> Lifted | str:
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    surface, counts, shift = _surface(sections, beside, displaced_px, focal_px, crop, depth, config)
+    surface, counts, shift = _surface(sections, beside, edges, focal_px, crop, depth)
     measured = ~np.isnan(surface)
     strike_ground(
         surface, beside.ground_m, sections.radius / focal_px, beside.noise_per_m, sections.spacing_px / focal_px
     )
     strike_steps(
-        surface, sections.radius / focal_px, sections.spacing_px / focal_px, int(_STRETCH_WIDTHS / _STEP_WIDTHS)
+        surface,
+        sections.radius / focal_px,
+        sections.spacing_px / focal_px,
+        max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2),
     )
     known = int((~np.isnan(surface)).sum())
     if _is_too_few(known, n):
         return _too_few(known, measured)
     inverse = 1.0 / surface
-    spans = max(round(n * sections.spacing_px / (_SPAN_WIDTHS * width)), 1)
+    spans = max(round(n / _SECTIONS), 1)
     line, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
     least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
     seen, stretches, known, first, last, lowest, lowest_seen = kernels.confirm_sections(
@@ -280,11 +281,10 @@ def _lift_one(
 def _surface(
     sections: _Sections,
     beside: Beside,
-    displaced_px: tuple[float, float],
+    edges: DepthEdges,
     focal_px: float,
     crop: MaskCrop,
-    depth: npt.NDArray[Any],
-    config: LiftingConfig,
+    depth: ReadableDepth,
 ) -> tuple[FloatArray, FloatArray, float]:
     """Return the depth of the surface in each section, and more, as `find_surface` does."""
     (h, w), (left, top) = crop.size, crop.origin
@@ -294,16 +294,16 @@ def _surface(
         sections.radius,
         sections.used,
         crop.pixels[1 : h + 1, 1 : w + 1],
-        depth,
+        depth.stored,
         left,
         top,
-        unit_of(depth, config),
-        *config.range_m,
+        *depth[1:],
         focal_px,
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
-        *displaced_px,
+        *edges.displacement_px,
+        edges.fattening_px,
         beside.ground_m,
         beside.noise_per_m,
     )

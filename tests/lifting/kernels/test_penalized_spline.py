@@ -13,7 +13,8 @@ from dloftbs.lifting.kernels.penalized_spline import smooth
 
 N, SPANS = 120, 30
 T = np.linspace(0.0, 1.0, N)
-PRICES = 10.0 ** np.arange(-3.0, 5.0)
+PRICES = 10.0 ** np.arange(-3.0, 7.0)
+FIRST = 5
 HUBER = 2.0
 
 
@@ -52,10 +53,10 @@ def literal(y: np.ndarray, counts: np.ndarray, spans: int, floor: float) -> tupl
         return (weight * (value - line) ** 2).sum() / free**2 if free > 0 else np.inf, line, freedom
 
     fits = [fit(p) for p in range(len(PRICES))]
-    best = 4
+    best = FIRST
     while best > 0 and fits[best - 1][0] < fits[best][0]:
         best -= 1
-    while best >= 4 and best + 1 < len(PRICES) and fits[best + 1][0] < fits[best][0]:
+    while best >= FIRST and best + 1 < len(PRICES) and fits[best + 1][0] < fits[best][0]:
         best += 1
     _, line, freedom = fits[best]
     return line + mean, float(freedom)

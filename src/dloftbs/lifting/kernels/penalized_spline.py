@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 _ORDER = 4
@@ -26,13 +27,13 @@ _PAD = _ORDER - 1
 Source: by definition; the order less one.
 """
 
-_PENALTIES = 10.0 ** np.arange(-3.0, 5.0)
+_PENALTIES = 10.0 ** np.arange(-3.0, 7.0)
 """Factors of the roughness, as multiples of the mean weight of a coefficient, among which cross-validation chooses.
 
 Source: numerics; from hardly any smoothing to straight, by factors of ten.
 """
 
-_FIRST = 4
+_FIRST = 5
 """Index of the first of these factors.
 
 Source: by hand; the middle of those that are chosen.
@@ -189,20 +190,22 @@ def _miss_neighbours(value: _Floats, prior: _Floats, root: _Floats, misses: _Flo
             k += 1
     around = min(2 * _AROUND + 1, known)
     apart = around // 2
-    levels = np.empty(around)
+    levels, near, few = np.empty(around), np.empty(around), np.empty(around)
     for k in range(known):
         reach = min(_AROUND, k, known - 1 - k)
         if reach >= _LEAST_REACH:
-            usual = np.median(value[own[k - reach : k + reach + 1]])
+            for j in range(2 * reach + 1):
+                near[j] = value[own[k - reach + j]]
+            usual = median(near[: 2 * reach + 1], few)
         else:
             low = 0 if k < known - 1 - k else known - around
             for j in range(around - apart):
                 a, b = own[low + j], own[low + j + apart]
                 levels[j] = (value[b] - value[a]) / (b - a)
-            slope = np.median(levels[: around - apart])
+            slope = median(levels[: around - apart], few)
             for j in range(around):
                 levels[j] = value[own[low + j]] - slope * (own[low + j] - own[k])
-            usual = np.median(levels)
+            usual = median(levels, few)
         misses[k] = abs(value[own[k]] - usual) * root[own[k]]
 
 

@@ -1,12 +1,15 @@
-"""Depth across objects and beyond their borders: the ground beside them, its noise, and how far depth is displaced."""
+"""Depth across objects and beyond their borders: the ground beside them, its noise, and where edges of depth lie."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64, uint8
+from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.few import insert, median, middle
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
 _INSIDE_PX = 4.0
@@ -51,12 +54,6 @@ _LEAST_CONTRAST = 6.0
 Source: by hand; half of it, where the edge is taken, is three deviations.
 """
 
-_AROUND = 1
-"""Number of profiles to either side whose ground is taken together.
-
-Source: by hand; about five widths in all.
-"""
-
 _LEAST_NOISE = 1e-4
 """Least noise of depth, 1 / m: its deviation is this times the depth squared.
 
@@ -64,13 +61,13 @@ Source: numerics; far below any camera's.
 """
 
 _HUBER_PX = 0.5
-"""Distance of a profile's displacement from the common one from which it counts less, px.
+"""Distance of a profile's edges from where the others tell from which it counts less, px.
 
 Source: by hand; half a pixel is what sampling alone does.
 """
 
 _PRIOR_PX = 1.0
-"""Deviation of the displacement that is expected without evidence, px.
+"""Deviation of the displacement, and of the fattening, that is expected without evidence, px.
 
 Source: by hand; cameras are registered to 1 to 2 px.
 """
@@ -86,7 +83,18 @@ _Ints = npt.NDArray[np.int64]
 _Flags = npt.NDArray[np.bool_]
 
 
-@kernel(read(float64, 2), read(float64, 2), read(float64, 1), read(uint8, 2), int64, int64, int64, int64)
+@kernel(
+    read(float64, 2),
+    read(float64, 2),
+    read(float64, 1),
+    read(uint8, 2),
+    int64,
+    int64,
+    (read(float32, 2), read(float64, 2), read(uint16, 2)),
+    float64,
+    float64,
+    float64,
+)
 def lay_profiles(
     points: _Floats,
     tangents: _Floats,
@@ -94,10 +102,12 @@ def lay_profiles(
     mask: npt.NDArray[np.uint8],
     left: int,
     top: int,
-    height: int,
-    width: int,
-) -> tuple[_Floats, _Ints, _Ints, _Flags]:
-    """Lay rows of places across an object, from inside of both borders to far beyond them.
+    depth: npt.NDArray[Any],
+    unit_m: float,
+    low_m: float,
+    high_m: float,
+) -> tuple[_Floats, _Floats, _Flags]:
+    """Read depth in rows of places across an object, from inside of both borders to far beyond them.
 
     Parameters
     ----------
@@ -109,22 +119,26 @@ def lay_profiles(
         The mask cut out, not 0 where an object is.
     left, top : int
         The image's column and row of its first pixel.
-    height, width : int
-        Of the image.
+    depth : (H, W) float32, float64 or uint16
+        The depth image.
+    unit_m : float
+        Metres of one count of the depth.
+    low_m, high_m : float
+        Depth outside of this range, not 0, is missing.
 
     Returns
     -------
+    metres : (n, PLACES) float64
+        Depth; NaN where it is missing and outside of the image.
     offsets : (n, PLACES) float64
         Distance from the middle line, px, ascending; positive on the right of the way on, as seen on screen.
-    rows, columns : (n, PLACES) int64
-        The pixels; -1 both outside of the image.
     on : (n, PLACES) bool
         Whether the mask has the pixel.
     """
     n = len(points)
     half = PLACES // 2
-    offsets = np.empty((n, PLACES))
-    rows, columns = np.full((n, PLACES), -1, dtype=np.int64), np.full((n, PLACES), -1, dtype=np.int64)
+    offsets, metres = np.empty((n, PLACES)), np.empty((n, PLACES))
+    rows, columns = np.empty((n, PLACES), dtype=np.int64), np.empty((n, PLACES), dtype=np.int64)
     on = np.zeros((n, PLACES), dtype=np.bool_)
     for i in range(n):
         outer = radius[i] + _EDGE_PX + _GROUND_PLACES - 0.5
@@ -133,23 +147,21 @@ def lay_profiles(
         for k in range(PLACES):
             offset = -outer + k * step if k < half else inner + (k - half) * step
             offsets[i, k] = offset
-            column = int(np.floor(points[i, 0] - offset * tangents[i, 1] + 0.5))
-            row = int(np.floor(points[i, 1] + offset * tangents[i, 0] + 0.5))
-            if 0 <= row < height and 0 <= column < width:
-                rows[i, k], columns[i, k] = row, column
-                r, c = row - top, column - left
-                on[i, k] = 0 <= r < mask.shape[0] and 0 <= c < mask.shape[1] and mask[r, c] != 0
-    return offsets, rows, columns, on
-
-
-@helper
-def _insert(value: float, few: _Floats, count: int) -> None:
-    """Insert a value into the first few, which are sorted, and stay so."""
-    k = count
-    while k > 0 and few[k - 1] > value:
-        few[k] = few[k - 1]
-        k -= 1
-    few[k] = value
+            columns[i, k] = int(np.floor(points[i, 0] - offset * tangents[i, 1] + 0.5))
+            rows[i, k] = int(np.floor(points[i, 1] + offset * tangents[i, 0] + 0.5))
+    height, width = depth.shape
+    for i in range(n):  # loops of their own, since they wait for memory, and so for many pixels at once
+        for k in range(PLACES):
+            metres[i, k] = depth[min(max(rows[i, k], 0), height - 1), min(max(columns[i, k], 0), width - 1)]
+    for i in range(n):
+        for k in range(PLACES):
+            row, column = rows[i, k], columns[i, k]
+            inside = 0 <= row < height and 0 <= column < width
+            z = metres[i, k] * unit_m
+            metres[i, k] = z if inside and low_m <= z <= high_m else np.nan
+            r, c = row - top, column - left
+            on[i, k] = inside and 0 <= r < mask.shape[0] and 0 <= c < mask.shape[1] and mask[r, c] != 0
+    return metres, offsets, on
 
 
 @helper
@@ -158,9 +170,9 @@ def _ground_beside(metres: _Floats, on: _Flags, low: int, few: _Floats) -> float
     count = 0
     for k in range(low, low + _GROUND_PLACES):
         if not on[k] and not np.isnan(metres[k]):
-            _insert(metres[k], few, count)
+            insert(metres[k], few, count)
             count += 1
-    return 0.5 * (few[(count - 1) // 2] + few[count // 2]) if count >= _LEAST_GROUND else np.nan
+    return middle(few, count) if count >= _LEAST_GROUND else np.nan
 
 
 @helper
@@ -195,23 +207,33 @@ def _nearest_few(metres: _Floats, offsets: _Floats, reach: float) -> float:
     for k in range(len(metres)):
         value = metres[k]
         if abs(offsets[k]) <= reach and value < nearest[_LEVEL_RANK - 1]:  # not, where it is NaN
-            _insert(value, nearest, _LEVEL_RANK - 1)
+            insert(value, nearest, _LEVEL_RANK - 1)
     level = nearest[_LEVEL_RANK - 1]
     return level if level < np.inf else np.nan
 
 
+@helper
+def _middle_of_three(before: float, own: float, after: float, few: _Floats) -> float:
+    """Return the median of a value and those before and after it; what is known of these where not all are."""
+    if np.isnan(own):
+        return after if np.isnan(before) else (before if np.isnan(after) else 0.5 * (before + after))
+    if np.isnan(before) or np.isnan(after):
+        return own  # the mean with one of them would lag behind on a slope
+    return median(np.array([before, own, after]), few)
+
+
 @kernel(read(float64, 2), read(float64, 2), read(boolean, 2), read(float64, 1))
-def read_profiles(metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats) -> tuple[_Floats, float, _Floats]:
-    """Tell the ground beside an object, its noise, and how far the object's depth is displaced against the mask.
+def read_profiles(
+    metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats
+) -> tuple[_Floats, float, _Floats, _Floats]:
+    """Tell the ground beside an object, its noise, and where the object's edges of depth lie against the mask's.
 
     Between an object's depth and the ground's lies the edge of depth, to both sides: halfway between these two edges
-    is the object's middle in the depth image.
+    is the object's middle in the depth image, and half their distance is its radius there.
 
     Parameters
     ----------
-    metres : (n, PLACES) float64
-        Depth in the places of `lay_profiles`; NaN where it is missing.
-    offsets, on
+    metres, offsets, on
         As `lay_profiles` returns them.
     radius : (n,) float64
         Half the width of the object, px.
@@ -219,18 +241,20 @@ def read_profiles(metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats
     Returns
     -------
     ground : (n,) float64
-        Depth of the ground under the middle line, m: the mean of both sides, the median over nearby profiles; NaN
-        where it is not known.
+        Depth of the ground under the middle line, m: the mean of both sides, or the median of this and what the
+        profiles before and after tell; NaN where it is not known.
     noise : float
         Of the ground, 1 / m: the deviation over the depth squared.
     aside : (n,) float64
         Distance from the middle line of the mask to that of depth, px, as `offsets`; NaN where the edges are not told.
+    wider : (n,) float64
+        How much farther from the middle the edges of depth lie than those of the mask, px; NaN where `aside` is.
     """
     n = len(metres)
     sides = np.full((n, 2), np.nan)
     noise = _noise_of(metres, on)
-    aside = np.full(n, np.nan)
-    few = np.empty(max(_GROUND_PLACES, 2 * _AROUND + 1))
+    aside, wider = np.full(n, np.nan), np.full(n, np.nan)
+    few = np.empty(_GROUND_PLACES)
     for i in range(n):
         sides[i, 0] = _ground_beside(metres[i], on[i], 0, few)
         sides[i, 1] = _ground_beside(metres[i], on[i], PLACES - _GROUND_PLACES, few)
@@ -249,71 +273,110 @@ def read_profiles(metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats
                 length += step
         if alone and length > 0.0:
             aside[i] = total / length
+            wider[i] = 0.5 * length - radius[i]
     middles = np.empty(n)
     for i in range(n):
         a, b = sides[i]
         middles[i] = a if np.isnan(b) else (b if np.isnan(a) else 0.5 * (a + b))
-    ground = np.full(n, np.nan)
+    ground = np.empty(n)
     for i in range(n):
-        count = 0
-        for k in range(max(i - _AROUND, 0), min(i + _AROUND + 1, n)):
-            if not np.isnan(middles[k]):
-                _insert(middles[k], few, count)
-                count += 1
-        if count > 0:
-            ground[i] = 0.5 * (few[(count - 1) // 2] + few[count // 2])
-    return ground, noise, aside
+        before, after = middles[i - 1] if i > 0 else np.nan, middles[i + 1] if i < n - 1 else np.nan
+        if i == 0 and n > 2:
+            before = 2.0 * middles[1] - middles[2]
+        if i == n - 1 and n > 2:
+            after = 2.0 * middles[n - 2] - middles[n - 3]
+        ground[i] = _middle_of_three(before, middles[i], after, few)
+    return ground, noise, aside, wider
+
+
+@kernel(read(float64, 1), int64, int64)
+def spread(values: _Floats, count: int, every: int) -> _Floats:
+    """Return values of all of some sections, given those of some of them.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        Of the sections 0, `every`, ``2 * every`` and so on; NaN where unknown.
+    count : int
+        Number of sections.
+    every : int
+
+    Returns
+    -------
+    (count,) float64
+        Linear between known values, else the nearer one; that of the last goes on.
+    """
+    spread_out = np.empty(count)
+    for i in range(count):
+        k = min(i // every, len(values) - 1)
+        t = (i - k * every) / every
+        a, b = values[k], values[min(k + 1, len(values) - 1)]
+        if np.isnan(a) or np.isnan(b):
+            spread_out[i] = a if t < 0.5 else b
+        else:
+            spread_out[i] = a + min(t, 1.0) * (b - a)
+    return spread_out
 
 
 @helper
-def _displacement(sums: _Floats) -> tuple[float, float]:
+def _edges(sums: _Floats) -> tuple[float, float, float]:
     prior = 1.0 / _PRIOR_PX**2
     xx, yy = sums[0] + prior, sums[2] + prior
     determinant = xx * yy - sums[1] * sums[1]
-    return (yy * sums[3] - sums[1] * sums[4]) / determinant, (xx * sums[4] - sums[1] * sums[3]) / determinant
+    x, y = (yy * sums[3] - sums[1] * sums[4]) / determinant, (xx * sums[4] - sums[1] * sums[3]) / determinant
+    return x, y, sums[6] / (sums[5] + prior)
 
 
-@kernel(read(float64, 2), read(float64, 1), read(float64, 1))
-def add_displacements(tangents: _Floats, aside: _Floats, past: _Floats) -> _Floats:
-    """Return what is known of the displacement, a profile's distance aside being its part along the profile.
+@kernel(read(float64, 2), read(float64, 1), read(float64, 1), read(float64, 1), float64)
+def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, memory: float) -> _Floats:
+    """Return what is known of where depth has its edges: displaced against the mask's, and farther apart.
 
-    The sums of the normal equations, robustly weighted (Huber): several frames' are added up.
+    A profile's distance aside is the displacement's part along the profile. These are the sums of the normal equations,
+    robustly weighted (Huber): several frames' are added up.
 
     Parameters
     ----------
     tangents : (n, 2) float64
-    aside : (n,) float64
-        As `read_profiles` returns it.
-    past : (5,) float64
-        What is known already: the sums xx, xy, yy of the normals' products, and x, y of these with `aside`.
+    aside, wider : (n,) float64
+        As `read_profiles` returns them.
+    past : (7,) float64
+        What is known already: the sums xx, xy, yy of the normals' products, x, y of these with `aside`, of weights, and
+        of these with `wider`.
+    memory : float
+        Share of it that stays, if this frame tells something.
 
     Returns
     -------
-    (5,) float64
+    (7,) float64
         With this frame's.
     """
-    sums = past.copy()
+    if np.isnan(aside).all():
+        return past.copy()
+    kept = memory * past
+    sums = kept.copy()
     for _ in range(_ROUNDS):
-        x, y = _displacement(sums)
-        sums[:] = past
+        x, y, fattened = _edges(sums)
+        sums[:] = kept
         for i in range(len(aside)):
             if np.isnan(aside[i]):
                 continue
             nx, ny = -tangents[i, 1], tangents[i, 0]
-            miss = abs(aside[i] - nx * x - ny * y)
-            weight = 1.0 / max(miss, _HUBER_PX) / _HUBER_PX
+            weight = 1.0 / max(abs(aside[i] - nx * x - ny * y), _HUBER_PX) / _HUBER_PX
             sums[0] += weight * nx * nx
             sums[1] += weight * nx * ny
             sums[2] += weight * ny * ny
             sums[3] += weight * nx * aside[i]
             sums[4] += weight * ny * aside[i]
+            weight = 1.0 / max(abs(wider[i] - fattened), _HUBER_PX) / _HUBER_PX
+            sums[5] += weight
+            sums[6] += weight * wider[i]
     return sums
 
 
 @kernel(read(float64, 1))
-def displacement_of(sums: _Floats) -> tuple[float, float]:
-    """Return the displacement ``(x, y)``, px, that the sums of `add_displacements` tell.
+def edges_of(sums: _Floats) -> tuple[float, float, float]:
+    """Return the displacement ``(x, y)`` and by how much edges are farther out, px, that the sums of `add_edges` tell.
 
-    Without evidence it is 0: as much is expected by `_PRIOR_PX`.
+    Without evidence they are 0: as much is expected by `_PRIOR_PX`.
     """
-    return _displacement(sums)
+    return _edges(sums)

@@ -10,9 +10,6 @@ from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-DEPTH_TYPES = (np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.uint16))
-"""Of depth images that `find_surface` takes."""
-
 _MOST_ACROSS = 2
 """Largest number of pixels to either side of the axis.
 
@@ -154,24 +151,24 @@ def _choose_pixels(
 
 
 @helper
-def _sort_few(values: _Floats, count: int) -> None:
-    """Sort the first few of values (16,), in place, by a network: it has no branches to be predicted."""
-    values[count:] = np.inf
+def _sort_columns(values: _Floats) -> None:
+    """Sort each column of values (16, n), in place, by a network: each of its steps is done to many columns at once."""
     for k in range(len(_NETWORK)):
-        low, high = _NETWORK[k]
-        a, b = values[low], values[high]
-        values[low], values[high] = min(a, b), max(a, b)
+        low, high = values[_NETWORK[k, 0]], values[_NETWORK[k, 1]]
+        for i in range(values.shape[1]):
+            a, b = low[i], high[i]
+            low[i] = a if a < b else b
+            high[i] = b if a < b else a
 
 
 @helper
 def _level(values: _Floats, known: int, slenderness: float, ground: float, noise: float) -> tuple[float, int]:
-    """Return the mean depth of a section's surface, and the number of its pixels; sorts the values.
+    """Return the mean depth of a section's surface, and the number of its pixels, from its sorted depths.
 
     The surface is the shortest interval that holds more than a third of the depths, the nearer of two. Flying pixels,
     between the surface and the ground behind it, and those of other objects are thinly spread. They are left out of the
     mean, so that they do not bias it.
     """
-    _sort_few(values, known)
     if known >= _LEAST_ABOVE:
         height = ground - values[_LEAST_ABOVE - 1]
         if height > max(slenderness * ground, _LEAST_CONTRAST * noise * ground * ground):  # not, where it is NaN
@@ -187,7 +184,8 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
             start = k
     middle = 0.0
     for k in range(start, start + crowd):
-        middle += values[k] / crowd
+        middle += values[k]
+    middle /= crowd
     reach = _KEEP * (values[start + crowd - 1] - values[start]) + _KEEP_RADII * slenderness * middle
     total, count = 0.0, 0
     for k in range(known):
@@ -206,6 +204,7 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
     (read(float32, 2), read(float64, 2), read(uint16, 2)),
     int64,
     int64,
+    float64,
     float64,
     float64,
     float64,
@@ -236,6 +235,7 @@ def find_surface(
     least: float,
     dx: float,
     dy: float,
+    fattened: float,
     ground: _Floats,
     noise: float,
 ) -> tuple[_Floats, _Floats, float]:
@@ -270,6 +270,9 @@ def find_surface(
         ``least`` of the radius in any case.
     dx, dy : float
         Displacement of the depth image against the mask, px.
+    fattened : float
+        How much farther out than it is a camera shows a surface, px; 0 or more. A pixel there shows what lies as much
+        nearer to the middle line.
     ground : (n,) float64
         Depth of the ground beside each section, m; NaN where it is not known.
     noise : float
@@ -294,22 +297,26 @@ def find_surface(
     metres = np.empty(len(pixels))
     for k in range(len(pixels)):  # a loop of its own, since it waits for memory, and so for many pixels at once
         metres[k] = depth[pixels[k, 0], pixels[k, 1]]
-    values = np.empty(_WIRES)
+    values, known = np.full((_WIRES, n), np.inf), np.zeros(n, dtype=np.int64)
     for i in range(n):
         x, y, tx, ty = points[i, 0], points[i, 1], tangents[i, 0], tangents[i, 1]
-        around, slenderness = radius[i], radius[i] / focal_px
-        known = 0
+        per_px, slenderness, count = 1.0 / radius[i], radius[i] / focal_px, 0
         for k in range(first[i], first[i + 1]):
             z = metres[k] * unit_m
             if z > 0.0 and low_m <= z <= high_m and np.isfinite(z):
                 offset = (pixels[k, 0] - dy - y) * tx - (pixels[k, 1] - dx - x) * ty
-                beside = min(abs(offset / around), _WIDEST)
+                beside = min(max(abs(offset) - fattened, 0.0) * per_px, _WIDEST)
                 back = 1.0 - np.sqrt(1.0 - beside * beside)
                 if slenderness * back < 1.0:  # else the object would reach behind the camera
-                    values[known] = z - z * slenderness * back
+                    values[count, i] = z - z * slenderness * back
                     shift += back
-                    known += 1
-        all_known += known
-        if known > 0 and known >= _LEAST_SHARE * (first[i + 1] - first[i]):
-            surface[i], counts[i] = _level(values, known, slenderness, ground[i], noise)
+                    count += 1
+        known[i] = count
+        all_known += count
+    _sort_columns(values)
+    few = np.empty(_WIRES)
+    for i in range(n):
+        if known[i] > 0 and known[i] >= _LEAST_SHARE * (first[i + 1] - first[i]):
+            few[:] = values[:, i]
+            surface[i], counts[i] = _level(few, known[i], radius[i] / focal_px, ground[i], noise)
     return surface, counts, shift / max(all_known, 1)

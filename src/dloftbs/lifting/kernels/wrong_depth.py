@@ -7,12 +7,13 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 
-_AROUND = 3
+_AROUND = 4
 """Number of changes of depth to either side that tell the usual one.
 
-Source: by hand.
+Source: by hand; over one and a half widths.
 """
 
 _STEP_SIGMAS = 6.0
@@ -50,30 +51,45 @@ def _list_known(surface_m: _Floats) -> _Ints:
 
 
 @helper
-def _median_of(values: _Floats, low: int, high: int) -> float:
-    """Return the median of a few values from `low` to before `high`; NaN of none."""
-    count = high - low
-    if count <= 0:
-        return np.nan
-    few = np.empty(count)
-    for i in range(count):
-        value = values[low + i]
-        k = i
-        while k > 0 and few[k - 1] > value:
-            few[k] = few[k - 1]
-            k -= 1
-        few[k] = value
-    return 0.5 * (few[(count - 1) // 2] + few[count // 2])
+def _is_steep(surface_m: _Floats, own: _Ints, rates: _Floats, spacing: float, k: int) -> bool:
+    """Return whether the depth changes more from a known section to the next than along any cable."""
+    return bool(abs(rates[k]) > _STEEPEST * spacing * min(surface_m[own[k]], surface_m[own[k + 1]]))
+
+
+@helper
+def _beyond(change: float, before: float, after: float, gap: int) -> float:
+    """Return by how much depth changes over a gap beyond what it does before and after it, per section."""
+    if np.isnan(before):
+        before = 0.0 if np.isnan(after) else after
+    if np.isnan(after):
+        after = before
+    return change - min(max(change, min(before, after) * gap), max(before, after) * gap)
+
+
+@helper
+def _find_stretches(size: _Floats, limit: _Floats) -> _Ints:
+    """Return the first section of each stretch between steps, and at last the number of all."""
+    first = np.empty(len(size) + 2, dtype=np.int64)
+    first[0] = 0
+    count = 1
+    for k in range(len(size)):
+        if abs(size[k]) > limit[k]:
+            first[count] = k + 1
+            count += 1
+    first[count] = len(size) + 1
+    return first[: count + 1]
 
 
 @kernel(write(float64, 1), read(float64, 1), float64, int64)
 def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most: int) -> None:
-    """Strike off short stretches between a step nearer and one back, or farther and back: something else is seen there.
-
-    So it is for three sections beyond a step at an end, at the most, if that is steeper than any cable.
+    """Strike off short stretches beyond steps of depth: something else is seen there.
 
     A step is where the depth changes by more than a radius beyond what it does before and after, and by more than
     noise does. Where a cable bends towards the camera, the change lies between those before and after.
+
+    Steps divide the sections into stretches. Those that continue each other, with at most so many sections between them
+    that do not, are an object's. It is the longest chain of these: as many sections as a stretch may have count against
+    two steps within it. One that begins or ends beyond a step that is steeper than any cable leaves what is there.
 
     Parameters
     ----------
@@ -90,42 +106,55 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
     known = len(own)
     if known < 2 * _AROUND + 2:
         return
-    rates, unusual = np.empty(known - 1), np.empty(known - 1)
+    rates, unusual, size, limit = np.empty(known - 1), np.empty(known - 1), np.empty(known - 1), np.empty(known - 1)
     for k in range(known - 1):
         rates[k] = (surface_m[own[k + 1]] - surface_m[own[k]]) / (own[k + 1] - own[k])
-    excess = np.zeros(known - 1)
+    few = np.empty(_AROUND)
     for k in range(known - 1):
-        before = _median_of(rates, max(k - _AROUND, 0), k)
-        after = _median_of(rates, k + 1, min(k + 1 + _AROUND, known - 1))
-        if np.isnan(before):
-            before = after
-        if np.isnan(after):
-            after = before
+        before, after = median(rates[max(k - _AROUND, 0) : k], few), median(rates[k + 1 : k + 1 + _AROUND], few)
         gap = own[k + 1] - own[k]
-        unusual[k] = abs(rates[k] - 0.5 * (before + after)) * gap
-        excess[k] = (rates[k] - min(max(rates[k], min(before, after)), max(before, after))) * gap
+        size[k] = _beyond(rates[k] * gap, before, after, gap)
+        usual = before if np.isnan(after) else (after if np.isnan(before) else 0.5 * (before + after))
+        unusual[k] = abs(rates[k] - usual) * gap
     noise = np.median(unusual) / MEDIAN_DEVIATION
-    came, sign = -1, 0.0
-    single = np.zeros(known - 1, dtype=np.bool_)  # steps without one back
     for k in range(known - 1):
-        nearer = min(surface_m[own[k]], surface_m[own[k + 1]])
-        if abs(excess[k]) <= max(slenderness[own[k]] * nearer, _STEP_SIGMAS * noise):
-            continue
-        if came >= 0 and excess[k] * sign < 0.0 and k - came <= most:
-            for other in range(came + 1, k + 1):
-                surface_m[own[other]] = np.nan
-            single[came] = False
-            came = -1
-        else:
-            came, sign = k, excess[k]
-            single[k] = abs(rates[k]) > _STEEPEST * spacing * nearer
-    for k in range(_AROUND):
-        if single[k]:
-            for other in range(k + 1):
-                surface_m[own[other]] = np.nan
-        if single[known - 2 - k]:
-            for other in range(known - 1 - k, known):
-                surface_m[own[other]] = np.nan
+        radius = slenderness[own[k]] * min(surface_m[own[k]], surface_m[own[k + 1]])
+        limit[k] = max(radius, _STEP_SIGMAS * noise)
+    first = _find_stretches(size, limit)
+    stretches = len(first) - 1
+    if stretches == 1:
+        return
+    worth, came = np.empty(stretches), np.empty(stretches, dtype=np.int64)
+    for j in range(stretches):
+        step = first[j] - 1  # from the one before
+        worth[j], came[j] = -np.inf, -1
+        if j == 0 or _is_steep(surface_m, own, rates, spacing, step):
+            worth[j] = 0.0
+        if j > 0 and worth[j - 1] - 0.5 * most >= worth[j]:
+            worth[j], came[j] = worth[j - 1] - 0.5 * most, j - 1
+        after = median(rates[first[j] : min(first[j] + _AROUND, first[j + 1] - 1)], few)
+        i = j - 2
+        while i >= 0 and step - first[i + 1] < most:
+            last = first[i + 1] - 1
+            gap = own[first[j]] - own[last]
+            before = median(rates[max(last - _AROUND, first[i]) : last], few)
+            off = abs(_beyond(surface_m[own[first[j]]] - surface_m[own[last]], before, after, gap))
+            back = 0.5 * min(abs(size[last]), abs(size[step]))
+            if off <= max(limit[step], back) and worth[i] >= worth[j]:
+                worth[j], came[j] = worth[i], i
+            i -= 1
+        worth[j] += first[j + 1] - first[j]
+    best = stretches - 1
+    for j in range(stretches - 1):
+        if worth[j] > worth[best] and _is_steep(surface_m, own, rates, spacing, first[j + 1] - 1):
+            best = j
+    stop = stretches
+    while best >= 0:
+        for j in range(best + 1, stop):
+            surface_m[own[first[j] : first[j + 1]]] = np.nan
+        stop, best = best, came[best]
+    for j in range(stop):
+        surface_m[own[first[j] : first[j + 1]]] = np.nan
 
 
 @kernel(write(float64, 1), read(float64, 1), read(float64, 1), float64, float64)
@@ -133,8 +162,8 @@ def strike_ground(surface_m: _Floats, ground_m: _Floats, slenderness: _Floats, n
     """Strike off sections in which the ground is seen, beside the object or through it.
 
     The crest of a round object on the ground is its width above it, and that of a flat one is not. So depth within half
-    a width from the ground may be either's. It is the ground's if a step leads from there to depth that stands out: an
-    object that comes down to the ground does so bit by bit. What nowhere stands out lies on the ground.
+    a width above the ground, or behind it, may be either's. It is the ground's if a step leads from there to depth that
+    stands out: an object that comes down to the ground does so bit by bit. What nowhere stands out lies on the ground.
 
     Parameters
     ----------
@@ -157,7 +186,7 @@ def strike_ground(surface_m: _Floats, ground_m: _Floats, slenderness: _Floats, n
         i = own[k]
         z = surface_m[i]
         # Of single pixels: the mean of several is no better where depth comes in steps.
-        like[k] = abs(ground_m[i] - z) < max(slenderness[i] * z, _GROUND_SIGMAS * noise * z * z)  # not, where it is NaN
+        like[k] = ground_m[i] - z < max(slenderness[i] * z, _GROUND_SIGMAS * noise * z * z)  # not, where it is NaN
     for step in (1, -1):
         stepped = False
         for place in range(known):
