@@ -112,6 +112,8 @@ MOST_EXTRAPOLATED = 0.2
 Source: by hand.
 """
 
+_NOT_ITS_OWN = "something else's, or a step away"
+
 _Interval = tuple[float, float]
 
 
@@ -247,6 +249,7 @@ def _lift_one(
         sections.radius / focal_px,
         sections.spacing_px / focal_px,
         max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2),
+        n if closed else int(MOST_EXTRAPOLATED * (n - 1)),
     )
     known = int((~np.isnan(surface)).sum())
     if _is_too_few(known, n):
@@ -330,14 +333,14 @@ def _too_few(seen: int, measured: npt.NDArray[np.bool_]) -> str:
     """Say that few sections are seen, of those where depth was measured."""
     text = f"only {seen} of {len(measured)} sections of the curve have depth, fewer than {100.0 * LEAST_SEEN:.0f} %"
     others = int(measured.sum()) - seen
-    return text if others <= 0 else f"{text}; in {others} more it is that of something else"
+    return text if others <= 0 else f"{text}; in {others} more it is {_NOT_ITS_OWN}"
 
 
 def _too_far(beyond: npt.NDArray[np.bool_], sections: int) -> str:
     """Say that nothing is seen at an end, given where depth was measured beyond the last section that is."""
     share, most = 100.0 * len(beyond) / (sections - 1), 100.0 * MOST_EXTRAPOLATED
     others = int(beyond.sum())
-    what = "no depth" if others == 0 else f"no depth of their own (in {others} sections it is that of something else)"
+    what = "no depth" if others == 0 else f"no depth of their own (in {others} sections it is {_NOT_ITS_OWN})"
     return f"the last {share:.0f} % of the curve have {what}, more than {most:.0f} %"
 
 

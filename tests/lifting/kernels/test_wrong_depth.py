@@ -32,10 +32,12 @@ def bend(steepest: float, over: float, at: int = 30, noise: float = NOISE, seed:
     return depth * (1.0 + np.random.default_rng(seed).normal(0.0, noise, N))
 
 
-def struck(depth: np.ndarray, most: int = MOST, slim: np.ndarray = SLIM, spacing: float = SPACING) -> list[int]:
+def struck(
+    depth: np.ndarray, most: int = MOST, slim: np.ndarray = SLIM, spacing: float = SPACING, most_at_end: int = N
+) -> list[int]:
     """Return which of the known sections are struck by steps; the others stay as they are."""
     left = depth.copy()
-    assert strike_steps(left, slim, spacing, most) is None
+    assert strike_steps(left, slim, spacing, most, most_at_end) is None
     kept = ~np.isnan(left)
     np.testing.assert_array_equal(left[kept], depth[kept])
     return np.flatnonzero(np.isnan(left) & ~np.isnan(depth)).tolist()
@@ -62,7 +64,7 @@ def literal_excess(change: float, before: np.ndarray, after: np.ndarray, gap: in
     return float(change - np.clip(change, min(sides), max(sides)))
 
 
-def literal_steps(surface: np.ndarray, slim: np.ndarray, spacing: float, most: int) -> list[int]:
+def literal_steps(surface: np.ndarray, slim: np.ndarray, spacing: float, most: int, most_at_end: int) -> list[int]:
     """Return which sections go."""
     own = np.flatnonzero(~np.isnan(surface))
     z = surface[own]
@@ -90,14 +92,15 @@ def literal_steps(surface: np.ndarray, slim: np.ndarray, spacing: float, most: i
     chains: list[tuple[float, list[int]]] = []
     for j, (start, stop) in enumerate(pieces):
         ways: list[tuple[float, list[int]]] = []
-        if j == 0 or steep[start - 1]:
+        if j == 0 or (steep[start - 1] and own[start] <= most_at_end):
             ways.append((0.0, []))
         if j > 0:
             ways.append((chains[j - 1][0] - 0.5 * most, chains[j - 1][1]))
         ways += [chains[i] for i in range(j - 2, -1, -1) if go_on(i, j)]
         worth, chain = max(enumerate(ways), key=lambda way: (way[1][0], way[0]))[1]
         chains.append((worth + stop - start, [*chain, j]))
-    ends = [j for j, (_, stop) in enumerate(pieces[:-1]) if steep[stop - 1]]
+    last = len(surface) - 1
+    ends = [j for j, (_, k) in enumerate(pieces[:-1]) if steep[k - 1] and last - own[k - 1] <= most_at_end]
     _, best = max((chains[j] for j in (len(pieces) - 1, *ends)), key=lambda chain: chain[0])
     return [k for j, (start, stop) in enumerate(pieces) if j not in best for k in own[start:stop].tolist()]
 
@@ -137,7 +140,9 @@ def test_steps_agree_with_the_literal_twin(seed: int) -> None:
     depth, rng = rough(seed)
     depth *= rng.uniform(0.4, 1.6)
     slim, spacing, most = rng.uniform(0.005, 0.02, N), rng.uniform(0.003, 0.03), int(rng.integers(1, 13))
-    assert struck(depth, most, slim, spacing) == literal_steps(depth, slim, spacing, most)
+    most_at_end = int(rng.integers(0, 20))
+    expected = literal_steps(depth, slim, spacing, most, most_at_end)
+    assert struck(depth, most, slim, spacing, most_at_end) == expected
 
 
 @given(st.integers(0, 2**31))
@@ -244,6 +249,14 @@ class TestSteps:
         depth[:n] += 0.08
         assert struck(depth) == []
         assert struck(depth[::-1]) == []
+
+    def test_no_more_go_than_may_be_missing_at_an_end(self) -> None:
+        depth = slope(0, 0.1)
+        depth[2:5] += 0.08
+        depth[:2] = np.nan
+        for way in (1, -1):
+            assert struck(depth[::way], most_at_end=4) == []
+            assert len(struck(depth[::way], most_at_end=5)) == 3
 
     def test_beyond_a_step_that_is_no_steeper_than_a_cable_they_stay(self) -> None:
         depth = slope(0, 0.0, 1e-4)

@@ -80,8 +80,8 @@ def _find_stretches(size: _Floats, limit: _Floats) -> _Ints:
     return first[: count + 1]
 
 
-@kernel(write(float64, 1), read(float64, 1), float64, int64)
-def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most: int) -> None:
+@kernel(write(float64, 1), read(float64, 1), float64, int64, int64)
+def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most: int, most_at_end: int) -> None:
     """Strike off short stretches beyond steps of depth: something else is seen there.
 
     A step is where the depth changes by more than a radius beyond what it does before and after, and by more than
@@ -101,6 +101,8 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
         From section to section, as a multiple of the focal length, px.
     most : int
         Sections that a stretch has at most.
+    most_at_end : int
+        Sections at an end without any left, at most.
     """
     own = _list_known(surface_m)
     known = len(own)
@@ -128,7 +130,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
     for j in range(stretches):
         step = first[j] - 1  # from the one before
         worth[j], came[j] = -np.inf, -1
-        if j == 0 or _is_steep(surface_m, own, rates, spacing, step):
+        if j == 0 or (own[first[j]] <= most_at_end and _is_steep(surface_m, own, rates, spacing, step)):
             worth[j] = 0.0
         if j > 0 and worth[j - 1] - 0.5 * most >= worth[j]:
             worth[j], came[j] = worth[j - 1] - 0.5 * most, j - 1
@@ -146,7 +148,9 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
         worth[j] += first[j + 1] - first[j]
     best = stretches - 1
     for j in range(stretches - 1):
-        if worth[j] > worth[best] and _is_steep(surface_m, own, rates, spacing, first[j + 1] - 1):
+        last = first[j + 1] - 1
+        beyond = len(surface_m) - 1 - own[last]
+        if worth[j] > worth[best] and beyond <= most_at_end and _is_steep(surface_m, own, rates, spacing, last):
             best = j
     stop = stretches
     while best >= 0:
