@@ -18,6 +18,12 @@ LONGEST_S = 1e11
 MOST_PX = 1_000_000
 """Pixels of an image's side, far above those of any sensor."""
 
+MILLIMETRE_M = 0.001
+"""Metres per count of an integer depth image where nobody says otherwise."""
+
+DEPTH_UNITS_M = 1e-9, 1e3
+"""Least and greatest metres per count of a depth image: sensors have 1e-5 to 1e-2."""
+
 MAX_WHOLE = 2**53
 """Largest integer that JSON and a float64 hold exactly: no index, id or number of frames is larger."""
 

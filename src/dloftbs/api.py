@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy.typing as npt
 
 from dloftbs._arrays import check_depth, check_image, check_mask
+from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config
 from dloftbs.detection import Detection
@@ -22,6 +23,7 @@ def detect(
     *,
     image: npt.ArrayLike | None = None,
     depth: npt.ArrayLike | None = None,
+    depth_unit_m: float = MILLIMETRE_M,
     camera: PinholeCamera | None = None,
     occluders: npt.ArrayLike | None = None,
 ) -> list[Detection]:
@@ -37,6 +39,8 @@ def detect(
     depth : array_like, shape (H, W), optional
         See `Frame`; tells what hides gaps of the mask, or shows the ground in them, and with a camera gives curves in
         space.
+    depth_unit_m : float
+        Metres per count of an integer depth image.
     camera : PinholeCamera, optional
     occluders : array_like, shape (H, W) or (H, W, 1), bool or any integer type, optional
         What may hide cables, as `Frame` has it.
@@ -57,6 +61,7 @@ def detect(
         depth=None if depth is None else check_depth(depth),
         camera=camera,
         occluders=None if occluders is None else check_mask(occluders, "occluders"),
+        depth_unit_m=depth_unit_m,
     )
     return list(run_stages(frame, Config() if config is None else config, None).detections)
 

@@ -31,20 +31,20 @@ class ReadableDepth(NamedTuple):
     farthest_m: float
 
     @classmethod
-    def of(cls, stored: npt.NDArray[Any], config: DepthConfig) -> ReadableDepth:
+    def of(cls, stored: npt.NDArray[Any], depth_unit_m: float, config: DepthConfig) -> ReadableDepth:
         """Return the depth of a frame; values of other types are converted."""
         values = stored if stored.dtype in _READABLE else stored.astype(np.float64)
-        return cls(values, unit_of(stored, config), *config.range_m)
+        return cls(values, unit_of(stored, depth_unit_m), *config.range_m)
 
 
-def unit_of(depth: npt.NDArray[Any], config: DepthConfig) -> float:
-    """Return the metres per count of a depth image."""
-    return 1.0 if depth.dtype.kind == "f" else config.integer_unit_m
+def unit_of(depth: npt.NDArray[Any], depth_unit_m: float) -> float:
+    """Return the metres per count of a depth image, given those of an integer one."""
+    return 1.0 if depth.dtype.kind == "f" else depth_unit_m
 
 
-def to_metres(stored: npt.NDArray[Any], config: DepthConfig) -> FloatArray:
+def to_metres(stored: npt.NDArray[Any], depth_unit_m: float, config: DepthConfig) -> FloatArray:
     """Return depth in metres, NaN where it is missing: not finite, or outside of `DepthConfig.range_m`."""
-    metres: FloatArray = stored.astype(np.float64) * unit_of(stored, config)
+    metres: FloatArray = stored.astype(np.float64) * unit_of(stored, depth_unit_m)
     low, high = config.range_m
     with np.errstate(invalid="ignore"):
         metres[~((metres >= low) & (metres <= high))] = np.nan

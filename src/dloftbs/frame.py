@@ -5,7 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask
-from dloftbs._values import MAX_WHOLE, check_integer, check_stamp, check_text, check_type, set_fields
+from dloftbs._values import (
+    DEPTH_UNITS_M,
+    MAX_WHOLE,
+    MILLIMETRE_M,
+    check_integer,
+    check_number,
+    check_stamp,
+    check_text,
+    check_type,
+    set_fields,
+)
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 
@@ -26,8 +36,8 @@ class Frame:
     mask : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
         Any non-zero is cable. Where it is given, no segmentation takes place.
     depth : numpy.ndarray, shape (H, W) or (H, W, 1), floating point or integer, optional
-        Registered to the image: metres where floating point, `LiftingConfig.integer_unit_m` where integer. Depth that
-        is not, `DepthRegistration` brings there.
+        Registered to the image: metres where floating point, counts of `depth_unit_m` where integer. Depth that is not,
+        `DepthRegistration` brings there.
     occluders : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
         Any non-zero is something in front that may hide cables: a robot rendered from its joints, or a detected hand.
         Where it is given, all the rest of the frame is in plain sight: a cable is not assumed hidden there.
@@ -39,12 +49,14 @@ class Frame:
         Time in seconds, up to 1e11.
     name : str
         Origin of the frame, for messages and file names.
+    depth_unit_m : float
+        Metres per count of an integer depth image (0.001: millimetres), 1e-9 to 1e3.
 
     Raises
     ------
     InputError
         If neither image nor mask is given, or shapes or types are wrong or disagree, or the camera is for images of
-        another size, or a stamp is no finite number of seconds.
+        another size, a stamp is no finite number of seconds, or the unit is out of range.
     """
 
     image: AnyArray | None = None
@@ -55,6 +67,7 @@ class Frame:
     index: int = 0
     stamp: float | None = None
     name: str = ""
+    depth_unit_m: float = MILLIMETRE_M
 
     def __post_init__(self) -> None:
         if self.image is None and self.mask is None:
@@ -82,6 +95,7 @@ class Frame:
             index=check_integer("index", self.index, 0, MAX_WHOLE),
             stamp=check_stamp(self.stamp),
             name=check_text("name", self.name),
+            depth_unit_m=check_number("depth_unit_m", self.depth_unit_m, *DEPTH_UNITS_M),
         )
 
     @property

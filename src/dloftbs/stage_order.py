@@ -20,6 +20,7 @@ from dloftbs.cleaning import clean
 from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsConfig, PixelLiftingConfig
 from dloftbs.crossings import find_crossings
 from dloftbs.curve import BSplineCurve
+from dloftbs.depth import ReadableDepth
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
@@ -190,20 +191,22 @@ def _lift(
         return tuple(Detection._unchecked(d.centerline, d.curve, no_3d_reason=why) for d in detections)
     if isinstance(config.lifting, PixelLiftingConfig):
         knots = config.fitting.knots
-        return tuple(_lift_as_published(detection, depth, camera, config.lifting, knots) for detection in detections)
-    lifted = lift(detections, crossings, crop, depth, camera, config.lifting, depth_edges)
+        return tuple(_lift_as_published(detection, frame, camera, config.lifting, knots) for detection in detections)
+    readable = ReadableDepth.of(depth, frame.depth_unit_m, config.lifting)
+    lifted = lift(detections, crossings, crop, readable, camera, depth_edges)
     return tuple(_fit_in_space(*one, config.fitting.knots) for one in zip(detections, lifted, strict=True))
 
 
 def _lift_as_published(
-    detection: Detection, depth: AnyArray, camera: PinholeCamera, config: PixelLiftingConfig, knots: int | None
+    detection: Detection, frame: Frame, camera: PinholeCamera, config: PixelLiftingConfig, knots: int | None
 ) -> Detection:
     """Fit the curve in space to the pixels that have depth, by the parameter of the curve in the image.
 
     It begins and ends where depth does: a cubic that is led on beyond its points goes anywhere.
     """
     line = detection.centerline
-    points_m, seen = lift_pixels(line.points, depth, camera, config)
+    assert frame.depth is not None  # the caller saw to it
+    points_m, seen = lift_pixels(line.points, frame.depth, frame.depth_unit_m, camera, config)
     if len(points_m) < MIN_POINTS:
         reason = f"only {len(points_m)} of {len(seen)} pixels of the centre line have depth"
         return replace(detection, no_3d_reason=reason)

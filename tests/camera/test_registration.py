@@ -102,7 +102,7 @@ def test_the_last_count_survives():
 
 
 def test_counts_have_a_unit():
-    tenths = DepthRegistration(DEPTH, COLOUR, np.eye(3), (0.05, 0, 0), integer_unit_m=1e-4)
+    tenths = DepthRegistration(DEPTH, COLOUR, np.eye(3), (0.05, 0, 0), depth_unit_m=1e-4)
     counts = np.full((16, 20), 10000, np.uint16)
     np.testing.assert_array_equal(tenths.register(counts), (BESIDE.register(counts // 10) // 10) * 100)
     np.testing.assert_array_equal(tenths.register(counts) > 0, BESIDE.register(np.ones((16, 20))) > 0)
@@ -176,9 +176,9 @@ def test_registrations_are_values():
         ({"rotation": np.diag((1.0, 1.0, -1.0))}, "rotation must be a rotation"),
         ({"rotation": np.full((3, 3), np.nan)}, "rotation must be finite"),
         ({"translation_m": (1, 2)}, r"translation_m must have shape \(3,\), got \(2,\)"),
-        ({"integer_unit_m": 0.0}, "integer_unit_m must be a positive number .*, got 0.0"),
-        ({"integer_unit_m": 1e-300}, "integer_unit_m must be a positive number within 1e-30"),
-        ({"integer_unit_m": "mm"}, "integer_unit_m must be a positive number"),
+        ({"depth_unit_m": 0.0}, "depth_unit_m must be a finite number in 1e-09..1000, got 0.0"),
+        ({"depth_unit_m": 1e-300}, "depth_unit_m must be a finite number in 1e-09"),
+        ({"depth_unit_m": "mm"}, "depth_unit_m must be a finite number"),
     ],
 )
 def test_a_wrong_registration_is_refused(fields, message):

@@ -29,7 +29,7 @@ CHANGED = Config(
     segments=SegmentsConfig(max_segments=7),
     linking=LinkingConfig(objects=3, max_gap_widths=0.123456789012345678),
     fitting=FittingConfig(knots=40),
-    lifting=LiftingConfig(integer_unit_m=1e-4, min_depth_m=0.3, max_depth_m=1e6),
+    lifting=LiftingConfig(min_depth_m=0.3, max_depth_m=1e6),
     tracking=TrackingConfig(gate=0.3, min_hits=1, keep_lost_s=0.0),
 )
 

@@ -8,8 +8,7 @@ import pytest
 from drawings import draw_cable
 
 import dloftbs
-from dloftbs import Config, Frame, Pipeline
-from dloftbs.config import LiftingConfig
+from dloftbs import Frame, Pipeline
 from dloftbs.errors import InputError
 from dloftbs.synthetic import DepthNoise
 
@@ -73,11 +72,11 @@ def test_depth_that_tells_nothing_changes_nothing(gap):
 
 
 @seeds
-def test_counts_mean_what_the_configuration_says(seed):
+def test_counts_mean_what_the_frame_says(seed):
     mask, depth = scene(GAPS[1], "ground", seed)
     counts = np.rint(depth * 10000.0).astype(np.uint16)
-    config = Config(lifting=LiftingConfig(integer_unit_m=1e-4))
-    assert len(Pipeline(config).detect(Frame(mask=mask, depth=counts)).detections) == 2
+    assert len(Pipeline().detect(Frame(mask=mask, depth=counts, depth_unit_m=1e-4)).detections) == 2
+    assert len(dloftbs.detect(mask, depth=counts, depth_unit_m=1e-4)) == 2
 
 
 @pytest.mark.parametrize("turns", range(4))

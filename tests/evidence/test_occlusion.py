@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.config import DepthConfig, LiftingConfig
+from dloftbs.config import LiftingConfig
 from dloftbs.errors import InputError
 from dloftbs.evidence import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
 from dloftbs.frame import Frame
@@ -90,9 +90,7 @@ class TestDepth:
         assert [look(evidence, x, depth_m=1.0) for x in (70.0, 82.0, 90.0)] == [IN_SIGHT, UNKNOWN, HIDDEN]
 
     def test_counts_have_their_unit(self):
-        evidence = OcclusionEvidence(
-            depth=np.full(SIZE, 5000, np.uint16), camera=CAMERA, config=DepthConfig(integer_unit_m=1e-4)
-        )
+        evidence = OcclusionEvidence(depth=np.full(SIZE, 5000, np.uint16), camera=CAMERA, depth_unit_m=1e-4)
         assert [look(evidence, 80.0, depth_m=z) for z in (0.3, 0.5, 0.7)] == [IN_SIGHT, UNKNOWN, HIDDEN]
 
     def test_the_distance_along_a_curve_is_that_at_its_image(self):

@@ -137,6 +137,7 @@ class WithDepth:
     depth: np.ndarray
     camera: PinholeCamera
     changes: dict[str, Any]
+    unit: float
 
 
 TINY, HUGE = 1e-160, 1e300
@@ -166,9 +167,8 @@ def with_depth(rng: Rng) -> WithDepth:
     changes: dict[str, Any] = {}
     if rng.random() < 0.3:
         changes["lifting.max_depth_m"] = float(rng.choice([1e-3, 1.0, 1e300, np.inf]))
-    if rng.random() < 0.3:
-        changes["lifting.integer_unit_m"] = float(rng.choice([1e-300, 1e-12, 1.0, 1e30]))
-    return WithDepth(mask, depth, camera, changes)
+    unit = float(rng.choice([1e-300, 1e-12, 1e-9, 1.0, 1e3, 1e30])) if rng.random() < 0.3 else 0.001
+    return WithDepth(mask, depth, camera, changes, unit)
 
 
 def _lens(rng: Rng) -> tuple[float, ...]:
@@ -185,7 +185,7 @@ def check_with_depth(case: WithDepth, _: Path) -> None:
         config = own(lambda start=start: start.replace(case.changes))
         if isinstance(config, DloftbsError):
             continue
-        frame = own(lambda: Frame(mask=case.mask, depth=case.depth, camera=case.camera))
+        frame = own(lambda: Frame(mask=case.mask, depth=case.depth, camera=case.camera, depth_unit_m=case.unit))
         if isinstance(frame, DloftbsError):
             assert isinstance(frame, InputError)
             continue
@@ -199,7 +199,7 @@ def check_with_depth(case: WithDepth, _: Path) -> None:
 def _depth_of(value: float, dtype: str = "f8") -> WithDepth:
     mask = np.zeros((60, 120), np.uint8)
     mask[28:33, 10:110] = 1
-    return WithDepth(mask, np.full(mask.shape, value, dtype), PinholeCamera(100.0, 100.0, 60.0, 30.0), {})
+    return WithDepth(mask, np.full(mask.shape, value, dtype), PinholeCamera(100.0, 100.0, 60.0, 30.0), {}, 0.001)
 
 
 DEPTH_FOUND = {
@@ -210,7 +210,8 @@ DEPTH_FOUND = {
         _depth_of(1.0).mask,
         np.full((60, 120), 700, np.uint16),
         PinholeCamera(100.0, 100.0, 60.0, 30.0),
-        {"lifting.integer_unit_m": 1e-300},
+        {},
+        1e-300,
     ),
     "depth of NaN": _depth_of(np.nan),
     "depth of half precision": _depth_of(0.7, "f2"),

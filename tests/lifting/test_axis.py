@@ -11,7 +11,7 @@ from dloftbs import Detection, Frame, LiftingConfig, PinholeCamera, detect
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
 from dloftbs.crossings import find_crossings
-from dloftbs.depth import to_metres
+from dloftbs.depth import ReadableDepth, to_metres
 from dloftbs.lifting import Lifted, lift
 
 SLANTED = straight((-0.3, -0.05, 0.7), (0.3, 0.08, 1.1))
@@ -23,15 +23,19 @@ OVER = straight((-0.02, -0.2, 0.875), (0.03, 0.2, 0.875))
 
 
 def lift_all(
-    mask: np.ndarray, depth: np.ndarray, camera: PinholeCamera = CAMERA, config: LiftingConfig | None = None
+    mask: np.ndarray,
+    depth: np.ndarray,
+    camera: PinholeCamera = CAMERA,
+    config: LiftingConfig | None = None,
+    unit_m: float = 0.001,
 ) -> tuple[list[Detection], list[Lifted | str]]:
     """Lift what is found in a mask; the longest object comes first."""
     config = LiftingConfig() if config is None else config
     found = sorted(detect(mask), key=lambda detection: -detection.curve.length)
-    crossings = find_crossings(found, Frame(mask=mask, depth=depth), config)
+    crossings = find_crossings(found, Frame(mask=mask, depth=depth, depth_unit_m=unit_m), config)
     crop = clean(mask, CleaningConfig())
     assert crop is not None
-    return found, lift(found, crossings, crop, depth, camera, config)
+    return found, lift(found, crossings, crop, ReadableDepth.of(depth, unit_m, config), camera)
 
 
 def lift_first(mask: np.ndarray, depth: np.ndarray, **how: object) -> Lifted:
@@ -77,8 +81,7 @@ class TestPerfectDepth:
         millimetres = np.rint(1e3 * depth).astype(np.uint16)
         np.testing.assert_allclose(lift_first(mask, millimetres).points_m[INSIDE], expected[INSIDE], atol=5e-4)
         tenths = np.rint(1e4 * depth).astype(np.uint16)
-        config = LiftingConfig(integer_unit_m=1e-4)
-        np.testing.assert_allclose(lift_first(mask, tenths, config=config).points_m, expected, atol=1e-4)
+        np.testing.assert_allclose(lift_first(mask, tenths, unit_m=1e-4).points_m, expected, atol=1e-4)
 
 
 def test_a_ring_is_lifted_all_around() -> None:
@@ -199,7 +202,7 @@ class TestHidden:
         crop = clean(mask, CleaningConfig())
         assert crop is not None
         unknown = find_crossings(found, Frame(mask=mask), LiftingConfig())
-        lifted = lift(found, unknown, crop, depth, CAMERA, LiftingConfig())
+        lifted = lift(found, unknown, crop, ReadableDepth.of(depth, 0.001, LiftingConfig()), CAMERA)
         assert len(lifted) == 2
         for one in lifted:
             assert isinstance(one, Lifted)
@@ -255,6 +258,6 @@ def test_it_ends_whatever_the_scale_of_the_depth(dtype: str, scales: str) -> Non
 def test_what_is_no_depth_is_missing_wherever_depth_is_read(stored: float, dtype: type) -> None:
     config = LiftingConfig(max_depth_m=1e9)
     depth = np.full((3, 3), stored, dtype)
-    assert np.isnan(to_metres(depth, config)).all()
+    assert np.isnan(to_metres(depth, 0.001, config)).all()
     depth[:] = 2.5
-    assert (to_metres(depth, config) == 2.5).all()
+    assert (to_metres(depth, 0.001, config) == 2.5).all()

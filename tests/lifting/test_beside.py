@@ -41,9 +41,9 @@ def drawn(*axes: np.ndarray, dx: float = 0.0, dy: float = 0.0) -> tuple[MaskCrop
     return crop, draw_tubes(axes, camera=displaced, behind_m=WALL_M)[1]
 
 
-def as_read(depth: np.ndarray, config: LiftingConfig | None = None) -> ReadableDepth:
+def as_read(depth: np.ndarray, config: LiftingConfig | None = None, unit_m: float = 0.001) -> ReadableDepth:
     """Return depth as the kernels take it."""
-    return ReadableDepth.of(depth, config or LiftingConfig())
+    return ReadableDepth.of(depth, unit_m, config or LiftingConfig())
 
 
 def told(angle: float, dx: float, dy: float, n: int = 20, noise: float = 0.0, seed: int = 0) -> Beside:
@@ -103,7 +103,7 @@ class TestLooking:
         sections = [sections_of(ARC)]
         (expected,) = look_beside(sections, crop, as_read(depth))
         counts = np.rint(1e4 * depth).astype(np.uint16)
-        (found,) = look_beside(sections, crop, as_read(counts, LiftingConfig(integer_unit_m=1e-4)))
+        (found,) = look_beside(sections, crop, as_read(counts, unit_m=1e-4))
         np.testing.assert_allclose(found.ground_m, expected.ground_m, atol=1e-4)
         np.testing.assert_allclose(found.aside_px, expected.aside_px)
         (found,) = look_beside(sections, crop, as_read(depth.astype(np.float32)))

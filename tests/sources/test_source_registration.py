@@ -151,3 +151,28 @@ def test_a_wrong_lens_in_an_archive_is_named(tmp_path, arrays, message):
     np.savez(tmp_path / "a.npz", masks=MASKS, camera=[100, 101, 4, 5], **arrays)
     with pytest.raises(SourceError, match=r"a\.npz: .*" + message):
         sources.open(tmp_path / "a.npz")
+
+
+def units(source):
+    with source:
+        return {frame.depth_unit_m for frame in source}
+
+
+def test_the_unit_of_depth_comes_with_the_frames(tmp_path):
+    np.save(tmp_path / "d.npy", np.repeat(np.repeat(DEPTHS, 2, axis=1), 2, axis=2))
+    np.savez(tmp_path / "a.npz", masks=MASKS, depth=np.repeat(np.repeat(DEPTHS, 2, axis=1), 2, axis=2))
+    for how in ({"depth": tmp_path / "d.npy", "where": IMAGES}, {"where": tmp_path / "a.npz"}):
+        assert units(sources.open(**how)) == {0.001}
+        assert units(sources.open(**how, depth_unit_m=1e-4)) == {1e-4}
+    with pytest.raises(InputError, match="depth_unit_m must be a finite number"):
+        sources.open(IMAGES, depth_unit_m=0.0)
+
+
+def test_a_registration_has_a_unit_of_its_own_unless_another_is_said(tmp_path):
+    np.savez(tmp_path / "a.npz", masks=MASKS, depth=10 * DEPTHS)
+    tenths = DepthRegistration(DEPTH, COLOUR, np.eye(3), (0.02, 0.0, 0.0), depth_unit_m=1e-4)
+    for how in ({"registration": tenths}, {"registration": REGISTRATION, "depth_unit_m": 1e-4}):
+        with sources.open(tmp_path / "a.npz", **how) as source:
+            for frame, depth in zip(source, DEPTHS, strict=True):
+                assert frame.depth_unit_m == 1e-4
+                np.testing.assert_array_equal(frame.depth, tenths.register(10 * depth))

@@ -89,14 +89,14 @@ def test_tracks_have_the_colours_of_their_ids_and_hidden_ones_are_dimmer():
 def test_missing_depth_is_hatched_and_the_share_is_told():
     depth = np.tile(np.linspace(0.5, 1.5, SIZE[1], dtype=np.float32), (SIZE[0], 1))
     depth[:45, :80] = (0.0, np.nan, np.inf, -1.0) * 20
-    title, panel = space_sheet._depth_panel(frame(depth), Style(), 0.001)
+    title, panel = space_sheet._depth_panel(frame(depth), Style())
     assert title.endswith("missing, 25.0 %")
     height, width = panel.shape[:2]
     red = (panel == Style().changed).all(axis=2)
     assert 0.4 < red[: height // 2 - 5, : width // 2 - 5].mean() < 0.6
     assert not red[:, width // 2 + 5 :].any()
     title, _ = space_sheet._depth_panel(
-        frame((np.nan_to_num(depth, posinf=0.0).clip(0) * 1000).astype(np.uint16)), Style(), 0.001
+        frame((np.nan_to_num(depth, posinf=0.0).clip(0) * 1000).astype(np.uint16)), Style()
     )
     assert title.startswith("depth, 0.5")
 

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, as_vector, check_depth
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number
 from dloftbs.camera.calibration_files import read_registration
 from dloftbs.camera.pinhole import PinholeCamera
-from dloftbs.config import FARTHEST_M, NEAREST_M, LiftingConfig
 from dloftbs.errors import InputError
 
 AnyArray = npt.NDArray[Any]
@@ -34,8 +34,8 @@ class DepthRegistration:
     translation_m : array_like, shape (3,)
         ``p_colour = rotation @ p_depth + translation_m``, with the axes of both cameras x right, y down, z forward.
         Both are held as tuples.
-    integer_unit_m : float
-        Metres per count of an integer depth image, as in `LiftingConfig`. Floating-point depth is in metres.
+    depth_unit_m : float
+        Metres per count of an integer depth image, as in `Frame`. Floating-point depth is in metres.
 
     Raises
     ------
@@ -47,7 +47,7 @@ class DepthRegistration:
     colour_camera: PinholeCamera
     rotation: npt.ArrayLike
     translation_m: npt.ArrayLike
-    integer_unit_m: float = LiftingConfig().integer_unit_m
+    depth_unit_m: float = MILLIMETRE_M
 
     def __post_init__(self) -> None:
         for name in ("depth_camera", "colour_camera"):
@@ -60,11 +60,7 @@ class DepthRegistration:
         off = float(np.abs(r @ r.T - np.eye(3)).max())
         if off > ROTATION_TOLERANCE or np.linalg.det(r) < 0:
             raise InputError(f"rotation must be a rotation, R R^T = 1 and det R = 1, got {r.tolist()}")
-        unit = self.integer_unit_m
-        if isinstance(unit, bool) or not isinstance(unit, (int, float)) or not NEAREST_M <= unit <= FARTHEST_M:
-            raise InputError(
-                f"integer_unit_m must be a positive number within {NEAREST_M:g}..{FARTHEST_M:g}, got {unit!r}"
-            )
+        object.__setattr__(self, "depth_unit_m", check_number("depth_unit_m", self.depth_unit_m, *DEPTH_UNITS_M))
         object.__setattr__(self, "rotation", tuple(tuple(row) for row in r.tolist()))
         object.__setattr__(self, "translation_m", tuple(as_vector("translation_m", self.translation_m, 3).tolist()))
 
@@ -92,7 +88,7 @@ class DepthRegistration:
         Parameters
         ----------
         depth : array_like, shape (h, w) or (h, w, 1)
-            Of the depth camera: metres where floating point, counts of `integer_unit_m` where integer; 0, negative
+            Of the depth camera: metres where floating point, counts of `depth_unit_m` where integer; 0, negative
             values, NaN and infinity are missing.
         size : (int, int), optional
             ``(H, W)`` of the colour image; by default the one that the colour camera states.
@@ -117,7 +113,7 @@ class DepthRegistration:
             raise InputError("the colour camera has no size: register(depth, size) needs the colour image's (H, W)")
         self.colour_camera.check_size(size)
         whole = np.issubdtype(counts.dtype, np.integer)
-        unit_m = np.float32(self.integer_unit_m if whole else 1.0)
+        unit_m = np.float32(self.depth_unit_m if whole else 1.0)
         with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
             metres = np.multiply(counts, unit_m, dtype=np.float32, order="C", casting="unsafe").ravel()
         colour = self.colour_camera
@@ -128,7 +124,7 @@ class DepthRegistration:
             metres, _table(self, counts.shape), np.array(self.translation_m), intrinsics,
             lens.model, lens.coefficients, lens.tilt, lens.field, seen,
         )  # fmt: skip
-        return _in_units(seen, counts.dtype, self.integer_unit_m)
+        return _in_units(seen, counts.dtype, self.depth_unit_m)
 
 
 def _in_units(metres: npt.NDArray[np.float32], dtype: np.dtype[Any], unit_m: float) -> AnyArray:

@@ -138,24 +138,24 @@ def follow_in_space(frames: int, size: tuple[int, int], seed: int, folder: Path)
     config = Config(segmentation=SegmentationConfig(hsv=(_BLUE,)))
     run, pipeline = SpaceRun(sequence), Pipeline(config)
     with open_outputs([str(folder / name) for name in CURVES]) as sink:
-        for frame in _as_a_sensor_gives_it(sequence, config.lifting.integer_unit_m):
+        for frame in _as_a_sensor_gives_it(sequence):
             result = pipeline.process(frame)
             sink.write(frame, result)
             run.score(result, sequence.truth(frame.index))
             if frame.index == len(sequence) // 2:
                 _write_png(folder / IMAGE, frame.image)
                 _write_png(folder / DEPTH, frame.depth)
-                figure = viz.draw_3d(frame, result, integer_unit_m=config.lifting.integer_unit_m)
+                figure = viz.draw_3d(frame, result)
                 _write_png(folder / FIGURE, figure)
     write_config(config_beside([str(folder / CURVES[0])], config), config)
     return run
 
 
-def _as_a_sensor_gives_it(sequence: RgbdSequence, unit_m: float) -> Iterator[Frame]:
+def _as_a_sensor_gives_it(sequence: RgbdSequence) -> Iterator[Frame]:
     """Yield the frames without the true mask, their depth in whole counts."""
     for frame in sequence:
         assert frame.depth is not None  # the sequence draws it
-        counts = np.rint(frame.depth / unit_m).clip(0, np.iinfo(np.uint16).max).astype(np.uint16)
+        counts = np.rint(frame.depth / frame.depth_unit_m).clip(0, np.iinfo(np.uint16).max).astype(np.uint16)
         yield replace(frame, mask=None, depth=counts)
 
 

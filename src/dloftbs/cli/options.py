@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -94,13 +94,6 @@ def config_options(command: Command) -> Command:
         help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
         "Hue wraps: 170:10 is red. Repeatable; a pixel in any of them is cable.",
     )
-    @click.option(
-        "--depth-unit",
-        type=click.FloatRange(MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M),
-        metavar="METRES",
-        help="What a count of an integer depth image is worth, as lifting.integer_unit_m; 0.001 where nobody says: "
-        "millimetres. Floating-point depth is in metres.",
-    )
     @functools.wraps(command)
     def with_config(
         *args: Any,
@@ -108,13 +101,9 @@ def config_options(command: Command) -> Command:
         config_file: Path | None,
         changes: dict[str, Any],
         hsv: tuple[HsvRange, ...],
-        depth_unit: float | None,
         **kwargs: Any,
     ) -> None:
-        config = read_config(paper, config_file, changes, hsv)
-        if depth_unit is not None:
-            config = config.replace({"lifting.integer_unit_m": depth_unit})
-        command(*args, config=config, **kwargs)
+        command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
 
     return with_config
 
@@ -177,9 +166,10 @@ class InputOptions:
     occluders: str | None
     camera: PinholeCamera | None
     registration: DepthRegistration | None
+    depth_unit_m: float | None
 
-    def open(self, where: str, config: Config, fps: float | None = None, *, jobs: int = 1) -> Source:
-        """Open an input with these options; the unit of depth is the configuration's, `jobs` that of `sources.open`.
+    def open(self, where: str, fps: float | None = None, *, jobs: int = 1) -> Source:
+        """Open an input with these options; `jobs` is that of `sources.open`.
 
         Raises
         ------
@@ -188,9 +178,6 @@ class InputOptions:
         """
         from dloftbs import sources
 
-        registration = self.registration
-        if registration is not None:
-            registration = replace(registration, integer_unit_m=config.lifting.integer_unit_m)
         return sources.open(
             where,
             kind=self.kind,
@@ -198,7 +185,8 @@ class InputOptions:
             masks=self.masks,
             occluders=self.occluders,
             camera=self.camera,
-            registration=registration,
+            registration=self.registration,
+            depth_unit_m=self.depth_unit_m,
             fps=fps,
             jobs=jobs,
         )
@@ -255,6 +243,13 @@ def input_options(command: Command) -> Command:
         metavar="FILE",
         help="Depth is of a camera of its own: YAML or JSON with depth_camera, colour_camera, rotation, translation_m.",
     )
+    @click.option(
+        "--depth-unit",
+        type=click.FloatRange(MIN_DEPTH_UNIT_M, MAX_DEPTH_UNIT_M),
+        metavar="METRES",
+        help="What a count of an integer depth image is worth; 0.001 where nobody says: millimetres. Floating-point "
+        "depth is in metres.",
+    )
     @functools.wraps(command)
     def with_inputs(
         *args: Any,
@@ -264,11 +259,13 @@ def input_options(command: Command) -> Command:
         occluders: str | None,
         camera: str | None,
         registration: str | None,
+        depth_unit: float | None,
         **kwargs: Any,
     ) -> None:
         if masks is not None and kind == "mask":
             raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
-        inputs = InputOptions(kind, depth, masks, occluders, parse_camera(camera), parse_registration(registration))
+        cameras = parse_camera(camera), parse_registration(registration)
+        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit)
         command(*args, inputs=inputs, **kwargs)
 
     return with_inputs

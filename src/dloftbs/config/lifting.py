@@ -10,24 +10,19 @@ former two in float32 as well. Far beyond any sensor; a greater stored value is 
 
 
 class DepthConfig(Section, frozen=True, kw_only=True):
-    """Meaning of the values of depth images: the base of all lifting sections.
+    """Range of the values of depth images: the base of all lifting sections.
 
     Parameters
     ----------
-    integer_unit_m : float
-        Metres per count of an integer depth image (0.001: millimetres), within `NEAREST_M` and `FARTHEST_M`.
-        Floating-point depth is in metres.
     min_depth_m, max_depth_m : float
         Depth outside of this range, 0, NaN and infinity count as missing; so does depth nearer than `NEAREST_M` or
         farther than `FARTHEST_M`.
     """
 
-    integer_unit_m: float = 0.001
     min_depth_m: float = 0.0
     max_depth_m: float = 20.0
 
     def __post_init__(self) -> None:
-        keep_number(self, "integer_unit_m", LEAST, MOST)
         keep_number(self, "min_depth_m", 0.0, MOST)
         keep_number(self, "max_depth_m", LEAST, MOST)
         limits = (self.min_depth_m, self.max_depth_m)
@@ -44,7 +39,7 @@ class LiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="method", 
 
     Parameters
     ----------
-    integer_unit_m, min_depth_m, max_depth_m
+    min_depth_m, max_depth_m
         As for `DepthConfig`.
     """
 
@@ -54,6 +49,6 @@ class PixelLiftingConfig(DepthConfig, frozen=True, kw_only=True, tag_field="meth
 
     Parameters
     ----------
-    integer_unit_m, min_depth_m, max_depth_m
+    min_depth_m, max_depth_m
         As for `DepthConfig`.
     """

@@ -166,10 +166,10 @@ def _on_top(
     rows, columns = order.find_pixels(order.choose_places(*lines, pairs, at), *frame.size)
     if frame.depth is not None:
         exact = np.issubdtype(frame.depth.dtype, np.floating)
-        metres = to_metres(frame.depth[rows, columns], config)
+        metres = to_metres(frame.depth[rows, columns], frame.depth_unit_m, config)
         metres[rows < 0] = np.nan
         seen = lines.widths[pairs].min(axis=1) ** 2
-        agreement = order.judge_depth(metres, seen, 0.0 if exact else config.integer_unit_m)
+        agreement = order.judge_depth(metres, seen, 0.0 if exact else frame.depth_unit_m)
         odds += np.clip(_DEPTH_ODDS * agreement, -_MOST_DEPTH_ODDS, _MOST_DEPTH_ODDS)
     if frame.image is not None:
         agreement = order.judge_image(_values(frame.image, rows, columns))

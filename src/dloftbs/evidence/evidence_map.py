@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray, FloatArray, as_bytes
+from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.depth import unit_of
@@ -42,7 +43,9 @@ class EvidenceMap:
     camera : PinholeCamera, optional
         Without one, depth does not tell how steep a cable is.
     config : DepthConfig, optional
-        Meaning of the values of the depth.
+        Range of the depth.
+    depth_unit_m : float
+        See `Frame`.
     """
 
     crop: MaskCrop
@@ -51,13 +54,14 @@ class EvidenceMap:
     occluders: AnyArray | None = None
     camera: PinholeCamera | None = None
     config: DepthConfig = field(default_factory=DepthConfig)
+    depth_unit_m: float = MILLIMETRE_M
 
     @classmethod
     def of(cls, frame: Frame, crop: MaskCrop, config: DepthConfig) -> EvidenceMap | None:
         """Return the evidence in a frame; None if it has none."""
         if frame.image is None and frame.depth is None and frame.occluders is None:
             return None
-        return cls(crop, frame.image, frame.depth, frame.occluders, frame.camera, config)
+        return cls(crop, frame.image, frame.depth, frame.occluders, frame.camera, config, frame.depth_unit_m)
 
     def at(self, graph: Graph) -> EndEvidence:
         """Return the evidence at the ends of the branches of a graph."""
@@ -178,7 +182,7 @@ class EndEvidence:
         assert depth is not None
         with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
             counts = depth[self._window].astype(np.float32, copy=False)
-        return counts, unit_of(depth, config), *config.range_m, self._mask
+        return counts, unit_of(depth, self.frame.depth_unit_m), *config.range_m, self._mask
 
     @property
     def _window(self) -> tuple[slice, slice]:

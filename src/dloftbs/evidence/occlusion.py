@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray, FloatArray, as_bytes, check_depth, check_image, check_mask
-from dloftbs._values import check_type
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_type
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
@@ -102,6 +102,7 @@ class OcclusionEvidence:
         image: npt.NDArray[np.uint8] | None = None,
         camera: PinholeCamera | None = None,
         config: DepthConfig | None = None,
+        depth_unit_m: float = MILLIMETRE_M,
     ) -> None:
         if occluders is None and depth is None and image is None:
             raise InputError("evidence of occlusion needs occluders, depth or an image, got none of them")
@@ -115,6 +116,7 @@ class OcclusionEvidence:
         self._image = None if image is None else check_image(image)
         self._camera = camera
         self._config = DepthConfig() if config is None else config
+        self._depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
         arrays = (self._occluders, self._mask, self._depth, self._image)
         shapes = {array.shape[:2] for array in arrays if array is not None and array is not _NOTHING}
         if len(shapes) > 1:
@@ -128,7 +130,13 @@ class OcclusionEvidence:
         if frame.occluders is None and depth is None and frame.image is None:
             return None
         return cls(
-            occluders=frame.occluders, mask=mask, depth=depth, image=frame.image, camera=frame.camera, config=config
+            occluders=frame.occluders,
+            mask=mask,
+            depth=depth,
+            image=frame.image,
+            camera=frame.camera,
+            config=config,
+            depth_unit_m=frame.depth_unit_m,
         )
 
     def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width: float) -> Appearance | None:
@@ -179,7 +187,7 @@ class OcclusionEvidence:
             rows, columns = pixels_around(points, _CROSS, reach, h, w)
             stored = self._depth[rows, columns].astype(np.float64)
             limits = *self._config.range_m, DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
-            unit = unit_of(self._depth, self._config)
+            unit = unit_of(self._depth, self._depth_unit_m)
             judge_depths(stored, unit, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
         if self._image is not None and self._mask is not _NOTHING and appearance is not None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.config import LiftingConfig
 from dloftbs.depth import ReadableDepth
 from dloftbs.detection import Crossing, Detection
 from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
@@ -160,9 +159,8 @@ def lift(
     detections: Sequence[Detection],
     crossings: Sequence[Crossing],
     crop: MaskCrop,
-    depth: npt.NDArray[Any],
+    depth: ReadableDepth,
     camera: PinholeCamera,
-    config: LiftingConfig,
     depth_edges: DepthEdges | None = None,
 ) -> list[Lifted | str]:
     """Lift objects into space: along each, the nearest surface within the mask, made smooth, then moved to the axis.
@@ -180,10 +178,8 @@ def lift(
         Of the detections. A pass that is not known to be on top is not looked at where the other one may cover it.
     crop : MaskCrop
         The mask that they were found in.
-    depth : numpy.ndarray, shape (H, W)
-        Metres where floating point, counts of `LiftingConfig.integer_unit_m` where integer.
+    depth : ReadableDepth
     camera : PinholeCamera
-    config : LiftingConfig
     depth_edges : DepthEdges, optional
         What earlier frames of the same camera tell of it; this frame adds to it.
 
@@ -203,12 +199,11 @@ def lift(
             at_a, at_b = mine.nearest(u_a, closed_a), other.nearest(u_b, closed_b)
             reach = float(other.radius[at_b]) + _SHARE * float(mine.radius[at_a]) + _BORDER_PX
             mask_occluded(mine.used, mine.points, closed_a, at_a, other.points, closed_b, at_b, reach)
-    readable = ReadableDepth.of(depth, config)
-    beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, readable)
+    beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, depth)
     edges = DepthEdges() if depth_edges is None else depth_edges
     edges.add(beside)
     return [
-        _lift_one(detection, own, one, edges, crop, readable, camera)
+        _lift_one(detection, own, one, edges, crop, depth, camera)
         for detection, own, one in zip(detections, sections, beside, strict=True)
     ]
 

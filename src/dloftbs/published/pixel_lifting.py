@@ -17,7 +17,7 @@ MIN_POINTS = 4
 
 
 def lift_pixels(
-    points: FloatArray, depth: npt.NDArray[Any], camera: PinholeCamera, config: PixelLiftingConfig
+    points: FloatArray, depth: npt.NDArray[Any], depth_unit_m: float, camera: PinholeCamera, config: PixelLiftingConfig
 ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """Lift the pixels of a centre line into space: on to the surface of the object, as the depth image has it.
 
@@ -26,7 +26,8 @@ def lift_pixels(
     points : numpy.ndarray, shape (n, 2)
         Pixel centres inside the depth image.
     depth : numpy.ndarray, shape (H, W)
-        Metres where floating point, counts of `PixelLiftingConfig.integer_unit_m` where integer.
+        Metres where floating point, counts of `depth_unit_m` where integer.
+    depth_unit_m : float
     camera : PinholeCamera
     config : PixelLiftingConfig
 
@@ -39,7 +40,7 @@ def lift_pixels(
         beyond the field of the camera's lens model have not.
     """
     column, row = np.rint(points).astype(np.intp).T
-    metres = to_metres(depth[row, column], config)
+    metres = to_metres(depth[row, column], depth_unit_m, config)
     seen = ~np.isnan(metres)
     points_m = camera.deproject(points[seen], metres[seen])
     known = np.isfinite(points_m).all(axis=1)  # not beyond the field of the lens model

@@ -14,12 +14,14 @@ import math
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
@@ -58,6 +60,7 @@ def open(
     occluders: PathLike | None = None,
     camera: PinholeCamera | PathLike | None = None,
     registration: DepthRegistration | PathLike | None = None,
+    depth_unit_m: float | None = None,
     fps: float | None = None,
     jobs: int = 1,
 ) -> Source:
@@ -89,6 +92,8 @@ def open(
     registration : DepthRegistration, str or path, optional
         The depth is that of a camera of its own, of any size: it is brought into the pixels of the images, whose camera
         is that of the registration. A file as `DepthRegistration.from_file` reads it.
+    depth_unit_m : float, optional
+        Metres per count of integer depth; by default the registration's, or 0.001: millimetres.
     fps : float, optional
         Frames per second: the stamps are then ``index / fps``. Without it, files and arrays have no stamps of their own
         (a .npz file may), and videos have the container's times.
@@ -113,6 +118,11 @@ def open(
         if isinstance(path, str) and not path:
             raise InputError(f"{name} is an empty text; the current folder is '.'")
     camera, registration = _cameras(camera, registration)
+    if depth_unit_m is None:
+        depth_unit_m = MILLIMETRE_M if registration is None else registration.depth_unit_m
+    elif registration is not None:
+        registration = replace(registration, depth_unit_m=depth_unit_m)
+    depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
     if masks is not None:
         kind = "image"
     paired: dict[What, str] = {}
@@ -126,11 +136,13 @@ def open(
         return LiveSource(_live_address(where), kind=kind, camera=camera)
     rules = [text for text in paired.values() if is_rule(text)]
     # Depth of its own replaces that of a stack.
-    source = _open_recorded(where, kind, camera, fps, rules, None if depth is not None else registration, jobs)
+    source = _open_recorded(
+        where, kind, camera, fps, rules, None if depth is not None else registration, depth_unit_m, jobs
+    )
     if registration is not None and depth is None and not (isinstance(source, ArraySource) and source.has_depth):
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
-    return _pair(source, paired, registration) if paired else source
+    return _pair(source, paired, registration, depth_unit_m) if paired else source
 
 
 def _cameras(
@@ -151,11 +163,13 @@ def _cameras(
     return registration.colour_camera, registration
 
 
-def _pair(source: Source, paired: dict[What, str], registration: DepthRegistration | None) -> Source:
+def _pair(
+    source: Source, paired: dict[What, str], registration: DepthRegistration | None, depth_unit_m: float
+) -> Source:
     beside = source.paths if isinstance(source, FileSource) else None
     try:
         partners = {what: open_partner(what, text, beside) for what, text in paired.items()}
-        return PairedSource(source, partners, registration)
+        return PairedSource(source, partners, registration, depth_unit_m)
     except DloftbsError:
         source.close()
         raise
@@ -168,12 +182,13 @@ def _open_recorded(
     fps: float | None,
     rules: Sequence[str],
     registration: DepthRegistration | None,
+    depth_unit_m: float,
     jobs: int,
 ) -> Source:
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, (str, os.PathLike)):
-        return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, jobs)
+        return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, depth_unit_m, jobs)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
     paths = [Path(os.path.expanduser(item)) for item in where]
@@ -189,6 +204,7 @@ def _open_path(
     fps: float | None,
     rules: Sequence[str],
     registration: DepthRegistration | None,
+    depth_unit_m: float,
     jobs: int,
 ) -> Source:
     if is_glob(str(path)) or os.path.isdir(path):
@@ -202,7 +218,7 @@ def _open_path(
     if path.suffix.lower() in IMAGE_EXTENSIONS:
         return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
     if path.suffix.lower() in STACK_EXTENSIONS:
-        return from_file(path, kind, camera, fps, registration)
+        return from_file(path, kind, camera, fps, registration, depth_unit_m)
     return VideoSource(path, kind=kind, camera=camera, fps=fps)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
 
+from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
@@ -82,6 +83,8 @@ class PairedSource(Source):
     partners : dict of {"depth", "mask", "occluders"} to Partner
     registration : DepthRegistration, optional
         Brings the depth into the images.
+    depth_unit_m : float
+        Metres per count of integer depth.
 
     Raises
     ------
@@ -90,12 +93,17 @@ class PairedSource(Source):
     """
 
     def __init__(
-        self, source: Source, partners: dict[What, Partner], registration: DepthRegistration | None = None
+        self,
+        source: Source,
+        partners: dict[What, Partner],
+        registration: DepthRegistration | None = None,
+        depth_unit_m: float = MILLIMETRE_M,
     ) -> None:
         self.name, self.fps, self.length = source.name, source.fps, source.length
         self._source = source
         self._partners = partners
         self._registration = registration
+        self._depth_unit_m = depth_unit_m
         for what, partner in partners.items():
             if self.length not in (None, partner.count):
                 raise SourceError(
@@ -126,7 +134,7 @@ class PairedSource(Source):
         try:
             for frame in frames:
                 self.skipped = self._source.skipped
-                paired = frame
+                paired = replace(frame, depth_unit_m=self._depth_unit_m) if "depth" in self._partners else frame
                 for what, partner in self._partners.items():
                     paired = _with(paired, what, partner, self._registration if what == "depth" else None)
                 yield paired

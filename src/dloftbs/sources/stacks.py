@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
@@ -56,6 +57,8 @@ class ArraySource(Source):
         Gives the stamps ``index / fps``, in place of `stamps`.
     registration : DepthRegistration, optional
         Brings the depth, which may then have a size of its own, into the images.
+    depth_unit_m : float
+        Metres per count of integer depth.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class ArraySource(Source):
         camera: PinholeCamera | None = None,
         fps: float | None = None,
         registration: DepthRegistration | None = None,
+        depth_unit_m: float = MILLIMETRE_M,
     ) -> None:
         stacks = {"images": images, "masks": masks, "depth": depth, "occluders": occluders}
         self._stacks = {key: stack for key, stack in stacks.items() if stack is not None}
@@ -90,6 +94,7 @@ class ArraySource(Source):
         self._kind = kind
         self._camera = camera
         self._registration = registration
+        self._depth_unit_m = depth_unit_m
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames, as views of the arrays where these are in memory.
@@ -117,7 +122,7 @@ class ArraySource(Source):
             depth = self._depth(index, image if image is not None else mask)
             occluders = self._stacks["occluders"][index] if "occluders" in self._stacks else None
             stamp, name = self._stamp(index), f"{self.name}#{index}"
-            yield Frame(image, mask, depth, occluders, self._camera, index, stamp, name)
+            yield Frame(image, mask, depth, occluders, self._camera, index, stamp, name, self._depth_unit_m)
             if self._closed:
                 return
 
@@ -170,6 +175,7 @@ def from_file(
     camera: PinholeCamera | None,
     fps: float | None,
     registration: DepthRegistration | None = None,
+    depth_unit_m: float = MILLIMETRE_M,
 ) -> ArraySource:
     """Open a .npy file as `from_array`, or a .npz file with the arrays of `NPZ_KEYS`; an explicit camera comes first.
 
@@ -181,13 +187,18 @@ def from_file(
     try:
         if path.suffix.lower() == ".npy":
             return from_array(load_npy(path), path.name, kind, camera, fps)
-        return _from_npz(path, kind, camera, fps, registration)
+        return _from_npz(path, kind, camera, fps, registration, depth_unit_m)
     except InputError as error:
         raise SourceError(f"{path}: {error}") from error
 
 
 def _from_npz(
-    path: Path, kind: Kind, camera: PinholeCamera | None, fps: float | None, registration: DepthRegistration | None
+    path: Path,
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    registration: DepthRegistration | None,
+    depth_unit_m: float,
 ) -> ArraySource:
     keys, small = read_whole(path, ("stamps", "camera", "distortion", "distortion_model"))
     if "images" not in keys and "masks" not in keys:
@@ -198,7 +209,16 @@ def _from_npz(
         camera = _camera(small)
     stacks = {key: NpzMember(path, key) for key in ("images", "masks", "depth", "occluders") if key in keys}
     stamps = small.get("stamps")
-    return ArraySource(path.name, **stacks, stamps=stamps, kind=kind, camera=camera, fps=fps, registration=registration)
+    return ArraySource(
+        path.name,
+        **stacks,
+        stamps=stamps,
+        kind=kind,
+        camera=camera,
+        fps=fps,
+        registration=registration,
+        depth_unit_m=depth_unit_m,
+    )
 
 
 def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:

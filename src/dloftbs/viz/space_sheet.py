@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.config import LiftingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
@@ -68,7 +67,6 @@ def draw_3d(
     result: FrameResult,
     *,
     style: Style = Style(),  # noqa: B008  frozen
-    integer_unit_m: float = LiftingConfig().integer_unit_m,
 ) -> Picture:
     """Draw curves in space: four panels with titles, in two rows.
 
@@ -83,8 +81,6 @@ def draw_3d(
     result : FrameResult
         Of that frame.
     style : Style
-    integer_unit_m : float
-        Metres per count of an integer depth image, as in `LiftingConfig`.
 
     Returns
     -------
@@ -101,7 +97,7 @@ def draw_3d(
     width = style.panel_px
     flat = _scaled(overlay.draw(frame, result, style=style), width)
     height = max(flat.shape[0], round(_LEAST_ASPECT * width))
-    title, depth = _depth_panel(frame, style, integer_unit_m)
+    title, depth = _depth_panel(frame, style)
     solids, absent = _solids_of(result, style)
     views = _views(solids, (height, width), style)
     if absent:
@@ -116,12 +112,12 @@ def _scaled(picture: Picture, width: int) -> Picture:
     return cv2.resize(picture, (width, height), interpolation=how).astype(np.uint8, copy=False)
 
 
-def _depth_panel(frame: Frame, style: Style, integer_unit_m: float) -> tuple[str, Picture]:
+def _depth_panel(frame: Frame, style: Style) -> tuple[str, Picture]:
     height = max(1, round(frame.size[0] * style.panel_px / frame.size[1]))
     panel: Picture = np.full((height, style.panel_px, 3), style.ink, np.uint8)
     if frame.depth is None:
         return "no depth", panel
-    unit = 1.0 if np.issubdtype(frame.depth.dtype, np.floating) else integer_unit_m
+    unit = 1.0 if np.issubdtype(frame.depth.dtype, np.floating) else frame.depth_unit_m
     metres = frame.depth.astype(np.float64) * unit
     known = np.isfinite(metres) & (metres > 0.0)
     hatched = np.add.outer(np.arange(height), np.arange(style.panel_px)) % _HATCH_PX < _HATCH_PX // 2

@@ -186,7 +186,7 @@ class _Batch:
     def _frames(self, where: str) -> Iterator[Frame]:
         from dloftbs.cli.frames import UsableFrames
 
-        with self._inputs.open(where, self._config, jobs=self._jobs) as source:
+        with self._inputs.open(where, jobs=self._jobs) as source:
             frames = UsableFrames(source, self._config, self._inputs)
             try:
                 yield from frames

@@ -87,7 +87,7 @@ def track(
     files = InputFiles((where,), context.params)
     outputs = plan_outputs(outs, {"--overlay": overlay}, files, config, is_one=limit == 1)
     pipeline = Pipeline(config)
-    source = inputs.open(where, config, fps, jobs=cores())
+    source = inputs.open(where, fps, jobs=cores())
     frames = UsableFrames(source, config, inputs)
     length = min((n for n in (source.length, limit) if n is not None), default=None)
     report = RunReport()
