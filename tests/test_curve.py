@@ -87,8 +87,9 @@ class TestEvaluation:
         curve = wave()
         np.testing.assert_array_equal(curve([0, 1]), np.stack((curve(0), curve(1.0))))
 
-    def test_an_open_curve_goes_on_beyond_its_ends(self):
-        np.testing.assert_allclose(line((0, 0), (30, 40))([-0.5, 1.5]), [[-15, -20], [45, 60]], atol=1e-9)
+    def test_an_open_curve_is_led_on_straight_where_it_is_straight(self):
+        led_on = line((0, 0), (30, 40))([-0.5, 1.5], extrapolate=True)
+        np.testing.assert_allclose(led_on, [[-15, -20], [45, 60]], atol=1e-9)
 
     @given(st.integers(0, 10_000))
     def test_a_loop_starts_again_beyond_its_seam(self, seed):
@@ -408,3 +409,65 @@ class TestSerialisation:
     def test_a_curve_shows_what_it_is(self):
         assert repr(loop(10.0)) == "BSplineCurve(closed, 2D, 83 control points, length 62.83)"
         assert repr(line((0, 0, 0), (0, 0, 2))) == "BSplineCurve(open, 3D, 12 control points, length 2)"
+
+
+class TestBeyondTheEnds:
+    @pytest.mark.parametrize("u", [1.5, -0.1, [0.5, 1.0 + 1e-6], np.nan, np.inf])
+    @pytest.mark.parametrize("derivative", [0, 1])
+    def test_an_open_curve_is_not_led_on_unless_asked(self, u, derivative):
+        with pytest.raises(InputError, match=r"u must be within 0\.\.1 on an open curve, got .*extrapolate=True"):
+            wave()(u, derivative)
+
+    def test_led_on_it_is_what_scipy_makes_of_it(self):
+        np.testing.assert_array_equal(wave()([1.5, -0.2], extrapolate=True), wave().spline([1.5, -0.2]))
+
+    def test_rounding_is_forgiven(self):
+        np.testing.assert_allclose(wave()([-1e-10, 1.0 + 1e-10]), wave()([0.0, 1.0]), atol=1e-6)
+
+    def test_tangent_and_curvature_end_where_the_curve_does(self):
+        for of in (wave().tangent, wave().curvature):
+            with pytest.raises(InputError, match="u must be within"):
+                of(2.0)
+
+    def test_a_loop_goes_on_around(self):
+        np.testing.assert_allclose(loop(10.0)([1.25, -0.5]), loop(10.0)([0.25, 0.5]), atol=1e-9)
+
+    def test_the_ends_have_names(self):
+        np.testing.assert_array_equal(np.stack((wave().start, wave().end)), wave()([0.0, 1.0]))
+        np.testing.assert_allclose(loop(10.0).start, loop(10.0).end, atol=1e-9)
+
+
+class TestNearest:
+    @given(curves, st.integers(0, 10_000))
+    def test_no_point_of_the_curve_is_nearer(self, curve, seed):
+        rng = np.random.default_rng(seed)
+        low, high = curve.control_points.min(axis=0), curve.control_points.max(axis=0)
+        place = rng.uniform(low - 0.3 * (high - low), high + 0.3 * (high - low))
+        u, distance = curve.nearest(place)
+        assert 0.0 <= u <= 1.0
+        assert distance == pytest.approx(np.linalg.norm(curve(u) - place))
+        dense = np.linalg.norm(curve.sample(3000) - place, axis=1)
+        assert distance <= dense.min() + 1e-9
+
+    @given(curves, st.floats(0.0, 1.0))
+    def test_a_point_of_the_curve_is_its_own_nearest(self, curve, u):
+        found, distance = curve.nearest(curve(u))
+        assert distance < 1e-6 * np.ptp(curve.control_points)
+        np.testing.assert_allclose(curve(found), curve(u), atol=1e-6 * np.ptp(curve.control_points))
+
+    def test_beside_a_straight_line_it_is_the_foot_and_beyond_it_the_end(self):
+        straight = line((0, 0), (10, 0))
+        assert straight.nearest((2.5, 3.0)) == pytest.approx((0.25, 3.0))
+        assert straight.nearest((-4.0, 3.0)) == pytest.approx((0.0, 5.0))
+        assert straight.nearest((13.0, 4.0)) == pytest.approx((1.0, 5.0))
+
+    def test_it_is_exact_between_samples(self):
+        circle = loop(10.0)
+        for angle in np.linspace(0.0, 6.0, 17):
+            _, distance = circle.nearest(13.0 * np.array([np.cos(angle), np.sin(angle)]))
+            assert distance == pytest.approx(3.0, abs=1e-3)
+
+    @pytest.mark.parametrize("point", [(1.0, 2.0, 3.0), 5.0, "x", (np.nan, 0.0)])
+    def test_what_is_no_point_is_refused(self, point):
+        with pytest.raises(InputError, match="point"):
+            wave().nearest(point)

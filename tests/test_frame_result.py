@@ -28,6 +28,15 @@ class TestFrameResult:
         assert data["stage_ms"] == stage_ms
         assert result.total_ms == 0.75
 
+    def test_as_a_sequence_it_is_its_detections(self):
+        both = detection_of(wave()), detection_of(wave()).reversed()
+        result = FrameResult(both, (), None, (4, 6))
+        assert (len(result), list(result), result[0], result[-1], result[:1]) == (2, list(both), *both, both[:1])
+        assert result
+        assert not FrameResult((), (), "the mask is empty", (4, 6))
+        with pytest.raises(IndexError):
+            result[2]
+
     def test_crossings_are_among_what_was_found(self):
         crossing = Crossing((10.5, 20.0), ((0, 0.25), (0, 0.75)), 1, 0.5)
         result = FrameResult((detection_of(wave()),), (), None, (4, 6), crossings=(crossing,))

@@ -181,3 +181,26 @@ def test_what_the_pipeline_gives_is_plain(shared_data: Path, config: Config):
         result = pipeline.process(Frame(mask=mask, depth=depth, camera=camera, stamp=np.float32(0.1 * number)))
         assert result.tracks
         check(result.to_dict())
+
+
+def test_what_is_shown_of_any_value_is_one_short_line():
+    mask = np.zeros((240, 400), np.uint8)
+    mask[118:123, 20:380] = mask[20:220, 198:203] = 1
+    camera = PinholeCamera(300.0, 300.0, 200.0, 120.0, (0.1,) * 12, size=(240, 400))
+    frame = Frame(mask=mask, image=np.zeros((240, 400, 3), np.uint8), depth=np.ones((240, 400)), camera=camera)
+    pipeline = Pipeline()
+    result = pipeline.process(frame)
+    assert len(result.crossings) == 1
+    first = result[0]
+    values = [
+        frame, camera, result, *result.detections, *result.tracks, *result.crossings, first.curve, first.curve_3d,
+        first.centerline, *first.centerline.segments, *first.joints, pipeline, pipeline.trace(frame), Config(),
+        Config.paper(), dloftbs.detect(0 * mask), dloftbs.Tracker(), dloftbs.HsvRange.parse("170:10"),
+    ]  # fmt: skip
+    for value in values:
+        assert 0 < len(repr(value)) < 300, repr(value)
+        assert "\n" not in repr(value)
+    assert repr(result) == "FrameResult(frame 0: 2 detections, 2 tracks, 1 crossing)"
+    assert repr(frame) == "Frame(0: 400x240, image, mask, depth, camera)"
+    assert repr(Config()) == "Config()"
+    assert repr(LinkingConfig(objects=2)) == "LinkingConfig(objects=2)"

@@ -150,3 +150,13 @@ def shown(value: object) -> str:
     except ValueError:  # Python writes no integer of more than some thousand digits
         text = "an integer of thousands of digits, or what holds one"
     return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}... ({len(text)} characters)"
+
+
+def count_of(number: int, what: str) -> str:
+    """Return a number of things in words, as "1 track" and "2 tracks"."""
+    return f"{number} {what}" + "s" * (number != 1)
+
+
+def extent_of(length: float, unit: str, closed: bool) -> str:
+    """Return a curve's length in words, and whether it is a loop."""
+    return f"{'loop' if closed else 'open'}, {length:.4g} {unit}"

@@ -10,11 +10,10 @@ from dloftbs._arrays import check_depth, check_image, check_mask
 from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config
-from dloftbs.detection import Detection
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
-from dloftbs.stage_order import Segmenter, run_stages
+from dloftbs.stage_order import Segmenter
 
 
 def detect(
@@ -26,7 +25,7 @@ def detect(
     depth_unit_m: float = MILLIMETRE_M,
     camera: PinholeCamera | None = None,
     occluders: npt.ArrayLike | None = None,
-) -> list[Detection]:
+) -> FrameResult:
     """Find the objects in one mask, without memory.
 
     Parameters
@@ -47,8 +46,8 @@ def detect(
 
     Returns
     -------
-    list of Detection
-        Empty where there is nothing; `Pipeline.process` says why.
+    FrameResult
+        As a sequence it is its detections. Its `reason` says why there are none, if so.
 
     Raises
     ------
@@ -63,7 +62,7 @@ def detect(
         occluders=None if occluders is None else check_mask(occluders, "occluders"),
         depth_unit_m=depth_unit_m,
     )
-    return list(run_stages(frame, Config() if config is None else config, None).detections)
+    return Pipeline(config).detect(frame)
 
 
 def track(

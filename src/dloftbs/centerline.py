@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dloftbs._arrays import LARGEST, FloatArray, as_points, as_vector, frozen
-from dloftbs._values import check_all, check_flag, check_number, check_pair, check_spans, check_type, shown
+from dloftbs._values import check_all, check_flag, check_number, check_pair, check_spans, check_type, count_of, shown
 from dloftbs.errors import InputError
 
 Point = tuple[float, float]
@@ -27,7 +27,7 @@ class JointKind(str, Enum):
     """The mask is interrupted: this part of the object was inferred, not seen."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Segment:
     """A run of skeleton pixels without branches.
 
@@ -66,6 +66,9 @@ class Segment:
         segment = cls.__new__(cls)
         segment.__dict__.update(points=points[start:stop], radius=radius[start:stop])
         return segment
+
+    def __repr__(self) -> str:
+        return f"Segment({count_of(len(self), 'point')})"
 
     def __len__(self) -> int:
         return len(self.points)
@@ -160,7 +163,7 @@ class Joint:
         return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Centerline:
     """Segments in the order and direction in which one object runs through them.
 
@@ -207,6 +210,10 @@ class Centerline:
         line = cls.__new__(cls)
         line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
         return line
+
+    def __repr__(self) -> str:
+        parts = count_of(len(self.points), "point"), count_of(len(self.joints), "joint")
+        return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width:.3g} px wide)"
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""

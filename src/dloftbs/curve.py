@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
@@ -20,6 +21,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
 _SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
 _MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
+_ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
 
 
 class BSplineCurve:
@@ -135,22 +137,83 @@ class BSplineCurve:
         speed = np.linalg.norm(self(u.ravel(), 1), axis=1).reshape(u.shape)
         return float((speed * half * _WEIGHTS).sum())
 
-    def __call__(self, u: npt.ArrayLike, derivative: int = 0) -> FloatArray:
+    @property
+    def start(self) -> FloatArray:
+        """The point at ``u = 0``, shape (ndim,)."""
+        return self(0.0)
+
+    @property
+    def end(self) -> FloatArray:
+        """The point at ``u = 1``, shape (ndim,); of a loop that is its start."""
+        return self(1.0)
+
+    def __call__(self, u: npt.ArrayLike, derivative: int = 0, *, extrapolate: bool = False) -> FloatArray:
         """Evaluate the curve or a derivative by ``u``.
 
         Parameters
         ----------
         u : array_like, shape (...)
-            Parameters; on an open curve those outside of 0..1 extrapolate.
+            Parameters; a loop goes on around beyond 0..1.
         derivative : int
             0 for the points, 1 for the first derivative by ``u``, and so on.
+        extrapolate : bool
+            Whether an open curve is led on beyond its ends, which soon goes anywhere.
 
         Returns
         -------
         numpy.ndarray, shape (..., ndim)
+
+        Raises
+        ------
+        InputError
+            If `u` is beyond the ends of an open curve, and not by rounding, unless `extrapolate`.
         """
-        result: FloatArray = self.spline(np.asarray(u, dtype=np.float64), nu=derivative)
+        at = np.asarray(u, dtype=np.float64)
+        if not self._closed and not extrapolate and at.size:
+            low, high = float(at.min()), float(at.max())
+            if not (low >= -_ROUNDING and high <= 1.0 + _ROUNDING):
+                raise InputError(
+                    f"u must be within 0..1 on an open curve, got {low:g} to {high:g}; extrapolate=True leads it on"
+                )
+        result: FloatArray = self.spline(at, nu=derivative)
         return result
+
+    def nearest(self, point: npt.ArrayLike) -> tuple[float, float]:
+        """Return the parameter of the point of the curve that is nearest to another point, and their distance.
+
+        Parameters
+        ----------
+        point : array_like, shape (ndim,)
+
+        Returns
+        -------
+        u : float
+        distance : float
+            In the unit of the control points.
+
+        Raises
+        ------
+        InputError
+            If the point has another shape, or a value is no finite number.
+        """
+        place = as_vector("point", point, self.ndim)
+        breaks = np.unique(self._knots[self._degree : len(self._control_points) + 1])
+        enough = float(np.linalg.norm(self(breaks) - place, axis=1).min())
+        candidates = [breaks]
+        powers = range(self._degree, -1, -1)
+        for start, width in zip(breaks[:-1], np.diff(breaks), strict=True):
+            first = int(np.searchsorted(self._knots, start, "right")) - 1 - self._degree
+            hull = self._control_points[first : first + self._degree + 1]  # the piece of curve lies in their box
+            outside = np.maximum(np.maximum(hull.min(axis=0) - place, place - hull.max(axis=0)), 0.0)
+            if float(np.linalg.norm(outside)) <= enough:  # there, the derivative of the squared distance is zero
+                piece = np.stack([self(start, n) * (width**n / math.factorial(n)) for n in powers])
+                piece[-1] -= place
+                slope = sum(np.convolve(np.polyder(axis), axis) for axis in piece.T)
+                candidates.append(start + width * np.clip(np.roots(slope).real, 0.0, 1.0))
+        u = np.concatenate(candidates)
+        distances = np.linalg.norm(self(u) - place, axis=1)
+        nearest = int(distances.argmin())
+        return float(u[nearest]), float(distances[nearest])
 
     def sample(self, n: int) -> FloatArray:
         """Return `n` points at evenly spaced ``u`` from 0 to 1, both included, shape (n, ndim).

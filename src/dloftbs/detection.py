@@ -14,6 +14,7 @@ from dloftbs._values import (
     check_spans,
     check_text,
     check_type,
+    extent_of,
     set_fields,
     shown,
 )
@@ -22,7 +23,7 @@ from dloftbs.curve import BSplineCurve, check_curve
 from dloftbs.errors import InputError
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Detection:
     """One object in one frame.
 
@@ -77,6 +78,11 @@ class Detection:
             centerline=centerline, curve=curve, curve_3d=curve_3d, no_3d_reason=no_3d_reason, inferred_3d=inferred_3d
         )
         return detection
+
+    def __repr__(self) -> str:
+        in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
+        extent = extent_of(self.curve.length, "px", self.curve.closed)
+        return f"Detection({extent}, {self.width:.3g} px wide, confidence {self.confidence:.2g}{in_space})"
 
     @property
     def width(self) -> float:

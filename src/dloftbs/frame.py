@@ -25,7 +25,7 @@ _REGISTER = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """One moment of a stream. The arrays are held as read-only views, not copied.
 
@@ -97,6 +97,11 @@ class Frame:
             name=check_text("name", self.name),
             depth_unit_m=check_number("depth_unit_m", self.depth_unit_m, *DEPTH_UNITS_M),
         )
+
+    def __repr__(self) -> str:
+        has = [name for name in ("image", "mask", "depth", "occluders", "camera") if getattr(self, name) is not None]
+        height, width = self.size
+        return f"Frame({self.index}: {width}x{height}, {', '.join(has)})"
 
     @property
     def size(self) -> tuple[int, int]:

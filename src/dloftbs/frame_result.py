@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, overload
 
 from dloftbs._arrays import LARGEST
 from dloftbs._text import readable
@@ -16,6 +16,7 @@ from dloftbs._values import (
     check_size,
     check_stamp,
     check_text,
+    count_of,
     set_fields,
     shown,
 )
@@ -25,9 +26,9 @@ from dloftbs.errors import InputError
 from dloftbs.tracks import Track
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FrameResult:
-    """Detections, crossings and tracks of a frame.
+    """Detections, crossings and tracks of a frame; as a sequence it is its detections, and true if there are any.
 
     Parameters
     ----------
@@ -109,6 +110,28 @@ class FrameResult:
             dropped=dropped,
         )
         return result
+
+    @overload
+    def __getitem__(self, index: int) -> Detection: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Detection, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Detection | tuple[Detection, ...]:
+        return self.detections[index]
+
+    def __iter__(self) -> Iterator[Detection]:
+        return iter(self.detections)
+
+    def __len__(self) -> int:
+        return len(self.detections)
+
+    def __repr__(self) -> str:
+        parts = [count_of(len(self.detections), "detection")]
+        parts += [count_of(len(self.tracks), "track")] * bool(self.tracks)
+        parts += [count_of(len(self.crossings), "crossing")] * bool(self.crossings)
+        why = [] if self.reason is None else [shown(self.reason)]
+        return f"FrameResult(frame {self.index}: {', '.join(parts + why)})"
 
     @property
     def total_ms(self) -> float:

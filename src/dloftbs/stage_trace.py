@@ -8,12 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs._values import count_of
 from dloftbs.centerline import Segment
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StageTrace:
     """Everything between a frame and its curves, for pictures and for finding out what went wrong.
 
@@ -40,3 +41,7 @@ class StageTrace:
     segments: tuple[Segment, ...]
     short_segments: tuple[Segment, ...]
     result: FrameResult
+
+    def __repr__(self) -> str:
+        kept, short = count_of(len(self.segments), "segment"), len(self.short_segments)
+        return f"StageTrace({self.frame!r}, {kept}, {short} too short, {self.result!r})"

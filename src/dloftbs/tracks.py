@@ -7,7 +7,16 @@ from enum import Enum
 from typing import Any
 
 from dloftbs._arrays import LARGEST, FloatArray, as_points
-from dloftbs._values import MAX_WHOLE, check_integer, check_number, check_spans, check_type, set_fields, shown
+from dloftbs._values import (
+    MAX_WHOLE,
+    check_integer,
+    check_number,
+    check_spans,
+    check_type,
+    extent_of,
+    set_fields,
+    shown,
+)
 from dloftbs.curve import BSplineCurve, check_curve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
@@ -35,7 +44,7 @@ class EndKind(str, Enum):
     """The frame does not show this end: it was inferred, or something is known to hide what may follow."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Track:
     """One object through time, as it stands after one frame.
 
@@ -144,6 +153,11 @@ class Track:
             velocity_3d=velocity_3d,
         )
         return track
+
+    def __repr__(self) -> str:
+        in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
+        extent = extent_of(self.curve.length, "px", self.curve.closed)
+        return f"Track(id {self.id}, {self.state.value}, {extent}{in_space})"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

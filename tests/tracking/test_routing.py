@@ -416,7 +416,7 @@ def frames(draw: st.DrawFn) -> list[list[tuple[BSplineCurve | Detection, float]]
             if how == 1:
                 frame += [(part(curve, 0.0, low), 6.0), (part(curve, high, 1.0), 6.0)] if 0.0 < low < high < 1.0 else []
             elif how == 2:
-                frame.append((part(curve, low, high + 1e-3), float("nan")))
+                frame.append((part(curve, max(low - 1e-3, 0.0), high), float("nan")))
             elif how == 3 and not closed:
                 frame.append((shown(curve, (low, high)), 6.0))
             elif how == 4 and frame:

@@ -11,7 +11,12 @@ LEAST, MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Base of the sections: immutable, compared by value, unknown keys refused."""
+    """Base of the sections: immutable, compared by value, unknown keys refused, and shown by what is no default."""
+
+    def __repr__(self) -> str:
+        named = ((field.name, field.default) for field in msgspec.structs.fields(self))
+        changed = [f"{name}={getattr(self, name)!r}" for name, default in named if getattr(self, name) != default]
+        return f"{type(self).__name__}({', '.join(changed)})"
 
 
 def require(condition: bool, name: str, expected: str, value: object) -> None:
