@@ -116,6 +116,8 @@ def parse_yaml(text: str) -> list[Any]:
             elif isinstance(event, yaml.CollectionEndEvent):
                 tree.end()
     except (yaml.YAMLError, UnicodeEncodeError) as error:
+        if "maximum nesting depth" in str(error):  # newer libyaml gives up before it hands out what is nested
+            raise _too_deep() from error
         raise InputError(f"is no YAML: {error}") from error
     return [document for document in tree.documents if document is not None]
 
@@ -259,4 +261,8 @@ def _xml_value(element: Any) -> Any:
 
 def _check_depth(depth: int) -> None:
     if depth > MAX_DEPTH:
-        raise InputError(f"lists and mappings must be nested at most {MAX_DEPTH} deep")
+        raise _too_deep()
+
+
+def _too_deep() -> InputError:
+    return InputError(f"lists and mappings must be nested at most {MAX_DEPTH} deep")
