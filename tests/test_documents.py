@@ -141,7 +141,7 @@ def test_a_file_that_is_too_large_is_not_read_whole(tmp_path) -> None:
 HOSTILE = """
 import sys
 for file in sys.argv[1:]:
-    for read in (PinholeCamera.from_file, DepthRegistration.from_file, Config.from_yaml):
+    for read in (PinholeCamera.from_file, DepthRegistration.from_file, Config.from_file):
         try:
             print(read(file))
         except (SourceError, ConfigError) as error:

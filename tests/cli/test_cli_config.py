@@ -55,6 +55,22 @@ def test_set_takes_sequences():
     assert config.segmentation.hsv == (HsvRange(hue=(170, 10)), HsvRange(hue=(50, 60), value=(9, 99)))
 
 
+def test_set_takes_the_notation_of_colours():
+    assert printed("--set", "segmentation.hsv=100:130") == printed("--hsv", "100:130")
+    assert printed("--set", "segmentation.hsv=['100:130', '170:10']") == printed("--hsv", "100:130", "--hsv", "170:10")
+
+
+def test_the_number_of_objects_has_an_option():
+    assert printed("--objects", "2") == Config().replace({"linking.objects": 2})
+    assert printed("--objects", "2", "--set", "linking.objects=3").linking.objects == 2
+    assert printed("--paper", "--objects", "1") == Config.paper(objects=1)
+    assert "--objects" in run("config", "print", "--objects", "0", code=2).stderr
+
+
+def test_without_a_command_the_defaults_are_explained():
+    assert run("config").stdout == run("config", "print").stdout == Config().explain()
+
+
 def test_the_last_set_of_a_key_counts():
     assert printed("--set", "fitting.knots=9", "--set", "fitting.knots=10").fitting.knots == 10
 

@@ -64,7 +64,7 @@ def test_the_figures_are_those_of_the_curves(folder):
     assert summary["frames_without_a_curve_for_a_cable"] == missing
     assert 0.0 < summary["l1_px"]["mean"] < 20.0
     for cable, config in enumerate(summary["configs"], start=1):
-        assert Config.from_dict(config) == Config.from_yaml(folder / f"cable_{cable}.config.yaml")
+        assert Config.from_dict(config) == Config.from_file(folder / f"cable_{cable}.config.yaml")
 
 
 def test_the_command_in_the_readme_gives_the_same_curves(folder):
@@ -87,7 +87,7 @@ def test_the_curves_in_space_are_written_in_every_form(folder):
         len(row["tracks"]) for row in rows
     )
     assert cv2.imread(str(folder / "space.png")).shape[1] > 2 * 640
-    assert Config.from_yaml(folder / "space" / "curves.config.yaml").segmentation.hsv
+    assert Config.from_file(folder / "space" / "curves.config.yaml").segmentation.hsv
 
 
 def test_the_command_in_the_readme_gives_the_same_curve_in_space(folder, monkeypatch):

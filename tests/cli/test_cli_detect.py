@@ -115,7 +115,7 @@ def test_files_take_the_place_of_standard_output(tmp_path):
     (line,) = read_json_lines(out)
     assert len(line["detections"]) == 1
     assert (tmp_path / "points.csv").read_text().count("\n") == 101
-    used = Config.from_yaml(tmp_path / "new" / "curves.config.yaml")
+    used = Config.from_file(tmp_path / "new" / "curves.config.yaml")
     assert used == Config().replace({"fitting.knots": 9})
 
 
@@ -166,7 +166,7 @@ def test_the_configuration_of_an_earlier_run_is_replaced(tmp_path):
     image = save(tmp_path / "mask.png", mask())
     for knots in (9, 12):
         run("detect", image, "--out", tmp_path / "curves.csv", "--set", f"fitting.knots={knots}")
-    assert Config.from_yaml(tmp_path / "curves.config.yaml").fitting.knots == 12
+    assert Config.from_file(tmp_path / "curves.config.yaml").fitting.knots == 12
 
 
 def test_a_camera_may_be_a_file(tmp_path):

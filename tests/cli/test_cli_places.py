@@ -198,7 +198,7 @@ def test_the_configuration_of_a_run_may_be_used_again(place):
     for _ in range(2):
         run("detect", "mask.png", "--out", "curves.csv", "--set", "fitting.knots=9")
     run("detect", "mask.png", "--out", "curves.csv", "--config", "curves.config.yaml")
-    assert Config.from_yaml(place / "curves.config.yaml").fitting.knots == 9
+    assert Config.from_file(place / "curves.config.yaml").fitting.knots == 9
 
 
 def test_every_option_that_names_a_file_to_be_read_is_known():
@@ -274,4 +274,4 @@ def test_in_a_folder_of_inputs_the_configuration_lies_there_and_not_beside_it(pl
     run("detect", "mask.png", option, ".", "--set", "fitting.knots=9")
     added = [path for path in contents(place.parent).keys() - before if path.suffix == ".yaml"]
     assert added == [place / name]
-    assert Config.from_yaml(place / name).fitting.knots == 9
+    assert Config.from_file(place / name).fitting.knots == 9

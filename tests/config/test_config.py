@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import re
+from pathlib import Path
 
 import pytest
 
@@ -56,8 +58,8 @@ def test_the_paper_s_parameters():
 def test_nothing_is_lost_on_the_way_through_yaml(config, tmp_path):
     path = tmp_path / "config.yaml"
     path.write_text(config.to_yaml())
-    assert Config.from_yaml(path) == config
-    assert Config.from_yaml(str(path)) == config
+    assert Config.from_file(path) == config
+    assert Config.from_file(str(path)) == config
     assert Config.from_dict(config.to_dict()) == config
 
 
@@ -70,15 +72,15 @@ def test_yaml_states_every_value():
 def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
     path = tmp_path / "config.yaml"
     path.write_text("linking:\n  max_gap_widths: 5\n")
-    assert Config.from_yaml(path) == Config(linking=LinkingConfig(max_gap_widths=5.0))
+    assert Config.from_file(path) == Config(linking=LinkingConfig(max_gap_widths=5.0))
     path.write_text("linking:\n  method: greedy\n  max_cost: 5\n")
-    assert Config.from_yaml(path) == Config(linking=GreedyLinkingConfig(max_cost=5.0))
+    assert Config.from_file(path) == Config(linking=GreedyLinkingConfig(max_cost=5.0))
     path.write_text("lifting:\n  max_depth_m: 5\n")
-    assert Config.from_yaml(path) == Config(lifting=LiftingConfig(max_depth_m=5.0))
+    assert Config.from_file(path) == Config(lifting=LiftingConfig(max_depth_m=5.0))
     path.write_text("lifting:\n  method: pixels\n  max_depth_m: 5\n")
-    assert Config.from_yaml(path) == Config(lifting=PixelLiftingConfig(max_depth_m=5.0))
+    assert Config.from_file(path) == Config(lifting=PixelLiftingConfig(max_depth_m=5.0))
     path.write_text("")
-    assert Config.from_yaml(path) == Config()
+    assert Config.from_file(path) == Config()
 
 
 @pytest.mark.parametrize(
@@ -96,6 +98,12 @@ def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
         ({"fitting": None}, ["null", "$.fitting"]),
         ({"segmentation": {"hsv": [{"hue": [0, 1]}, {"hue": [0, 500]}]}}, ["hue", "500", "$.segmentation.hsv[1]"]),
         ({"segmentation": {"hsv": [{"hue": [0, 1], "chroma": 1}]}}, ["chroma", "$.segmentation.hsv[0]"]),
+        (
+            {"segmentation": {"hsv": ["0:1", "red"]}},
+            ["such as '170:10,80:255,60", "'red'", "$.segmentation.hsv[1]"],
+        ),
+        ({"segmentation": {"hsv": "0:500"}}, ["hue", "500", "$.segmentation.hsv[0]"]),
+        ({"segmentation": {"hsv": 5}}, ["array", "int", "$.segmentation.hsv"]),
         ({1: 2}, ["str"]),
         ([], ["object", "array"]),
         (None, ["object", "null"]),
@@ -114,14 +122,64 @@ def test_a_wrong_file_is_refused_by_its_name(content, tmp_path):
     path = tmp_path / "broken.yaml"
     path.write_bytes(content)
     with pytest.raises(ConfigError, match=r"broken\.yaml"):
-        Config.from_yaml(path)
+        Config.from_file(path)
 
 
 def test_a_file_that_is_not_there_is_refused_by_its_name(tmp_path):
-    with pytest.raises(ConfigError, match=r"cannot read the configuration .*absent\.yaml"):
-        Config.from_yaml(tmp_path / "absent.yaml")
-    with pytest.raises(ConfigError, match="cannot read the configuration"):
-        Config.from_yaml(tmp_path)
+    with pytest.raises(ConfigError, match=r"absent\.yaml: cannot be read: No such file"):
+        Config.from_file(tmp_path / "absent.yaml")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        Config.from_file(tmp_path)
+    with pytest.raises(ConfigError, match="must be the path of a YAML file, got 5"):
+        Config.from_file(5)
+
+
+def test_text_is_read_as_a_file_is():
+    assert Config.from_yaml("fitting:\n  knots: 7\n") == Config(fitting=FittingConfig(knots=7))
+    assert Config.from_yaml("") == Config()
+    for wrong in ("linking: [", "{}\n---\n{}", None, b"fitting: {knots: 7}"):
+        with pytest.raises(ConfigError):
+            Config.from_yaml(wrong)
+    with pytest.raises(ConfigError, match=r"a file is read by Config\.from_file"):
+        Config.from_yaml(Path("my.yaml"))
+
+
+def test_every_value_can_be_explained_and_read_back():
+    for config in EACH:
+        text = config.explain()
+        assert Config.from_yaml(text) == config
+        lines = text.splitlines()
+        keys = [place for place, line in enumerate(lines) if re.match(r"  \w+:", line)]
+        stated = sum(len(section) for section in config.to_dict().values())
+        assert len(keys) == stated
+        without = [lines[place] for place in keys if "# " not in lines[place - 1]]
+        assert [line for line in without if not line.startswith("  method:")] == []
+
+
+@pytest.mark.parametrize(
+    ("data", "remedy"),
+    [
+        ({"linkng": {}}, "did you mean 'linking'?"),
+        ({"knots": 4}, "did you mean 'fitting.knots'?"),
+        ({"linking": {"max_gap": 1.0}}, "did you mean 'linking.max_gap_widths'?"),
+        ({"linking": {"max_cost": 1.0}}, "it is a setting of linking.method=greedy"),
+        ({"fitting": {"min_length": 3}}, "did you mean 'linking.min_length_px'?"),
+    ],
+)
+def test_an_unknown_key_is_answered_with_the_one_that_was_meant(data, remedy):
+    with pytest.raises(ConfigError) as caught:
+        Config.from_dict(data)
+    assert str(caught.value).endswith(remedy)
+
+
+def test_replace_says_which_key_was_meant():
+    with pytest.raises(ConfigError, match=r"unknown configuration key 'objects'; did you mean 'linking\.objects'\?"):
+        Config().replace({"objects": 2})
+
+
+def test_nothing_is_proposed_for_a_key_like_no_other():
+    with pytest.raises(ConfigError, match=r"'zzz'$"):
+        Config().replace({"zzz": 2})
 
 
 def test_replace_follows_dotted_paths_and_leaves_the_original():
@@ -146,6 +204,9 @@ def test_replace_takes_ranges_as_values_and_as_plain_data():
     expected = Config(segmentation=SegmentationConfig(hsv=boxes))
     assert Config().replace({"segmentation.hsv": boxes}) == expected
     assert Config().replace({"segmentation.hsv": [{"hue": [20, 40]}]}) == expected
+    assert Config().replace({"segmentation.hsv": "20:40"}) == expected
+    assert Config().replace({"segmentation.hsv": ["20:40,40:255"]}) == expected
+    assert expected.to_dict()["segmentation"] == {"hsv": ["20:40,40:255,40:255"]}
 
 
 @pytest.mark.parametrize(
@@ -212,4 +273,4 @@ def test_configurations_are_compared_by_value_and_can_be_keys():
 def test_a_file_that_asks_for_too_much_is_refused(tmp_path, text, message):
     (tmp_path / "a.yaml").write_text(text)
     with pytest.raises(ConfigError, match=message):
-        Config.from_yaml(tmp_path / "a.yaml")
+        Config.from_file(tmp_path / "a.yaml")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from dloftbs.config import (
-    HsvRange,
-)
+from dloftbs.config import HsvRange, read_colour
 from dloftbs.errors import ConfigError
 
 
@@ -23,7 +23,7 @@ def test_only_hue_wraps_around(name, bounds):
         ("20:40", HsvRange(hue=(20, 40))),
         ("170:10,80:255", HsvRange(hue=(170, 10), saturation=(80, 255))),
         ("170:10,80:255,60:250", HsvRange(hue=(170, 10), saturation=(80, 255), value=(60, 250))),
-        (" 0:179 , 0:255 , 0:255 ", HsvRange(hue=(0, 179))),
+        (" 0:179 , 0:255 , 0:255 ", HsvRange(hue=(0, 179), saturation=(0, 255), value=(0, 255))),
     ],
 )
 def test_an_hsv_range_is_read_from_text(text, expected):
@@ -43,3 +43,22 @@ def test_text_of_another_form_is_refused_with_an_example(text):
 def test_text_out_of_range_is_refused(text):
     with pytest.raises(ConfigError, match="must be"):
         HsvRange.parse(text)
+
+
+@given(st.tuples(st.integers(0, 179), st.integers(0, 179)), *[st.tuples(st.integers(0, 99), st.integers(99, 255))] * 2)
+def test_the_notation_is_read_as_it_is_written(hue, saturation, value):
+    colours = HsvRange(hue=hue, saturation=saturation, value=value)
+    assert HsvRange.parse(str(colours)) == colours
+
+
+def test_a_hue_alone_leaves_out_what_is_nearly_grey_or_black():
+    assert str(HsvRange.parse("100:130")) == "100:130,40:255,40:255"
+
+
+def test_a_colour_is_a_range_or_several():
+    red, blue = HsvRange.parse("170:10"), HsvRange.parse("100:130")
+    assert read_colour("170:10") == read_colour(red) == read_colour(["170:10"]) == (red,)
+    assert read_colour(("170:10", blue)) == (red, blue)
+    for wrong in (None, 5, [5], {"hue": (1, 2)}, b"170:10"):
+        with pytest.raises(ConfigError, match="hsv must be a range such as '170:10,80:255,60:255', or several, got"):
+            read_colour(wrong)

@@ -207,7 +207,7 @@ def check_calibration(case: File, folder: Path) -> None:
     path = case.written(folder)
     own(lambda: PinholeCamera.from_file(path))
     own(lambda: DepthRegistration.from_file(path))
-    own(lambda: Config.from_yaml(path))
+    own(lambda: Config.from_file(path))
     own(lambda: sources.open(np.zeros((1, 480, 640), np.uint8), camera=path))
 
 

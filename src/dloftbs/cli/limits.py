@@ -16,6 +16,8 @@ MAX_SIDE_PX = 4096
 """Of generated images, as wide as digital cinema; memory and time grow with the area."""
 MAX_SCALE = 100.0
 """Times the frames of the paper's data sets: more than a million."""
+MAX_OBJECTS = 10**9
+"""As `linking.objects` takes them."""
 MAX_JOBS = 256
 """Threads or processes; each holds frames."""
 MAX_SEED = 2**63 - 1

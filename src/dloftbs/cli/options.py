@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dloftbs.cli.limits import MAX_DEPTH_UNIT_M, MIN_DEPTH_UNIT_M, FilledPath, file_path
+from dloftbs.cli.limits import MAX_DEPTH_UNIT_M, MAX_OBJECTS, MIN_DEPTH_UNIT_M, FilledPath, file_path
 from dloftbs.errors import ConfigError, InputError
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def parse_registration(text: str | None) -> DepthRegistration | None:
 def config_options(command: Command) -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
-    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--depth-unit`` overrides what comes before.
+    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--objects`` overrides what comes before.
     """
 
     @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
@@ -92,7 +92,14 @@ def config_options(command: Command) -> Command:
         metavar="H0:H1[,S0:S1[,V0:V1]]",
         callback=parse_hsv,
         help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
-        "Hue wraps: 170:10 is red. Repeatable; a pixel in any of them is cable.",
+        "Hue wraps: 170:10 is red; saturation and value are from 40 on where none are given. Repeatable; "
+        "a pixel in any of them is cable.",
+    )
+    @click.option(
+        "--objects",
+        type=click.IntRange(1, MAX_OBJECTS),
+        metavar="N",
+        help="How many cables there are, if that is known: only the N longest are kept.",
     )
     @functools.wraps(command)
     def with_config(
@@ -101,8 +108,11 @@ def config_options(command: Command) -> Command:
         config_file: Path | None,
         changes: dict[str, Any],
         hsv: tuple[HsvRange, ...],
+        objects: int | None,
         **kwargs: Any,
     ) -> None:
+        if objects is not None:
+            changes = {**changes, "linking.objects": objects}
         command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
 
     return with_config
@@ -130,7 +140,7 @@ def _stated_in(file: Path) -> dict[str, Any]:
     from dloftbs._documents import parse_yaml, read_text
     from dloftbs.config import Config
 
-    Config.from_yaml(file)  # whose messages name the file
+    Config.from_file(file)  # whose messages name the file
     (sections,) = parse_yaml(read_text(file)) or ({},)
     return {f"{section}.{key}": value for section, values in sections.items() for key, value in values.items()}
 

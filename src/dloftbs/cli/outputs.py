@@ -128,6 +128,6 @@ def write_config(target: Path | None, config: Config) -> None:
 
 def _says(file: Path, config: Config) -> bool:
     try:
-        return Config.from_yaml(file) == config
+        return Config.from_file(file) == config
     except ConfigError:  # missing, or no configuration
         return False

@@ -13,7 +13,7 @@ from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
 from dloftbs.config.section import Section
-from dloftbs.config.segmentation import HUE_MAX, HsvRange, SegmentationConfig
+from dloftbs.config.segmentation import HUE_MAX, Colour, HsvRange, SegmentationConfig, read_colour
 from dloftbs.config.skeleton import SegmentsConfig
 from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
 
@@ -22,6 +22,7 @@ __all__ = [
     "HUE_MAX",
     "NEAREST_M",
     "CleaningConfig",
+    "Colour",
     "Config",
     "DepthConfig",
     "FittingConfig",
@@ -36,4 +37,5 @@ __all__ = [
     "SegmentationConfig",
     "SegmentsConfig",
     "TrackingConfig",
+    "read_colour",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,12 @@ import msgspec
 from dloftbs._documents import parse_yaml, read_text
 from dloftbs._values import shown
 from dloftbs.config.cleaning import CleaningConfig
+from dloftbs.config.explained import comment, meanings, meant, summary
 from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig
 from dloftbs.config.section import Section, require
-from dloftbs.config.segmentation import SegmentationConfig
+from dloftbs.config.segmentation import HsvRange, SegmentationConfig
 from dloftbs.config.skeleton import SegmentsConfig
 from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
 from dloftbs.errors import ConfigError, InputError
@@ -97,12 +99,30 @@ class Config(Section, frozen=True, kw_only=True):
             if isinstance(section, dict) and "method" not in section:
                 data = {**data, name: {"method": default.__struct_config__.tag, **section}}
         try:
-            return msgspec.convert(data, cls)
+            return msgspec.convert(_with_ranges(data), cls)
         except msgspec.ValidationError as error:
-            raise ConfigError(str(error)) from error
+            raise ConfigError(f"{error}{_meant_instead(str(error))}") from error
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> Config:
+    def from_yaml(cls, text: str) -> Config:
+        """Read YAML text; what it leaves out keeps its default.
+
+        Raises
+        ------
+        ConfigError
+            If it is no YAML, or says what `from_dict` refuses.
+        """
+        require(isinstance(text, str), "text", "YAML text (a file is read by Config.from_file)", text)
+        try:
+            documents = parse_yaml(text)
+        except InputError as error:
+            raise ConfigError(f"cannot read the configuration: {error}") from error
+        if len(documents) > 1:
+            raise ConfigError(f"must hold one configuration, found {len(documents)} documents")
+        return cls.from_dict(documents[0] if documents else {})
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> Config:
         """Read a YAML file.
 
         Raises
@@ -110,26 +130,35 @@ class Config(Section, frozen=True, kw_only=True):
         ConfigError
             If the file cannot be read, is no YAML, or says what `from_dict` refuses.
         """
+        require(isinstance(path, (str, Path)), "path", "the path of a YAML file", path)
         try:
-            documents = parse_yaml(read_text(Path(path)))
-        except InputError as error:
-            raise ConfigError(f"cannot read the configuration {str(path)!r}: {error}") from error
-        if len(documents) > 1:
-            raise ConfigError(f"{path}: must hold one configuration, found {len(documents)} documents")
-        try:
-            return cls.from_dict(documents[0] if documents else {})
-        except ConfigError as error:
+            return cls.from_yaml(read_text(Path(path)))
+        except (InputError, ConfigError) as error:
             raise ConfigError(f"{path}: {error}") from error
 
     def to_dict(self) -> dict[str, Any]:
         """Return nested dictionaries of plain values, ready for JSON, as `from_dict` takes them."""
         # By way of JSON, which turns tuples into lists.
         result: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(self))
+        result["segmentation"]["hsv"] = [str(colours) for colours in self.segmentation.hsv]
         return result
 
     def to_yaml(self) -> str:
         """Return the configuration as YAML text, every value stated."""
-        return msgspec.yaml.encode(self).decode()
+        return msgspec.yaml.encode(self.to_dict()).decode()
+
+    def explain(self) -> str:
+        """Return the configuration as YAML text, every value stated beneath its meaning."""
+        lines = []
+        for name, values in self.to_dict().items():
+            section = getattr(self, name)
+            told = meanings(type(section))
+            lines += [*comment(summary(type(section))), f"{name}:" + " {}" * (not values)]
+            for key, value in values.items():
+                entry = msgspec.yaml.encode({key: value}).decode().splitlines()
+                lines += [f"  {line}" for line in (*comment(told.get(key, "")), *entry)]
+            lines.append("")
+        return "\n".join(lines)
 
     def replace(self, changes: dict[str, Any]) -> Config:
         """Return a copy with the values at dotted paths replaced, checked as a whole.
@@ -157,6 +186,46 @@ class Config(Section, frozen=True, kw_only=True):
             for parent in parents:
                 section = section.get(parent) if isinstance(section, dict) else None
             if not isinstance(section, dict) or key not in section:
-                raise ConfigError(f"unknown configuration key {shown(path)}")
+                raise ConfigError(f"unknown configuration key {shown(path)}{meant(path, _keys())}")
             section[key] = value
         return type(self).from_dict(data)
+
+
+def _with_ranges(data: Any) -> Any:
+    """Return the data with the notation of colour ranges read; all else is as it was."""
+    section = data.get("segmentation") if isinstance(data, dict) else None
+    if not isinstance(section, dict):
+        return data
+    given = section.get("hsv")
+    parts = [given] if isinstance(given, str) else given
+    if not isinstance(parts, (list, tuple)):
+        return data
+    boxes = []
+    for place, part in enumerate(parts):
+        try:
+            boxes.append(HsvRange.parse(part) if isinstance(part, str) else part)
+        except ConfigError as error:
+            raise ConfigError(f"{error} - at `$.segmentation.hsv[{place}]`") from error
+    return {**data, "segmentation": {**section, "hsv": boxes}}
+
+
+def _keys() -> dict[str, str]:
+    """Return the sections and the dotted keys of all methods, each with the method that alone has it, if so."""
+    keys = {}
+    for name, default in zip(Config.__struct_fields__, Config.__struct_defaults__, strict=True):
+        keys[name] = ""
+        kinds = _METHODS.get(name, (type(default),))
+        for kind in reversed(kinds):  # of a key of several methods, the default's name stands
+            method = kind.__struct_config__.tag if len(kinds) > 1 else ""
+            keys |= {f"{name}.{key}": f"{name}.method={method}" * bool(method) for key in kind.__struct_fields__}
+            keys |= {f"{name}.method": ""} if method else {}
+    return keys
+
+
+def _meant_instead(message: str) -> str:
+    """Return what was meant by the key that a message calls unknown; nothing for any other message."""
+    unknown = re.search(r"unknown field `([^`]*)`(?: - at `\$\.(\w+)`)?$", message)
+    if unknown is None:
+        return ""
+    key, section = unknown.groups()
+    return meant(f"{section}.{key}" if section else key, _keys())

@@ -15,8 +15,8 @@ class DepthConfig(Section, frozen=True, kw_only=True):
     Parameters
     ----------
     min_depth_m, max_depth_m : float
-        Depth outside of this range, 0, NaN and infinity count as missing; so does depth nearer than `NEAREST_M` or
-        farther than `FARTHEST_M`.
+        Depth outside of this range counts as missing, as 0, NaN and infinity do, and all that is nearer than 1e-30 m or
+        farther than 1e30 m.
     """
 
     min_depth_m: float = 0.0

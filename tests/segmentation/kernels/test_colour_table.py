@@ -8,14 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs import ConfigError, HsvRange, SegmentationConfig
+from dloftbs import ConfigError, HsvRange
+from dloftbs.config import SegmentationConfig
 from dloftbs.segmentation import HsvSegmenter
 
 RANGES = {
     "wrapping": (HsvRange(hue=(170, 10), saturation=(80, 255), value=(60, 255)),),
-    "two": (HsvRange(hue=(20, 40)), HsvRange(hue=(90, 130), saturation=(10, 200), value=(5, 90))),
-    "everything": (HsvRange(hue=(0, 179)),),
-    "one hue": (HsvRange(hue=(60, 60), saturation=(1, 255)),),
+    "two": (HsvRange.parse("20:40,0:255,0:255"), HsvRange(hue=(90, 130), saturation=(10, 200), value=(5, 90))),
+    "everything": (HsvRange.parse("0:179,0:255,0:255"),),
+    "one hue": (HsvRange.parse("60:60,1:255,0:255"),),
 }
 
 

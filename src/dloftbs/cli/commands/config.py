@@ -16,20 +16,28 @@ if TYPE_CHECKING:
     from dloftbs.config import Config
 
 
-@click.group()
-def config() -> None:
-    """Print the settings, or check a file of them."""
+@click.group(invoke_without_command=True)
+@click.pass_context
+def config(context: click.Context) -> None:
+    """Print the settings with their meaning, or check a file of them.
+
+    Without a command, it prints the default settings.
+    """
+    if context.invoked_subcommand is None:
+        from dloftbs.config import Config
+
+        click.echo(Config().explain(), nl=False)
 
 
 @config.command("print")
 @config_options
 def print_(config: Config) -> None:
-    """Print all settings as YAML, as --config reads them.
+    """Print all settings and what they mean as YAML, as --config reads them.
 
     \b
     dloftbs config print --hsv 170:10,80:255,60:255 > red.yaml
     """
-    click.echo(config.to_yaml(), nl=False)
+    click.echo(config.explain(), nl=False)
 
 
 @config.command()
@@ -42,7 +50,7 @@ def check(context: click.Context, files: tuple[Path, ...]) -> None:
     wrong = 0
     for file in files:
         try:
-            Config.from_yaml(file)
+            Config.from_file(file)
         except ConfigError as error:
             report_error(error)
             wrong += 1
