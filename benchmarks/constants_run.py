@@ -38,7 +38,7 @@ _SCALES = {"several-cables": 1.0, "kinds": 0.02}  # rare decisions
 
 _CONFIGS = (
     (dloftbs.Config(), True),
-    (dloftbs.Config(linking=dloftbs.LinkingConfig(objects=2)), False),
+    (dloftbs.Config(linking=dloftbs.config.LinkingConfig(objects=2)), False),
 )
 
 
@@ -63,7 +63,7 @@ def read(path: Path) -> None:
     for name, sequences in pickle.loads(path.read_bytes()).items():
         digest = hashlib.sha256()
         for hsv, frames in sequences:
-            segmentation = dloftbs.SegmentationConfig(hsv=hsv)
+            segmentation = dloftbs.config.SegmentationConfig(hsv=hsv)
             for config, tracked in _CONFIGS:
                 pipeline = dloftbs.Pipeline(msgspec.structs.replace(config, segmentation=segmentation))
                 for frame in frames:

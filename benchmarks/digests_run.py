@@ -16,7 +16,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 
 import dloftbs
@@ -32,7 +31,7 @@ _TIMES = "stage_ms"  # of a result: differ from run to run
 CONFIGS: dict[str, tuple[dloftbs.Config, bool]] = {
     "default": (dloftbs.Config(), True),
     "default, frame by frame": (dloftbs.Config(), False),
-    "default, 2 objects": (dloftbs.Config(linking=dloftbs.LinkingConfig(objects=2)), False),
+    "default, 2 objects": (dloftbs.Config(linking=dloftbs.config.LinkingConfig(objects=2)), False),
     "published": (dloftbs.Config.paper(), True),
     "published, 1 object": (dloftbs.Config.paper(objects=1), True),
 }
@@ -85,7 +84,7 @@ def digests_of(sequences: Iterator[Any]) -> dict[str, Any]:
 
 
 def _method(config: dloftbs.Config, tracked: bool, hsv: Any) -> Callable[[dloftbs.Frame], dloftbs.FrameResult]:
-    pipeline = dloftbs.Pipeline(msgspec.structs.replace(config, segmentation=dloftbs.SegmentationConfig(hsv=hsv)))
+    pipeline = dloftbs.Pipeline(config, hsv=hsv)
     return pipeline.process if tracked else pipeline.detect
 
 

@@ -66,7 +66,7 @@ def curves_alone(mask: Mask) -> Mask:
 
 def compare(mask: Mask, theirs: Points, config: dloftbs.Config) -> tuple[str, str, str, str]:
     """Return how many curves there are, the mean distances from theirs to ours and back, and the largest, px."""
-    curves = [detection.curve.sample(4000) for detection in dloftbs.detect(mask, config)]
+    curves = [detection.curve.sample(4000) for detection in dloftbs.detect(mask, config=config)]
     ours = np.concatenate(curves)
     there, back, most = mmd(theirs, ours), mmd(ours, theirs), farthest(ours, theirs)
     return str(len(curves)), f"{there:.2f}", f"{back:.2f}", f"{most:.1f}"

@@ -23,7 +23,8 @@ from benchmarks.docs import arguments, published
 from benchmarks.machine import machine
 from benchmarks.scenes import Mask, cables, film, photograph, swaying, to_and_fro
 from benchmarks.timing import Table, interleaved
-from dloftbs import Config, Frame, FrameResult, HsvRange, Pipeline, SegmentationConfig
+from dloftbs import Config, Frame, FrameResult, HsvRange, Pipeline
+from dloftbs.config import SegmentationConfig
 from dloftbs.segmentation import HsvSegmenter
 from dloftbs.synthetic import rgbd_artificial
 

@@ -17,7 +17,8 @@ from time import sleep
 
 from benchmarks.throughput import PICTURES, VIDEO
 from benchmarks.timing import interleaved
-from dloftbs import Config, Frame, Pipeline, SegmentationConfig, sinks, sources
+from dloftbs import Config, Frame, Pipeline, sinks, sources
+from dloftbs.config import SegmentationConfig
 from dloftbs.frame_result import FrameResult
 from dloftbs.overlap import Ahead, Behind, cores, in_order
 from dloftbs.sinks import MultiSink, Sink

@@ -7,8 +7,9 @@ from drawings import draw_cable
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs import Config, Detection, LinkingConfig
+from dloftbs import Config, Detection
 from dloftbs.cleaning import clean
+from dloftbs.config import LinkingConfig
 from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking import link
 from dloftbs.linking.end_matching import match_ends
@@ -41,7 +42,7 @@ def linked(mask: np.ndarray, max_gap_widths: float = 25.0) -> tuple[MaskCrop, Gr
 
 def detect(mask: np.ndarray, **linking: object) -> list[Detection]:
     """Return what the default method finds, with some of the linking's settings changed."""
-    return dloftbs.detect(mask, Config().replace({f"linking.{name}": value for name, value in linking.items()}))
+    return dloftbs.detect(mask, config=Config().replace({f"linking.{name}": value for name, value in linking.items()}))
 
 
 def draw(*cables: np.ndarray, width: float = 7.0, size: tuple[int, int] = SIZE) -> np.ndarray:

@@ -12,7 +12,8 @@ from hypothesis import given
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs import Config, Frame, HsvRange, InputError, Pipeline, SegmentationConfig
+from dloftbs import Config, Frame, HsvRange, InputError, Pipeline
+from dloftbs.config import SegmentationConfig
 
 PAPER = Config.paper()
 DEFAULT = Config()
@@ -82,7 +83,7 @@ class TestDetect:
         assert [d.joints for d in first] == [d.joints for d in second]
 
     @pytest.mark.parametrize(
-        "bad", [np.zeros((4, 4)), np.zeros((4, 4), complex), np.zeros((4, 4, 3), np.uint8), [1, 2]]
+        "bad", [np.zeros((4, 4)), np.zeros((4, 4), complex), np.zeros((4, 4, 1, 3), np.uint8), [1, 2]]
     )
     def test_wrong_masks_are_refused(self, bad: object) -> None:
         with pytest.raises(InputError, match="mask must"):
@@ -129,7 +130,7 @@ class TestStrangeMasks:
 
     @given(random_masks)
     def test_random_masks_give_finite_curves_inside_their_box(self, mask: np.ndarray) -> None:
-        for detection in dloftbs.detect(mask, EVERYTHING):
+        for detection in dloftbs.detect(mask, config=EVERYTHING):
             centre_line = detection.centerline.points
             assert mask[tuple(centre_line.astype(int)[:, ::-1].T)].all()
             assert np.isfinite(detection.curve.sample(50)).all()
@@ -191,7 +192,7 @@ class TestSymmetry:
         """Detect in all eight versions and turn the masks' curves into the first one's image."""
         found = []
         for how in EIGHT_VERSIONS:
-            curves = [d.curve.sample(100) for d in dloftbs.detect(turn(mask, *how), config)]
+            curves = [d.curve.sample(100) for d in dloftbs.detect(turn(mask, *how), config=config)]
             found.append([turn_points_back(points, mask.shape, *how) for points in curves])
         return found
 
@@ -247,13 +248,13 @@ class TestColour:
         assert len(pipeline.process(Frame(image=self.image())).detections) == 1
 
     def test_an_image_without_any_way_to_a_mask_is_refused(self) -> None:
-        with pytest.raises(InputError, match=r"set segmentation\.hsv, pass a segmenter, or give the frame a mask"):
+        with pytest.raises(InputError, match=r"such as hsv='170:10.* for red, a segmenter, or the frame a mask"):
             Pipeline().process(Frame(image=self.image()))
 
     def test_a_segmenter_that_returns_something_else_is_refused(self) -> None:
         with pytest.raises(InputError, match=r"frame's size \(240, 400\), got \(120, 400\)"):
             Pipeline(segmenter=lambda image: image[::2, :, 0]).process(Frame(image=self.image()))
-        with pytest.raises(InputError, match="mask must be bool or integer"):
+        with pytest.raises(InputError, match=r"mask must be bool or integer.*; threshold it first: mask > 0\.5"):
             Pipeline(segmenter=lambda image: image[:, :, 0] / 255.0).process(Frame(image=self.image()))
 
 
@@ -342,7 +343,7 @@ class TestTrace:
         assert len(trace.segments) >= 4
         walked = sum(map(len, trace.segments)) + sum(map(len, trace.short_segments))
         assert walked + len(trace.branch_points) == len(trace.skeleton)
-        assert [d.curve for d in trace.result.detections] == [d.curve for d in dloftbs.detect(mask, PAPER)]
+        assert [d.curve for d in trace.result.detections] == [d.curve for d in dloftbs.detect(mask, config=PAPER)]
 
     def test_the_trace_of_the_default_method_shows_its_runs(self) -> None:
         mask = scene(3)

@@ -20,7 +20,7 @@ CAMERA = PinholeCamera(fx=600.0, fy=600.0, cx=200.0, cy=120.0)
 
 def test_a_cable_of_the_paper_lies_in_its_plane() -> None:
     depth = np.full(SIZE, 0.8, dtype=np.float32)
-    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), PAPER, depth=depth, camera=CAMERA)
+    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config=PAPER, depth=depth, camera=CAMERA)
     curve = detection.curve_3d
     assert curve is not None
     np.testing.assert_allclose(curve.sample(50)[:, 2], 0.8, atol=1e-6)
@@ -30,7 +30,7 @@ def test_a_cable_of_the_paper_lies_in_its_plane() -> None:
 
 def test_the_paper_s_curve_in_space_has_the_knots_and_the_parameter_of_that_in_the_image() -> None:
     depth = np.broadcast_to(np.linspace(0.5, 1.5, SIZE[1]), SIZE)
-    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), PAPER, depth=depth, camera=CAMERA)
+    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config=PAPER, depth=depth, camera=CAMERA)
     assert detection.curve_3d is not None
     np.testing.assert_array_equal(detection.curve_3d.knots, detection.curve.knots)
     expected = np.interp(detection.curve.sample(50)[:, 0], np.arange(SIZE[1]), depth[0])
@@ -42,7 +42,7 @@ def test_holes_in_the_depth_are_left_out_of_the_paper_s_fit() -> None:
     depth = np.full(SIZE, 0.8)
     depth[rng.random(SIZE) < 0.3] = np.nan
     depth[rng.random(SIZE) < 0.1] = 0.0
-    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), PAPER, depth=depth, camera=CAMERA)
+    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config=PAPER, depth=depth, camera=CAMERA)
     assert detection.curve_3d is not None
     np.testing.assert_allclose(detection.curve_3d.sample(50)[:, 2], 0.8, atol=1e-6)
 
@@ -66,7 +66,7 @@ def test_the_curve_in_space_is_the_axis_by_its_own_arc_length(axis: np.ndarray) 
 def test_the_number_of_knots_may_be_given() -> None:
     mask, depth = tubes.draw_tubes([tubes.coil()])
     config = DEFAULT.replace({"fitting.knots": 20})
-    (detection,) = dloftbs.detect(mask, config, depth=depth, camera=tubes.CAMERA)
+    (detection,) = dloftbs.detect(mask, config=config, depth=depth, camera=tubes.CAMERA)
     assert detection.curve_3d is not None
     assert len(np.unique(detection.curve_3d.knots)) == 20
 
@@ -85,7 +85,7 @@ def test_what_is_bridged_is_inferred() -> None:
 @pytest.mark.parametrize("config", [PAPER, DEFAULT], ids=["paper", "default"])
 def test_too_little_depth_leaves_the_curve_in_the_image_and_says_why(config: Config) -> None:
     (detection,) = dloftbs.detect(
-        draw_cable(wave(SIZE), 9, SIZE), config, depth=np.zeros(SIZE, np.uint16), camera=CAMERA
+        draw_cable(wave(SIZE), 9, SIZE), config=config, depth=np.zeros(SIZE, np.uint16), camera=CAMERA
     )
     assert detection.curve_3d is None
     assert detection.no_3d_reason is not None
@@ -99,7 +99,7 @@ def test_a_cable_beyond_the_field_of_the_lens_model_has_no_curve_in_space() -> N
     (detection,) = dloftbs.detect(mask, depth=np.full((100, 200), 0.5), camera=lens)
     assert detection.curve_3d is None
     assert "beyond the field of the lens model" in str(detection.no_3d_reason)
-    (detection,) = dloftbs.detect(mask, PAPER, depth=np.full((100, 200), 0.5), camera=lens)
+    (detection,) = dloftbs.detect(mask, config=PAPER, depth=np.full((100, 200), 0.5), camera=lens)
     assert detection.curve_3d is not None
     assert np.isfinite(detection.curve_3d.sample(50)).all()
 
@@ -108,7 +108,7 @@ def test_a_curve_too_far_away_to_be_stored_is_none() -> None:
     """What is published can always be written and read again."""
     config = Config.paper().replace({"lifting.max_depth_m": 1e9})
     far = PinholeCamera(fx=0.1, fy=0.1, cx=0.0, cy=0.0)
-    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config, depth=np.full(SIZE, 9e8), camera=far)
+    (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config=config, depth=np.full(SIZE, 9e8), camera=far)
     assert detection.curve_3d is None
     assert "reaches farther than 1e+12 m" in str(detection.no_3d_reason)
 

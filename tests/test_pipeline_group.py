@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from drawings import draw_cable
 
-from dloftbs import Config, Frame, HsvRange, SegmentationConfig
+from dloftbs import Config, Frame, HsvRange
+from dloftbs.config import SegmentationConfig
 from dloftbs.pipeline import Pipeline
 from dloftbs.pipeline_group import PipelineGroup
 

@@ -32,7 +32,7 @@ def mean_distance(a: np.ndarray, b: np.ndarray) -> float:
 def test_the_published_method_gives_the_authors_curves(shared_data: Path, name: str) -> None:
     theirs = np.array(json.loads((shared_data / "masks" / "original_curves.json").read_text())[name])
     mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
-    (detection,) = dloftbs.detect(mask, Config.paper(objects=1))
+    (detection,) = dloftbs.detect(mask, config=Config.paper(objects=1))
     ours = detection.curve.sample(500)
     assert mean_distance(ours, theirs) <= 1.0
     assert mean_distance(theirs, ours) <= 1.0
@@ -102,7 +102,7 @@ def test_two_cables_of_which_one_ends_by_the_other(shared_data: Path) -> None:
 def test_real_cables_are_covered_by_their_curves(shared_data: Path, folder: str, config: Config) -> None:
     for path in every_sixth(shared_data / "mbest" / folder):
         mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) > 0
-        curves = [d.curve.sample(800) for d in dloftbs.detect(mask, config)]
+        curves = [d.curve.sample(800) for d in dloftbs.detect(mask, config=config)]
         pixels = np.argwhere(mask)[::7, ::-1]
         distance, _ = cKDTree(np.concatenate(curves)).query(pixels)
         assert (distance < 12).mean() > 0.97, path.name

@@ -7,9 +7,7 @@ A whole program::
     for d in dloftbs.detect(mask):            # one mask, no memory
         print(d.curve.sample(100))            # (100, 2) px
 
-    red = dloftbs.HsvRange.parse("170:10,80:255,60:255")
-    config = dloftbs.Config(segmentation=dloftbs.SegmentationConfig(hsv=(red,)))
-    for result in dloftbs.track(dloftbs.sources.open("cable.mp4"), config):
+    for result in dloftbs.track("cable.mp4", hsv="170:10,80:255,60:255"):  # a red one
         for t in result.tracks:               # identities and directions are kept
             print(t.id, t.curve.sample(100))
 
@@ -24,24 +22,11 @@ from typing import TYPE_CHECKING, Any
 from dloftbs._version import __version__
 
 if TYPE_CHECKING:
-    from dloftbs import evaluation, sinks, sources, viz
+    from dloftbs import config, evaluation, sinks, sources, viz
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-    from dloftbs.config import (
-        CleaningConfig,
-        Config,
-        FittingConfig,
-        GreedyLinkingConfig,
-        HsvRange,
-        LiftingConfig,
-        LinkingConfig,
-        NearestTrackingConfig,
-        PixelLiftingConfig,
-        SegmentationConfig,
-        SegmentsConfig,
-        TrackingConfig,
-    )
+    from dloftbs.config import Config, HsvRange
     from dloftbs.curve import BSplineCurve
     from dloftbs.detection import Crossing, Detection
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
@@ -49,29 +34,16 @@ if TYPE_CHECKING:
     from dloftbs.frame import Frame
     from dloftbs.frame_result import FrameResult
     from dloftbs.pipeline import Pipeline
+    from dloftbs.prior import Prediction
+    from dloftbs.stage_order import Segmenter
+    from dloftbs.stage_trace import StageTrace
     from dloftbs.tracking import Tracker
     from dloftbs.tracks import EndKind, Track, TrackState
 
 _HOME = {
     "PinholeCamera": "camera",
     **dict.fromkeys(("Centerline", "Joint", "JointKind", "Segment"), "centerline"),
-    **dict.fromkeys(
-        (
-            "CleaningConfig",
-            "Config",
-            "FittingConfig",
-            "GreedyLinkingConfig",
-            "HsvRange",
-            "LiftingConfig",
-            "LinkingConfig",
-            "NearestTrackingConfig",
-            "PixelLiftingConfig",
-            "SegmentationConfig",
-            "SegmentsConfig",
-            "TrackingConfig",
-        ),
-        "config",
-    ),
+    **dict.fromkeys(("Config", "HsvRange"), "config"),
     "BSplineCurve": "curve",
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
     **dict.fromkeys(("Crossing", "Detection"), "detection"),
@@ -81,15 +53,17 @@ _HOME = {
     **dict.fromkeys(("EndKind", "Track", "TrackState"), "tracks"),
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
+    "Prediction": "prior",
+    "Segmenter": "stage_order",
+    "StageTrace": "stage_trace",
     "DepthRegistration": "camera",
     "Tracker": "tracking",
 }
-_SUBMODULES = ("evaluation", "sinks", "sources", "viz")
+_SUBMODULES = ("config", "evaluation", "sinks", "sources", "viz")
 
 __all__ = [
     "BSplineCurve",
     "Centerline",
-    "CleaningConfig",
     "Config",
     "ConfigError",
     "Crossing",
@@ -97,31 +71,26 @@ __all__ = [
     "Detection",
     "DloftbsError",
     "EndKind",
-    "FittingConfig",
     "Frame",
     "FrameResult",
-    "GreedyLinkingConfig",
     "HsvRange",
     "InputError",
     "Joint",
     "JointKind",
-    "LiftingConfig",
-    "LinkingConfig",
-    "NearestTrackingConfig",
     "OcclusionEvidence",
     "PinholeCamera",
     "Pipeline",
-    "PixelLiftingConfig",
+    "Prediction",
     "Segment",
-    "SegmentationConfig",
-    "SegmentsConfig",
+    "Segmenter",
     "SinkError",
     "SourceError",
+    "StageTrace",
     "Track",
     "TrackState",
     "Tracker",
-    "TrackingConfig",
     "__version__",
+    "config",
     "detect",
     "evaluation",
     "sinks",

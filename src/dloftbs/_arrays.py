@@ -114,7 +114,10 @@ def check_mask(mask: npt.ArrayLike, name: str = "mask") -> AnyArray:
     """
     array = _as_plane(name, mask)
     if array.dtype.kind not in "biu":
-        raise InputError(f"{name} must be bool or integer, any non-zero being {_MARKED[name]}, got {array.dtype}")
+        remedy = f"; threshold it first: {name} > 0.5" if array.dtype.kind == "f" else ""
+        raise InputError(
+            f"{name} must be bool or integer, any non-zero being {_MARKED[name]}, got {array.dtype}{remedy}"
+        )
     return array
 
 

@@ -21,7 +21,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
 _SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
 _MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
-_ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
+ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
 
 
 class BSplineCurve:
@@ -171,7 +171,7 @@ class BSplineCurve:
         at = np.asarray(u, dtype=np.float64)
         if not self._closed and not extrapolate and at.size:
             low, high = float(at.min()), float(at.max())
-            if not (low >= -_ROUNDING and high <= 1.0 + _ROUNDING):
+            if not (low >= -ROUNDING and high <= 1.0 + ROUNDING):
                 raise InputError(
                     f"u must be within 0..1 on an open curve, got {low:g} to {high:g}; extrapolate=True leads it on"
                 )

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from dloftbs._arrays import LARGEST
+import numpy.typing as npt
+
+from dloftbs._arrays import LARGEST, FloatArray
 from dloftbs._values import (
     MAX_WHOLE,
     check_integer,
@@ -18,9 +20,14 @@ from dloftbs._values import (
     set_fields,
     shown,
 )
+from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline, Joint, JointKind, Point
 from dloftbs.curve import BSplineCurve, check_curve
 from dloftbs.errors import InputError
+from dloftbs.u_mapping import known_in_space, to_image, to_space
+
+NO_DEPTH = "the frame has no depth"
+"""Reason for no curve in space where nobody asked for one."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,6 +48,8 @@ class Detection:
     inferred_3d : tuple of (float, float)
         The intervals of the ``u`` of `curve_3d`, ascending, that no depth tells of: under another cable or an occluder,
         in holes of the depth image, where depth was not to be believed, and beyond the last depth at an end.
+    camera : PinholeCamera, optional
+        The one that `curve_3d` is in the frame of.
 
     Raises
     ------
@@ -53,6 +62,7 @@ class Detection:
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
     inferred_3d: tuple[tuple[float, float], ...] = ()
+    camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
         check_type("centerline", self.centerline, Centerline)
@@ -61,6 +71,8 @@ class Detection:
             check_curve("curve_3d", self.curve_3d, 3)
         if self.no_3d_reason is not None:
             set_fields(self, no_3d_reason=check_text("no_3d_reason", self.no_3d_reason))
+        if self.camera is not None:
+            check_type("camera", self.camera, PinholeCamera)
         set_fields(self, inferred_3d=check_spans("inferred_3d", self.inferred_3d))
 
     @classmethod
@@ -71,11 +83,17 @@ class Detection:
         curve_3d: BSplineCurve | None = None,
         no_3d_reason: str | None = None,
         inferred_3d: tuple[tuple[float, float], ...] = (),
+        camera: PinholeCamera | None = None,
     ) -> Detection:
         """Make what the constructor makes, faster."""
         detection = cls.__new__(cls)
         detection.__dict__.update(
-            centerline=centerline, curve=curve, curve_3d=curve_3d, no_3d_reason=no_3d_reason, inferred_3d=inferred_3d
+            centerline=centerline,
+            curve=curve,
+            curve_3d=curve_3d,
+            no_3d_reason=no_3d_reason,
+            inferred_3d=inferred_3d,
+            camera=camera,
         )
         return detection
 
@@ -104,12 +122,34 @@ class Detection:
         """The intervals of the ``u`` of `curve` that were inferred across gaps of the mask rather than seen."""
         return tuple(joint.u for joint in self.joints if joint.kind is JointKind.GAP)
 
+    def u_3d(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
+
+        Each curve's ``u`` is its own arc length, and what recedes from the camera is shorter in the image than it is.
+
+        Raises
+        ------
+        InputError
+            If there is no curve in space, with the reason, or a ``u`` is not in 0..1.
+        """
+        return to_space(u, *known_in_space(self.curve_3d, self.camera, self.no_3d_reason))
+
+    def u_2d(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve` of the places that have these on `curve_3d`, in the same shape.
+
+        Raises
+        ------
+        InputError
+            As `u_3d`.
+        """
+        return to_image(u_3d, *known_in_space(self.curve_3d, self.camera, self.no_3d_reason))
+
     def reversed(self) -> Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
         inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
         return Detection._unchecked(
-            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d
+            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d, self.camera
         )
 
     def to_dict(self) -> dict[str, Any]:

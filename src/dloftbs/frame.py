@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike
 
-from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask
+import numpy.typing as npt
+
+from dloftbs._arrays import AnyArray, as_array, check_depth, check_image, check_mask
 from dloftbs._values import (
     DEPTH_UNITS_M,
     MAX_WHOLE,
@@ -15,6 +18,7 @@ from dloftbs._values import (
     check_text,
     check_type,
     set_fields,
+    shown,
 )
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
@@ -109,6 +113,27 @@ class Frame:
         array = self.image if self.image is not None else self.mask
         assert array is not None  # the constructor saw to it
         return int(array.shape[0]), int(array.shape[1])
+
+
+def as_frame(given: Frame | npt.ArrayLike, index: int = 0) -> Frame:
+    """Return a frame as it is, and an array as one: a mask (H, W) or (H, W, 1), or a colour image (H, W, 3).
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if isinstance(given, Frame):
+        return given
+    if isinstance(given, (str, PathLike)):
+        remedy = "sources.open reads files, and track takes a path"
+        raise InputError(f"expected a Frame, a mask (H, W) or a colour image (H, W, 3), got {shown(given)}; {remedy}")
+    array = as_array("a frame", given)
+    if array.ndim == 3 and array.shape[2] == 4:
+        raise InputError("expected a mask (H, W) or a colour image (H, W, 3), got four channels; leave out the fourth")
+    if array.ndim == 3 and array.shape[2] != 1:
+        return Frame(image=array, index=index)
+    return Frame(mask=array, index=index)
 
 
 def _read_only(array: AnyArray) -> AnyArray:

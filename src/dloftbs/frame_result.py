@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, overload
 
+import numpy as np
+
 from dloftbs._arrays import LARGEST
 from dloftbs._text import readable
 from dloftbs._values import (
@@ -16,6 +18,7 @@ from dloftbs._values import (
     check_size,
     check_stamp,
     check_text,
+    check_type,
     count_of,
     set_fields,
     shown,
@@ -23,6 +26,7 @@ from dloftbs._values import (
 from dloftbs.centerline import Centerline
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
+from dloftbs.frame import Frame
 from dloftbs.tracks import Track
 
 
@@ -48,6 +52,8 @@ class FrameResult:
         Crossings of the detections with each other and themselves, by their passes.
     dropped : tuple of Centerline
         Detections beyond the known number of objects (`ObjectsConfig.objects`).
+    frame : Frame, optional
+        The frame itself, as `detect` keeps it and a stream does not; a notebook shows the curves over it.
 
     Raises
     ------
@@ -65,6 +71,7 @@ class FrameResult:
     name: str = ""
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Centerline, ...] = ()
+    frame: Frame | None = None
 
     def __post_init__(self) -> None:
         set_fields(
@@ -80,6 +87,8 @@ class FrameResult:
             stage_ms=_stage_ms(self.stage_ms),
             dropped=check_all("dropped", self.dropped, Centerline),
         )
+        if self.frame is not None:
+            check_type("frame", self.frame, Frame)
 
     @classmethod
     def _unchecked(
@@ -94,6 +103,7 @@ class FrameResult:
         name: str,
         crossings: tuple[Crossing, ...],
         dropped: tuple[Centerline, ...],
+        frame: Frame | None = None,
     ) -> FrameResult:
         """Make what the constructor makes, faster."""
         result = cls.__new__(cls)
@@ -108,6 +118,7 @@ class FrameResult:
             name=name,
             crossings=crossings,
             dropped=dropped,
+            frame=frame,
         )
         return result
 
@@ -132,6 +143,12 @@ class FrameResult:
         parts += [count_of(len(self.crossings), "crossing")] * bool(self.crossings)
         why = [] if self.reason is None else [shown(self.reason)]
         return f"FrameResult(frame {self.index}: {', '.join(parts + why)})"
+
+    def _repr_png_(self) -> bytes:
+        """Return what a notebook shows: the curves over the frame, or over nothing where it was not kept."""
+        from dloftbs import viz
+
+        return viz.as_png(viz.draw(np.zeros(self.size, np.bool_) if self.frame is None else self.frame, self))
 
     @property
     def total_ms(self) -> float:

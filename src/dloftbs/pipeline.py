@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from time import perf_counter
 
-from dloftbs.config import Config, NearestTrackingConfig, TrackingConfig
+import numpy.typing as npt
+
+from dloftbs._values import shown
+from dloftbs.config import Colour, Config, NearestTrackingConfig, TrackingConfig, choose_config
+from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.frame import Frame
+from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
 from dloftbs.lifting import DepthEdges
+from dloftbs.plausibility import warn_of_mask
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import HsvSegmenter
 from dloftbs.stage_order import Segmenter, StageRun, run_stages
@@ -26,35 +31,62 @@ class Pipeline:
     Parameters
     ----------
     config : Config, optional
+    hsv : str, HsvRange or several, optional
+        Colour of the cables, such as ``"170:10,80:255,60:255"``, in the place of `SegmentationConfig.hsv`.
+    objects : int, optional
+        Number of objects, if it is known, in the place of `ObjectsConfig.objects`.
     segmenter : callable, optional
-        From an image (H, W, 3) to a mask (H, W), in the place of `SegmentationConfig.hsv`.
+        From an image (H, W, 3) to a mask (H, W), in the place of a colour.
+
+    Raises
+    ------
+    InputError, ConfigError
+        If an argument is of another type or out of range, or there are both a colour and a segmenter.
 
     Examples
     --------
     >>> import numpy as np
     >>> mask = np.zeros((100, 200), np.uint8)
     >>> mask[48:53, 20:180] = 255
-    >>> result = Pipeline().process(Frame(mask=mask))
+    >>> result = Pipeline().process(mask)
     >>> result.tracks[0].id, round(result.detections[0].width, 1)
     (1, 5.0)
     """
 
-    def __init__(self, config: Config | None = None, *, segmenter: Segmenter | None = None) -> None:
-        self._config = Config() if config is None else config
+    def __init__(
+        self,
+        config: Config | None = None,
+        *,
+        hsv: Colour | None = None,
+        objects: int | None = None,
+        segmenter: Segmenter | None = None,
+    ) -> None:
+        self._config = choose_config(config, hsv, objects)
+        if segmenter is not None and not callable(segmenter):
+            raise InputError(f"segmenter must be a function from an image to a mask, got {shown(segmenter)}")
+        if segmenter is not None and hsv is not None:
+            raise InputError("give either hsv or a segmenter, got both")
         if segmenter is None and self._config.segmentation.hsv:
             segmenter = HsvSegmenter(self._config.segmentation)
         self._segmenter = segmenter
         self._tracker = make_tracker(self._config.tracking)
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
+        self._next_index = 0
+        self._doubted = False
 
     @property
     def config(self) -> Config:
         """The configuration."""
         return self._config
 
-    def process(self, frame: Frame) -> FrameResult:
+    def process(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame and follow them from the frames before.
+
+        Parameters
+        ----------
+        frame : Frame or array_like
+            A mask (H, W) and a BGR image (H, W, 3) are frames, too, numbered as they come.
 
         Raises
         ------
@@ -62,6 +94,8 @@ class Pipeline:
             If the frame has no mask and there is neither a colour range nor a segmenter, or if the segmenter returns
             no mask of the frame's size.
         """
+        frame = as_frame(frame, self._next_index)
+        self._next_index = frame.index + 1
         since = perf_counter()
         predicted = self._tracker.prior(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
@@ -69,6 +103,7 @@ class Pipeline:
             self._size = frame.size
             self._depth_edges.reset()
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
+        self._doubted = self._doubted or warn_of_mask(run.mask, frame.name)  # once in a stream
         since = perf_counter()
         occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
         tracks = self._tracker.update(
@@ -77,22 +112,28 @@ class Pipeline:
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
         return _result(frame, run, tracks)
 
-    def detect(self, frame: Frame) -> FrameResult:
-        """Find the objects of one frame by itself: the result has no tracks, and the pipeline's stay as they are.
+    def detect(self, frame: Frame | npt.ArrayLike) -> FrameResult:
+        """Find the objects of one frame by itself: the result keeps the frame, and has no tracks.
+
+        The pipeline's tracks stay as they are.
 
         Raises
         ------
         InputError
             As `process`.
         """
-        return _result(frame, run_stages(frame, self._config, self._segmenter), ())
+        frame = as_frame(frame)
+        run = run_stages(frame, self._config, self._segmenter)
+        warn_of_mask(run.mask, frame.name)
+        return _result(frame, run, (), kept=frame)
 
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
+        self._doubted = False
         self._tracker.reset()
         self._depth_edges.reset()
 
-    def trace(self, frame: Frame) -> StageTrace:
+    def trace(self, frame: Frame | npt.ArrayLike) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.
 
         Raises
@@ -100,6 +141,7 @@ class Pipeline:
         InputError
             As `process`.
         """
+        frame = as_frame(frame)
         run = run_stages(frame, self._config, self._segmenter)
         return trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
 
@@ -109,7 +151,7 @@ def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | Ne
     return Tracker(config) if isinstance(config, TrackingConfig) else NearestTracker()
 
 
-def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResult:
+def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
     return FrameResult._unchecked(
         run.detections,
         tracks,
@@ -121,6 +163,7 @@ def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...]) -> FrameResu
         frame.name,
         run.crossings,
         run.dropped,
+        kept,
     )
 
 

@@ -21,7 +21,7 @@ from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig, ObjectsCo
 from dloftbs.crossings import find_crossings
 from dloftbs.curve import BSplineCurve
 from dloftbs.depth import ReadableDepth
-from dloftbs.detection import Crossing, Detection
+from dloftbs.detection import NO_DEPTH, Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import distinct_knots, fit, fit_with_knots, mark_unseen_joints
@@ -30,6 +30,7 @@ from dloftbs.graph import Graph
 from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
+from dloftbs.plausibility import unit_hint
 from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
 from dloftbs.skeleton import build_graph, skeletonize
@@ -167,7 +168,8 @@ def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
         return frame.mask
     if segmenter is None:
         raise InputError(
-            "the frame has an image but no mask: set segmentation.hsv, pass a segmenter, or give the frame a mask"
+            "nothing says what in the image is cable: give its colour, such as hsv='170:10,80:255,60:255' for red, "
+            "a segmenter, or the frame a mask"
         )
     assert frame.image is not None  # a frame has one or the other
     mask = check_mask(segmenter(frame.image))
@@ -187,14 +189,18 @@ def _lift(
     """Return the detections with their curves in space, or with the reason why there is none."""
     depth, camera = frame.depth, frame.camera
     if depth is None or camera is None:
-        why = "the frame has no depth" if depth is None else "the frame has depth, but no camera to turn it into metres"
+        why = NO_DEPTH if depth is None else "the frame has depth, but no camera to turn it into metres"
         return tuple(Detection._unchecked(d.centerline, d.curve, no_3d_reason=why) for d in detections)
+    knots = config.fitting.knots
     if isinstance(config.lifting, PixelLiftingConfig):
-        knots = config.fitting.knots
-        return tuple(_lift_as_published(detection, frame, camera, config.lifting, knots) for detection in detections)
-    readable = ReadableDepth.of(depth, frame.depth_unit_m, config.lifting)
-    lifted = lift(detections, crossings, crop, readable, camera, depth_edges)
-    return tuple(_fit_in_space(*one, config.fitting.knots) for one in zip(detections, lifted, strict=True))
+        found = [_lift_as_published(detection, frame, camera, config.lifting, knots) for detection in detections]
+    else:
+        readable = ReadableDepth.of(depth, frame.depth_unit_m, config.lifting)
+        lifted = lift(detections, crossings, crop, readable, camera, depth_edges)
+        found = [_fit_in_space(*one, camera, knots) for one in zip(detections, lifted, strict=True)]
+    if any(detection.curve_3d is None for detection in found) and (hint := unit_hint(depth, config.lifting)):
+        found = [replace(d, no_3d_reason=f"{d.no_3d_reason}{hint}") if d.curve_3d is None else d for d in found]
+    return tuple(found)
 
 
 def _lift_as_published(
@@ -217,27 +223,28 @@ def _lift_as_published(
     if not closed and u[-1] > u[0]:
         u = (u - u[0]) / (u[-1] - u[0])
     curve = fit_with_knots(points_m, u, closed, knots)
-    return _with_curve_3d(detection, curve, () if whole else holes_of(u, detection.curve.length, detection.width))
+    holes = () if whole else holes_of(u, detection.curve.length, detection.width)
+    return _with_curve_3d(detection, curve, camera, holes)
 
 
-def _fit_in_space(detection: Detection, lifted: Lifted | str, knots: int | None) -> Detection:
+def _fit_in_space(detection: Detection, lifted: Lifted | str, camera: PinholeCamera, knots: int | None) -> Detection:
     """Fit the curve in space to the points on the axis."""
     if isinstance(lifted, str):
         return replace(detection, no_3d_reason=lifted)
     if knots is None:  # what the curve in the image needed, or its depth does
         knots = max(distinct_knots(detection.curve), math.ceil(_KNOTS_PER_FREEDOM * lifted.depth_freedom))
     curve = fit_with_knots(lifted.points_m, lifted.u, detection.curve.closed, knots)
-    return _with_curve_3d(detection, curve, lifted.inferred)
+    return _with_curve_3d(detection, curve, camera, lifted.inferred)
 
 
 def _with_curve_3d(
-    detection: Detection, curve: BSplineCurve, inferred: tuple[tuple[float, float], ...] = ()
+    detection: Detection, curve: BSplineCurve, camera: PinholeCamera, inferred: tuple[tuple[float, float], ...]
 ) -> Detection:
     """Return the detection with its curve in space, or with the reason why that is no curve that can be stored."""
     if not np.abs(curve.control_points).max() <= LARGEST:
         reason = f"by its depth and the camera it reaches farther than {LARGEST:g} m: check lifting.max_depth_m"
         return Detection._unchecked(detection.centerline, detection.curve, no_3d_reason=reason)
-    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred, camera=camera)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:

@@ -45,3 +45,9 @@ class StageTrace:
     def __repr__(self) -> str:
         kept, short = count_of(len(self.segments), "segment"), len(self.short_segments)
         return f"StageTrace({self.frame!r}, {kept}, {short} too short, {self.result!r})"
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture that a notebook shows: a figure of all stages."""
+        from dloftbs import viz
+
+        return viz.as_png(viz.draw_stages(self))

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+import numpy.typing as npt
+
 from dloftbs._arrays import LARGEST, FloatArray, as_points
 from dloftbs._values import (
     MAX_WHOLE,
@@ -17,9 +19,11 @@ from dloftbs._values import (
     set_fields,
     shown,
 )
+from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve, check_curve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
+from dloftbs.u_mapping import known_in_space, to_image, to_space
 
 
 class TrackState(str, Enum):
@@ -77,6 +81,8 @@ class Track:
         the same. None before it is known, as in an object's first frame.
     velocity_3d : numpy.ndarray, shape (n, 3), optional
         The same of `curve_3d`, m/s.
+    camera : PinholeCamera, optional
+        The one that `curve_3d` is in the frame of.
 
     Raises
     ------
@@ -97,6 +103,7 @@ class Track:
     ends: tuple[EndKind, EndKind] | None = None
     velocity: FloatArray | None = None
     velocity_3d: FloatArray | None = None
+    camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
         check_type("state", self.state, TrackState)
@@ -105,6 +112,8 @@ class Track:
             check_curve("curve_3d", self.curve_3d, 3)
         if self.detection is not None:
             check_type("detection", self.detection, Detection)
+        if self.camera is not None:
+            check_type("camera", self.camera, PinholeCamera)
         set_fields(
             self,
             id=check_integer("id", self.id, 1, MAX_WHOLE),
@@ -134,6 +143,7 @@ class Track:
         ends: tuple[EndKind, EndKind] | None = None,
         velocity: FloatArray | None = None,
         velocity_3d: FloatArray | None = None,
+        camera: PinholeCamera | None = None,
     ) -> Track:
         """Make what the constructor makes, faster."""
         track = cls.__new__(cls)
@@ -151,6 +161,7 @@ class Track:
             ends=ends,
             velocity=velocity,
             velocity_3d=velocity_3d,
+            camera=camera,
         )
         return track
 
@@ -158,6 +169,28 @@ class Track:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
         extent = extent_of(self.curve.length, "px", self.curve.closed)
         return f"Track(id {self.id}, {self.state.value}, {extent}{in_space})"
+
+    def u_3d(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
+
+        Each curve's ``u`` is its own arc length, and what recedes from the camera is shorter in the image than it is.
+
+        Raises
+        ------
+        InputError
+            If there is no curve in space, with the reason, or a ``u`` is not in 0..1.
+        """
+        return to_space(u, *known_in_space(self.curve_3d, self.camera))
+
+    def u_2d(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve` of the places that have these on `curve_3d`, in the same shape.
+
+        Raises
+        ------
+        InputError
+            As `u_3d`.
+        """
+        return to_image(u_3d, *known_in_space(self.curve_3d, self.camera))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

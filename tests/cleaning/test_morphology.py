@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from skeletons import as_words, fast_skeleton, pasted, slow_degrees
 
-from dloftbs import CleaningConfig, Config
+from dloftbs import Config
 from dloftbs.cleaning import clean
 from dloftbs.cleaning.kernels.morphology import close
+from dloftbs.config import CleaningConfig
 from dloftbs.kernels.bitmask import cut
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.synthetic import NOISY, Degradation, draw_tube_mask, random_curve

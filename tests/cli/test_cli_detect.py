@@ -229,3 +229,19 @@ def test_depth_of_a_camera_of_its_own_is_registered(tmp_path, unit):
     )
     (line,) = lines(run("detect", image, "--depth", depth, "--registration", registration, *unit))
     assert BSplineCurve.from_dict(line["detections"][0]["curve_3d"]).sample(9)[:, 2] == pytest.approx(0.6, rel=0.05)
+
+
+def test_the_summary_says_how_many_objects_and_where_there_are_none(tmp_path):
+    for i in range(3):
+        save(tmp_path / f"{i}.png", mask() * (i > 0))
+    result = run("detect", tmp_path, "--out", tmp_path / "curves.jsonl")
+    told = result.stderr.splitlines()
+    assert told[0].startswith("frames     3, 0 skipped, in ")
+    assert told[1] == "objects    2"
+    assert told[-2:] == ["nothing found in 1 frames:", "       1  the mask is empty"]
+    assert run("detect", tmp_path / "1.png").stderr == ""
+
+
+def test_an_inverted_mask_is_found_strange(tmp_path):
+    result = run("detect", save(tmp_path / "a.png", 255 - mask()))
+    assert result.stderr.startswith("warning: 96 % of the mask of a.png is set: inverted, a photograph,")

@@ -9,7 +9,8 @@ import cv2
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
-from dloftbs import Config, HsvRange, Pipeline, SegmentationConfig, overlap, sinks, sources
+from dloftbs import Config, HsvRange, Pipeline, overlap, sinks, sources
+from dloftbs.config import SegmentationConfig
 from dloftbs.errors import SinkError
 
 CONFIG = Config(segmentation=SegmentationConfig(hsv=(HsvRange.parse(RED),)))
@@ -64,7 +65,7 @@ def test_the_bytes_are_those_of_one_loop(tmp_path, monkeypatch, make, cores):
     where = make(tmp_path / ("in.mp4" if make is video else "in"))
     (tmp_path / "a").mkdir()
     skipped = in_turn(where, tmp_path / "a")
-    result = side_by_side(where, tmp_path / "b")
+    result = side_by_side(where, tmp_path / "b", code=0 if make is video else 1)
     assert skipped == (0 if make is video else 4)
     assert f"{skipped} skipped" in result.stderr
     for name in OUTS[1:]:
@@ -76,7 +77,7 @@ def test_the_bytes_are_those_of_one_loop(tmp_path, monkeypatch, make, cores):
 
 def test_a_limit_reads_no_frame_that_is_not_wanted(tmp_path):
     where = folder_with_holes(tmp_path / "in")
-    result = run("track", where, "--hsv", RED, "--limit", 6, "--out", tmp_path / "curves.jsonl")
+    result = run("track", where, "--hsv", RED, "--limit", 6, "--out", tmp_path / "curves.jsonl", code=1)
     assert [row["index"] for row in lines(tmp_path / "curves.jsonl")] == [1, 2, 3, 4, 5, 6]
     assert "frames     6, 1 skipped" in result.stderr
     assert "frame 7" not in result.stderr
@@ -169,7 +170,9 @@ def test_a_batch_in_several_threads_gives_what_one_gives(tmp_path):
         for row in rows:
             row.pop("stage_ms")
         drawn = {path.name: path.read_bytes() for path in pictures.iterdir()}
-        found[jobs] = (rows, result.stderr, drawn)
+        messages, _, summary = result.stderr.partition("frames  ")
+        assert summary.startswith("   38, 3 skipped")
+        found[jobs] = (rows, messages, drawn)
     assert len(found[1][0]) == 38
     assert [row["index"] for row in found[1][0]] == sorted(row["index"] for row in found[1][0])
     assert found[2] == found[1]

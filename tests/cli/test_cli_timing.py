@@ -1,9 +1,11 @@
 import io
 import math
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import detection_of, line
 
 from dloftbs.cli import progress as progress_module
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
@@ -52,7 +54,7 @@ def test_tracks_are_counted_once_and_only_when_confirmed():
     for ids in ((1,), (1, 2), (2,), (2, 3), ()):
         report.add(result(ids))
     report.add(result((4,), state=TrackState.TENTATIVE))
-    assert report.tracks == 3
+    assert report.steadiness.tracks == 3
 
 
 def test_reasons_are_counted_by_kind_and_their_number_is_bounded():
@@ -67,15 +69,34 @@ def test_reasons_are_counted_by_kind_and_their_number_is_bounded():
 
 
 def test_the_line_says_how_the_run_stands():
-    report = RunReport()
+    report = RunReport(100)
     report.add(result((1, 2), skeleton=2.0, linking=1.0))
-    line = report.line(100)
+    line = report.line()
     assert line.startswith("1/100 frames")
     assert "frames/s" in line
     assert " left  " in line
     assert "pipeline 2.99 ms" in line
     assert line.endswith("2 tracks")
-    assert " left" not in report.line(None)
+    report.length = None
+    assert " left" not in report.line()
+
+
+def test_images_have_objects_and_no_tracks():
+    report = RunReport(3, tracked=False)
+    report.add(result())
+    assert report.line().endswith("0 objects")
+    assert report.summary().splitlines()[1] == "objects    0"
+
+
+def test_reasons_for_no_curve_in_space_are_said_where_there_is_depth():
+    report = RunReport()
+    for reason in ("the frame has no depth", "the frame has depth, but no camera", "only 3 of 9 pixels", None):
+        found = replace(detection_of(line((0, 0), (9, 0))), no_3d_reason=reason)
+        report.add(FrameResult((found,), (), None, (9, 9)))
+    text = report.summary()
+    assert "no curve in space 2 times:" in text
+    assert "only N of N pixels" in text
+    assert "no depth" not in text
 
 
 def test_an_empty_report_has_a_summary():
@@ -95,8 +116,8 @@ def test_progress_is_shown_at_most_every_few_seconds(monkeypatch):
 
 def test_off_a_terminal_progress_is_a_plain_line(monkeypatch, capsys):
     monkeypatch.setattr(progress_module, "_LINE_EVERY_S", 0.0)
-    with open_progress(10, shares_terminal=False) as progress:
-        progress.tick(RunReport())
+    with open_progress(shares_terminal=False) as progress:
+        progress.tick(RunReport(10))
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.startswith("0/10 frames")
@@ -115,10 +136,10 @@ def test_warnings_are_lifted_above_the_bar(monkeypatch):
     monkeypatch.setattr(progress_module, "_BAR_EVERY_S", 0.0)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR", raising=False)
-    with messages_to_stderr(), open_progress(10, shares_terminal=False) as progress:
-        progress.tick(RunReport())
+    with messages_to_stderr(), open_progress(shares_terminal=False) as progress:
+        progress.tick(RunReport(10))
         logging.getLogger("dloftbs.sources").warning("[red]skipped[/red] %s", "it")
-        progress.tick(RunReport())
+        progress.tick(RunReport(10))
     text = terminal.getvalue()
     # The bar's line is cleared before the message takes its place.
     assert "\x1b[2Kwarning: [red]skipped[/red] it\n" in text

@@ -82,9 +82,81 @@ def test_skipped_frames_are_counted_and_do_not_end_the_run(tmp_path):
     for i in range(4):
         save(tmp_path / "in" / f"{i}.png", mask())
     (tmp_path / "in" / "2.png").write_bytes(b"no picture")
-    result = run("track", tmp_path / "in", "--out", tmp_path / "curves.jsonl")
-    assert "warning: skipped frame 2" in result.stderr
+    for command in ("track", "detect"):
+        result = run(command, tmp_path / "in", "--out", tmp_path / f"{command}.jsonl", code=1)
+        assert "warning: skipped frame 2" in result.stderr
+        assert len(list(read_json_lines(tmp_path / f"{command}.jsonl"))) == 3
     assert "frames     3, 1 skipped" in result.stderr
+
+
+def test_stages_of_a_stream_are_pictures_in_a_folder(tmp_path):
+    stack = masks(tmp_path / "masks.npy", 9)
+    result = run(
+        "track", stack, "--every", 4, "--limit", 2, "--stages", tmp_path / "stages", "--out", tmp_path / "a.csv"
+    )
+    assert len(list((tmp_path / "stages").iterdir())) == 2
+    assert "frames     2, 0 skipped" in result.stderr
+    run("track", stack, "--limit", 1, "--stages", tmp_path / "one.png")
+    assert cv2.imread(str(tmp_path / "one.png")).size
+    assert "--stages" in run("track", stack, "--stages", tmp_path / "stages.mp4", code=2).stderr
+
+
+@pytest.mark.parametrize("command", ["track", "detect"])
+def test_every_nth_frame_keeps_its_index(tmp_path, command):
+    stack = masks(tmp_path / "masks.npy", 9)
+    result = run(command, stack, "--every", 3)
+    assert [json.loads(line)["index"] for line in result.stdout.splitlines()] == [0, 3, 6]
+    result = run(command, stack, "--every", 2, "--limit", 2)
+    assert [json.loads(line)["index"] for line in result.stdout.splitlines()] == [0, 2]
+
+
+def test_the_video_of_every_nth_frame_runs_at_the_pace_of_the_input(tmp_path):
+    stack = masks(tmp_path / "masks.npy", 9)
+    run("track", stack, "--every", 3, "--fps", 30, "--overlay", tmp_path / "overlay.mp4")
+    video = cv2.VideoCapture(str(tmp_path / "overlay.mp4"))
+    assert (video.get(cv2.CAP_PROP_FRAME_COUNT), video.get(cv2.CAP_PROP_FPS)) == (3, 10)
+    video.release()
+
+
+def test_files_of_a_glob_that_the_shell_expanded_are_one_stream(tmp_path):
+    paths = [save(tmp_path / f"img{i}.png", mask(30 + i)) for i in range(11)]
+    result = run("track", *sorted(paths), "--fps", 10)  # as shells sort: img10 before img2
+    rows = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [row["name"] for row in rows] == [f"img{i}.png" for i in range(11)]
+    assert [track["id"] for row in rows for track in row["tracks"]] == [1] * 11
+    result = run("track", paths[0], tmp_path / "nowhere.png", code=1)
+    assert "several inputs of one stream must be files" in result.stderr
+
+
+def test_partners_are_left_out_of_a_glob_that_the_shell_expanded(tmp_path):
+    paths = []
+    for i in range(3):
+        paths.append(save(tmp_path / f"{i}.png", photo(40 + i)))
+        paths.append(save(tmp_path / f"{i}_mask.png", mask(40 + i)))
+    result = run("track", *paths, "--masks", "{stem}_mask.png")
+    assert [json.loads(line)["name"] for line in result.stdout.splitlines()] == ["0.png", "1.png", "2.png"]
+
+
+def test_a_mask_that_breaks_up_is_said_to(tmp_path):
+    stack = np.zeros((120, 60, 200), np.uint8)
+    for i in range(len(stack)):
+        stack[i, 10:15, 20:180] = 1
+        if i % 2:
+            stack[i, 40:45, 20:180] = 1
+    np.save(tmp_path / "masks.npy", stack)
+    result = run("track", tmp_path / "masks.npy", "--out", tmp_path / "curves.csv")
+    last = result.stderr.splitlines()[-1]
+    assert last.startswith("warning: the number of objects changes in 119 of 120 frames: the mask is probably broken")
+    assert "--stages" in last
+    assert "warning" not in run("track", masks(tmp_path / "good.npy", 120), "--out", tmp_path / "a.csv").stderr
+
+
+def test_frames_of_another_size_are_said_to_end_all_tracks(tmp_path):
+    for i, size in enumerate(((60, 90), (60, 90), (80, 90))):
+        save(tmp_path / f"{i}.png", mask(30, size))
+    result = run("track", tmp_path, "--out", "-")
+    told = "warning: the frame has the size (80, 90), the ones before (60, 90): all tracks are forgotten"
+    assert told in result.stderr
 
 
 def test_a_stream_without_any_frame_is_bad_input(tmp_path):

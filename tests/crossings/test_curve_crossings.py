@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs import BSplineCurve, Crossing, Detection, Frame, Joint, JointKind, LiftingConfig, Pipeline
+from dloftbs import BSplineCurve, Crossing, Detection, Frame, Joint, JointKind, Pipeline
+from dloftbs.config import LiftingConfig
 from dloftbs.crossings import find_crossings
 
 SIZE = (240, 320)

@@ -227,8 +227,7 @@ def check_image_colours(rng_seed: int, _: Path) -> None:
     noise = rng.integers(0, int(rng.choice([1, 40, 255])), image.shape)
     image = (image.astype(np.int64) + noise).clip(0, 255).astype(np.uint8)
     image = laid_out(image, str(rng.choice(("plain", "fortran", "mirrored", "read-only"))))
-    config = Config(segmentation=dloftbs.SegmentationConfig(hsv=(dloftbs.HsvRange.parse("170:10,80:255,60:255"),)))
-    pipeline, frame = Pipeline(config), Frame(image=image)
+    pipeline, frame = Pipeline(hsv="170:10,80:255,60:255"), Frame(image=image)
     result = in_time(lambda: pipeline.process(frame))
     check_result(result)
     for picture in (dloftbs.viz.draw(frame, result), dloftbs.viz.draw_stages(pipeline.trace(frame))):

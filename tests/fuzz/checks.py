@@ -192,7 +192,7 @@ def check_turns(mask: np.ndarray, first: FrameResult, config: Config) -> None:
     base = [d.curve.sample(40) for d in first.detections]
     allowed = [[_about(points, middle, how) for points in base] for how in same]
     for how in EIGHT_VERSIONS[1:]:
-        found = [d.curve.sample(40) for d in dloftbs.detect(np.ascontiguousarray(turn(mask, *how)), config)]
+        found = [d.curve.sample(40) for d in dloftbs.detect(np.ascontiguousarray(turn(mask, *how)), config=config)]
         expected = [[turn_points(points, mask.shape, *how) for points in curves] for curves in allowed]
         assert any(_agree(found, curves) for curves in expected), f"turned by {how}, {_difference(found, expected[0])}"
 
@@ -228,8 +228,8 @@ def check_shift(mask: np.ndarray, config: Config) -> None:
     """Check that curves move along with a mask that is shifted, with so much room that no end lies at the border."""
     room = min(mask.shape) // 2
     here, there = np.pad(mask, room + 24), np.pad(mask, ((room + 3, room + 45), (room + 41, room + 7)))
-    found = [d.curve.sample(40) for d in dloftbs.detect(there, config)]
-    expected = [d.curve.sample(40) + np.array((17, -21)) for d in dloftbs.detect(here, config)]
+    found = [d.curve.sample(40) for d in dloftbs.detect(there, config=config)]
+    expected = [d.curve.sample(40) + np.array((17, -21)) for d in dloftbs.detect(here, config=config)]
     assert _agree(found, expected), f"shifted, {_difference(found, expected)}"
 
 

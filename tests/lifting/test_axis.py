@@ -7,9 +7,9 @@ import pytest
 from bounded import run_bounded
 from tubes import CAMERA, RADIUS_M, SIZE, away, coil, draw_tubes, ring, straight
 
-from dloftbs import Detection, Frame, LiftingConfig, PinholeCamera, detect
+from dloftbs import Detection, Frame, PinholeCamera, detect
 from dloftbs.cleaning import clean
-from dloftbs.config import CleaningConfig
+from dloftbs.config import CleaningConfig, LiftingConfig
 from dloftbs.crossings import find_crossings
 from dloftbs.depth import ReadableDepth, to_metres
 from dloftbs.lifting import Lifted, lift
@@ -231,7 +231,8 @@ ENDLESS = """
 import sys
 import numpy as np
 from tubes import CAMERA, draw_tubes, straight
-from dloftbs import Frame, LiftingConfig, Pipeline
+from dloftbs import Frame, Pipeline
+from dloftbs.config import LiftingConfig
 from dloftbs.config import Config, PixelLiftingConfig
 
 mask, depth = draw_tubes([straight((-0.3, -0.03, 0.9), (0.3, 0.04, 0.9))])

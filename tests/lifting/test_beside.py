@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tubes import CAMERA, RADIUS_M, SIZE, draw_tubes, straight
 
-from dloftbs import LiftingConfig, PinholeCamera
+from dloftbs import PinholeCamera
 from dloftbs.cleaning import clean
-from dloftbs.config import CleaningConfig
+from dloftbs.config import CleaningConfig, LiftingConfig
 from dloftbs.depth import ReadableDepth
 from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
 from dloftbs.lifting.kernels.profiles import lay_profiles, read_profiles

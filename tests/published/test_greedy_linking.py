@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from drawings import draw_cable, wave
 
-from dloftbs import Centerline, Config, GreedyLinkingConfig, JointKind
+from dloftbs import Centerline, Config, JointKind
 from dloftbs.cleaning import clean
+from dloftbs.config import GreedyLinkingConfig
 from dloftbs.published import make_segments, walk
 from dloftbs.published.greedy_linking import link_segments, ratio_test
 from dloftbs.skeleton import skeletonize

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dloftbs import PinholeCamera, PixelLiftingConfig
+from dloftbs import PinholeCamera
+from dloftbs.config import PixelLiftingConfig
 from dloftbs.published import lift_pixels
 
 CAMERA = PinholeCamera(fx=500.0, fy=510.0, cx=32.0, cy=24.0)

@@ -6,8 +6,8 @@ import numpy as np
 from drawings import mask_from_text, random_masks
 from hypothesis import given
 
-from dloftbs import CleaningConfig, GreedyLinkingConfig
 from dloftbs.cleaning import clean
+from dloftbs.config import CleaningConfig, GreedyLinkingConfig
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.published import Walks, make_segments, walk
 from dloftbs.skeleton import skeletonize

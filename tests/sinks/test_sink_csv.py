@@ -36,7 +36,7 @@ def test_detections_with_and_without_metres(tmp_path):
     assert points == pytest.approx(results[0].detections[0].curve.sample(11), abs=5.1e-4)
     metres = np.array([[float(row[f"{axis}_m"]) for axis in "xyz"] for row in rows[:11]])
     assert metres == pytest.approx(results[0].detections[0].curve_3d.sample(11), abs=5.1e-7)
-    assert {rows[11][name] for name in ("u_3d", "x_m", "y_m", "z_m", "inferred_3d")} == {""}
+    assert {rows[11][name] for name in ("u_3d", "x_m", "y_m", "z_m", "inferred_3d", "tangent_z_3d")} == {""}
     assert [row["u_3d"] for row in rows[:11]] == [row["u"] for row in rows[:11]]  # without a camera, nobody knows
     assert [float(row["u"]) for row in rows[:11]] == pytest.approx(np.linspace(0, 1, 11))
     assert [row["inferred"] for row in rows[:11]] == list("00000100000")  # the gap spans u = 0.4 to 0.6
@@ -56,10 +56,9 @@ def test_a_row_is_one_point_in_the_image_and_in_space(tmp_path):
     camera = PinholeCamera(500.0, 500.0, 320.0, 240.0)
     deep = line((-0.2, 0.0, 0.5), (0.3, 0.1, 1.5))
     flat = curve_through(camera.project(deep.sample(200)))
-    found = replace(detection_of(flat, deep), inferred_3d=((0.5, 0.8),))
+    found = replace(detection_of(flat, deep), inferred_3d=((0.5, 0.8),), camera=camera)
     with CsvSink(tmp_path / "a.csv") as sink:
-        frame = Frame(mask=np.zeros((480, 640), bool), camera=camera)
-        sink.write(frame, FrameResult((found,), (), None, (480, 640)))
+        sink.write(Frame(mask=np.zeros((480, 640), bool)), FrameResult((found,), (), None, (480, 640)))
     rows = table(tmp_path / "a.csv")
     pixels, metres = (
         np.array([[float(row[name]) for name in names] for row in rows])
@@ -70,11 +69,23 @@ def test_a_row_is_one_point_in_the_image_and_in_space(tmp_path):
     assert u[50] < 0.4  # the nearer half of a cable takes up more of the image
     assert [row["inferred_3d"] == "1" for row in rows] == ((u > 0.5) & (u < 0.8)).tolist()
     assert {row["inferred"] for row in rows} == {"0"}
+    along = np.array([[float(row[f"tangent_{axis}_3d"]) for axis in "xyz"] for row in rows])
+    assert along == pytest.approx(np.tile(deep.tangent(0.5), (100, 1)), abs=1e-5)
+    in_image = np.array([[float(row["tangent_x"]), float(row["tangent_y"])] for row in rows])
+    assert in_image == pytest.approx(flat.tangent(np.linspace(0.0, 1.0, 100)), abs=1e-6)
+
+
+def test_a_curve_behind_the_camera_has_its_own_parameters(tmp_path):
+    behind = replace(detection_of(line((0, 0), (9, 9)), line((0, 0, -1), (1, 1, 1))), camera=PinholeCamera(9, 9, 9, 9))
+    with CsvSink(tmp_path / "a.csv", samples=3) as sink:
+        sink.write(examples.frame(), FrameResult((behind,), (), None, (9, 9)))
+    assert [row["u_3d"] for row in table(tmp_path / "a.csv")] == ["0.000000", "0.500000", "1.000000"]
 
 
 def test_whole_after_every_frame(tmp_path):
     with CsvSink(tmp_path / "a.csv", samples=5) as sink:
-        columns = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d\n"
+        columns = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d,"
+        columns += "tangent_x,tangent_y,tangent_x_3d,tangent_y_3d,tangent_z_3d\n"
         assert (tmp_path / "a.csv").read_text() == columns
         sink.write(examples.frame(), examples.detected())
         assert len(table(tmp_path / "a.csv")) == 10

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from builders import detection_of, line, loop, part, wave
 
-from dloftbs import BSplineCurve, EndKind, InputError, Track, Tracker, TrackingConfig, TrackState
+from dloftbs import BSplineCurve, EndKind, InputError, Track, Tracker, TrackState
+from dloftbs.config import TrackingConfig
 
 FREE, BORDER, HIDDEN = EndKind.FREE, EndKind.BORDER, EndKind.HIDDEN
 SIZE = (480, 640)

@@ -204,11 +204,14 @@ class TestTime:
         assert tracker.tracks is before
 
     @pytest.mark.parametrize("what", ["stamp", "size"])
-    def test_what_does_not_follow_on_the_last_frame_is_a_reset_or_an_error(self, what):
+    def test_what_does_not_follow_on_the_last_frame_is_a_reset_or_an_error(self, what, caplog):
         other = {"stamp": {"stamp": 0.5}, "size": {"stamp": 1.5, "size": (20, 10)}}[what]
         tracker = Tracker(AT_ONCE)
         tracker.update([wave()], stamp=1.0, size=(10, 20))
         assert ids(tracker.update([wave()], **other)) == [2]
+        (told,) = caplog.messages
+        assert what in told
+        assert told.endswith("all tracks are forgotten")
         strict = Tracker(TrackingConfig(on_new_size="error", on_old_stamp="error"))
         strict.update([wave()], stamp=1.0, size=(10, 20))
         with pytest.raises(InputError, match="reset"):

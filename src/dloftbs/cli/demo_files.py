@@ -118,7 +118,7 @@ def _timing(run: DemoRun) -> dict[str, Any]:
         "pipeline_frames_per_s": 1e3 * total.count / total.sum_ms,
         "pipeline_p50_ms": total.percentile(50),
         "pipeline_p99_ms": total.percentile(99),
-        "confirmed_tracks": run.report.tracks,
+        "confirmed_tracks": run.report.steadiness.tracks,
     }
 
 

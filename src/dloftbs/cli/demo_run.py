@@ -67,7 +67,8 @@ def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoR
 def _track(source: Source, run: DemoRun) -> list[FrameResult]:
     pipelines = PipelineGroup(run.configs)
     results = []
-    with open_progress(source.length, shares_terminal=False) as progress:
+    run.report.length = source.length
+    with open_progress(shares_terminal=False) as progress:
         for frame in source:
             results.append(pipelines.process(frame))
             run.report.add(results[-1])

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from dloftbs.cli.options import InputOptions
 from dloftbs.cli.shell import Failure
 from dloftbs.config import Config
+from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources import Source
+from dloftbs.sources import Source, pairing
+from dloftbs.sources.image_files import natural_key
 
 _log = logging.getLogger("dloftbs.cli")
 
@@ -28,6 +32,8 @@ class UsableFrames:
     source : Source
     config : Config
     inputs : InputOptions
+    every : int
+        Only every so manieth frame is wanted, the first one included; all keep their indices.
 
     Raises
     ------
@@ -35,8 +41,9 @@ class UsableFrames:
         While iterating, if there is a colour image and no option says how to make a mask of it.
     """
 
-    def __init__(self, source: Source, config: Config, inputs: InputOptions) -> None:
+    def __init__(self, source: Source, config: Config, inputs: InputOptions, every: int = 1) -> None:
         self._source = source
+        self._every = every
         self._has_colour = bool(config.segmentation.hsv)
         self._has_masks = inputs.masks is not None
         self._without_mask = 0
@@ -48,6 +55,8 @@ class UsableFrames:
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self._source:
+            if frame.index % self._every:
+                continue
             if frame.mask is not None or self._has_colour:
                 yield frame
             elif self._has_masks:
@@ -55,3 +64,36 @@ class UsableFrames:
                 _log.warning("skipped frame %d (%s): it has no mask, and there is no --hsv", frame.index, frame.name)
             else:
                 raise Failure(NO_COLOUR.format(name=frame.name))
+
+
+def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:
+    """Return the inputs without those that go with another by a naming rule: shells put both into one glob.
+
+    Raises
+    ------
+    SourceError
+        If none is left.
+    """
+    files = [Path(text) for text in where if os.path.isfile(text)]
+    kept = files
+    for rule in inputs.rules:
+        kept = pairing.without_partners(kept, rule)
+    partners = set(files) - set(kept)
+    images = [text for text in where if Path(text) not in partners]
+    if not images:
+        raise SourceError(f"every input is the partner of another under {' and '.join(inputs.rules)}")
+    return images
+
+
+def in_natural_order(where: Sequence[str], inputs: InputOptions) -> list[str]:
+    """Return the files of a stream in their natural order, as a shell that expands a glob does not give them.
+
+    Raises
+    ------
+    SourceError
+        If one is no file.
+    """
+    for text in where:
+        if not os.path.isfile(text):
+            raise SourceError(f"several inputs of one stream must be files, such as images; {text!r} is none")
+    return sorted(without_partners(where, inputs), key=lambda text: natural_key(Path(text)))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from dloftbs.cli.limits import MAX_DEPTH_UNIT_M, MAX_OBJECTS, MIN_DEPTH_UNIT_M, FilledPath, file_path
+from dloftbs.cli.limits import MAX_DEPTH_UNIT_M, MAX_FRAMES, MAX_OBJECTS, MIN_DEPTH_UNIT_M, FilledPath, file_path
 from dloftbs.errors import ConfigError, InputError
 
 if TYPE_CHECKING:
@@ -178,7 +179,7 @@ class InputOptions:
     registration: DepthRegistration | None
     depth_unit_m: float | None
 
-    def open(self, where: str, fps: float | None = None, *, jobs: int = 1) -> Source:
+    def open(self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1) -> Source:
         """Open an input with these options; `jobs` is that of `sources.open`.
 
         Raises
@@ -316,6 +317,29 @@ def check_pictures(*, video: bool) -> Callable[[click.Context, click.Parameter, 
     return check
 
 
+def prints_to_terminal(outs: Sequence[str]) -> bool:
+    """Return True if results are printed where a person reads them."""
+    return STANDARD_OUTPUT in outs and sys.stdout.isatty()
+
+
+stages_option = click.option(
+    "--stages",
+    type=FilledPath(),
+    metavar="FOLDER|PNG",
+    callback=check_pictures(video=False),
+    help="Draw a figure of all stages of each frame by itself, in a folder, or in a file for a single one: it shows "
+    "where a mask or a curve goes wrong.",
+)
+limit_option = click.option(
+    "--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames that were used."
+)
+every_option = click.option(
+    "--every",
+    type=click.IntRange(1, MAX_FRAMES),
+    default=1,
+    metavar="N",
+    help="Use every Nth frame alone: a quick look at a long video.",
+)
 out_option = click.option(
     "--out",
     "-o",

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import click
 
-from dloftbs import sinks
+from dloftbs import sinks, viz
 from dloftbs._json import encode_line
 from dloftbs._text import readable
 from dloftbs._version import __version__
@@ -19,6 +19,7 @@ from dloftbs.config import Config
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
+from dloftbs.pipeline import Pipeline
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._safe_files import sink_errors, write_whole
@@ -69,6 +70,31 @@ def open_pictures(path: str, ending: str, **options: Any) -> Sink:
     if kind is not sinks.OverlayVideoSink:
         options.pop("fps", None)
     return sinks.open(path, **options)
+
+
+def open_all_pictures(
+    pictures: Mapping[str, tuple[str, str]], pipeline: Pipeline, *, fps: float | None = None
+) -> Iterator[Sink]:
+    """Open the sinks for drawn frames one after the other, as `Outputs.pictures` has them.
+
+    Parameters
+    ----------
+    pictures : mapping of str to (str, str)
+    pipeline : Pipeline
+        Draws the stages; used by whoever writes to the sinks, and nobody else.
+    fps : float, optional
+        Of a video.
+
+    Raises
+    ------
+    InputError, SinkError
+        As `dloftbs.sinks.open`.
+    """
+    for option, (path, ending) in pictures.items():
+        if option == "--stages":
+            yield open_pictures(path, ending, draw=lambda frame, _: viz.draw_stages(pipeline.trace(frame)))
+        else:
+            yield open_pictures(path, ending, **({} if fps is None else {"fps": fps}))
 
 
 def claim_folder(folder: Path) -> Claim:

@@ -40,25 +40,23 @@ class Progress:
 
 
 @contextmanager
-def open_progress(length: int | None, *, shares_terminal: bool) -> Iterator[Progress]:
+def open_progress(*, shares_terminal: bool) -> Iterator[Progress]:
     """Open the progress of a run.
 
     Parameters
     ----------
-    length : int or None
-        Number of frames, None where unknown.
     shares_terminal : bool
         Whether results are printed to the terminal at the same time: a bar would be torn apart by them.
     """
     if sys.stderr.isatty() and not shares_terminal:
-        with _bar(length) as show:
+        with _bar() as show:
             yield Progress(show, _BAR_EVERY_S)
     else:
-        yield Progress(lambda report: click.echo(report.line(length), err=True), _LINE_EVERY_S)
+        yield Progress(lambda report: click.echo(report.line(), err=True), _LINE_EVERY_S)
 
 
 @contextmanager
-def _bar(length: int | None) -> Iterator[Callable[[RunReport], None]]:
+def _bar() -> Iterator[Callable[[RunReport], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as RichProgress
@@ -66,5 +64,10 @@ def _bar(length: int | None) -> Iterator[Callable[[RunReport], None]]:
     columns = (BarColumn(bar_width=20), TextColumn("{task.description}", markup=False))
     # Standard output belongs to the results; messages on standard error are lifted above the bar.
     with RichProgress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
-        task = bar.add_task("", total=length)
-        yield lambda report: bar.update(task, completed=report.frames + report.skipped, description=report.line(length))
+        task = bar.add_task("", total=None)
+
+        def show(report: RunReport) -> None:
+            done = report.frames + report.skipped
+            bar.update(task, total=report.length, completed=done, description=report.line())
+
+        yield show

@@ -1,4 +1,4 @@
-"""Summary of a run over a stream."""
+"""Summary of a run over a stream or over images."""
 
 from __future__ import annotations
 
@@ -7,31 +7,40 @@ from collections import Counter
 from time import perf_counter
 
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
+from dloftbs.cli.steadiness import Steadiness
+from dloftbs.detection import NO_DEPTH
 from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import TrackState
 
 _MOST_REASONS = 20
-_MOST_IDS = 10_000  # that are remembered: one that comes back after as many others were new counts again
 _OTHER = "other reasons"
 
 
 class RunReport:
-    """Rate, timing, tracks and failures of a run so far; of a size that does not grow with the stream.
+    """Rate, timing, objects and failures of a run so far; of a size that does not grow with the stream.
 
     The clock starts when the report is made. `skipped` counts frames that could not be read, `missed` those of a camera
     that made room for newer ones.
+
+    Parameters
+    ----------
+    length : int, optional
+        Number of frames to come in all, if known.
+    tracked : bool
+        Whether objects are followed from frame to frame.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, length: int | None = None, *, tracked: bool = True) -> None:
+        self.length = length
         self.frames = 0
         self.skipped = 0
         self.missed = 0
-        self.tracks = 0
+        self.objects = 0
         self.total = LatencyHistogram()
         self.stages: dict[str, LatencyHistogram] = {}
         self.reasons: Counter[str] = Counter()
-        self._shown: frozenset[int] = frozenset()
-        self._ids: dict[int, None] = {}  # the oldest first
+        self.reasons_3d: Counter[str] = Counter()
+        self.steadiness = Steadiness()
+        self._tracked = tracked
         self._start = perf_counter()
         self._last = self._start
 
@@ -42,9 +51,13 @@ class RunReport:
         self.total.add(result.total_ms)
         for stage, ms in result.stage_ms.items():
             self.stages.setdefault(stage, LatencyHistogram()).add(ms)
-        self._count_tracks(result)
+        self.objects += len(result)
+        self.steadiness.add(result.tracks)
         if result.reason is not None:
-            self._count_reason(result.reason)
+            _count(result.reason, self.reasons)
+        for detection in result:
+            if detection.no_3d_reason not in (None, NO_DEPTH):
+                _count(str(detection.no_3d_reason), self.reasons_3d)
 
     @property
     def seconds(self) -> float:
@@ -56,14 +69,14 @@ class RunReport:
         """Frames per second, reading and writing included."""
         return self.frames / self.seconds if self.seconds > 0.0 else 0.0
 
-    def line(self, length: int | None) -> str:
-        """Return how the run stands, in a line; `length` is the number of frames to come in all, if known."""
-        of = "" if length is None else f"/{length}"
+    def line(self) -> str:
+        """Return how the run stands, in a line."""
+        of = "" if self.length is None else f"/{self.length}"
         parts = [f"{self.frames}{of} frames", f"{self.rate:.1f} frames/s"]
-        if length is not None and self.rate > 0.0:
-            parts.append(f"{_clock(max(length - self.frames - self.skipped, 0) / self.rate)} left")
+        if self.length is not None and self.rate > 0.0:
+            parts.append(f"{_clock(max(self.length - self.frames - self.skipped, 0) / self.rate)} left")
         parts.append(f"pipeline {self.total.percentile(50):.2f} ms (p99 {self.total.percentile(99):.2f})")
-        parts.append(f"{len(self._shown)} tracks")
+        parts.append(f"{len(self.steadiness.shown)} tracks" if self._tracked else f"{self.objects} objects")
         return "  ".join(parts)
 
     def summary(self) -> str:
@@ -72,13 +85,18 @@ class RunReport:
         lines = [
             f"frames     {self.frames}, {self.skipped} skipped{missed}, in {self.seconds:.1f} s: "
             f"{self.rate:.1f} frames/s with reading and writing",
-            f"tracks     {self.tracks} confirmed",
+            f"tracks     {self.steadiness.tracks} confirmed" if self._tracked else f"objects    {self.objects}",
         ]
         if self.frames:
             lines += self._timing()
         if self.reasons:
             lines.append(f"nothing found in {self.reasons.total()} frames:")
             lines += [f"{count:8d}  {reason}" for reason, count in self.reasons.most_common()]
+        if self.reasons_3d:
+            lines.append(f"no curve in space {self.reasons_3d.total()} times:")
+            lines += [f"{count:8d}  {reason}" for reason, count in self.reasons_3d.most_common()]
+        if warning := self.steadiness.warning():
+            lines.append(f"warning: {warning}")
         return "\n".join(lines)
 
     def _timing(self) -> list[str]:
@@ -88,18 +106,11 @@ class RunReport:
             f"{name:14}{h.percentile(50):9.3f}{h.percentile(99):9.3f}{h.max_ms:9.3f}" for name, h in rows
         ]
 
-    def _count_tracks(self, result: FrameResult) -> None:
-        self._shown = frozenset(track.id for track in result.tracks if track.state is not TrackState.TENTATIVE)
-        for number in sorted(self._shown - self._ids.keys()):
-            self.tracks += 1
-            self._ids[number] = None
-            if len(self._ids) > _MOST_IDS:
-                del self._ids[next(iter(self._ids))]
 
-    def _count_reason(self, reason: str) -> None:
-        # The numbers in them would make nearly every frame a reason of its own.
-        kind = re.sub(r"\d+(\.\d+)?", "N", reason)
-        self.reasons[kind if kind in self.reasons or len(self.reasons) < _MOST_REASONS else _OTHER] += 1
+def _count(reason: str, reasons: Counter[str]) -> None:
+    # The numbers in them would make nearly every frame a reason of its own.
+    kind = re.sub(r"\d+(\.\d+)?", "N", reason)
+    reasons[kind if kind in reasons or len(reasons) < _MOST_REASONS else _OTHER] += 1
 
 
 def _clock(seconds: float) -> str:

@@ -8,7 +8,7 @@ Lengths in pixels end in ``_px``; the letters of the paper (Kicki, Szymko, Walas
 from __future__ import annotations
 
 from dloftbs.config.cleaning import CleaningConfig
-from dloftbs.config.config import Config
+from dloftbs.config.config import Config, choose_config
 from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
@@ -37,5 +37,6 @@ __all__ = [
     "SegmentationConfig",
     "SegmentsConfig",
     "TrackingConfig",
+    "choose_config",
     "read_colour",
 ]

@@ -16,7 +16,7 @@ from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig
 from dloftbs.config.section import Section, require
-from dloftbs.config.segmentation import HsvRange, SegmentationConfig
+from dloftbs.config.segmentation import Colour, HsvRange, SegmentationConfig, read_colour
 from dloftbs.config.skeleton import SegmentsConfig
 from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
 from dloftbs.errors import ConfigError, InputError
@@ -189,6 +189,29 @@ class Config(Section, frozen=True, kw_only=True):
                 raise ConfigError(f"unknown configuration key {shown(path)}{meant(path, _keys())}")
             section[key] = value
         return type(self).from_dict(data)
+
+
+def choose_config(config: Config | None, hsv: Colour | None, objects: int | None) -> Config:
+    """Return a configuration, by default the package's, with the colour and the number of objects chosen beside it.
+
+    Raises
+    ------
+    InputError
+        If the configuration is something else.
+    ConfigError
+        If the colour or the number is wrong.
+    """
+    config = Config() if config is None else _checked(config)
+    if hsv is not None:
+        config = msgspec.structs.replace(config, segmentation=SegmentationConfig(hsv=read_colour(hsv)))
+    return config if objects is None else config.replace({"linking.objects": objects})
+
+
+def _checked(config: object) -> Config:
+    if not isinstance(config, Config):
+        remedies = "Config.from_dict takes a dictionary, Config.from_file a path, Config.from_yaml text"
+        raise InputError(f"config must be a Config, got {shown(config)}; {remedies}")
+    return config
 
 
 def _with_ranges(data: Any) -> Any:

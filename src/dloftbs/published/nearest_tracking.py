@@ -110,4 +110,6 @@ def _mean_distances(ones: FloatArray, others: FloatArray) -> FloatArray:
 def _make_track(track_id: int, one: Observation, hits: int) -> Track:
     width = None if math.isnan(one.width) else one.width
     state = TrackState.CONFIRMED
-    return Track._unchecked(track_id, state, one.curve, one.curve_3d, hits, 0, one.detection, one.gaps, 1.0, width)
+    camera = None if one.detection is None else one.detection.camera
+    shown = one.curve, one.curve_3d, hits, 0, one.detection, one.gaps, 1.0, width
+    return Track._unchecked(track_id, state, *shown, camera=camera)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.frame_result import FrameResult
@@ -29,6 +30,7 @@ class ObjectRow:
     curve: BSplineCurve
     curve_3d: BSplineCurve | None
     detection: Detection | None
+    camera: PinholeCamera | None
 
 
 def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
@@ -36,10 +38,12 @@ def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
     if result.tracks:
         for track in result.tracks:
             number = _number(result.detections, track.detection)
-            yield ObjectRow(track.id, number, track.state.value, track.curve, track.curve_3d, track.detection)
+            shape = track.curve, track.curve_3d
+            yield ObjectRow(track.id, number, track.state.value, *shape, track.detection, track.camera)
     else:
         for number, detection in enumerate(result.detections):
-            yield ObjectRow(NO_TRACK, number, "", detection.curve, detection.curve_3d, detection)
+            shape = detection.curve, detection.curve_3d
+            yield ObjectRow(NO_TRACK, number, "", *shape, detection, detection.camera)
 
 
 def _number(detections: tuple[Detection, ...], wanted: Detection | None) -> int:

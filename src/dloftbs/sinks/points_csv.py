@@ -8,17 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.camera import PinholeCamera
-from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
 from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
+from dloftbs.u_mapping import is_in_front, to_space
 
-HEADER = "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d\n"
-_DENSE = 1000
+HEADER = (
+    "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d,"
+    "tangent_x,tangent_y,tangent_x_3d,tangent_y_3d,tangent_z_3d\n"
+)
 
 
 class CsvSink(PathSink):
@@ -30,7 +31,8 @@ class CsvSink(PathSink):
     1 where the point was not seen in this frame (it lies across a gap of the mask, or the track is hidden), else 0.
     Then the same point in space, empty without a curve there: ``u_3d`` its parameter on that curve, which is the arc
     length in space and not that in the image; ``x_m, y_m, z_m``; ``inferred_3d`` 1 where depth was bridged, not
-    measured.
+    measured. Last the unit tangents towards growing ``u``, ``tangent_x, tangent_y`` in the image and ``tangent_x_3d,
+    tangent_y_3d, tangent_z_3d`` in space.
 
     Each frame's rows are on their way to the disk before `write` returns: whenever the process dies, every frame
     written is whole.
@@ -64,44 +66,46 @@ class CsvSink(PathSink):
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         stamp = "" if result.stamp is None else repr(float(result.stamp))
-        rows = "".join(
-            _object_text(f"{result.index},{stamp}", row, self._u, frame.camera) for row in object_rows(result)
-        )
+        rows = "".join(_object_text(f"{result.index},{stamp}", row, self._u) for row in object_rows(result))
         self._file.append(rows.encode())
 
     def _close(self) -> None:
         self._file.close()
 
 
-def _object_text(moment: str, row: ObjectRow, u: FloatArray, camera: PinholeCamera | None) -> str:
+def _object_text(moment: str, row: ObjectRow, u: FloatArray) -> str:
     start = f"{moment},{row.track_id or row.number},{row.state}"
-    pixels = zip(u, row.curve(u), _inferred(None if row.detection is None else row.detection.inferred, u), strict=True)
-    points = zip(pixels, _in_space(row, u, camera), strict=True)
-    lines = [f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{g:d},{m}\n" for i, ((t, (x, y), g), m) in enumerate(points)]
+    inferred = _inferred(None if row.detection is None else row.detection.inferred, u)
+    columns = zip(u, row.curve(u), inferred, _in_space(row, u), _tangents(row, u), strict=True)
+    lines = [f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{g:d},{m},{d}\n" for i, (t, (x, y), g, m, d) in enumerate(columns)]
     return "".join(lines)
 
 
-def _in_space(row: ObjectRow, u: FloatArray, camera: PinholeCamera | None) -> list[str]:
+def _in_space(row: ObjectRow, u: FloatArray) -> list[str]:
     """Return the columns of the curve in space."""
     if row.curve_3d is None:
         return [",,,,"] * len(u)
-    at = _same_points(row.curve_3d, u, camera)
+    at = _u_in_space(row, u)
     inferred = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
     columns = zip(at, row.curve_3d(at), inferred, strict=True)
     return [f"{t:.6f},{x:.6f},{y:.6f},{z:.6f},{guess:d}" for t, (x, y, z), guess in columns]
 
 
-def _same_points(curve: BSplineCurve, u: FloatArray, camera: PinholeCamera | None) -> FloatArray:
-    """Return the parameters in space (n,) of the points that are at `u` in the image.
+def _tangents(row: ObjectRow, u: FloatArray) -> list[str]:
+    """Return the columns of the tangents."""
+    in_image = [f"{x:.6f},{y:.6f}" for x, y in row.curve.tangent(u)]
+    if row.curve_3d is None:
+        return [f"{text},,," for text in in_image]
+    in_space = row.curve_3d.tangent(_u_in_space(row, u))
+    return [f"{text},{x:.6f},{y:.6f},{z:.6f}" for text, (x, y, z) in zip(in_image, in_space, strict=True)]
 
-    Each curve's parameter is its own arc length: what recedes from the camera is shorter in the image than it is.
-    """
-    dense = np.linspace(0.0, 1.0, _DENSE)
-    points = curve(dense)
-    if camera is None or not (points[:, 2] > 0.0).all():
+
+def _u_in_space(row: ObjectRow, u: FloatArray) -> FloatArray:
+    """Return the parameters (n,) in space of the points that are at `u` in the image."""
+    assert row.curve_3d is not None  # the callers saw to it
+    if row.camera is None or not is_in_front(row.curve_3d):
         return u
-    arc = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(camera.project(points), axis=0), axis=1))))
-    return np.interp(u * arc[-1], arc, dense)
+    return to_space(u, row.curve_3d, row.camera)
 
 
 def _inferred(spans: Sequence[tuple[float, float]] | None, u: FloatArray) -> list[bool]:

@@ -40,6 +40,7 @@ __all__ = [
     "PairedSource",
     "Source",
     "VideoSource",
+    "Where",
     "open",
     "open_labelled",
 ]
@@ -49,6 +50,7 @@ MAX_CAMERA_DIGITS = 9
 
 PathLike = str | os.PathLike[str]
 Where = PathLike | int | npt.NDArray[Any] | Sequence[PathLike]
+"""What `open` opens."""
 
 
 def open(

@@ -99,6 +99,7 @@ def to_track(model: TrackModel, view: View) -> Track:
         _ends(model, visible, view),
         _between(model.motion.velocity, visible.track_span) if model.motion.is_known else None,
         None if model.motion.velocity_3d is None else _between(model.motion.velocity_3d, visible.track_span),
+        model.camera,
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.observation import SAMPLES, Appearance, Observation, U
@@ -64,6 +65,8 @@ class TrackModel:
         Curve published instead of the track's own while only a part of it is visible.
     detection : Detection or None
         The last frame's, in the track's direction.
+    camera : PinholeCamera or None
+        The last one that `curve_3d` is in the frame of.
     """
 
     id: int
@@ -83,6 +86,7 @@ class TrackModel:
     missing_s: float = 0.0
     visible: VisibleCurve | None = None
     detection: Detection | None = None
+    camera: PinholeCamera | None = None
 
     @classmethod
     def from_observation(cls, track_id: int, observation: Observation) -> TrackModel:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -27,6 +28,8 @@ from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
 from dloftbs.tracking.track_update import update_seen
 from dloftbs.tracks import Track, TrackState
+
+_log = logging.getLogger("dloftbs.tracking")
 
 _ROUNDING_S = 1e-6
 """Difference of two time stamps that are the same, s.
@@ -148,6 +151,8 @@ class Tracker:
         for model in self._models:
             if model.misses:
                 model.visible = make_hidden_curve(model)
+            elif model.detection is not None and model.detection.camera is not None:
+                model.camera = model.detection.camera
         published = [model for model in self._models if not model.misses or model.visible is not None]
         seen = [model for model in published if not model.misses]
         for model in seen:
@@ -195,6 +200,7 @@ class Tracker:
                     f"the frame has the size {size}, the ones before {known}: "
                     "reset the tracker, or set tracking.on_new_size to 'reset'"
                 )
+            _log.warning("the frame has the size %s, the ones before %s: all tracks are forgotten", size, known)
             self.reset()
         dt = self._config.frame_s
         if stamp is not None and self._stamp is not None:
@@ -207,6 +213,8 @@ class Tracker:
                         f"the frame's stamp {stamp} lies before the last one's {self._stamp}: "
                         "reset the tracker, or set tracking.on_old_stamp to 'reset'"
                     )
+                told = "the frame's stamp %s lies before the last one's %s: all tracks are forgotten"
+                _log.warning(told, stamp, self._stamp)
                 self.reset()
                 dt = self._config.frame_s
         self._stamp = self._stamp if stamp is None else stamp

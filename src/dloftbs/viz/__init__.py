@@ -1,9 +1,9 @@
 """Results in, pictures out: the curves over a frame and in space, the stages of one frame, many on one sheet."""
 
-from dloftbs.viz.overlay import draw
+from dloftbs.viz.overlay import as_png, draw
 from dloftbs.viz.sheet import contact_sheet
 from dloftbs.viz.space_sheet import draw_3d
 from dloftbs.viz.stages import draw_stages
 from dloftbs.viz.style import Style
 
-__all__ = ["Style", "contact_sheet", "draw", "draw_3d", "draw_stages"]
+__all__ = ["Style", "as_png", "contact_sheet", "draw", "draw_3d", "draw_stages"]

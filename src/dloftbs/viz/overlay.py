@@ -119,6 +119,20 @@ def draw(
     return picture
 
 
+def as_png(picture: Picture) -> bytes:
+    """Return a picture as a PNG file.
+
+    Raises
+    ------
+    InputError
+        If it is no picture.
+    """
+    import cv2
+
+    _, data = cv2.imencode(".png", check_image(picture))
+    return bytes(data)
+
+
 def as_picture(image_or_frame: Frame | npt.ArrayLike, style: Style) -> Picture:
     """Return a new BGR picture (H, W, 3) of a frame, an image or a mask.
 

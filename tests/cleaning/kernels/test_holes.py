@@ -11,9 +11,10 @@ from scipy import ndimage
 from skeletons import as_words
 
 import dloftbs
-from dloftbs import CleaningConfig, Config
+from dloftbs import Config
 from dloftbs.cleaning import clean
 from dloftbs.cleaning.kernels.holes import fill_holes
+from dloftbs.config import CleaningConfig
 from dloftbs.kernels.bitmask import as_bytes, cut, frame
 
 AROUND = np.ones((3, 3), np.uint8)
@@ -106,7 +107,7 @@ def glossy(width: int, size: tuple[int, int], share: float = 0.2) -> tuple[np.nd
 @WIDTHS
 def test_a_highlight_along_a_cable_leaves_it_one(width: int, size: tuple[int, int]) -> None:
     mask, plain, _ = glossy(width, size, 0.3)
-    split = dloftbs.detect(mask, Config().replace({"cleaning.fill_holes": False}))
+    split = dloftbs.detect(mask, config=Config().replace({"cleaning.fill_holes": False}))
     assert len(split) != 1 or split[0].curve.closed  # its two halves, or one around the highlight
     (found,) = dloftbs.detect(mask)
     assert found.width == pytest.approx(width, rel=0.1)

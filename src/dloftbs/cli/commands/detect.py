@@ -7,6 +7,7 @@ import threading
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,18 +19,19 @@ from dloftbs.cli.options import (
     InputOptions,
     check_pictures,
     config_options,
+    every_option,
     input_options,
+    limit_option,
     out_option,
+    prints_to_terminal,
+    stages_option,
 )
 from dloftbs.cli.shell import BAD_INPUT, Failure, report_error
 from dloftbs.errors import DloftbsError, InputError, SourceError
 
 if TYPE_CHECKING:
-    from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
     from dloftbs.frame import Frame
-    from dloftbs.pipeline import Pipeline
-    from dloftbs.sinks import Sink
 
 
 @click.command(short_help="Find the cables in images, each by itself.")
@@ -42,13 +44,9 @@ if TYPE_CHECKING:
     callback=check_pictures(video=False),
     help="Draw the curves over the images, in a folder, or in a file for a single image.",
 )
-@click.option(
-    "--stages",
-    type=FilledPath(),
-    metavar="FOLDER|PNG",
-    callback=check_pictures(video=False),
-    help="Draw a figure of all stages of each image, in the same ways.",
-)
+@stages_option
+@limit_option
+@every_option
 @click.option(
     "--jobs", "-j", type=click.IntRange(1, MAX_JOBS), metavar="N", help="Threads; as many as there are cores."
 )
@@ -61,24 +59,30 @@ def detect(
     outs: tuple[str, ...],
     overlay: str | None,
     stages: str | None,
+    limit: int | None,
+    every: int,
     jobs: int | None,
     inputs: InputOptions,
     config: Config,
 ) -> None:
     """Find the cables in images or masks, each by itself.
 
-    INPUT is an image or a mask, a folder, a glob in quotes, or whatever `dloftbs track` takes. Results
-    are JSON lines on standard output, one an image, or go to the files of --out. What cannot be read is
-    reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of inputs,
-    pictures are named photo.overlay.png and photo.stages.png.
+    INPUT is an image or a mask, a folder, a glob, or whatever `dloftbs track` takes. Results are JSON
+    lines on standard output, one an image, or go to the files of --out. Progress and a summary of the
+    timing go to standard error. What cannot be read is reported, the rest goes on, and the exit code is 1.
+    No result replaces an input: in a folder of inputs, pictures are named photo.overlay.png and
+    photo.stages.png.
 
     \b
     dloftbs detect photo.jpg --hsv 170:10,80:255,60:255 --overlay overlays
     dloftbs detect masks/ --out curves.jsonl --out curves.csv
     """
     _check_usage(where, inputs)
-    from dloftbs.cli.outputs import open_outputs, write_config
+    from dloftbs.cli.frames import without_partners
+    from dloftbs.cli.outputs import open_all_pictures, open_outputs, write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
+    from dloftbs.cli.progress import open_progress
+    from dloftbs.cli.stream_report import RunReport
     from dloftbs.overlap import Ahead, cores, in_order
     from dloftbs.pipeline import Pipeline
 
@@ -86,19 +90,28 @@ def detect(
         def __init__(self) -> None:
             self.pipeline = Pipeline(config)
 
+    outs = outs or (STANDARD_OUTPUT,)
     pictures = {"--overlay": overlay, "--stages": stages}
-    outputs = plan_outputs(outs or (STANDARD_OUTPUT,), pictures, InputFiles(where, context.params), config)
+    outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     own = Own()
     jobs = jobs or cores()
-    batch = _Batch(_images(where, inputs), inputs, config, jobs)
+    batch = _Batch(without_partners(where, inputs), inputs, config, jobs, every)
+    report = RunReport(tracked=False)
     with (
-        Ahead(batch.frames()) as read,
-        open_outputs(outputs.data, *_pictures(own.pipeline, outputs)) as sink,
+        Ahead(batch.frames(limit)) as read,
+        open_outputs(outputs.data, *open_all_pictures(outputs.pictures, own.pipeline)) as sink,
+        open_progress(shares_terminal=prints_to_terminal(outs)) as progress,
     ):
         write_config(outputs.config_file, config)
         with closing(in_order(lambda frame: (frame, own.pipeline.detect(frame)), read, jobs)) as found:
             for frame, result in found:
                 sink.write(frame, result)
+                report.length, report.skipped = batch.length(limit), batch.failures
+                report.add(result)
+                progress.tick(report)
+    report.skipped = batch.failures
+    if report.frames > 1:  # of one image, the result says all
+        click.echo(report.summary(), err=True)
     if batch.failures:
         context.exit(BAD_INPUT)
 
@@ -110,50 +123,37 @@ def _check_usage(where: Sequence[str], inputs: InputOptions) -> None:
         )
 
 
-def _pictures(pipeline: Pipeline, outputs: Outputs) -> Iterator[Sink]:
-    from dloftbs.cli.outputs import open_pictures
-
-    for option, (path, ending) in outputs.pictures.items():
-        if option == "--stages":
-            from dloftbs import viz
-
-            yield open_pictures(path, ending, draw=lambda frame, result: viz.draw_stages(pipeline.trace(frame)))
-        else:
-            yield open_pictures(path, ending)
-
-
-def _images(where: Sequence[str], inputs: InputOptions) -> list[str]:
-    """Return the inputs without those that go with another by a naming rule: shells put both into one glob."""
-    from dloftbs.sources.pairing import without_partners
-
-    files = [Path(text) for text in where if os.path.isfile(text)]
-    kept = files
-    for rule in inputs.rules:
-        kept = without_partners(kept, rule)
-    partners = set(files) - set(kept)
-    images = [text for text in where if Path(text) not in partners]
-    if not images:
-        raise SourceError(f"every input is the partner of another under {' and '.join(inputs.rules)}")
-    return images
-
-
 class _Batch:
     """The frames of all inputs, one after the other and counted through; what cannot be read is reported."""
 
-    def __init__(self, where: Sequence[str], inputs: InputOptions, config: Config, jobs: int) -> None:
+    def __init__(self, where: Sequence[str], inputs: InputOptions, config: Config, jobs: int, every: int) -> None:
         self._where = where
         self._inputs = inputs
         self._config = config
         self._jobs = jobs
+        self._every = every
         self._failures: list[int] = []  # of each input; several threads can append
+        self._lengths: list[int | None] = []  # of the inputs that were opened, in the same way
 
     @property
     def failures(self) -> int:
         """Inputs that could not be read so far."""
         return sum(self._failures)
 
-    def frames(self) -> Generator[Frame, None, None]:
-        """Yield all of them; many inputs of a file each are decoded side by side, as are the files of a folder."""
+    def length(self, limit: int | None) -> int | None:
+        """Return the number of frames to come in all, as far as it is known by now."""
+        known = [n for n in self._lengths if n is not None]
+        if len(known) < len(self._lengths):
+            return limit
+        images = sum(known) + len(self._where) - len(known)  # an input that is yet to be opened is one image, mostly
+        return min(n for n in (-(-images // self._every), limit) if n is not None)
+
+    def frames(self, limit: int | None) -> Generator[Frame, None, None]:
+        """Yield the wanted ones; many inputs of a file each are decoded side by side, as are the files of a folder."""
+        with closing(self._all()) as frames:
+            yield from islice((frame for frame in frames if frame.index % self._every == 0), limit)
+
+    def _all(self) -> Generator[Frame, None, None]:
         first = 0
         from dloftbs.overlap import in_order
 
@@ -187,6 +187,7 @@ class _Batch:
         from dloftbs.cli.frames import UsableFrames
 
         with self._inputs.open(where, jobs=self._jobs) as source:
+            self._lengths.append(source.length)
             frames = UsableFrames(source, self._config, self._inputs)
             try:
                 yield from frames

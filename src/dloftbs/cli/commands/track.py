@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable
 from contextlib import ExitStack
 from itertools import islice
 from typing import TYPE_CHECKING
 
 import click
 
-from dloftbs.cli.limits import MAX_FRAMES, FilledPath
+from dloftbs.cli.limits import FilledPath
 from dloftbs.cli.options import (
     STANDARD_OUTPUT,
     InputOptions,
     check_pictures,
     config_options,
+    every_option,
     input_options,
+    limit_option,
     out_option,
+    prints_to_terminal,
+    stages_option,
 )
-from dloftbs.cli.shell import interrupted
+from dloftbs.cli.shell import BAD_INPUT, interrupted
 from dloftbs.errors import SourceError
 
 if TYPE_CHECKING:
@@ -32,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Follow the cables through a stream.")
-@click.argument("where", metavar="INPUT", type=FilledPath())
+@click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
 @out_option
 @click.option(
     "--overlay",
@@ -41,7 +44,9 @@ if TYPE_CHECKING:
     callback=check_pictures(video=True),
     help="Draw the curves over the frames: .mp4, .mov, a folder of pictures, or a picture for a single frame.",
 )
-@click.option("--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames.")
+@stages_option
+@limit_option
+@every_option
 @click.option(
     "--fps",
     type=click.FloatRange(0.01, 1000.0),
@@ -53,28 +58,33 @@ if TYPE_CHECKING:
 @click.pass_context
 def track(
     context: click.Context,
-    where: str,
+    where: tuple[str, ...],
     outs: tuple[str, ...],
     overlay: str | None,
+    stages: str | None,
     limit: int | None,
+    every: int,
     fps: float | None,
     inputs: InputOptions,
     config: Config,
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
-    INPUT is a video, a folder or a glob of images or masks in their natural order, an .npy or .npz file,
-    the index of a camera, or the address of a stream. Without --out and --overlay, results are JSON lines
-    on standard output. Progress and a summary of the timing go to standard error. Ctrl-C ends the run:
-    files are closed, the summary is printed, and the exit code is 130. Reading, tracking and writing go on
-    side by side; a camera that is faster than all that has frames left out, so that results are never late.
-    No result replaces an input: in a folder of inputs, pictures are named photo.overlay.png.
+    INPUT is a video, a folder or a glob of images or masks in their natural order, the files of one, an
+    .npy or .npz file, the index or the device of a camera, the address of a stream, or - for an image or
+    an .npz file on standard input. Without --out, --overlay and --stages, results are JSON lines on
+    standard output. Progress and a summary of the timing go to standard error. What cannot be read is
+    reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the summary
+    is printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera that
+    is faster than all that has frames left out, so that results are never late. No result replaces an
+    input: in a folder of inputs, pictures are named photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
+    dloftbs track cable.mp4 --hsv 170:10 --every 30 --limit 5 --stages stages
     dloftbs track masks/ --kind mask --fps 30 --out curves.npz
     """
-    from dloftbs.cli.frames import UsableFrames
+    from dloftbs.cli.frames import UsableFrames, in_natural_order
     from dloftbs.cli.outputs import write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
@@ -82,22 +92,22 @@ def track(
     from dloftbs.overlap import Ahead, Behind, cores
     from dloftbs.pipeline import Pipeline
 
-    if not outs and overlay is None:
+    if not outs and overlay is None and stages is None:
         outs = (STANDARD_OUTPUT,)
-    files = InputFiles((where,), context.params)
-    outputs = plan_outputs(outs, {"--overlay": overlay}, files, config, is_one=limit == 1)
+    pictures = {"--overlay": overlay, "--stages": stages}
+    outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     pipeline = Pipeline(config)
-    source = inputs.open(where, fps, jobs=cores())
-    frames = UsableFrames(source, config, inputs)
-    length = min((n for n in (source.length, limit) if n is not None), default=None)
-    report = RunReport()
+    source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), fps, jobs=cores())
+    frames = UsableFrames(source, config, inputs, every)
+    usable = None if source.length is None else -(-source.length // every)
+    report = RunReport(min((n for n in (usable, limit) if n is not None), default=None))
     read = Ahead(_frames_of(source, frames, limit), newest=source.live)
     try:
         with ExitStack() as stack:
             stack.enter_context(read)
-            sink = stack.enter_context(_open_sink(outputs, source.fps))
+            sink = stack.enter_context(_open_sink(outputs, source.fps and source.fps / every, config))
             write_config(outputs.config_file, config)
-            progress = stack.enter_context(open_progress(length, shares_terminal=_prints_to_terminal(outs)))
+            progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
 
             def write(done: tuple[Frame, FrameResult]) -> None:
@@ -118,6 +128,8 @@ def track(
             click.echo(report.summary(), err=True)
     if not report.frames:
         raise SourceError(f"{source.name}: no frame could be read")
+    if report.skipped and not source.live:  # a camera now and then has a frame that cannot be decoded
+        context.exit(BAD_INPUT)
 
 
 def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Generator[Frame, None, None]:
@@ -126,12 +138,9 @@ def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Ge
         yield from frames if source.live else islice(frames, limit)
 
 
-def _open_sink(outputs: Outputs, fps: float | None) -> Sink:
-    from dloftbs.cli.outputs import open_outputs, open_pictures
+def _open_sink(outputs: Outputs, fps: float | None, config: Config) -> Sink:
+    from dloftbs.cli.outputs import open_all_pictures, open_outputs
+    from dloftbs.pipeline import Pipeline
 
-    pictures = (open_pictures(path, ending, fps=fps or 30.0) for path, ending in outputs.pictures.values())
-    return open_outputs(outputs.data, *pictures)
-
-
-def _prints_to_terminal(outs: Sequence[str]) -> bool:
-    return STANDARD_OUTPUT in outs and sys.stdout.isatty()
+    # Another pipeline, since what is drawn is drawn in another thread.
+    return open_outputs(outputs.data, *open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0))

@@ -1,0 +1,41 @@
+"""Input that is valid and hardly meant: inverted masks, photographs as masks, millimetres as metres."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from dloftbs._arrays import AnyArray
+from dloftbs.config import DepthConfig
+
+_log = logging.getLogger("dloftbs.pipeline")
+
+_MOST_SET = 0.5
+"""Largest share of a frame that cables cover; ground shows between them, which the method needs."""
+_GRID_PX = 8
+"""Every so many rows and columns one pixel is asked, which tells the share to a percent."""
+
+
+def warn_of_mask(mask: AnyArray, name: str) -> bool:
+    """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
+    some = mask[::_GRID_PX, ::_GRID_PX]
+    if np.count_nonzero(some) <= _MOST_SET * some.size:
+        return False
+    percent = 100.0 * np.count_nonzero(mask) / mask.size
+    what = f" of {name}" if name else ""
+    _log.warning("%.0f %% of the mask%s is set: inverted, a photograph, or too wide a range of colours?", percent, what)
+    return True
+
+
+def unit_hint(depth: AnyArray, config: DepthConfig) -> str:
+    """Return the end of a reason why depth says nothing, if most of it would say something in millimetres."""
+    if depth.dtype.kind != "f":
+        return ""
+    values = depth[np.isfinite(depth) & (depth > 0.0)]
+    if values.size == 0 or np.median(values) <= config.range_m[1]:
+        return ""
+    return (
+        f"; the median of the depth is {np.median(values):.4g}, and floating-point depth is in metres: "
+        "multiply millimetres by 0.001"
+    )
