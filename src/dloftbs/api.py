@@ -89,7 +89,7 @@ def detect(
 
 
 Stream = Where | Iterable[Frame | AnyArray]
-"""What `track` follows: what `sources.open` opens, or frames one after the other."""
+"""Streams that `track` follows: all that `sources.open` opens, or frames one after the other."""
 
 
 def track(

@@ -1,4 +1,4 @@
-"""Whether the tracks of a run look like those of objects, or of a mask that breaks up."""
+"""Signs that the tracks of a run are not those of objects but of a mask that breaks up."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ MAX_CAMERA_DIGITS = 9
 
 PathLike = str | os.PathLike[str]
 Where = PathLike | int | npt.NDArray[Any] | Sequence[PathLike]
-"""What `open` opens."""
+"""Places that `open` opens."""
 
 
 def open(
