@@ -73,6 +73,20 @@ def as_float_array(name: str, value: npt.ArrayLike) -> FloatArray:
     return array
 
 
+def as_numbers(name: str, value: npt.ArrayLike) -> FloatArray:
+    """Return numbers of any shape as they are, NaN and infinity among them, copied only if they have another type.
+
+    Raises
+    ------
+    InputError
+        If something is no number.
+    """
+    array = as_array(name, value)
+    if array.dtype.kind not in "fiub":
+        raise InputError(f"{name} must be an array of numbers, got {array.shape} of {array.dtype}")
+    return array.astype(np.float64, copy=False)
+
+
 def as_array(name: str, value: npt.ArrayLike) -> AnyArray:
     """Return anything as an array.
 

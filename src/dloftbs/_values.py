@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 from collections.abc import Sequence
 from itertools import pairwise
 from numbers import Integral, Real
+from pathlib import Path
 
 from dloftbs.errors import DloftbsError, InputError
 
@@ -77,6 +79,13 @@ def check_text(name: str, value: object) -> str:
     if not isinstance(value, str):
         raise InputError(f"{name} must be text, got {shown(value)}")
     return str(value)
+
+
+def check_path(name: str, value: object, error: type[DloftbsError] = InputError) -> Path:
+    """Return a path, or raise the error."""
+    if not isinstance(value, (str, Path, os.PathLike)):
+        raise error(f"{name} must be a path, got {shown(value)}")
+    return Path(os.fsdecode(value))
 
 
 def check_flag(name: str, value: object) -> bool:

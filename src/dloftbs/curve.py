@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
 
-from dloftbs._arrays import FloatArray, as_float_array, as_points, as_vector, frozen
+from dloftbs._arrays import FloatArray, as_float_array, as_numbers, as_points, as_vector, frozen
 from dloftbs._values import check_flag, check_integer, shown
 from dloftbs.errors import InputError
 
@@ -21,6 +21,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
 _SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
 _MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
+_MOST_DERIVATIVES = 100  # all beyond the degree are zero
 ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
 
 
@@ -166,10 +167,11 @@ class BSplineCurve:
         Raises
         ------
         InputError
-            If `u` is beyond the ends of an open curve, and not by rounding, unless `extrapolate`.
+            If `u` is no number, or beyond the ends of an open curve, and not by rounding, unless `extrapolate`.
         """
-        at = np.asarray(u, dtype=np.float64)
-        if not self._closed and not extrapolate and at.size:
+        at = as_numbers("u", u)
+        derivative = check_integer("derivative", derivative, 0, _MOST_DERIVATIVES)
+        if not self._closed and at.size and not check_flag("extrapolate", extrapolate):
             low, high = float(at.min()), float(at.max())
             if not (low >= -ROUNDING and high <= 1.0 + ROUNDING):
                 raise InputError(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dloftbs._arrays import LARGEST, FloatArray
-from dloftbs._values import check_number
+from dloftbs._values import check_number, shown
 from dloftbs.centerline import JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
@@ -142,8 +142,10 @@ def make_observations(
     InputError
         If an item is neither a detection nor a curve in the image, or there is not one width for each.
     """
-    if widths is not None and len(widths) != len(found):
-        raise InputError(f"widths must be one for each of {len(found)} curves, got {len(widths)}")
+    if not isinstance(found, Sequence):
+        raise InputError(f"expected a sequence of Detection or BSplineCurve, got {shown(found)}")
+    if widths is not None and not _is_list_of(len(found), widths):
+        raise InputError(f"widths must be one for each of {len(found)} curves, got {shown(widths)}")
     observations = []
     for index, item in enumerate(found):
         detection = item if isinstance(item, Detection) else None
@@ -166,6 +168,12 @@ def make_observations(
                 Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps, scale)
             )
     return observations
+
+
+def _is_list_of(count: int, values: object) -> bool:
+    if isinstance(values, np.ndarray):
+        return values.shape == (count,)
+    return isinstance(values, Sequence) and len(values) == count
 
 
 def sample_curve(

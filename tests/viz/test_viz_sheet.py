@@ -53,11 +53,11 @@ def test_pictures_are_left_alone():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"pictures": []}, "at least one picture, got none"),
+        ({"pictures": []}, "at least one picture, got \\["),
         ({"titles": ["a", "b"]}, "as many as pictures, 1, got 2"),
-        ({"columns": 0}, "columns must be an integer of at least 1, got 0"),
-        ({"columns": 1.5}, "columns must be an integer of at least 1, got 1.5"),
-        ({"tile_width": 3}, "tile_width must be an integer of at least 16, got 3"),
+        ({"columns": 0}, "columns must be an integer in 1.*, got 0"),
+        ({"columns": 1.5}, "columns must be an integer in 1.*, got 1.5"),
+        ({"tile_width": 3}, "tile_width must be an integer in 16.*, got 3"),
         ({"pictures": [np.zeros((3, 3, 3))]}, "uint8, got .*float64"),
         ({"pictures": [np.zeros((0, 3, 3), np.uint8)]}, "at least one pixel"),
     ],

@@ -125,5 +125,5 @@ def test_steps_are_round(wanted):
 
 
 def test_what_is_no_frame_is_refused():
-    with pytest.raises(InputError, match="frame must be a Frame, got ndarray"):
+    with pytest.raises(InputError, match="frame must be a Frame, got array"):
         viz.draw_3d(np.zeros(SIZE), result())

@@ -104,7 +104,7 @@ def test_without_tracks_colours_go_by_order_and_crossings_are_marked(build):
 
 
 def test_wrong_traces_are_refused(build):
-    with pytest.raises(InputError, match="StageTrace, got FrameResult"):
+    with pytest.raises(InputError, match=r"StageTrace, got FrameResult\("):
         viz.draw_stages(build.result((10, 10)))
 
 

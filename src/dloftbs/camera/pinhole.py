@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, as_array, as_float_array
-from dloftbs._values import check_number, check_size, shown
+from dloftbs._arrays import FloatArray, as_array, as_float_array, as_numbers
+from dloftbs._values import check_number, check_path, check_size, shown
 from dloftbs.camera.calibration_files import read_camera
 from dloftbs.camera.lens_models import LENS_MODELS, LensModel
 from dloftbs.errors import InputError
@@ -130,10 +130,12 @@ class PinholeCamera:
 
         Raises
         ------
+        InputError
+            If it is no path.
         SourceError
             If the file cannot be read, is none of these, or describes a camera that is not supported.
         """
-        return read_camera(Path(path), cls._from_values)
+        return read_camera(check_path("path", path), cls._from_values)
 
     @classmethod
     def _from_values(cls, values: dict[str, Any]) -> PinholeCamera:
@@ -212,7 +214,7 @@ class PinholeCamera:
         InputError
             If the last axis is not 3 or a point is not in front of the camera.
         """
-        points = np.asarray(points_m, dtype=np.float64)
+        points = as_numbers("points_m", points_m)
         if points.ndim < 1 or points.shape[-1] != 3:
             raise InputError(f"points_m must have shape (..., 3), got {points.shape}")
         z = points[..., 2]
@@ -242,8 +244,8 @@ class PinholeCamera:
         InputError
             If the shapes disagree.
         """
-        points = np.asarray(points_px, dtype=np.float64)
-        depth = np.asarray(depth_m, dtype=np.float64)
+        points = as_numbers("points_px", points_px)
+        depth = as_numbers("depth_m", depth_m)
         if points.ndim < 1 or points.shape[-1] != 2:
             raise InputError(f"points_px must have shape (..., 2), got {points.shape}")
         if depth.shape != points.shape[:-1]:

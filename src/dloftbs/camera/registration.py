@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, as_vector, check_depth
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number
+from dloftbs._arrays import FloatArray, as_array, as_vector, check_depth
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_path, check_size
 from dloftbs.camera.calibration_files import read_registration
 from dloftbs.camera.pinhole import PinholeCamera
 from dloftbs.errors import InputError
@@ -53,7 +53,7 @@ class DepthRegistration:
         for name in ("depth_camera", "colour_camera"):
             if not isinstance(getattr(self, name), PinholeCamera):
                 raise InputError(f"{name} must be a PinholeCamera, got {getattr(self, name)!r}")
-        rotation = np.asarray(self.rotation)
+        rotation = as_array("rotation", self.rotation)
         if rotation.shape != (3, 3):
             raise InputError(f"rotation must have shape (3, 3), got {rotation.shape}")
         r = as_vector("rotation", rotation.ravel(), 9).reshape(3, 3)
@@ -77,7 +77,7 @@ class DepthRegistration:
         SourceError
             If the file cannot be read or says something else.
         """
-        return read_registration(Path(path), PinholeCamera._from_values, cls)
+        return read_registration(check_path("path", path), PinholeCamera._from_values, cls)
 
     def register(self, depth: npt.ArrayLike, size: tuple[int, int] | None = None) -> AnyArray:
         """Return depth as the colour camera sees it.
@@ -108,7 +108,7 @@ class DepthRegistration:
 
         counts = check_depth(depth)
         self.depth_camera.check_size(counts.shape)
-        size = size or self.colour_camera.size
+        size = self.colour_camera.size if size is None else check_size("size", size)
         if size is None:
             raise InputError("the colour camera has no size: register(depth, size) needs the colour image's (H, W)")
         self.colour_camera.check_size(size)

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from dloftbs._documents import parse_yaml, read_text
-from dloftbs._values import shown
+from dloftbs._values import as_integer, shown
 from dloftbs.config.cleaning import CleaningConfig
 from dloftbs.config.explained import comment, meanings, meant, summary
 from dloftbs.config.fitting import FittingConfig
@@ -67,6 +67,7 @@ class Config(Section, frozen=True, kw_only=True):
         ConfigError
             If `objects` is no integer of at least 1.
         """
+        one = as_integer(objects) == 1  # what is no number is refused below
         return cls(
             cleaning=CleaningConfig(open_px=3, close_px=1, thin_px=0, fill_holes=False),
             linking=GreedyLinkingConfig(
@@ -74,7 +75,7 @@ class Config(Section, frozen=True, kw_only=True):
                 min_length_px=10,
                 min_length_widths=0.0,
                 distance_weight=0.05,
-                max_cost=None if objects == 1 else 2.0,
+                max_cost=None if one else 2.0,
                 direction_px=10,
             ),
             fitting=FittingConfig(knots=25),

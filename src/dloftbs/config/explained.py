@@ -1,4 +1,4 @@
-"""Meanings of the settings, for people: taken from the docstrings of the sections, and the right key for a wrong one."""
+"""Meanings of the settings, taken from the docstrings of the sections, and the right key for a wrong one."""
 
 from __future__ import annotations
 

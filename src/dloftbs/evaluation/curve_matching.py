@@ -15,8 +15,10 @@ import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray, frozen
+from dloftbs._values import shown
 from dloftbs.errors import InputError
 from dloftbs.evaluation.curves import even_l3
+from dloftbs.evaluation.gate import check_gate
 from dloftbs.evaluation.traces import SAMPLES, CurveLike, align, check_dimensions, trace_of
 
 
@@ -149,6 +151,9 @@ def compare_curves(found: Sequence[CurveLike], true: Sequence[CurveLike], *, sam
     InputError
         As `curve_l3`.
     """
+    for name, curves in (("found", found), ("true", true)):
+        if not isinstance(curves, Sequence):
+            raise InputError(f"{name} must be a sequence of curves, got {shown(curves)}")
     found_traces, true_traces = (
         [trace_of(f"{name}[{i}]", curve, samples) for i, curve in enumerate(curves)]
         for name, curves in (("found", found), ("true", true))
@@ -184,9 +189,7 @@ def match_distances(distances: CurveDistances, *, gate_px: float | None = None) 
     InputError
         If the gate is negative.
     """
-    gate = math.inf if gate_px is None else gate_px
-    if not gate >= 0.0:
-        raise InputError(f"gate_px must be at least 0, got {gate_px}")
+    gate = math.inf if gate_px is None else check_gate("gate_px", gate_px)
     rows, columns = linear_sum_assignment(np.minimum(distances.l3, gate))
     pairs = tuple(
         Pair(int(j), int(i), float(distances.l3[i, j]), bool(distances.forward[i, j]))

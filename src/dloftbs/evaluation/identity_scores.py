@@ -25,6 +25,7 @@ from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.errors import InputError
+from dloftbs.evaluation.gate import check_gate
 
 _MOSTLY, _HARDLY = 0.8, 0.2  # of an object's frames
 
@@ -119,9 +120,7 @@ class TrackingScorer:
     """
 
     def __init__(self, gate: float = math.inf) -> None:
-        if not gate >= 0.0:
-            raise InputError(f"gate must be at least 0, got {gate}")
-        self._gate = gate
+        self._gate = check_gate("gate", gate)
         self._counts: Counter[str] = Counter()
         self._distance_sum = 0.0
         self._track_of: dict[Hashable, Hashable] = {}

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs._arrays import FloatArray
+from dloftbs._arrays import FloatArray, as_array
 from dloftbs.errors import InputError
 
 
@@ -88,7 +88,7 @@ def dice(found_labels: npt.ArrayLike, true_labels: npt.ArrayLike) -> DiceScore:
 
 
 def _as_labels(name: str, value: npt.ArrayLike) -> npt.NDArray[Any]:
-    array = np.asarray(value)
+    array = as_array(name, value)
     if array.ndim != 2:
         raise InputError(f"{name} must have shape (H, W), got {array.shape}")
     if array.dtype != np.bool_ and not np.issubdtype(array.dtype, np.integer):

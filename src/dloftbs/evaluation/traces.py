@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from dloftbs._arrays import FloatArray, as_points
+from dloftbs._values import check_integer
 from dloftbs.centerline import arc_parameter
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
@@ -30,6 +31,7 @@ SAMPLES = 500
 
 # Chords between the points of a curve cut its corners by the square of their length: a sixteenth of that of `samples`.
 _OVERSAMPLING = 4
+_MOST_SAMPLES = 1_000_000  # against a number that was not meant
 _STARTS = 64  # tried around a loop before the best is refined
 
 
@@ -75,8 +77,7 @@ def trace_of(name: str, curve: CurveLike, samples: int) -> Trace:
     InputError
         If it has less than two points, a wrong shape or values that are not finite, or `samples` is less than 2.
     """
-    if samples < 2:
-        raise InputError(f"samples must be at least 2, got {samples}")
+    check_integer("samples", samples, 2, _MOST_SAMPLES)
     if isinstance(curve, BSplineCurve):
         return Trace(curve.sample(_OVERSAMPLING * samples), curve.closed)
     points = as_points(name, curve)

@@ -13,6 +13,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from dloftbs._values import check_path
 from dloftbs.errors import InputError
 from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
 from dloftbs.sinks.geometry import GeometrySink
@@ -100,6 +101,7 @@ def kind_of(path: str | Path) -> type[PathSink]:
     InputError
         If the suffix is unknown.
     """
+    check_path("path", path)
     suffix = Path(path).suffix.lower()
     if str(path).endswith(("/", "\\")) or not suffix:
         return OverlayImagesSink

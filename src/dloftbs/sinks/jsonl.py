@@ -9,6 +9,7 @@ from typing import Any
 
 from dloftbs._documents import parse_json
 from dloftbs._json import encode_line
+from dloftbs._values import check_path
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
@@ -65,8 +66,9 @@ def read_json_lines(path: str | Path) -> Iterator[dict[str, Any]]:
     SourceError
         If the file cannot be read, or a whole line is not a JSON object; the message has its number.
     """
+    place = check_path("path", path)
     try:
-        with Path(path).open("rb") as file:
+        with place.open("rb") as file:
             for number, line in enumerate(file, start=1):
                 try:
                     row = parse_json(line, dict[str, Any])

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._npy import BROKEN, read_members
+from dloftbs._values import check_path
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
@@ -204,9 +205,10 @@ def read_npz(path: str | Path) -> list[NpzRow]:
     SourceError
         If the file cannot be read or is not what a `NpzSink` writes.
     """
+    place = check_path("path", path)
     try:
         names = [column.name for column in _COLUMNS]
-        found, arrays = read_members(Path(path), names, _MOST_BYTES)
+        found, arrays = read_members(place, names, _MOST_BYTES)
         if missing := [name for name in names if name not in found]:
             raise InputError(f"it lacks {', '.join(missing)}")
         return [_row(arrays, i) for i in range(len(arrays["frame"]))]

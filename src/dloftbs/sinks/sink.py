@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
 
+from dloftbs._values import check_path
 from dloftbs.errors import InputError, SinkError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
@@ -84,7 +85,7 @@ class PathSink(Sink):
     def __init__(self, path: str | Path) -> None:
         if path == "":
             raise InputError("the path of a result is empty; the current folder is '.'")
-        self._path = Path(path)
+        self._path = check_path("path", path)
         self._closed = False
 
     @property

@@ -10,7 +10,6 @@ hole in the indices, and is counted in `Source.skipped`.
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_number, shown
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
@@ -253,12 +252,12 @@ def _path_text(what: str, where: object) -> str:
 
 
 def _check_options(kind: object, masks: object, fps: object, jobs: object) -> None:
-    if kind not in KINDS:
-        raise InputError(f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
     if masks is not None and kind == "mask":
         raise InputError("kind must be 'image' where masks are given, got 'mask'")
-    valid = isinstance(fps, (int, float)) and not isinstance(fps, bool) and math.isfinite(fps) and fps > 0
-    if fps is not None and not valid:
-        raise InputError(f"fps must be a positive number, got {fps!r}")
+    rate = as_float(fps)
+    if fps is not None and (rate is None or rate <= 0.0):
+        raise InputError(f"fps must be a positive number, got {shown(fps)}")
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
         raise InputError(f"jobs must be an integer of at least 1, got {jobs!r}")

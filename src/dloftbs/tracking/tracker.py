@@ -7,7 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from dloftbs._values import check_size, check_stamp, check_type
+from dloftbs._arrays import LARGEST
+from dloftbs._values import check_number, check_size, check_stamp, check_type
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
@@ -134,11 +135,12 @@ class Tracker:
         Raises
         ------
         InputError
-            If an item is neither a detection nor a curve in the image; if a stamp, size or width is invalid, or the
-            evidence of another size; or, if so configured, if the size differs from the last frame's or
+            If an item is neither a detection nor a curve in the image; if a stamp, size, width or cost is invalid, or
+            the evidence of another size; or, if so configured, if the size differs from the last frame's or
             the stamp lies before its.
         """
         observations = make_observations(detections, widths)
+        override = check_number("override", override, 0.0, LARGEST)
         dt = self._advance(stamp, size, occlusion)
         observations = with_appearances(observations, occlusion)
         self._prior_gate.count(override)

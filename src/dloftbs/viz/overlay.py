@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, check_image, check_mask
+from dloftbs._arrays import FloatArray, as_array, check_image, check_mask
+from dloftbs._values import check_type
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Crossing, Detection
@@ -108,8 +109,8 @@ def draw(
     InputError
         If the picture has another size than the result, or a wrong shape or type.
     """
-    if not isinstance(result, FrameResult):
-        raise InputError(f"result must be a FrameResult, got {type(result).__name__}")
+    check_type("result", result, FrameResult)
+    check_type("style", style, Style)
     picture = as_picture(image_or_frame, style)
     if picture.shape[:2] != tuple(result.size):
         raise InputError(f"the picture must have the result's size {result.size} (H, W), got {picture.shape[:2]}")
@@ -145,7 +146,7 @@ def as_picture(image_or_frame: Frame | npt.ArrayLike, style: Style) -> Picture:
         source = image_or_frame.image if image_or_frame.image is not None else image_or_frame.mask
         assert source is not None  # the frame saw to it
     else:
-        source = np.asarray(image_or_frame)
+        source = as_array("a picture", image_or_frame)
     if source.ndim == 3 and source.shape[2] != 1:
         picture = np.array(check_image(source), order="C")
     else:

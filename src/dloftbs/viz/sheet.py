@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._values import MAX_WHOLE, MOST_PX, check_integer, shown
 from dloftbs.errors import InputError
 from dloftbs.viz.lettering import Text
 from dloftbs.viz.overlay import as_picture
@@ -44,18 +45,15 @@ def contact_sheet(
         If there is no picture, one has a wrong shape or type, the titles are not as many as the pictures, or a number
         is out of range.
     """
-    if len(pictures) == 0:
-        raise InputError("a contact sheet needs at least one picture, got none")
-    _check_count("columns", columns, 1)
-    _check_count("tile_width", tile_width, _LEAST_TILE_PX)
+    if not isinstance(pictures, (Sequence, np.ndarray)) or len(pictures) == 0:
+        raise InputError(f"a contact sheet needs a sequence of at least one picture, got {shown(pictures)}")
+    if titles is not None and not (isinstance(titles, Sequence) and all(isinstance(title, str) for title in titles)):
+        raise InputError(f"titles must be texts, one for each picture, got {shown(titles)}")
+    columns = check_integer("columns", columns, 1, MAX_WHOLE)
+    tile_width = check_integer("tile_width", tile_width, _LEAST_TILE_PX, MOST_PX)
     style = Style()
     tiles = [_fitted(as_picture(picture, style), tile_width) for picture in pictures]
     return arrange(tiles, titles, columns, tile_width, style)
-
-
-def _check_count(name: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InputError(f"{name} must be an integer of at least {least}, got {value!r}")
 
 
 def _fitted(picture: Picture, side: int) -> Picture:

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs._values import check_type
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
-from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import Track, TrackState
@@ -92,8 +92,8 @@ def draw_3d(
     InputError
         If the frame is no `Frame`, has another size than the result, or a curve in space has not three dimensions.
     """
-    if not isinstance(frame, Frame):
-        raise InputError(f"frame must be a Frame, got {type(frame).__name__}")
+    check_type("frame", frame, Frame)
+    check_type("style", style, Style)
     width = style.panel_px
     flat = _scaled(overlay.draw(frame, result, style=style), width)
     height = max(flat.shape[0], round(_LEAST_ASPECT * width))

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
+from dloftbs._values import check_type
 from dloftbs.centerline import JointKind, Segment
 from dloftbs.detection import Detection
-from dloftbs.errors import InputError
 from dloftbs.frame_result import FrameResult
 from dloftbs.stage_trace import StageTrace
 from dloftbs.viz import overlay, shapes
@@ -48,8 +48,8 @@ def draw_stages(trace: StageTrace, *, style: Style = Style()) -> Picture:  # noq
     InputError
         If `trace` is something else, or a curve is not in the image.
     """
-    if not isinstance(trace, StageTrace):
-        raise InputError(f"trace must be a StageTrace, got {type(trace).__name__}")
+    check_type("trace", trace, StageTrace)
+    check_type("style", style, Style)
     view = View.around(trace.mask | trace.cleaned, style.panel_px)
     panels = (
         _input(trace, view, style),

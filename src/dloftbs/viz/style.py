@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
+from dloftbs._values import MAX_WHOLE, as_float, check_integer, check_size
 from dloftbs.errors import InputError
 
 Colour = tuple[int, int, int]
@@ -100,11 +100,12 @@ class Style:
 
     def colour(self, order: int) -> Colour:
         """Return the palette's colour number `order`, from 0 on, again and again."""
-        return self.palette[order % len(self.palette)]
+        return self.palette[check_integer("order", order, 0, MAX_WHOLE) % len(self.palette)]
 
     def scaled(self, size: tuple[int, ...]) -> Style:
         """Return the style with its sizes as they are in a picture of `size` ``(H, W, ...)``."""
-        scale = max(_LEAST_SCALE, max(size[:2]) / _REFERENCE_SIDE)
+        longer = max(check_size("size", size[:2] if isinstance(size, tuple) else size))
+        scale = max(_LEAST_SCALE, longer / _REFERENCE_SIDE)
         return replace(self, **{name: getattr(self, name) * scale for name in _LENGTHS})
 
 
@@ -121,7 +122,7 @@ def is_light(colour: Colour) -> bool:
 
 
 def _is_finite(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    return as_float(value) is not None
 
 
 def _is_colour(value: object) -> bool:

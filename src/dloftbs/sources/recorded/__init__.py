@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from dloftbs._values import check_path, shown
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.recorded import ariadne, label_images, mbest, polylines, spline_tables, written
 from dloftbs.sources.recorded.layout import Layout, content_of, folders_in, listed
@@ -50,9 +51,9 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     SourceError
         If the folder is of no layout, or not of this one, or what belongs together is not all there.
     """
-    if layout != "auto" and layout not in LAYOUTS:
-        raise InputError(f"layout must be one of auto, {', '.join(LAYOUTS)}, got {layout!r}")
-    path = Path(os.path.expanduser(folder))
+    if not isinstance(layout, str) or layout not in ("auto", *LAYOUTS):
+        raise InputError(f"layout must be one of auto, {', '.join(LAYOUTS)}, got {shown(layout)}")
+    path = check_path("folder", folder).expanduser()
     if not os.path.isdir(path):
         raise SourceError(f"there is no folder {str(path)!r}; a labelled sequence is a folder")
     tried = list(LAYOUTS.values()) if layout == "auto" else [LAYOUTS[layout]]
