@@ -192,10 +192,15 @@ def test_what_is_shown_of_any_value_is_one_short_line():
     result = pipeline.process(frame)
     assert len(result.crossings) == 1
     first = result[0]
+    tracker = dloftbs.Tracker(dloftbs.config.TrackingConfig(min_hits=1))
+    tracker.update(result.detections)
     values = [
         frame, camera, result, *result.detections, *result.tracks, *result.crossings, first.curve, first.curve_3d,
         first.centerline, *first.centerline.segments, *first.joints, pipeline, pipeline.trace(frame), Config(),
         Config.paper(), dloftbs.detect(0 * mask), dloftbs.Tracker(), dloftbs.HsvRange.parse("170:10"),
+        Config.paper().replace({"segmentation.hsv": ["1:2,3:4,5:6"] * 20}), dloftbs.viz.Style(),
+        dloftbs.viz.Style(palette=((1, 2, 3),) * 99), dloftbs.sources.open(mask[None]), tracker.predict()[0],
+        dloftbs.OcclusionEvidence(occluders=mask), dloftbs.DepthRegistration(camera, camera, np.eye(3), np.zeros(3)),
     ]  # fmt: skip
     for value in values:
         assert 0 < len(repr(value)) < 300, repr(value)
@@ -203,4 +208,7 @@ def test_what_is_shown_of_any_value_is_one_short_line():
     assert repr(result) == "FrameResult(frame 0: 2 detections, 2 tracks, 1 crossing)"
     assert repr(frame) == "Frame(0: 400x240, image, mask, depth, camera)"
     assert repr(Config()) == "Config()"
+    assert repr(pipeline) == "Pipeline(2 tracks, Config())"
+    assert repr(dloftbs.viz.Style(panel_px=9)) == "Style(panel_px=9)"
+    assert repr(dloftbs.sources.open(mask[None])) == "ArraySource('array', 1 frames)"
     assert repr(LinkingConfig(objects=2)) == "LinkingConfig(objects=2)"

@@ -30,6 +30,7 @@ MAX_WHOLE = 2**53
 """Largest integer that JSON and a float64 hold exactly: no index, id or number of frames is larger."""
 
 _LONGEST_SHOWN = 200  # characters of a value in a message
+_LONGEST_REPR = 280  # characters of a value by itself, a line or two
 
 
 def as_integer(value: object) -> int | None:
@@ -150,6 +151,11 @@ def set_fields(instance: object, **fields: object) -> None:
     """Replace fields of a frozen instance while it is made."""
     for name, value in fields.items():
         object.__setattr__(instance, name, value)
+
+
+def abridged(text: str) -> str:
+    """Return the `repr` of a value, cut off where it is long."""
+    return text if len(text) <= _LONGEST_REPR else f"{text[:_LONGEST_REPR]}..."
 
 
 def shown(value: object) -> str:

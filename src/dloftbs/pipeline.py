@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy.typing as npt
 
-from dloftbs._values import shown
+from dloftbs._values import count_of, shown
 from dloftbs.config import Colour, Config, NearestTrackingConfig, TrackingConfig, choose_config
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
@@ -74,6 +74,9 @@ class Pipeline:
         self._size: tuple[int, int] | None = None
         self._next_index = 0
         self._doubted = False
+
+    def __repr__(self) -> str:
+        return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
 
     @property
     def config(self) -> Config:

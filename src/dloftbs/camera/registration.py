@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, as_array, as_vector, check_depth
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_path, check_size
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, abridged, check_number, check_path, check_size
 from dloftbs.camera.calibration_files import read_registration
 from dloftbs.camera.pinhole import PinholeCamera
 from dloftbs.errors import InputError
@@ -22,7 +22,7 @@ ROTATION_TOLERANCE = 1e-3
 """Tolerance for a rotation matrix that was written with few digits."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DepthRegistration:
     """Pose of a depth camera beside a colour camera, to bring its depth into the pixels of the colour image.
 
@@ -63,6 +63,10 @@ class DepthRegistration:
         object.__setattr__(self, "depth_unit_m", check_number("depth_unit_m", self.depth_unit_m, *DEPTH_UNITS_M))
         object.__setattr__(self, "rotation", tuple(tuple(row) for row in r.tolist()))
         object.__setattr__(self, "translation_m", tuple(as_vector("translation_m", self.translation_m, 3).tolist()))
+
+    def __repr__(self) -> str:
+        cameras = f"depth_camera={self.depth_camera!r}, colour_camera={self.colour_camera!r}"
+        return abridged(f"DepthRegistration(translation_m={self.translation_m!r}, {cameras})")
 
     @classmethod
     def from_file(cls, path: str | Path) -> DepthRegistration:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from dloftbs._values import as_integer, check_integer, check_number, shown
+from dloftbs._values import abridged, as_integer, check_integer, check_number, shown
 from dloftbs.errors import ConfigError
 
 LEAST, MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
@@ -16,7 +16,7 @@ class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __repr__(self) -> str:
         named = ((field.name, field.default) for field in msgspec.structs.fields(self))
         changed = [f"{name}={getattr(self, name)!r}" for name, default in named if getattr(self, name) != default]
-        return f"{type(self).__name__}({', '.join(changed)})"
+        return abridged(f"{type(self).__name__}({', '.join(changed)})")
 
 
 def require(condition: bool, name: str, expected: str, value: object) -> None:

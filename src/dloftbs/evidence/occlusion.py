@@ -123,6 +123,11 @@ class OcclusionEvidence:
             raise InputError(f"occluders, mask, depth and image must have the same size, got {sorted(shapes)}")
         (self.size,) = shapes
 
+    def __repr__(self) -> str:
+        arrays = {"occluders": self._occluders, "mask": self._mask, "depth": self._depth, "image": self._image}
+        known = [name for name, array in arrays.items() if array is not None and array is not _NOTHING]
+        return f"OcclusionEvidence({self.size[1]}x{self.size[0]}, {', '.join(known)})"
+
     @classmethod
     def of(cls, frame: Frame, mask: AnyArray, config: DepthConfig) -> OcclusionEvidence | None:
         """Return the evidence in a frame with the mask that was made of it; None if it has none."""

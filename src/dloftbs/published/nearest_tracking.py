@@ -43,6 +43,11 @@ class NearestTracker:
         """Return nothing: the linking as published has no prior."""
         return ()
 
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """The tracks as last published."""
+        return self._published
+
     def reset(self) -> None:
         """Forget all tracks and the time; ids continue, so that none is used twice."""
         self._tracks, self._published, self._stamp = (), (), None

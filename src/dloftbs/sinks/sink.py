@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
 
-from dloftbs._values import check_path
+from dloftbs._values import check_path, shown
 from dloftbs.errors import InputError, SinkError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
@@ -87,6 +87,9 @@ class PathSink(Sink):
             raise InputError("the path of a result is empty; the current folder is '.'")
         self._path = check_path("path", path)
         self._closed = False
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({shown(str(self._path))})"
 
     @property
     def path(self) -> Path:

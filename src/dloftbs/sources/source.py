@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from types import TracebackType
 from typing import TypeVar
 
+from dloftbs._values import shown
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
@@ -47,6 +48,9 @@ class Source(ABC):
     @abstractmethod
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames, from the beginning where the source can go back to it."""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({shown(self.name)}{'' if self.length is None else f', {self.length} frames'})"
 
     def close(self) -> None:
         """Let go of files and devices; an iteration under way ends. Closing twice does no harm."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from dloftbs._arrays import LARGEST
-from dloftbs._values import check_number, check_size, check_stamp, check_type
+from dloftbs._values import check_number, check_size, check_stamp, check_type, count_of
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
@@ -77,6 +77,9 @@ class Tracker:
         self._next_id = 1
         self._stamp: float | None = None
         self._view = View()
+
+    def __repr__(self) -> str:
+        return f"Tracker({count_of(len(self._tracks), 'track')}, {len(self._lost)} lost)"
 
     @property
     def tracks(self) -> tuple[Track, ...]:

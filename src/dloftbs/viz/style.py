@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import Field, dataclass, fields, replace
 
-from dloftbs._values import MAX_WHOLE, as_float, check_integer, check_size
+from dloftbs._values import MAX_WHOLE, abridged, as_float, check_integer, check_size
 from dloftbs.errors import InputError
 
 Colour = tuple[int, int, int]
@@ -27,7 +27,7 @@ _LEAST_SCALE = 0.6
 _LENGTHS = ("line_px", "halo_px", "dash_px", "arrow_px", "arrow_spacing_px", "marker_px", "text_px")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Style:
     """Colours, ``(blue, green, red)`` in 0..255, and sizes, for a picture whose longer side is 1280 px.
 
@@ -97,6 +97,13 @@ class Style:
                 raise InputError(f"{name} must be a positive number, got {getattr(self, name)!r}")
         if not (_is_finite(self.halo_opacity) and 0.0 <= self.halo_opacity <= 1.0):
             raise InputError(f"halo_opacity must be a number in 0..1, got {self.halo_opacity!r}")
+
+    def __repr__(self) -> str:
+        changed = [f"{part.name}={getattr(self, part.name)}" for part in fields(self) if self._is_changed(part)]
+        return abridged(f"Style({', '.join(changed)})")
+
+    def _is_changed(self, part: Field[object]) -> bool:
+        return bool(getattr(self, part.name) != part.default)
 
     def colour(self, order: int) -> Colour:
         """Return the palette's colour number `order`, from 0 on, again and again."""
