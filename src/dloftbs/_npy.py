@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import io
 import math
 import os
 import re
@@ -34,6 +35,25 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Those that numpy writes; others unpack to any multiple of their size."""
 
 
+class InMemory(NamedTuple):
+    """A file that was read from somewhere else than the disk, with the name that messages give it."""
+
+    name: str
+    data: bytes
+
+    def __str__(self) -> str:
+        return self.name
+
+
+File = Path | InMemory
+"""A file on disk or in memory."""
+
+
+def opened(file: File) -> Path | IO[bytes]:
+    """Return what `zipfile` opens as the file."""
+    return io.BytesIO(file.data) if isinstance(file, InMemory) else file
+
+
 class NpyHeader(NamedTuple):
     """Header before the values of an array, with its own size and that of the whole file in bytes."""
 
@@ -47,6 +67,11 @@ class NpyHeader(NamedTuple):
     def n_bytes(self) -> int:
         """Bytes that the values take."""
         return math.prod(self.shape) * self.dtype.itemsize
+
+
+def is_npy(data: bytes) -> bool:
+    """Return whether a file begins as arrays of numpy do."""
+    return data.startswith(npy_format.MAGIC_PREFIX)
 
 
 def read_header(stream: IO[bytes], size: int) -> NpyHeader:
@@ -65,7 +90,7 @@ def read_header(stream: IO[bytes], size: int) -> NpyHeader:
         If it is none, promises more values than there are bytes, or Python objects; and what else is in `BROKEN`.
     """
     begin = stream.read(npy_format.MAGIC_LEN)
-    if len(begin) < npy_format.MAGIC_LEN or not begin.startswith(npy_format.MAGIC_PREFIX):
+    if len(begin) < npy_format.MAGIC_LEN or not is_npy(begin):
         raise ValueError("it does not begin as arrays of numpy do")
     if tuple(begin[-2:]) not in _VERSIONS:
         raise ValueError(f"its format must be 1.0, 2.0 or 3.0, got {begin[-2]}.{begin[-1]}")
@@ -91,7 +116,7 @@ def read_header(stream: IO[bytes], size: int) -> NpyHeader:
     return header
 
 
-def open_mapped(path: Path) -> npt.NDArray[Any]:
+def open_mapped(file: File) -> npt.NDArray[Any]:
     """Map a .npy file into memory, read-only; no value is read before it is looked at.
 
     Raises
@@ -99,9 +124,12 @@ def open_mapped(path: Path) -> npt.NDArray[Any]:
     OSError, ValueError
         If it cannot be read; and what else is in `BROKEN`.
     """
-    with path.open("rb") as file:
-        read_header(file, os.fstat(file.fileno()).st_size)
-    array: npt.NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    if isinstance(file, InMemory):
+        header = read_header(io.BytesIO(file.data), len(file.data))
+        return _shaped(np.frombuffer(file.data, header.dtype, math.prod(header.shape), header.start), header)
+    with file.open("rb") as stream:
+        read_header(stream, os.fstat(stream.fileno()).st_size)
+    array: npt.NDArray[Any] = np.load(file, mmap_mode="r", allow_pickle=False)
     return array
 
 
@@ -141,11 +169,14 @@ def read_member(archive: zipfile.ZipFile, key: str, most_bytes: int) -> npt.NDAr
             stream.read(1)  # its sum is checked where it ends; what is being written has room behind, and no sum yet
     if len(data) != header.n_bytes:
         raise ValueError(f"{key!r} is cut off: it must hold {header.n_bytes} bytes, got {len(data)}")
-    values = np.frombuffer(data, header.dtype)
+    return _shaped(np.frombuffer(data, header.dtype), header)
+
+
+def _shaped(values: npt.NDArray[Any], header: NpyHeader) -> npt.NDArray[Any]:
     return values.reshape(header.shape[::-1]).T if header.fortran else values.reshape(header.shape)
 
 
-def read_members(path: Path, keys: Sequence[str], most_bytes: int) -> tuple[list[str], dict[str, npt.NDArray[Any]]]:
+def read_members(file: File, keys: Sequence[str], most_bytes: int) -> tuple[list[str], dict[str, npt.NDArray[Any]]]:
     """Return the names of all arrays of an archive, and those of `keys` that it has, whole.
 
     Raises
@@ -153,6 +184,6 @@ def read_members(path: Path, keys: Sequence[str], most_bytes: int) -> tuple[list
     OSError, ValueError
         If it cannot be read; and what else is in `BROKEN`.
     """
-    with zipfile.ZipFile(path) as archive:  # np.load leaves the file open if it is corrupt
+    with zipfile.ZipFile(opened(file)) as archive:  # np.load leaves the file open if it is corrupt
         found = [name[:-4] for name in archive.namelist() if name.endswith(".npy")]
         return found, {key: read_member(archive, key, most_bytes) for key in keys if key in found}

@@ -102,7 +102,10 @@ def test_labels_without_an_image_are_an_error(tmp_path):
 @pytest.mark.parametrize(
     ("labels", "message"),
     [
-        (np.dstack([LABELS] * 3), "0.labels.png: labels must have one channel of integers, got (31, 45, 3)"),
+        (
+            np.dstack([LABELS] * 3),
+            "0.labels.png: labels must have one channel of integers, or be a PNG of indexed colour, got (31, 45, 3)",
+        ),
         (LABELS[:-1], "frame 0: mask must have the frame's size (31, 45)"),
     ],
 )

@@ -20,6 +20,7 @@ from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import Identity, identity_of
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
+from dloftbs.sources.standard_input import STANDARD_INPUT
 
 READING = ("depth", "masks", "occluders", "camera", "registration", "config_file")
 """Parameters of commands that name further inputs beside the frames."""
@@ -39,16 +40,20 @@ class InputFiles:
 
     def __init__(self, where: Sequence[str], parameters: Mapping[str, Any]) -> None:
         beside = [str(parameters[name]) for name in READING if parameters[name] is not None]
-        frames = [file for text in where for file in files_of(text, IMAGE_EXTENSIONS)]
+        files = [text for text in where if text != STANDARD_INPUT]
+        frames = [file for text in files for file in files_of(text, IMAGE_EXTENSIONS)]
         partners = [partner_of(file, rule) for rule in beside if is_rule(rule) for file in frames]
         others = [file for text in beside for file in files_of(text, _ONE)]
         self._names = {identity_of(file): str(file) for file in (*others, *partners, *frames)}
         self._frames = {os.path.normpath(file) for file in frames} - {str(partner) for partner in partners}
+        self._is_piped = list(where) == [STANDARD_INPUT]
 
     @property
     def is_one_image(self) -> bool:
-        """True if the frames are a single image file."""
-        return len(self._frames) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._frames)
+        """True if the frames are a single image file, or standard input, which may be one."""
+        return self._is_piped or (
+            len(self._frames) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._frames)
+        )
 
     def name_of(self, identity: Identity) -> str | None:
         """Return the name of the input that is this file, or None."""

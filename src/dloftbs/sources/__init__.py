@@ -23,15 +23,20 @@ import numpy.typing as npt
 from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_number, shown
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
+from dloftbs.sources.animations import AnimationSource, open_animation
+from dloftbs.sources.cameras import camera_index
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
+from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import KINDS, Kind
 from dloftbs.sources.recorded import open_labelled
 from dloftbs.sources.source import KnownSequence, Source
 from dloftbs.sources.stacks import STACK_EXTENSIONS, ArraySource, from_array, from_file
+from dloftbs.sources.standard_input import STANDARD_INPUT, open_standard_input
 from dloftbs.sources.video import LiveSource, VideoSource
 
 __all__ = [
+    "AnimationSource",
     "ArraySource",
     "FileSource",
     "KnownSequence",
@@ -70,15 +75,20 @@ def open(
     Parameters
     ----------
     where : str, path, int, numpy.ndarray or sequence of paths
-        An image file, a folder or a glob of such (in natural order: img2 before img10), a video file, a .npy or .npz
-        file, the address of a stream (``"rtsp://..."``), or the index of a camera (0, ``"0"``). An array is a stack of
-        images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), bool or integer. A .npz holds `images`, `masks` or both,
-        and may hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy,
-        the latter with `distortion` and `distortion_model` as `PinholeCamera` has them.
+        An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG or WebP by
+        itself, a video file, a .npy or .npz file, the address of a stream (``"rtsp://..."``), the index of a camera (0,
+        ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image, an animation, a .npy or a .npz file on standard
+        input, which is read into memory as a whole. An array is a stack of images (N, H, W, 3), uint8, BGR, or of masks
+        (N, H, W), bool or integer. A .npz holds `images`, `masks` or both, and may hold `depth` and `occluders`
+        (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion` and
+        `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
-        non-zero is cable; other files, videos and cameras are images; arrays are what their shape or key says. In masks
-        from JPEG and video, cable begins at half brightness, since their codecs ring around edges.
+        non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
+        says. In masks from JPEG, lossy WebP and video, cable begins at half brightness, since their codecs ring around
+        edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever their
+        colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image, as
+        labels have it, or if all colours are grey.
     depth : str or path, optional
         Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) with as many frames, or a
         naming rule such as ``"{stem}_depth.png"`` or ``"../depth/{stem}.npy"``, relative to the folder of each colour
@@ -130,11 +140,12 @@ def open(
     for what, partner in (("depth", depth), ("mask", masks), ("occluders", occluders)):
         if partner is not None:
             paired[cast(What, what)] = _path_text(what, partner)
-    if _is_live(where):
+    live = _live_address(where)
+    if live is not None:
         given = [*paired, *(["fps"] if fps is not None else []), *(["registration"] if registration else [])]
         if given:
             raise InputError(f"{' and '.join(given)} cannot go with a camera or a stream")
-        return LiveSource(_live_address(where), kind=kind, camera=camera)
+        return LiveSource(live, kind=kind, camera=camera)
     rules = [text for text in paired.values() if is_rule(text)]
     # Depth of its own replaces that of a stack.
     source = _open_recorded(
@@ -188,6 +199,8 @@ def _open_recorded(
 ) -> Source:
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
+    if isinstance(where, str) and where == STANDARD_INPUT:
+        return open_standard_input(kind, camera, fps, registration, depth_unit_m)
     if isinstance(where, (str, os.PathLike)):
         return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, depth_unit_m, jobs)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
@@ -214,8 +227,12 @@ def _open_path(
             paths = without_partners(paths, rule)
         if not paths:
             raise SourceError(f"{path}: every image is the partner of another under {' and '.join(rules)}")
+        warn_of_labels(paths, str(path))
         return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps, jobs=jobs)
     _check_exists(path)
+    animation = open_animation(path, kind=kind, camera=camera, fps=fps)
+    if animation is not None:
+        return animation
     if path.suffix.lower() in IMAGE_EXTENSIONS:
         return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
     if path.suffix.lower() in STACK_EXTENSIONS:
@@ -228,16 +245,18 @@ def _check_exists(path: Path) -> None:
         raise SourceError(f"there is no file or folder {str(path)!r}")
 
 
-def _is_live(where: object) -> bool:
-    if isinstance(where, str):
-        return re.fullmatch(r"[0-9]+|[A-Za-z][A-Za-z0-9+.-]+://.*", where) is not None
-    return isinstance(where, (int, np.integer)) and not isinstance(where, bool)
-
-
-def _live_address(where: object) -> int | str:
-    text = str(where)
-    if "://" in text:
-        return text
+def _live_address(where: object) -> int | str | None:
+    """Return the index of a camera or the address of a stream; None where this is neither."""
+    if isinstance(where, (str, os.PathLike)):
+        text = os.fspath(where)
+        if isinstance(where, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9+.-]+://.*", text):
+            return text
+        if not (isinstance(where, str) and re.fullmatch("[0-9]+", text)):
+            return camera_index(text)
+    elif isinstance(where, (int, np.integer)) and not isinstance(where, bool):
+        text = str(where)
+    else:
+        return None
     if text.startswith("-"):
         raise InputError(f"the index of a camera must be at least 0, got {text}")
     if len(text) > MAX_CAMERA_DIGITS:

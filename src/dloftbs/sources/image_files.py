@@ -63,6 +63,8 @@ class FileSource(Source):
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames, read one by one; what cannot be read is skipped.
 
+        The first frame of another size than those before is reported: tracks begin anew with it.
+
         Raises
         ------
         SourceError
@@ -79,6 +81,7 @@ class FileSource(Source):
             yield from self._made(reads)
 
     def _made(self, reads: Iterable[_Read | SourceError]) -> Iterator[Frame]:
+        names: dict[tuple[int, int], str] = {}  # of the first frame of each size
         for index, (path, read) in enumerate(zip(self.paths, reads, strict=True)):
             if isinstance(read, SourceError):
                 if self.length == 1:
@@ -87,9 +90,26 @@ class FileSource(Source):
                 continue
             image, mask = read
             stamp = None if self.fps is None else index / self.fps
-            yield Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=path.name)
+            frame = Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=path.name)
+            if frame.size not in names:
+                names[frame.size] = frame.name
+                if len(names) == 2:
+                    self._warn_of_size(names)
+            yield frame
             if self._closed:
                 return
+
+    def _warn_of_size(self, names: dict[tuple[int, int], str]) -> None:
+        (before, now), (first, other) = names, names.values()
+        logger.warning(
+            "%s: the frames differ in size: %s has %d x %d pixels, %s before it %d x %d; tracks begin anew with each "
+            "change of size",
+            self.name,
+            other,
+            *now[::-1],
+            first,
+            *before[::-1],
+        )
 
     def _read(self, path: Path) -> _Read | SourceError:
         try:

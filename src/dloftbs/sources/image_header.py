@@ -1,14 +1,20 @@
-"""The size of an image, read off the first bytes of its file: a decoder makes room for what they say.
+"""Headers of image files: the size, for which a decoder makes room; the kind of compression; the frames of animations.
 
 All formats of `dloftbs.sources.image_files.IMAGE_EXTENSIONS` are known, and PFM.
 """
 
 from __future__ import annotations
 
+import io
 import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import IO
 
+PNG = b"\x89PNG\r\n\x1a\n"
+"""Start of every PNG file."""
+JPEG = b"\xff\xd8\xff"
+"""Start of every JPEG file."""
 FORMATS = "PNG, JPEG, BMP, TIFF, WebP, PBM, PGM, PPM or PFM"
 
 _PNM = re.compile(rb"P[1-6Ff](?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})(?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})\s")
@@ -19,6 +25,12 @@ _ALONE = {0x01, *range(0xD0, 0xD9)}
 _TIFF_TYPES = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 16: "Q", 17: "q"}
 _TIFF_SIDES = {256: 0, 322: 0, 257: 1, 323: 1}
 """Side, width or height, that each tag of TIFF gives: of the image, and of its tiles, all decoded whole."""
+_WEBP_ANIMATED = 0x02
+"""Flag of animations in WebP's extended header."""
+_WEBP_FRAME_HEADER = 16
+"""Bytes before the pixels' chunks in a frame of an animated WebP."""
+_APNG_PARTS = 100
+"""Parts of a second in which APNG counts where it states 0."""
 
 
 def read_size(data: bytes) -> tuple[int, int] | None:
@@ -33,6 +45,86 @@ def read_size(data: bytes) -> tuple[int, int] | None:
             except (struct.error, IndexError):  # cut off
                 return None
     return None
+
+
+def is_lossy(data: bytes) -> bool:
+    """Return whether the pixels went through a codec that rings around edges: JPEG, or WebP that is not lossless."""
+    if data.startswith(JPEG):
+        return True
+    if not _is_webp(data):
+        return False
+    for kind, at, size in _webp_chunks(data, 12, len(data)):
+        if kind == b"ANMF":  # the first frame speaks for all
+            inner = _webp_chunks(data, at + 8 + _WEBP_FRAME_HEADER, at + 8 + size)
+            return any(name == b"VP8 " for name, _, _ in inner)
+        if kind in (b"VP8 ", b"VP8L"):
+            return kind == b"VP8 "
+    return False
+
+
+def is_animated(file: IO[bytes]) -> bool:
+    """Return whether an open file is an animated PNG or WebP, as its header says; its pixels are not read."""
+    begin = file.read(21)
+    if _is_webp(begin):
+        return begin[12:16] == b"VP8X" and len(begin) == 21 and bool(begin[20] & _WEBP_ANIMATED)
+    if not begin.startswith(PNG):
+        return False
+    at = len(PNG)
+    while True:
+        file.seek(at)
+        head = file.read(8)
+        if len(head) < 8:
+            return False
+        if head[4:] in (b"acTL", b"IDAT"):
+            return head[4:] == b"acTL"
+        at += 12 + int.from_bytes(head[:4], "big")
+
+
+def read_durations(data: bytes) -> tuple[float, ...]:
+    """Return how long each frame of an animated PNG or WebP is shown, in seconds; nothing for any other file."""
+    if data.startswith(PNG):
+        return tuple(_apng_durations(data))
+    if is_animated(io.BytesIO(data)):
+        frames = (at for kind, at, size in _webp_chunks(data, 12, len(data)) if kind == b"ANMF")
+        return tuple(int.from_bytes(data[at + 20 : at + 23], "little") / 1000 for at in frames)
+    return ()
+
+
+def _apng_durations(data: bytes) -> Iterator[float]:
+    animated = False
+    for kind, at, size in png_chunks(data):
+        if kind == b"acTL":
+            animated = True
+        elif kind == b"IDAT" and not animated:
+            return  # a still image, which says so before its pixels
+        elif kind == b"fcTL" and animated and size == 26:
+            parts, per_second = struct.unpack_from(">HH", data, at + 28)
+            yield parts / (per_second or _APNG_PARTS)
+
+
+def png_chunks(data: bytes) -> Iterator[tuple[bytes, int, int]]:
+    """Yield kind, position and number of bytes of content of each whole chunk of a PNG file."""
+    at = len(PNG)
+    while at + 12 <= len(data):
+        size = int.from_bytes(data[at : at + 4], "big")
+        if at + 12 + size > len(data):
+            return
+        yield data[at + 4 : at + 8], at, size
+        at += 12 + size
+
+
+def _webp_chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Yield kind, position and number of bytes of content of the chunks of a WebP file, as far as they are whole."""
+    while at + 8 <= end:
+        size = int.from_bytes(data[at + 4 : at + 8], "little")
+        if at + 8 + size > end:
+            return
+        yield data[at : at + 4], at, size
+        at += 8 + size + size % 2
+
+
+def _is_webp(data: bytes) -> bool:
+    return data.startswith(b"RIFF") and data[8:12] == b"WEBP"
 
 
 def _png(data: bytes) -> tuple[int, int] | None:
@@ -101,8 +193,8 @@ def _pnm(data: bytes) -> tuple[int, int] | None:
 
 
 _READERS: dict[bytes, Callable[[bytes], tuple[int, int] | None]] = {
-    b"\x89PNG\r\n\x1a\n": _png,
-    b"\xff\xd8\xff": _jpeg,
+    PNG: _png,
+    JPEG: _jpeg,
     b"BM": _bmp,
     **dict.fromkeys((b"II\x2a\x00", b"MM\x00\x2a", b"II\x2b\x00", b"MM\x00\x2b"), _tiff),
     b"RIFF": _webp,

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import zipfile
-from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from dloftbs._npy import BROKEN, NpyHeader, open_member, read_members
+from dloftbs._npy import BROKEN, File, NpyHeader, open_member, opened, read_members
 from dloftbs.errors import SourceError
 from dloftbs.sources.pixels import MAX_PIXELS, AnyArray
 
@@ -25,7 +24,7 @@ class NpzMember:
 
     Parameters
     ----------
-    path : Path
+    file : File
     key : str
 
     Raises
@@ -34,8 +33,8 @@ class NpzMember:
         If the array is corrupt, holds Python objects, or is stored in Fortran order.
     """
 
-    def __init__(self, path: Path, key: str) -> None:
-        self._path = path
+    def __init__(self, file: File, key: str) -> None:
+        self._file = file
         self._key = key
         self._stream: IO[bytes] | None = None
         try:
@@ -84,15 +83,15 @@ class NpzMember:
 
     def _open(self) -> NpyHeader:
         # The stream keeps the file open until it is closed itself.
-        with zipfile.ZipFile(self._path) as archive:
+        with zipfile.ZipFile(opened(self._file)) as archive:
             self._stream, header = open_member(archive, self._key)
         return header
 
     def _broken(self, why: Any) -> SourceError:
-        return SourceError(f"{self._path}: the array {self._key!r} cannot be read: {why}")
+        return SourceError(f"{self._file}: the array {self._key!r} cannot be read: {why}")
 
 
-def read_whole(path: Path, keys: tuple[str, ...]) -> tuple[list[str], dict[str, AnyArray]]:
+def read_whole(file: File, keys: tuple[str, ...]) -> tuple[list[str], dict[str, AnyArray]]:
     """Return the names of all arrays of an archive, and those of `keys` that it has, whole: for small ones.
 
     Raises
@@ -101,6 +100,6 @@ def read_whole(path: Path, keys: tuple[str, ...]) -> tuple[list[str], dict[str, 
         If the archive cannot be read.
     """
     try:
-        return read_members(path, keys, _MOST_WHOLE)
+        return read_members(file, keys, _MOST_WHOLE)
     except BROKEN as error:
-        raise SourceError(f"{path}: cannot be read as a .npz file: {error}") from error
+        raise SourceError(f"{file}: cannot be read as a .npz file: {error}") from error

@@ -9,25 +9,26 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._npy import BROKEN, open_mapped
+from dloftbs._npy import BROKEN, File, open_mapped, opened
 from dloftbs.errors import SourceError
-from dloftbs.sources.image_header import FORMATS, read_size
+from dloftbs.sources.image_header import FORMATS, JPEG, is_lossy, read_durations, read_size
+from dloftbs.sources.palette_png import as_grey, holds_labels, indices_of, is_indexed
+from dloftbs.sources.source import logger
 
 AnyArray = npt.NDArray[Any]
 Kind = Literal["auto", "image", "mask"]
 KINDS: tuple[str, ...] = get_args(Kind)
 
-JPEG_EXTENSIONS = (".jpg", ".jpeg")
 MAX_PIXELS = 1 << 27
 """Of a frame: a third more than medium-format cameras have, and 0.4 GB in colour."""
-_MOST_BYTES = 1 << 30
+MAX_BYTES = 1 << 30
 """Size of the largest image file; `MAX_PIXELS` in colour of 16 bits take less, uncompressed."""
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
 
 def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:
-    """Read an image file as `image_or_mask` says; in a JPEG mask, cable begins at half brightness.
+    """Read an image file as `decode_image_or_mask` does.
 
     Raises
     ------
@@ -35,9 +36,55 @@ def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArra
         If the file cannot be read or is not what `kind` asks for.
     """
     try:
-        return image_or_mask(read_pixels(path), kind, lossy=path.suffix.lower() in JPEG_EXTENSIONS)
+        data = read_bytes(path)
+        count = len(read_durations(data))
+        if count > 1:
+            logger.warning(
+                "%s: only the first of its %d frames is read; an animation is a stream by itself", path, count
+            )
+        return decode_image_or_mask(data, kind)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error
+
+
+def decode_image_or_mask(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:
+    """Decode the bytes of an image file as `image_or_mask` says.
+
+    In a mask from a lossy codec, cable begins at half brightness. In an indexed PNG that is a mask, the indices count;
+    "auto" takes one for a mask if it holds labels (`holds_labels`), or colours that are all grey.
+
+    Raises
+    ------
+    SourceError
+        If they cannot be decoded or are not what `kind` asks for.
+    """
+    if kind != "image" and is_indexed(data):
+        indices = _indices(data)
+        if kind == "mask" or holds_labels(data, indices) or _is_grey(decode(data)):
+            return None, indices
+        kind = "image"
+    return image_or_mask(decode(data), kind, lossy=is_lossy(data))
+
+
+def read_labels(path: Path) -> AnyArray:
+    """Read the numbers (H, W) of the objects: one channel of integers, or the indices of an indexed PNG.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or has several channels or other numbers.
+    """
+    try:
+        data = read_bytes(path)
+        labels = _indices(data) if is_indexed(data) else decode(data)
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
+    if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
+        raise SourceError(
+            f"{path}: labels must have one channel of integers, or be a PNG of indexed colour, "
+            f"got {labels.shape} of {labels.dtype}"
+        )
+    return labels
 
 
 def read_mask(path: Path) -> AnyArray:
@@ -82,7 +129,7 @@ def read_depth(path: Path) -> AnyArray:
     return depth
 
 
-def load_npy(path: Path) -> AnyArray:
+def load_npy(file: File) -> AnyArray:
     """Map a .npy file into memory, read-only; no pixel is read before it is looked at.
 
     Raises
@@ -91,47 +138,86 @@ def load_npy(path: Path) -> AnyArray:
         If the file cannot be read, is cut off, or holds Python objects.
     """
     try:
-        if zipfile.is_zipfile(path):
-            raise SourceError(f"{path}: is an archive of arrays; name it .npz")
-        return open_mapped(path)
+        if zipfile.is_zipfile(opened(file)):
+            raise SourceError(f"{file}: is an archive of arrays; name it .npz")
+        return open_mapped(file)
     except SourceError:
         raise
     except BROKEN as error:
-        raise SourceError(f"{path}: cannot be read as a .npy file: {error}") from error
+        raise SourceError(f"{file}: cannot be read as a .npy file: {error}") from error
 
 
 def read_pixels(path: Path) -> AnyArray:
-    """Decode an image file without its alpha channel, at the depth of bits that it has.
+    """Decode an image file as `decode` does.
 
     Raises
     ------
     SourceError
-        If there is no such file, it is too large, of another format than `FORMATS`, corrupt or cut off.
+        If there is no such file, it is too large, or it cannot be decoded.
     """
-    import cv2
+    return decode(read_bytes(path))
 
+
+def read_bytes(path: Path) -> bytes:
+    """Return the content of an image file.
+
+    Raises
+    ------
+    SourceError
+        If there is no such file, or it is too large.
+    """
     try:
-        fits = path.stat().st_size <= _MOST_BYTES
+        fits = path.stat().st_size <= MAX_BYTES
         data = path.read_bytes() if fits else b""  # cv2.imread does not take every path on Windows, and prints
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}") from error
     if not fits:
-        raise SourceError(f"the file must have at most {_MOST_BYTES} bytes")
-    if not data:
-        raise SourceError("the file is empty")
-    size = read_size(data)
-    if size is None:
-        raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are no {FORMATS}, or are cut off")
-    check_pixels(*size)
+        raise SourceError(f"the file must have at most {MAX_BYTES} bytes")
+    return data
+
+
+def decode(data: bytes) -> AnyArray:
+    """Decode the bytes of an image file without its alpha channel, at the depth of bits that it has.
+
+    Raises
+    ------
+    SourceError
+        If there are none, they are too large an image, of another format than `FORMATS`, corrupt or cut off.
+    """
+    import cv2
+
+    check_header(data)
     try:
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
     except cv2.error as error:
         raise SourceError(f"cannot be decoded as an image: {error.err}") from error
     if pixels is None:
         raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are corrupt, cut off or no image")
-    if data.startswith(b"\xff\xd8") and _jpeg_is_cut(data):
+    if data.startswith(JPEG) and _jpeg_is_cut(data):
         raise SourceError(f"cannot be decoded as an image: the JPEG is cut off after {len(data)} bytes")
     return pixels
+
+
+def check_header(data: bytes) -> tuple[int, int]:
+    """Return ``(rows, columns)`` of an image file of which nothing was decoded yet.
+
+    Raises
+    ------
+    SourceError
+        If there are no bytes, or they are too large an image, of another format than `FORMATS`, or cut off.
+    """
+    if not data:
+        raise SourceError("the file is empty")
+    size = read_size(data)
+    if size is None:
+        raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are no {FORMATS}, or are cut off")
+    check_pixels(*size)
+    return size
+
+
+def _indices(data: bytes) -> AnyArray:
+    """Return the indices (H, W) of an indexed PNG."""
+    return indices_of(data, decode(as_grey(data)))
 
 
 def check_pixels(rows: int, columns: int) -> None:

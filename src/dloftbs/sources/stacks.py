@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._npy import File, InMemory, is_npy
 from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError, SourceError
@@ -170,7 +170,7 @@ def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | N
 
 
 def from_file(
-    path: Path,
+    file: File,
     kind: Kind,
     camera: PinholeCamera | None,
     fps: float | None,
@@ -179,38 +179,44 @@ def from_file(
 ) -> ArraySource:
     """Open a .npy file as `from_array`, or a .npz file with the arrays of `NPZ_KEYS`; an explicit camera comes first.
 
+    On disk the suffix tells them apart, in memory the content.
+
     Raises
     ------
     SourceError
         If the file is corrupt or does not hold what it should.
     """
     try:
-        if path.suffix.lower() == ".npy":
-            return from_array(load_npy(path), path.name, kind, camera, fps)
-        return _from_npz(path, kind, camera, fps, registration, depth_unit_m)
+        if _is_npy(file):
+            return from_array(load_npy(file), file.name, kind, camera, fps)
+        return _from_npz(file, kind, camera, fps, registration, depth_unit_m)
     except InputError as error:
-        raise SourceError(f"{path}: {error}") from error
+        raise SourceError(f"{file}: {error}") from error
+
+
+def _is_npy(file: File) -> bool:
+    return is_npy(file.data) if isinstance(file, InMemory) else file.suffix.lower() == ".npy"
 
 
 def _from_npz(
-    path: Path,
+    file: File,
     kind: Kind,
     camera: PinholeCamera | None,
     fps: float | None,
     registration: DepthRegistration | None,
     depth_unit_m: float,
 ) -> ArraySource:
-    keys, small = read_whole(path, ("stamps", "camera", "distortion", "distortion_model"))
+    keys, small = read_whole(file, ("stamps", "camera", "distortion", "distortion_model"))
     if "images" not in keys and "masks" not in keys:
         expected = "; ".join(f"{key} {shape}" for key, shape in NPZ_KEYS.items())
         found = ", ".join(keys) or "none"
-        raise SourceError(f"{path}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
+        raise SourceError(f"{file}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
     if camera is None and "camera" in small:
         camera = _camera(small)
-    stacks = {key: NpzMember(path, key) for key in ("images", "masks", "depth", "occluders") if key in keys}
+    stacks = {key: NpzMember(file, key) for key in ("images", "masks", "depth", "occluders") if key in keys}
     stamps = small.get("stamps")
     return ArraySource(
-        path.name,
+        file.name,
         **stacks,
         stamps=stamps,
         kind=kind,

@@ -16,6 +16,7 @@ from dloftbs._text import readable
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
+from dloftbs.sources.cameras import why_not
 from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
 
@@ -213,7 +214,8 @@ class LiveSource(_CaptureSource):
         self._capture = cv2.VideoCapture(where)
         if not self._capture.isOpened():
             self._capture.release()
-            raise SourceError(f"{self.name} cannot be opened")
+            why = f": {why_not(where)}" if isinstance(where, int) else ""
+            raise SourceError(f"{self.name} cannot be opened{why}")
         _check_size(self._capture, self.name)
         self._captures.append(self._capture)
         self._opened = time.monotonic()

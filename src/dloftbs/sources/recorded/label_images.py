@@ -9,7 +9,7 @@ import numpy as np
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
-from dloftbs.sources.pixels import AnyArray, read_image_or_mask, read_pixels
+from dloftbs.sources.pixels import read_image_or_mask, read_labels
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in, listed
 from dloftbs.sources.recorded.pictures import camera_in, depth_beside, images_in, occluders_beside
 from dloftbs.sources.source import logger
@@ -19,7 +19,7 @@ TREE = """\
 labels: an image of object numbers (0 is background) for each image; no curves are known
   folder/
     00.jpg                any image format
-    00.labels.png         one channel; STEM.depth.png, STEM.occluders.png and camera.json may lie beside"""
+    00.labels.png         one channel or indexed colour; beside it STEM.depth.png, .occluders.png, camera.json"""
 
 LABELS = ".labels.png"
 
@@ -47,11 +47,11 @@ class LabelledImages(RecordedSequence):
     def _frame(self, index: int) -> Frame:
         path, labels = self._pairs[index]
         image, _ = read_image_or_mask(path, "image")
-        mask, depth, occluders = _read_labels(labels) > 0, depth_beside(path), occluders_beside(path)
+        mask, depth, occluders = read_labels(labels) > 0, depth_beside(path), occluders_beside(path)
         return Frame(image, mask, depth, occluders, self._camera, index=index, name=path.name)
 
     def _truth(self, index: int) -> Truth:
-        labels = _read_labels(self._pairs[index][1])
+        labels = read_labels(self._pairs[index][1])
         ids = tuple(int(number) for number in np.unique(labels) if number > 0)
         return Truth((), tuple(labels == number for number in ids), ids)
 
@@ -71,16 +71,6 @@ def paired(folder: Path, images: dict[str, Path], truths: dict[str, Path], wante
     if unknown:
         logger.warning("%s: left out %d images without truth: %s", folder, len(unknown), listed(unknown))
     return [(path, truths[stem]) for stem, path in images.items() if stem in truths]
-
-
-def _read_labels(path: Path) -> AnyArray:
-    try:
-        labels = read_pixels(path)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
-    if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
-        raise SourceError(f"{path}: labels must have one channel of integers, got {labels.shape} of {labels.dtype}")
-    return labels
 
 
 def _fits(folder: Path) -> bool:

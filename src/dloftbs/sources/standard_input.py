@@ -1,0 +1,113 @@
+"""Standard input as a source: an image, an animation, or an array, told apart by its content."""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+from collections.abc import Iterator
+
+from dloftbs._npy import InMemory, is_npy, opened
+from dloftbs._values import MILLIMETRE_M
+from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.errors import SourceError
+from dloftbs.frame import Frame
+from dloftbs.sources.animations import AnimationSource
+from dloftbs.sources.image_header import FORMATS, read_durations, read_size
+from dloftbs.sources.pixels import MAX_BYTES, Kind, decode_image_or_mask
+from dloftbs.sources.source import Source
+from dloftbs.sources.stacks import from_file
+
+STANDARD_INPUT = "-"
+_NAME = "standard input"
+_LABEL = "stdin"
+"""Name of the frames, and of what is named after them."""
+_EXPECTED = f"an image file ({FORMATS}), or a .npz or .npy file"
+
+
+class ImageSource(Source):
+    """One image that was read into memory.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the image file.
+    kind : {"auto", "image", "mask"}
+        As for a file.
+    camera : PinholeCamera, optional
+    fps : float, optional
+        With it, the stamp is 0.
+    """
+
+    def __init__(self, data: bytes, *, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> None:
+        self.name = _NAME
+        self.fps = fps
+        self.length = 1
+        self._data = data
+        self._kind = kind
+        self._camera = camera
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frame.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or the image cannot be decoded, or is not what `kind` asks for.
+        """
+        self._begin()
+        return self._frames()
+
+    def _frames(self) -> Iterator[Frame]:
+        try:
+            image, mask = decode_image_or_mask(self._data, self._kind)
+        except SourceError as error:
+            raise SourceError(f"{self.name}: {error}") from error
+        stamp = None if self.fps is None else 0.0
+        yield Frame(image=image, mask=mask, camera=self._camera, index=0, stamp=stamp, name=_LABEL)
+
+
+def open_standard_input(
+    kind: Kind,
+    camera: PinholeCamera | None,
+    fps: float | None,
+    registration: DepthRegistration | None = None,
+    depth_unit_m: float = MILLIMETRE_M,
+) -> Source:
+    """Read all of standard input into memory, and open it as the file that it is.
+
+    Raises
+    ------
+    SourceError
+        If it is a terminal, empty, longer than image files may be, or of no format that is known.
+    """
+    data = _read()
+    if len(read_durations(data)) > 1:
+        return AnimationSource(data, _NAME, _LABEL, kind=kind, camera=camera, fps=fps)
+    if read_size(data) is not None:
+        return ImageSource(data, kind=kind, camera=camera, fps=fps)
+    file = InMemory(_LABEL, data)
+    if is_npy(data) or zipfile.is_zipfile(opened(file)):
+        return from_file(file, kind, camera, fps, registration, depth_unit_m)
+    raise SourceError(
+        f"{_NAME} must hold {_EXPECTED}; its {len(data)} bytes are none, or are cut off. "
+        "A video is to be given by its path"
+    )
+
+
+def _read() -> bytes:
+    stream = getattr(sys.stdin, "buffer", None)
+    if stream is None:
+        raise SourceError(f"{_NAME} is closed, or gives text alone; it must hold {_EXPECTED}")
+    try:
+        if stream.isatty():
+            raise SourceError(f"{_NAME} is a terminal; send {_EXPECTED} through a pipe, or give a path")
+        data: bytes = stream.read(MAX_BYTES + 1)
+    except SourceError:
+        raise
+    except (OSError, ValueError) as error:  # a ValueError where it was closed
+        raise SourceError(f"{_NAME} cannot be read: {error}") from error
+    if not data:
+        raise SourceError(f"{_NAME} is empty, or was read before; it must hold {_EXPECTED}")
+    if len(data) > MAX_BYTES:
+        raise SourceError(f"{_NAME} must have at most {MAX_BYTES} bytes; give larger files by their path")
+    return data

@@ -1,0 +1,81 @@
+"""Folders of images with their label images, and of images of several sizes."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from dloftbs import sources
+
+COLOUR = np.zeros((12, 16, 3), np.uint8)
+COLOUR[4:6, 2:14] = (10, 200, 30)
+
+
+@pytest.fixture(autouse=True)
+def log(caplog):
+    caplog.set_level(logging.WARNING, "dloftbs.sources")
+    return caplog
+
+
+def save(folder: Path, *names: str, pixels: np.ndarray = COLOUR) -> None:
+    folder.mkdir(exist_ok=True)
+    for name in names:
+        assert cv2.imwrite(str(folder / name), pixels)
+
+
+@pytest.mark.parametrize(
+    ("image", "label", "rule"),
+    [
+        ("photo.jpg", "photo.png", "{stem}.png"),
+        ("photo.jpg", "photo_mask.png", "{stem}_mask.png"),
+        ("photo.png", "photo_label.png", "{stem}_label.png"),
+        ("photo.png", "photo.labels.png", "{stem}.labels.png"),
+        ("photo.JPEG", "photo-Mask.tif", "{stem}-Mask.tif"),
+    ],
+)
+@pytest.mark.parametrize("pattern", ["", "*"])
+def test_an_image_beside_its_mask_is_told_with_the_remedy(tmp_path, log, image, label, rule, pattern):
+    save(tmp_path, image, label, image.replace("photo", "second"), label.replace("photo", "second"), "alone.png")
+    where = str(tmp_path / pattern) if pattern else tmp_path
+    with sources.open(where) as source:
+        assert source.length == 5
+        list(source)
+        list(source)
+    (message,) = log.messages
+    assert f"{image} and {label} look like an image and its mask, and 1 more such pairs" in message
+    assert f'masks="{rule}" (--masks "{rule}")' in message
+    log.clear()
+    with sources.open(where, masks=rule) as source:  # the remedy is one
+        frames = [frame for frame in source if frame.name != "alone.png"]
+    assert [frame.name for frame in frames] == [image, image.replace("photo", "second")]
+    assert all(frame.mask is not None for frame in frames)
+    assert "look like" not in log.text
+
+
+def test_other_names_are_nobodys_masks(tmp_path, log):
+    save(tmp_path, "a.png", "b.png", "mask.png", "a_2.png", "c_mask.png", "d.jpg", "d.jpeg")
+    save(tmp_path / "sub", "d.png")
+    with sources.open(f"{tmp_path}/**/*") as source:
+        assert source.length == 8
+    assert log.messages == []
+
+
+def test_the_first_frame_of_another_size_is_told_once(tmp_path, log):
+    save(tmp_path, "0.png", "1.png")
+    save(tmp_path, "2.png", "4.png", pixels=np.ascontiguousarray(COLOUR[:10]))
+    save(tmp_path, "3.png", "5.png", pixels=np.ascontiguousarray(COLOUR[:, :9]))
+    with sources.open(tmp_path, jobs=2) as source:
+        assert len(list(source)) == 6
+    (message,) = log.messages
+    assert "2.png has 16 x 10 pixels, 0.png before it 16 x 12; tracks begin anew with each change of size" in message
+
+
+def test_frames_of_one_size_are_silent(tmp_path, log):
+    save(tmp_path, "0.png", "1.png")
+    with sources.open(tmp_path) as source:
+        list(source)
+    assert log.messages == []
