@@ -287,12 +287,56 @@ def test_tracks_have_their_ids_and_hidden_ones_are_left_out(tmp_path, caplog):
     assert len(caplog.messages) == 1  # of the track that is seen, and has no curve in space
 
 
-def test_a_scene_of_nothing_is_valid(tmp_path):
-    for name in ("a.ply", "a.obj"):
-        with GeometrySink(tmp_path / name) as sink:
+def write(path, *results):
+    with GeometrySink(path, radius_m=0.005) as sink:
+        for index, what in enumerate(results):
+            sink.write(frame(index), what)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj"])
+@pytest.mark.parametrize("before", [None, "precious"])
+def test_a_scene_without_any_object_in_space_is_an_error_and_no_file(tmp_path, suffix, before):
+    path = tmp_path / f"a{suffix}"
+    if before is not None:
+        path.write_text(before)
+        (tmp_path / "a").mkdir()
+        (tmp_path / "a" / f"000000{suffix}").write_text(before)
+    there = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+    reason = "the frame has depth, but no camera to turn it into metres"
+    with pytest.raises(SinkError) as caught:
+        write(path, result(in_space(None, reason)), examples.nothing(1))
+    assert str(caught.value) == (
+        f"nothing was written to {str(path)!r}: no object in the 2 frames has a curve in space: {reason}. Curves in "
+        "space need depth and the camera's intrinsics (Frame.depth and Frame.camera, --depth and --camera)"
+    )
+    with pytest.raises(SinkError, match="the frame showed no object that could have a curve in space"):
+        write(path, examples.nothing())
+    assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == there
+
+
+def test_frames_before_the_first_object_in_space_have_their_files(tmp_path):
+    write(tmp_path / "a.ply", examples.nothing(0), examples.nothing(1), result(in_space(helix()), index=2))
+    sizes = {p.name: len(read_ply(p)["vertex"]) > 0 for p in (tmp_path / "a").iterdir()}
+    assert sizes == {"000000.ply": False, "000001.ply": False, "000002.ply": True}
+    assert not (tmp_path / "a.ply").exists()
+    write(tmp_path / "b.ply", result(in_space(helix())), examples.nothing(1))
+    assert [len(read_ply(p)["vertex"]) > 0 for p in sorted((tmp_path / "b").iterdir())] == [True, False]
+
+
+def test_no_frame_is_no_file_and_no_error(tmp_path):
+    GeometrySink(tmp_path / "a.ply").close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_ended_the_block_outranks_that_there_is_nothing(tmp_path, caplog):
+    def interrupted():
+        with GeometrySink(tmp_path / "a.ply") as sink:
             sink.write(frame(), examples.nothing())
-    assert len(read_ply(tmp_path / "a.ply")["vertex"]) == 0
-    assert read_obj(tmp_path / "a.obj")["v"] == []
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert "nothing was written to" in caplog.text
 
 
 def test_wrong_arguments(tmp_path):

@@ -81,12 +81,11 @@ def read_video(path: Path) -> list[np.ndarray]:
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("the camera is gone")])
 @pytest.mark.parametrize("name", ["a.jsonl", "a.npz", "a.csv", "a.ply", "a.mp4", "pictures/"])
 def test_an_error_in_the_block_closes_the_sink(tmp_path, name, error):
-    options = {} if name in ("a.jsonl", "a.npz", "a.csv", "a.ply") else {"draw": examples.draw}
-    sink = sinks.open(f"{tmp_path}/{name}", **options)
+    sink = examples.open_sink(f"{tmp_path}/{name}")
 
     def work():
         with sink:
-            sink.write(examples.frame(), examples.detected())
+            sink.write(examples.frame(), examples.detected(in_space=True))
             raise error
 
     with pytest.raises(type(error)) as caught:

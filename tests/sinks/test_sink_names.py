@@ -70,7 +70,7 @@ def write(sink, names):
         for index, name in enumerate(names):
             sink.write(
                 examples.frame(index, name=name),
-                replace(examples.detected(index), name=name if name in ENCODABLE else ""),
+                replace(examples.detected(index, in_space=True), name=name if name in ENCODABLE else ""),
             )
 
 
@@ -110,7 +110,7 @@ def test_any_names_stay_in_their_folder(tmp_path_factory, names):
 @pytest.mark.parametrize("suffix", [".jsonl", ".csv", ".npz", ".ply", ".obj", ".mp4"])
 def test_names_of_frames_name_no_other_files(tmp_path, suffix):
     folder = tmp_path / "a" / "b"
-    write(sinks.open(folder / f"out{suffix}"), NAMES)
+    write(examples.open_sink(f"{folder}/out{suffix}"), NAMES)
     found = everything(tmp_path) - {"a", "a/b"}
     if suffix in (".ply", ".obj"):
         assert found == {"a/b/out", *(f"a/b/out/{index:06d}{suffix}" for index in range(len(NAMES)))}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -120,6 +121,25 @@ def write_whole(path: Path, data: bytes) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as temporary:
             temporary.write_bytes(data)
+
+
+def check_writable(path: Path) -> None:
+    """Find out whether `write_whole` can replace a file, as far as a try beside it tells; the file is left as it is.
+
+    Raises
+    ------
+    SinkError
+        If it cannot.
+    """
+    with sink_errors(path):
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        temporary = hidden_beside(path, ".tmp")
+        try:
+            with temporary.open("wb"):
+                pass
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 class UnusedNames:

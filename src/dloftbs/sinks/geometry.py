@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import os
+from collections import deque
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +13,13 @@ import numpy as np
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
-from dloftbs.errors import InputError
+from dloftbs.errors import InputError, SinkError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import _mesh
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
-from dloftbs.sinks._safe_files import UnusedNames, sink_errors, write_whole
+from dloftbs.sinks._safe_files import UnusedNames, check_writable, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
 
 logger = logging.getLogger("dloftbs.sinks")
@@ -35,7 +36,8 @@ class GeometrySink(PathSink):
     A single frame goes into the file of that name. When a second one comes, the folder of that name without the suffix
     takes its place, with a file per frame, named by the frame's index in six digits: ``curves/000000.ply``. What comes
     a second time under the same index gets ``_1`` and so on; files of an earlier run are replaced. Each file appears as
-    a whole or not at all, whenever the process dies.
+    a whole or not at all, whenever the process dies. Nothing is written, and no file replaced, before the first frame
+    that shows an object with a curve in space; where none ever does, closing is an error that says why.
 
     Coordinates are the camera's, metres: x right, y down, z forward. A result's objects are its tracks, or its
     detections where it has none; hidden tracks are left out, since nothing of them is seen. Objects without a
@@ -62,7 +64,7 @@ class GeometrySink(PathSink):
         If the suffix or the form is another, or the radius is not positive; in `write`, if a radius is wanted and
         neither it nor the frame's camera is given.
     SinkError
-        If the file cannot be opened.
+        If the file cannot be written; in `close`, if there were frames, and no object had a curve in space.
     """
 
     def __init__(
@@ -79,13 +81,14 @@ class GeometrySink(PathSink):
         self._form, self._radius_m, self._caps = form, radius_m, caps
         self._name = UnusedNames()
         self._only: Path | None = None
-        self._frames = self._objects = self._left_out = 0
+        self._waiting = deque[Path]()  # files of the frames before the first object in space
+        self._frames = self._written = self._objects = self._left_out = 0
+        self._first_reason = ""
         with sink_errors(self._path):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._claim = Claim(self._path)
         try:
-            # An empty scene: what cannot be written fails here, and what is there is valid.
-            self._replace(self._path, [])
+            check_writable(self._path)
         except BaseException:
             self._claim.release()
             raise
@@ -102,15 +105,26 @@ class GeometrySink(PathSink):
                 items.append(self._item(row, row.detection, row.curve_3d, frame.camera))
         folder = self._path.with_suffix("")
         target = folder / f"{self._name(f'{result.index:06d}')}{self._suffix}"
-        if self._frames == 0:
+        self._frames += 1
+        if self._written == 0 and not items:
+            self._waiting.append(target)
+            return
+        while self._waiting:
+            self._put(self._waiting[0], [])
+            self._waiting.popleft()
+        self._put(target, items)
+
+    def _put(self, target: Path, items: list[_mesh.Item]) -> None:
+        """Write the next frame: the first one into the file itself, which moves into the folder for the second."""
+        if self._written == 0:
             self._only, target = target, self._path
         elif self._only is not None:
-            with sink_errors(folder):
-                folder.mkdir(exist_ok=True)
+            with sink_errors(self._only.parent):
+                self._only.parent.mkdir(exist_ok=True)
                 os.replace(self._path, self._only)
             self._only = None
-        self._replace(target, items)
-        self._frames += 1
+        write_whole(target, _FORMATS[self._suffix](items))
+        self._written += 1
 
     def _item(
         self, row: ObjectRow, detection: Detection, curve: BSplineCurve, camera: PinholeCamera | None
@@ -128,20 +142,19 @@ class GeometrySink(PathSink):
     def _leave_out(self, row: ObjectRow, detection: Detection, result: FrameResult) -> None:
         self._left_out += 1
         if self._left_out == 1:
-            why = detection.no_3d_reason or "nobody said why"
+            self._first_reason = detection.no_3d_reason or "nobody said why"
             logger.warning(
                 "frame %d: object %d is not in %s, since it has no curve in space: %s",
                 result.index,
                 row.track_id or row.number,
                 self._path.name,
-                why,
+                self._first_reason,
             )
-
-    def _replace(self, target: Path, items: list[_mesh.Item]) -> None:
-        write_whole(target, _FORMATS[self._suffix](items))
 
     def _close(self) -> None:
         self._claim.release()
+        if self._frames and self._objects == self._left_out:
+            raise SinkError(f"nothing was written to {str(self._path)!r}: {self._why_empty()}")
         if self._left_out > 1:
             logger.warning(
                 "%s lacks %d of %d objects, since they have no curve in space",
@@ -149,6 +162,15 @@ class GeometrySink(PathSink):
                 self._left_out,
                 self._objects,
             )
+
+    def _why_empty(self) -> str:
+        frames = "the frame" if self._frames == 1 else f"the {self._frames} frames"
+        if self._left_out == 0:
+            return f"{frames} showed no object that could have a curve in space"
+        return (
+            f"no object in {frames} has a curve in space: {self._first_reason}. Curves in space need depth and the "
+            "camera's intrinsics (Frame.depth and Frame.camera, --depth and --camera)"
+        )
 
 
 def _radius_m(detection: Detection, curve: BSplineCurve, camera: PinholeCamera | None) -> float:

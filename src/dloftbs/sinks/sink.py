@@ -68,7 +68,12 @@ class Sink(ABC):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        except SinkError as late:
+            if error is None:
+                raise
+            logger.error("%s", late)  # what ended the block says more, and only one can be raised
 
 
 class PathSink(Sink):
