@@ -1,12 +1,16 @@
 import csv
 import json
 import os
+import re
 import signal
 import sys
 import time
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
-from cli.cli_inputs import run, start
+from cli.cli_inputs import mask, run, save, start
 
 from dloftbs.cli.commands import evaluate as evaluate_command
 from dloftbs.cli.evaluation_progress import open_parts_progress
@@ -15,6 +19,7 @@ from dloftbs.errors import InputError
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Key, Part
 from dloftbs.evaluation.suites import SUITES
 from dloftbs.frame import Frame
+from dloftbs.sources.recorded.through_points import curve_through
 
 TINY = ("--scale", 0.01, "--size", "320x180", "--jobs", 1)
 MINE = """
@@ -79,7 +84,7 @@ def test_anybodys_function_and_class_in_other_processes(tmp_path, mine):
     process = start(
         *("evaluate", "rgbd-artificial", "--method", "mine:line,mine:Follower", "--method", "mine:broken"),
         *(*TINY[:-1], 2, "--out", out),
-        env={**os.environ, "PYTHONPATH": str(mine)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(mine), os.environ.get("PYTHONPATH", "")])},
     )
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 0, errors
@@ -92,6 +97,92 @@ def test_anybodys_function_and_class_in_other_processes(tmp_path, mine):
     assert list(tracking) == ["mine:Follower", "mine:broken"]
     assert tracking["mine:broken"]["MOTA"] == 0.0
     assert tables["exceptions"][0]["exception"] == "ValueError: not today"
+
+
+def test_modules_of_the_current_folder_are_found_by_the_command_and_its_processes(tmp_path):
+    (tmp_path / "here.py").write_text("def find(frame):\n    from beside import curves\n    return curves()\n")
+    (tmp_path / "beside.py").write_text(
+        "import numpy as np\ndef curves():\n    return [np.array([[10.0, 20.0], [200.0, 20.0]])]\n"
+    )
+    process = start("evaluate", "kinds", "--method", "here:find", *TINY[:-1], 2, "--out", "out", cwd=tmp_path)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    tables = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]
+    assert "exceptions" not in tables
+    assert {row["exceptions"] for row in tables["summary"]} == {0}
+
+
+DATA = (Path(__file__).parents[2] / "docs" / "files.md").read_text("utf-8").partition("### Labelled data")[2]
+
+
+def documented(kind):
+    """Return the examples of labelled data of a kind, as the page shows them."""
+    return [body for name, body in re.findall(r"```(\w+)\n(.*?)```", DATA, re.DOTALL) if name == kind]
+
+
+@pytest.fixture
+def labelled(tmp_path):
+    """A folder as the page lays it out, with colour pictures."""
+    folder = tmp_path / "mydata"
+    folder.mkdir()
+    (folder / "00.json").write_text(documented("json")[0])
+    (folder / "01.csv").write_text(next(body for body in documented("text") if body.startswith("object,x,y")))
+    (folder / "02.json").write_text('{"curves": []}')
+    for stem, drawn in (("00", True), ("01", True), ("02", False)):
+        picture = np.full((200, 240, 3), (90, 120, 90), np.uint8)
+        for curve in json.loads(documented("json")[0])["curves"] if drawn else ():
+            points = np.rint(curve_through(np.array(curve)).sample(100)).astype(np.int32)
+            cv2.polylines(picture, [points], False, (200, 60, 20), 5)
+        save(folder / f"{stem}.png", picture)
+    return folder
+
+
+def test_a_folder_laid_out_as_the_page_says_is_scored(tmp_path, labelled):
+    (tmp_path / "mine.yaml").write_text("linking:\n  min_length_px: 20\n")
+    methods = ("--method", f"default,paper,{tmp_path / 'mine.yaml'}")
+    run("evaluate", labelled, *methods, "--hsv", "100:130", "--out", tmp_path / "out", "--jobs", 1)
+    rows = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]["summary"]
+    assert [row["method"] for row in rows] == ["default", "paper", str(tmp_path / "mine.yaml")]
+    for row in rows:
+        assert (row["frames"], row["exceptions"], row["missing, %"]) == (3, 0, 0.0)
+        assert row["L3 px"] < 2.0
+
+
+def test_pictures_without_masks_need_a_colour(tmp_path, labelled):
+    result = run("evaluate", labelled, "--out", tmp_path / "out", code=1)
+    assert "mydata: 00.png is a picture without a mask, and nothing says to default, paper" in result.stderr
+    assert "--hsv" in result.stderr
+    assert "00.mask.png" in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_colour_for_masks_is_told_to_make_no_difference(tmp_path):
+    save(tmp_path / "set" / "0.png", mask())
+    (tmp_path / "set" / "0.json").write_text("[[[20, 50], [180, 50]]]")
+    arguments = ("evaluate", tmp_path / "set", "--method", "default", "--out", tmp_path / "out", "--jobs", 1)
+    assert "set: --hsv makes no difference" in run(*arguments, "--hsv", "100:130").stderr
+
+
+def test_a_suite_of_every_kind_stands_in_the_help():
+    text = " ".join(run("evaluate", "--help").stdout.split())
+    assert [name for name in SUITES if f"{name}," not in text and f"{name} (" not in text] == []
+    for word in ("00.json", '{"curves": [[[x, y]', "object,x,y", "00.mask.png", "00.labels.png", "camera.json"):
+        assert word in text
+
+
+def test_quick_has_no_tables_of_tracking_and_says_so(tmp_path, mine, monkeypatch):
+    monkeypatch.setattr("dloftbs.evaluation.suites.QUICK_SCALE", 0.01)
+    arguments = ("evaluate", "rgbd-artificial", "--method", "mine:Follower", "--size", "320x180", "--jobs", 1)
+    quick = run(*arguments, "--quick", "--out", tmp_path / "quick")
+    assert quick.stdout.count("no tracking tables: so few frames say nothing of tracking, run without --quick") == 1
+    tables = json.loads((tmp_path / "quick" / "report.json").read_text())["tables"]
+    assert "tracking" not in tables
+    asked = run(*arguments, "--quick", "--scale", 0.01, "--out", tmp_path / "quick")
+    assert asked.stdout == quick.stdout
+    asked = run(*arguments, "--scale", 0.01, "--out", tmp_path / "quick")
+    assert "no tracking tables" not in asked.stdout
+    tables = json.loads((tmp_path / "quick" / "report.json").read_text())["tables"]
+    assert "tracking" in tables
 
 
 def test_a_class_is_made_anew_and_a_function_is_not(mine):
@@ -111,7 +202,10 @@ def test_a_changed_module_has_other_settings(mine):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("best", "there is no method 'best'; methods are default, paper and module:callable"),
+        (
+            "best",
+            "there is no method 'best'; methods are default, paper, a configuration (FILE.yaml) and module:callable",
+        ),
         ("nowhere:f", "cannot import 'nowhere': ModuleNotFoundError"),
         ("falls_over:f", "cannot import 'falls_over': ZeroDivisionError: division by zero"),
         ("mine:nothing", "has no attribute 'nothing'"),
@@ -120,7 +214,7 @@ def test_a_changed_module_has_other_settings(mine):
     ],
 )
 def test_a_method_that_is_not_there_is_bad_input(tmp_path, mine, name, message):
-    with pytest.raises(InputError, match=message.replace("(", r"\(")):
+    with pytest.raises(InputError, match=re.escape(message)):
         method_of(name)
     result = run("evaluate", "kinds", "--method", name, "--out", tmp_path / "out", *TINY, code=1)
     assert result.stderr.startswith("error: ")

@@ -1,4 +1,4 @@
-"""Methods to be scored, by name: the package's own, and anybody's function."""
+"""Methods to be scored, by name: the package's own, with any configuration, and anybody's function."""
 
 from __future__ import annotations
 
@@ -6,50 +6,121 @@ import functools
 import hashlib
 import importlib
 import inspect
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
+from dloftbs.cli.method_options import MethodSettings
 from dloftbs.config import Config
-from dloftbs.errors import InputError
+from dloftbs.errors import ConfigError, InputError
 from dloftbs.evaluation.runner.sequence_run import Method
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 
-_CONFIGS: dict[str, Callable[[], Config]] = {"default": Config, "paper": Config.paper}
+BUILT_IN = ("default", "paper")
+CONFIG_SUFFIXES = (".yaml", ".yml")
 
 
-def method_of(name: str) -> Method:
+def methods_of(names: Sequence[str], settings: MethodSettings) -> list[Method]:
+    """Return methods by their names, as `method_of` does.
+
+    Raises
+    ------
+    ConfigError, InputError
+        As `method_of`; and if there are settings, but no method that takes them.
+    """
+    methods = [method_of(name, settings) for name in names]
+    if settings.options and all(config_of(name, settings) is None for name in names):
+        raise InputError(
+            f"{' and '.join(settings.options)}: none of the methods takes settings; those that do are "
+            f"{', '.join(BUILT_IN)} and YAML files, got {', '.join(names)}"
+        )
+    return methods
+
+
+def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     """Return a method by its name.
 
     Parameters
     ----------
     name : str
-        "default", "paper", or ``module:callable``: a function from a `Frame` to curves, or a class, of which an
-        instance is made for each sequence and called in this way.
+        "default", "paper", a YAML file with a configuration, or ``module:callable``: a function from a `Frame` to
+        curves, or a class, of which an instance is made for each sequence and called in this way.
+    settings : MethodSettings, optional
+        Apply to all but the last.
 
     Raises
     ------
+    ConfigError
+        If the file or the settings are wrong.
     InputError
         If there is no such method, or its module cannot be imported.
     """
-    if name in _CONFIGS:
-        config = _CONFIGS[name]()
+    config = config_of(name, settings or MethodSettings())
+    if config is not None:
         return Method(name, functools.partial(_pipeline, config), config.to_yaml())
     module_name, colon, _ = name.partition(":")
     if not colon:
-        raise InputError(f"there is no method {name!r}; methods are {', '.join(_CONFIGS)} and module:callable")
+        raise InputError(
+            f"there is no method {name!r}; methods are {', '.join(BUILT_IN)}, a configuration (FILE.yaml) and "
+            "module:callable"
+        )
     found = _imported(name)
     if not callable(found) or (inspect.isclass(found) and "__call__" not in dir(found)):
         raise InputError(f"method {name!r} must be a function, or a class whose instances can be called, got {found!r}")
     return Method(name, functools.partial(_strangers, name), _digest(importlib.import_module(module_name)))
 
 
+@contextmanager
+def current_folder_importable() -> Iterator[None]:
+    """Let Python find modules in the current folder first, as ``python -m`` does, for as long as the block runs.
+
+    Processes that are started in the block find them for good. Modules may import others when they are called, so that
+    the block has to hold the calls, too.
+    """
+    here = os.getcwd()
+    if here in sys.path:
+        yield
+        return
+    sys.path.insert(0, here)
+    try:
+        yield
+    finally:
+        sys.path.remove(here)
+
+
+def config_of(name: str, settings: MethodSettings) -> Config | None:
+    """Return the configuration of a method by its name; None for a function or a class.
+
+    Raises
+    ------
+    ConfigError
+        If the file or the settings are wrong.
+    """
+    if name not in BUILT_IN and not name.lower().endswith(CONFIG_SUFFIXES):
+        return None
+    base = None if name in BUILT_IN else Path(os.path.expanduser(name))
+    try:
+        return settings.applied_to(base, paper=name == "paper")
+    except ConfigError as error:
+        raise ConfigError(f"method {name!r}: {error}") from error
+
+
 def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:
     from dloftbs.pipeline import Pipeline
 
-    return Pipeline(config).process
+    process = Pipeline(config).process
+    return functools.partial(_by_colour, process) if config.segmentation.hsv else process
+
+
+def _by_colour(process: Callable[[Frame], FrameResult], frame: Frame) -> FrameResult:
+    """Process the picture of a frame by the colour of its cables, in place of a mask that it has."""
+    return process(frame if frame.image is None else replace(frame, mask=None))
 
 
 def _strangers(name: str) -> Callable[[Frame], Any]:
@@ -63,11 +134,21 @@ def _imported(name: str) -> Any:
     try:
         module = importlib.import_module(module_name)
     except Exception as error:  # a stranger's module may raise anything
-        raise InputError(f"method {name!r}: cannot import {module_name!r}: {type(error).__name__}: {error}") from error
+        what = f"method {name!r}: cannot import {module_name!r}: {type(error).__name__}: {error}"
+        raise InputError(f"{what}{_import_hint(module_name, error)}") from error
     try:
         return functools.reduce(getattr, attribute.split("."), module)
     except AttributeError as error:
         raise InputError(f"method {name!r}: {error}") from error
+
+
+def _import_hint(module_name: str, error: Exception) -> str:
+    """Return what to do where the module itself, rather than one that it imports, is not there."""
+    if not isinstance(error, ModuleNotFoundError) or not module_name.startswith(error.name or "?"):
+        return ""
+    if module_name.endswith(".py"):
+        return "; name a module without .py"
+    return f"; modules are looked for in the current folder, {os.getcwd()}, and where Python finds others (PYTHONPATH)"
 
 
 def _digest(module: ModuleType) -> str:

@@ -36,12 +36,15 @@ class Suite:
         Each can be pickled.
     settings : str
         Settings that the frames depend on, besides the name: the same settings give the same frames.
+    thinned : bool
+        Whether there are fewer frames than the full suite has.
     """
 
     name: str
     title: str
     sequences: tuple[KnownSequence, ...]
     settings: str
+    thinned: bool = False
 
     @property
     def frames(self) -> int:
@@ -159,7 +162,8 @@ def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
     if not (0.0 < scale < math.inf) or seed < 0:
         raise InputError(f"expected scale > 0 and seed >= 0, got {scale} and {seed}")
     title, generator = _GENERATED[name]
-    return Suite(name, title, tuple(generator(scale, seed, size)), f"scale {scale:g}, seed {seed}, {size[1]}x{size[0]}")
+    settings = f"scale {scale:g}, seed {seed}, {size[1]}x{size[0]}"
+    return Suite(name, title, tuple(generator(scale, seed, size)), settings, thinned=scale < 1.0)
 
 
 def _open_folder(name: str) -> Suite:

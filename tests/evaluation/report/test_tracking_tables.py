@@ -185,6 +185,9 @@ def test_the_report_has_both_tables_and_the_bars(tmp_path):
     assert (row["family"], row["bar, %"], row["bar: less, %"]) == ("stub", 95.0, 30.0)
     assert {"tracking", "tracking-frames", "tracking-families"} <= set(made)
     assert (tmp_path / "tables" / "tracking-families.csv").exists()
+    write_report(suites, parts, tmp_path, "stubs", untracked=["tracking"])
+    made = json.loads((tmp_path / "report.json").read_text())["tables"]
+    assert {name for name in made if name.startswith("tracking")} == {"tracking-frames"}
 
 
 def test_only_the_suites_with_bars_have_any(tmp_path):

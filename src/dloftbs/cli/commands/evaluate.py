@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.limits import MAX_JOBS, MAX_SCALE, MAX_SEED, MAX_TOLERANCE_PX, FilledPath, file_path, parse_size
+from dloftbs.cli.method_options import MethodSettings, method_options
 
 if TYPE_CHECKING:
     from dloftbs.evaluation.suites import Suite
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 _METHODS = ("default", "paper")
 PARTS = "parts"
 """Folder of the finished parts; it is made before all else."""
+_NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run without --quick"
 
 
 @click.command(short_help="Score methods on sequences whose truth is known.")
@@ -27,8 +29,9 @@ PARTS = "parts"
     default=_METHODS,
     show_default=True,
     metavar="METHOD",
-    help="default, paper, or MODULE:CALLABLE. Repeatable, or with commas.",
+    help="default, paper, FILE.yaml (a configuration), or MODULE:CALLABLE. Repeatable, or with commas.",
 )
+@method_options
 @click.option(
     "--out",
     "-o",
@@ -37,7 +40,7 @@ PARTS = "parts"
     show_default=True,
     metavar="FOLDER",
 )
-@click.option("--quick", is_flag=True, help="A tenth of the frames, of 640x360.")
+@click.option("--quick", is_flag=True, help="A tenth of the frames, of 640x360; without tables of tracking.")
 @click.option(
     "--scale", type=click.FloatRange(0.0, MAX_SCALE, min_open=True), metavar="X", help="Share of the frames; 1."
 )
@@ -53,6 +56,7 @@ PARTS = "parts"
 def evaluate(
     names: tuple[str, ...],
     methods: tuple[str, ...],
+    settings: MethodSettings,
     out: Path,
     quick: bool,
     scale: float | None,
@@ -63,38 +67,104 @@ def evaluate(
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
-    SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking, plain-sight,
-    edge-cases, simulated (by MuJoCo, where it is installed), noise, or a folder of labelled data, or LAYOUT:FOLDER,
-    such as mbest:photographs; without any, all the generated ones.
-    MODULE:CALLABLE is a function from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines,
-    or a mapping from identities to such; or a class, of which an instance is made for each sequence and called so.
-    Python must find the module: see PYTHONPATH.
+    SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
+    known-occluders, seen-occluders, plain-sight, edge-cases, simulated (by MuJoCo, where it is installed), noise,
+    or a folder of labelled data, as below; without any, all the generated ones.
 
-    The folder gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv), whether
-    every joint is right (joints.csv), plots, and pictures of the worst frames. Finished sequences are
+    METHOD is default or paper; or a YAML file with a configuration, as `dloftbs config` prints it, so that two
+    settings can be compared; or MODULE:CALLABLE, a function from a frame to curves: arrays of points (n, 2) px or
+    (n, 3) m in order, splines, or a mapping from identities to such; or a class, of which an instance is made for
+    each sequence and called so. Modules are found in the current folder, and where Python finds others.
+    --config, --set and --hsv change all methods but these last.
+
+    The folder of --out gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv),
+    whether every joint is right (joints.csv), plots, and pictures of the worst frames. Finished sequences are
     kept there, too: the same command goes on where it was interrupted.
 
     \b
     dloftbs evaluate --quick
     dloftbs evaluate rgb several-cables --method default,mymodule:find --out results
+    dloftbs evaluate mydata --method default,paper,mine.yaml --hsv 100:130
+
+    A folder of labelled data has frames and their truth beside them, by name. It is a sequence, in the natural order
+    of the names; a folder of such folders is a suite of several. Where curves are known, as points along
+    each cable from end to end:
+
+    \b
+    mydata/
+      00.png         image or mask: .png .jpg .jpeg .bmp .tif .tiff .webp .pbm .pgm .ppm
+      00.json        its truth: {"curves": [[[x, y], [x, y], ...], ...]}, a list of points per cable
+      00.mask.png    where 00.png is an image: its mask, any non-zero is cable; else give --hsv
+      00.depth.png   depth: 16 bits in mm, or 00.depth.npy in metres; optional
+      00.occluders.png   mask of what may hide cables; optional
+      01.jpg
+      01.csv         in place of JSON: a line object,x,y (or object,x,y,z), then a row per point
+      camera.json    {"fx": ..., "fy": ..., "cx": ..., "cy": ...}, for curves in metres; optional
+
+    x and y are px, from the centre of the top left pixel to the right and down. With points [x, y, z], z being the
+    depth in metres, and a camera, curves in space are scored, too. A cubic spline goes through two points or more;
+    the first one again at the end makes a loop. An image without truth is left out, with a warning. Each image counts
+    by itself: identities are scored in sequences with times, as `dloftbs.sinks.write_sequence` writes them.
+    Where only the mask of each cable is known, the score is DICE:
+
+    \b
+    mydata/
+      00.jpg
+      00.labels.png  number of the object in each pixel, 0 is ground: one channel, or indexed colour
+
+    Published data sets are read as LAYOUT:FOLDER, where LAYOUT is written, labels, mbest, ariadne, spline tables or
+    polylines; without it, as what the folder looks like. A folder that is none of these gets an error that
+    draws all layouts.
     """
     from dloftbs.cli.evaluation_progress import open_parts_progress
-    from dloftbs.cli.methods import method_of
+    from dloftbs.cli.methods import current_folder_importable, methods_of
     from dloftbs.cli.outputs import claim_folder
     from dloftbs.evaluation.report.write import write_report
     from dloftbs.evaluation.runner.run import evaluate as run
 
     suites = _suites(names, quick, scale, size, seed, tolerance)
     _check_out(names, out)
-    wanted = [method_of(name) for given in methods for name in given.split(",")]
-    total = sum(suite.frames for suite in suites) * len(wanted)
-    with claim_folder(out), open_parts_progress(total) as progress:
-        parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
-        report = write_report(suites, parts, out, _heading(suites, quick))
+    wanted_names = [name for given in methods for name in given.split(",")]
+    with current_folder_importable():
+        wanted = methods_of(wanted_names, settings)
+        _check_colours(suites, wanted_names, settings)
+        total = sum(suite.frames for suite in suites) * len(wanted)
+        with claim_folder(out), open_parts_progress(total) as progress:
+            parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
+            untracked = [suite.name for suite in suites if quick and suite.thinned]
+            report = write_report(suites, parts, out, _heading(suites, quick, untracked), untracked)
     if report.no_plots is not None:
         click.echo(report.no_plots, err=True)
     click.echo(report.text())
     click.echo(f"written to {out}", err=True)
+
+
+def _check_colours(suites: list[Suite], methods: list[str], settings: MethodSettings) -> None:
+    """Find out from the first frame of labelled data whether methods can work on it.
+
+    Raises
+    ------
+    InputError
+        If it is a picture without a mask, and a method does not know the colour of cables.
+    """
+    from dloftbs.cli.methods import config_of
+    from dloftbs.errors import InputError
+    from dloftbs.evaluation.suites import SUITES
+
+    configs = {name: config for name in methods if (config := config_of(name, settings)) is not None}
+    colourless = [name for name, config in configs.items() if not config.segmentation.hsv]
+    for suite in suites:
+        if suite.name in SUITES and not settings.hsv:
+            continue
+        frame = suite.sequences[0].frame(0)
+        if frame.mask is None and colourless:
+            raise InputError(
+                f"{suite.name}: {frame.name} is a picture without a mask, and nothing says to {', '.join(colourless)} "
+                "what in it is cable: give its colour, e.g. --hsv 170:10,80:255,60:255 for red, masks in files such as "
+                f"{Path(frame.name).stem}.mask.png, or other methods with --method"
+            )
+        if frame.image is None and settings.hsv:
+            click.echo(f"{suite.name}: --hsv makes no difference, since its frames are masks", err=True)
 
 
 def _check_out(names: tuple[str, ...], out: Path) -> None:
@@ -144,7 +214,8 @@ def _suites(
     ]
 
 
-def _heading(suites: list[Suite], quick: bool) -> str:
+def _heading(suites: list[Suite], quick: bool, untracked: list[str]) -> str:
     settings = dict.fromkeys(suite.settings for suite in suites)
     what = f"{sum(suite.frames for suite in suites)} frames; {'; '.join(settings)}"
-    return f"{what} (quick: fewer and smaller frames than the full suites)" if quick else what
+    why = f"; {_NO_TRACKING}" if untracked else ""
+    return f"{what} (quick: fewer and smaller frames than the full suites{why})" if quick else what

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from dloftbs.evaluation import paper_figures
 from dloftbs.evaluation.report.counts import exceptions_table, tracking_table
@@ -25,18 +25,19 @@ _Rows = Sequence[FrameRow]
 _Group = Mapping[str, Callable[[Part], Cell]]
 
 
-def tables(parts: Sequence[Part]) -> list[Table]:
-    """Return all tables that the parts have figures for."""
+def tables(parts: Sequence[Part], untracked: Collection[str] = ()) -> list[Table]:
+    """Return all tables that the parts have figures for, without those of tracks in the suites named in `untracked`."""
     suites = list(dict.fromkeys(part.key.suite for part in parts))
     made = [_summary(parts)]
     for suite in suites:
         of_suite = [part for part in parts if part.key.suite == suite]
         if suite == "kinds":
             made.append(kinds_table(of_suite, suite))
-        if any(part.following is not None for part in of_suite):
+        if suite not in untracked and any(part.following is not None for part in of_suite):
             made.append(following_table(of_suite, suite).compact())
         made.append(_FORMS.get(suite, _plain)(of_suite, suite))
-    made += [table for table in (tracking_table(parts), exceptions_table(parts)) if table.rows]
+    tracked = [part for part in parts if part.key.suite not in untracked]
+    made += [table for table in (tracking_table(tracked), exceptions_table(parts)) if table.rows]
     return made + joint_tables(parts)
 
 

@@ -6,7 +6,7 @@ import csv
 import io
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -53,8 +53,10 @@ class Report:
         return "\n\n".join([self.heading, *(table.text() for table in self.tables)])
 
 
-def write_report(suites: Sequence[Suite], parts: Sequence[Part], folder: Path, heading: str) -> Report:
-    """Write all files of a run into a folder.
+def write_report(
+    suites: Sequence[Suite], parts: Sequence[Part], folder: Path, heading: str, untracked: Collection[str] = ()
+) -> Report:
+    """Write all files of a run into a folder, without tables of tracks in the suites named in `untracked`.
 
     Without matplotlib there are no plots, and the report says so.
 
@@ -63,7 +65,7 @@ def write_report(suites: Sequence[Suite], parts: Sequence[Part], folder: Path, h
     SinkError
         If a file cannot be written.
     """
-    made = tuple(tables(parts))
+    made = tuple(tables(parts, untracked))
     for table in made:
         write(folder / TABLES / f"{table.name}.csv", table.csv().encode())
     write(folder / FRAMES, _frames_csv(rows_of(parts)).encode())
