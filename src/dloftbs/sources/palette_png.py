@@ -51,8 +51,10 @@ def holds_labels(data: bytes, indices: AnyArray) -> bool:
 
     Labels are few, index 0 is black and the most frequent: ground.
     """
+    import cv2
+
     palette = next((data[at + 8 : at + 8 + size] for name, at, size in png_chunks(data) if name == b"PLTE"), b"")
-    counts = np.bincount(indices.ravel(), minlength=1)
+    counts = cv2.calcHist([indices], [0], None, [256], [0, 256])  # numpy would copy every index to 8 bytes
     return palette[:3] == bytes(3) and int(np.count_nonzero(counts)) <= MAX_LABELS and int(counts.argmax()) == 0
 
 

@@ -154,9 +154,9 @@ def _check_colours(suites: list[Suite], methods: list[str], settings: MethodSett
     configs = {name: config for name in methods if (config := config_of(name, settings)) is not None}
     colourless = [name for name, config in configs.items() if not config.segmentation.hsv]
     for suite in suites:
-        if suite.name in SUITES and not settings.hsv:
+        if not suite.frames or (suite.name in SUITES and not settings.hsv):
             continue
-        frame = suite.sequences[0].frame(0)
+        frame = next(sequence for sequence in suite.sequences if len(sequence)).frame(0)
         if frame.mask is None and colourless:
             raise InputError(
                 f"{suite.name}: {frame.name} is a picture without a mask, and nothing says to {', '.join(colourless)} "
