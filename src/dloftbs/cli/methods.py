@@ -9,7 +9,7 @@ import inspect
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -91,7 +91,8 @@ def current_folder_importable() -> Iterator[None]:
     try:
         yield
     finally:
-        sys.path.remove(here)
+        with suppress(ValueError):  # a stranger's module may have put the path in order itself
+            sys.path.remove(here)
 
 
 def config_of(name: str, settings: MethodSettings) -> Config | None:
