@@ -53,7 +53,7 @@ def test_methods_with_other_settings_are_other_methods(files):
     [
         ("default", {"linkin.max": 1}, "method 'default': unknown configuration key 'linkin.max'"),
         ("default", {"linking.max_cost": 1}, "method 'default': unknown configuration key 'linking.max_cost'"),
-        ("gone.yaml", {}, "method 'gone.yaml': cannot read the configuration 'gone.yaml'"),
+        ("gone.yaml", {}, "method 'gone.yaml': gone.yaml: cannot be read"),
     ],
 )
 def test_wrong_settings_name_the_method(name, changes, message):

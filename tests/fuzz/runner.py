@@ -107,7 +107,8 @@ class Runner:
     def _started(self) -> subprocess.Popen[str]:
         if self._worker is None:
             # Helpers of the tests and the package are found by the path, as pytest finds them.
-            environment = {**os.environ, "PYTHONPATH": f"{TESTS}{os.pathsep}{TESTS.parent}"}
+            places = [str(TESTS), str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+            environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
             self._log = (self._scratch / "worker.log").open("w+", encoding="utf-8", errors="replace")
             self._worker = subprocess.Popen(
                 [sys.executable, "-m", "fuzz.worker"],

@@ -14,6 +14,7 @@ from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources import Source, pairing
 from dloftbs.sources.image_files import natural_key
+from dloftbs.sources.look_alikes import warn_of_labels
 
 _log = logging.getLogger("dloftbs.cli")
 
@@ -82,6 +83,7 @@ def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:
     images = [text for text in where if Path(text) not in partners]
     if not images:
         raise SourceError(f"every input is the partner of another under {' and '.join(inputs.rules)}")
+    warn_of_labels([path for path in kept if path not in partners], "the inputs")
     return images
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dloftbs.cli.limits import file_path
-from dloftbs.cli.options import Command, _parse_changes, _stated_in, parse_hsv, read_config
+from dloftbs.cli.options import Command, parse_changes, parse_hsv, read_config, stated_in
 
 if TYPE_CHECKING:
     from dloftbs.config import Config, HsvRange
@@ -55,7 +55,7 @@ class MethodSettings:
         ConfigError
             If a file cannot be read, or a key or a value is wrong, or is not one of the method.
         """
-        stated = {} if self.config_file is None else _stated_in(self.config_file)
+        stated = {} if self.config_file is None else stated_in(self.config_file)
         return read_config(paper, base, {**stated, **self.changes}, self.hsv)
 
 
@@ -74,7 +74,7 @@ def method_options(command: Command) -> Command:
         "changes",
         multiple=True,
         metavar="SECTION.KEY=VALUE",
-        callback=_parse_changes,
+        callback=parse_changes,
         help="Change one setting of these methods, e.g. tracking.min_hits=1; the value is YAML. Repeatable.",
     )
     @click.option(

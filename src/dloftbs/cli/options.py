@@ -84,7 +84,7 @@ def config_options(command: Command) -> Command:
         "changes",
         multiple=True,
         metavar="SECTION.KEY=VALUE",
-        callback=_parse_changes,
+        callback=parse_changes,
         help="Change one setting, e.g. linking.objects=1; the value is YAML. Repeatable.",
     )
     @click.option(
@@ -129,14 +129,14 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
     """
     from dloftbs.config import Config
 
-    stated = {} if file is None else _stated_in(file)
+    stated = {} if file is None else stated_in(file)
     # The published method has a form of its own for one cable: without a threshold, unless one is stated, too.
     one = {**stated, **changes}.get("linking.objects") == 1
     config = (Config.paper(objects=1 if one else None) if paper else Config()).replace(stated).replace(changes)
     return config.replace({"segmentation.hsv": hsv}) if hsv else config
 
 
-def _stated_in(file: Path) -> dict[str, Any]:
+def stated_in(file: Path) -> dict[str, Any]:
     """Return what a file states, by dotted path: what it leaves out is not the default but what came before."""
     from dloftbs._documents import parse_yaml, read_text
     from dloftbs.config import Config
@@ -146,7 +146,8 @@ def _stated_in(file: Path) -> dict[str, Any]:
     return {f"{section}.{key}": value for section, values in sections.items() for key, value in values.items()}
 
 
-def _parse_changes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+def parse_changes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+    """Read settings as ``SECTION.KEY=VALUE``, the value being YAML; what cannot be read is bad usage."""
     if not texts:
         return {}
     from dloftbs._documents import parse_yaml
@@ -221,7 +222,8 @@ def input_options(command: Command) -> Command:
         type=click.Choice(("auto", "image", "mask")),
         default="auto",
         show_default=True,
-        help="What the frames are; auto: grey image files are masks, in which any non-zero is cable.",
+        help="What the frames are; auto: grey image files, and labels in indexed colour, are masks, in which any "
+        "non-zero is cable.",
     )
     @click.option(
         "--depth",

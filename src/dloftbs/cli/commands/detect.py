@@ -7,7 +7,7 @@ import threading
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,11 +67,11 @@ def detect(
 ) -> None:
     """Find the cables in images or masks, each by itself.
 
-    INPUT is an image or a mask, a folder, a glob, or whatever `dloftbs track` takes. Results are JSON
-    lines on standard output, one an image, or go to the files of --out. Progress and a summary of the
-    timing go to standard error. What cannot be read is reported, the rest goes on, and the exit code is 1.
-    No result replaces an input: in a folder of inputs, pictures are named photo.overlay.png and
-    photo.stages.png.
+    INPUT is an image or a mask, a folder, a glob, - for standard input, or whatever `dloftbs track`
+    takes. Results are JSON lines on standard output, one an image, or go to the files of --out. Progress
+    and a summary of the timing go to standard error. What cannot be read is reported, the rest goes on, and
+    the exit code is 1. No result replaces an input: in a folder of inputs, pictures are named
+    photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs detect photo.jpg --hsv 170:10,80:255,60:255 --overlay overlays
@@ -172,14 +172,15 @@ class _Batch:
                 first = last + 1
 
     def _open(self, where: str) -> Iterable[Frame] | Exception:
-        """Return the frames of an input: an image file is read at once, all else when its turn comes."""
+        """Return the frames of an input: an image is read at once, an animation and all else when its turn comes."""
         from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 
         frames = self._frames(where)
         if Path(where).suffix.lower() not in IMAGE_EXTENSIONS or not os.path.isfile(where):
             return frames
         try:
-            return list(frames)
+            first = list(islice(frames, 2))
+            return first if len(first) < 2 else chain(first, frames)
         except (DloftbsError, Failure) as error:
             return error
 

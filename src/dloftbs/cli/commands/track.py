@@ -70,13 +70,13 @@ def track(
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
-    INPUT is a video, a folder or a glob of images or masks in their natural order, the files of one, an
-    .npy or .npz file, the index or the device of a camera, the address of a stream, or - for an image or
-    an .npz file on standard input. Without --out, --overlay and --stages, results are JSON lines on
-    standard output. Progress and a summary of the timing go to standard error. What cannot be read is
-    reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the summary
-    is printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera that
-    is faster than all that has frames left out, so that results are never late. No result replaces an
+    INPUT is a video, an animated PNG or WebP, a folder or a glob of images or masks in their natural
+    order, the files of one, an .npy or .npz file, the index of a camera or its device /dev/video0, the
+    address of a stream, or - for standard input. Without --out, --overlay and --stages, results are JSON
+    lines on standard output. Progress and a summary of the timing go to standard error. What cannot be
+    read is reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the
+    summary is printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera
+    that is faster than all that has frames left out, so that results are never late. No result replaces an
     input: in a folder of inputs, pictures are named photo.overlay.png and photo.stages.png.
 
     \b
