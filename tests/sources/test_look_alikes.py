@@ -56,6 +56,19 @@ def test_an_image_beside_its_mask_is_told_with_the_remedy(tmp_path, log, image, 
     assert "look like" not in log.text
 
 
+@pytest.mark.parametrize(
+    ("more", "remedy"),
+    [((), 'such as "*.jpg"'), (("a_mask_all.png",), 'such as "*.jpg", and with them masks="{stem}_mask_all.png"')],
+)
+def test_masks_of_single_objects_leave_the_images_alone_to_be_given(tmp_path, log, more, remedy):
+    save(tmp_path, "a.jpg", "a_mask_0.png", "a_mask_1.png", *more)
+    with sources.open(tmp_path) as source:
+        list(source)
+    (message,) = log.messages
+    assert f"look like an image and its mask, and {1 + len(more)} more such pairs" in message
+    assert f"Give the images alone, {remedy}" in message
+
+
 def test_other_names_are_nobodys_masks(tmp_path, log):
     save(tmp_path, "a.png", "b.png", "mask.png", "a_2.png", "c_mask.png", "d.jpg", "d.jpeg")
     save(tmp_path / "sub", "d.png")
