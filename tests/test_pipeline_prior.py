@@ -48,7 +48,7 @@ def test_detecting_and_resetting_leave_no_past(config: Config) -> None:
     process(pipeline, [WITHOUT_GAP] * 5)
     fresh = Pipeline(config).detect(Frame(mask=WITH_GAP))
     assert fresh.detections
-    for result in (pipeline.detect(Frame(mask=WITH_GAP)), dloftbs.detect(WITH_GAP, config)):
+    for result in (pipeline.detect(Frame(mask=WITH_GAP)), dloftbs.detect(WITH_GAP, config=config)):
         detections = result.detections if isinstance(result, FrameResult) else result
         for one, other in zip(detections, fresh.detections, strict=True):
             np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points)

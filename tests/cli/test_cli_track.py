@@ -125,7 +125,9 @@ def test_files_of_a_glob_that_the_shell_expanded_are_one_stream(tmp_path):
     assert [row["name"] for row in rows] == [f"img{i}.png" for i in range(11)]
     assert [track["id"] for row in rows for track in row["tracks"]] == [1] * 11
     result = run("track", paths[0], tmp_path / "nowhere.png", code=1)
-    assert "several inputs of one stream must be files" in result.stderr
+    assert "there is no file or folder" in result.stderr
+    result = run("track", paths[0], tmp_path / "cable.mp4", code=2)
+    assert "several inputs of one stream must be image files" in result.stderr
 
 
 def test_partners_are_left_out_of_a_glob_that_the_shell_expanded(tmp_path):

@@ -31,7 +31,7 @@ def fill(folder, limit, *names):
     return counts
 
 
-@pytest.mark.parametrize("limit", [20_000, 33_333])
+@pytest.mark.parametrize("limit", [30_000, 53_333])
 def test_lines_and_rows_are_cut_at_the_last_whole_frame(tmp_path, limit):
     lines, tables = fill(tmp_path, limit, "a.jsonl", "a.csv")
 
@@ -41,7 +41,7 @@ def test_lines_and_rows_are_cut_at_the_last_whole_frame(tmp_path, limit):
 
     rows = (tmp_path / "a.csv").read_text().splitlines(keepends=True)
     assert len(rows) == 1 + 200 * tables > 1
-    assert all(row.count(",") == 13 and row.endswith("\n") for row in rows)
+    assert all(row.count(",") == 18 and row.endswith("\n") for row in rows)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.jsonl"]
 
 

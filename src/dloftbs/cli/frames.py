@@ -7,13 +7,15 @@ import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import click
+
 from dloftbs.cli.options import InputOptions
 from dloftbs.cli.shell import Failure
 from dloftbs.config import Config
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources import Source, pairing
-from dloftbs.sources.image_files import natural_key
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, natural_key
 from dloftbs.sources.look_alikes import warn_of_labels
 
 _log = logging.getLogger("dloftbs.cli")
@@ -92,10 +94,12 @@ def in_natural_order(where: Sequence[str], inputs: InputOptions) -> list[str]:
 
     Raises
     ------
+    click.UsageError
+        If one is no image, by its name.
     SourceError
-        If one is no file.
+        As `without_partners`.
     """
     for text in where:
-        if not os.path.isfile(text):
-            raise SourceError(f"several inputs of one stream must be files, such as images; {text!r} is none")
+        if Path(text).suffix.lower() not in IMAGE_EXTENSIONS:
+            raise click.UsageError(f"several inputs of one stream must be image files; {text!r} is none")
     return sorted(without_partners(where, inputs), key=lambda text: natural_key(Path(text)))

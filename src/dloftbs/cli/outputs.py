@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from dloftbs import sinks, viz
+from dloftbs import sinks
 from dloftbs._json import encode_line
 from dloftbs._text import readable
 from dloftbs._version import __version__
@@ -92,6 +92,8 @@ def open_all_pictures(
     """
     for option, (path, ending) in pictures.items():
         if option == "--stages":
+            from dloftbs import viz
+
             yield open_pictures(path, ending, draw=lambda frame, _: viz.draw_stages(pipeline.trace(frame)))
         else:
             yield open_pictures(path, ending, **({} if fps is None else {"fps": fps}))

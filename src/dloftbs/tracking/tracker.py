@@ -143,7 +143,7 @@ class Tracker:
             the stamp lies before its.
         """
         observations = make_observations(detections, widths)
-        override = check_number("override", override, 0.0, LARGEST)
+        override = check_number("override", override, -LARGEST, LARGEST)
         dt = self._advance(stamp, size, occlusion)
         observations = with_appearances(observations, occlusion)
         self._prior_gate.count(override)
