@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import subprocess
@@ -9,8 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba import float64, njit
 
-from dloftbs.kernels import compiler
+from dloftbs.kernels import compiler, helper_code
 
 PROBE = """
 from numba import int64
@@ -32,7 +34,8 @@ def package(tmp_path):
     room.mkdir()
     for folder in (tmp_path / "dloftbs", shared.parent, shared, room):
         (folder / "__init__.py").touch()
-    shutil.copy(compiler.__file__, shared.parent)
+    for module in (compiler, helper_code):
+        shutil.copy(module.__file__, shared.parent)
     (room / "probe.py").write_text(PROBE)
     write_helper(shared / "numbers.py", "number", 1)
     write_helper(room / "tens.py", "ten", 10)
@@ -63,3 +66,51 @@ def test_a_kernel_notices_a_change_of_a_helper(package, helper):
     write_helper(package / "dloftbs" / path, name, number)
     assert run_probe(package) == (20, False)
     assert run_probe(package) == (20, True)
+
+
+def test_a_helper_is_python_s_own_function_and_part_of_a_kernel():
+    @compiler.helper
+    def twice(x):
+        return 2 * x
+
+    assert twice(2.5) == 5.0
+    assert njit(lambda x: twice(x) + 1)(3) == 7
+
+
+def test_no_machine_code_is_made_of_a_helper():
+    @compiler.helper
+    def halved(x):
+        return x / 2
+
+    compiler._helpers[-1].compile((float64,))
+    library = compiler._helpers[-1].overloads[(float64,)].library
+    assert isinstance(library, helper_code._LinkedCode)
+    with pytest.raises(RuntimeError, match="no compiled object"):
+        library._get_compiled_object()
+    assert njit(lambda x: 2 * halved(x))(3.0) == 3.0
+
+
+def test_what_a_helper_raises_is_raised_by_a_kernel():
+    @compiler.helper
+    def inverse(x):
+        if x == 0:
+            raise ValueError("none")
+        return 1 / x
+
+    with pytest.raises(ValueError, match="none"):
+        njit(lambda x: 2 * inverse(x))(0.0)
+    with pytest.raises(ZeroDivisionError):
+        njit(lambda x: 1.0 / (inverse(x) - inverse(x)))(2.0)
+
+
+def test_the_collection_of_garbage_goes_on_as_it_did():
+    gc.disable()
+    try:
+        with compiler._no_collection():
+            assert not gc.isenabled()
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
+    with compiler._no_collection():
+        assert not gc.isenabled()
+    assert gc.isenabled()

@@ -9,19 +9,25 @@ The digest of both folders is a part of a kernel's stamp.
 from __future__ import annotations
 
 import functools
+import gc
 import hashlib
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import njit, types
-from numba.extending import register_jitable
+from numba.core.dispatcher import Dispatcher
+from numba.core.typing.templates import infer_global
+
+from dloftbs.kernels.helper_code import HelperCompiler
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 _log = logging.getLogger("dloftbs.kernels")
+_helpers: list[Dispatcher] = []
 
 
 def read(scalar: types.Type, ndim: int, layout: str = "A") -> types.Array:
@@ -42,37 +48,44 @@ def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Functi
     signatures = list(product(*(given if isinstance(given, tuple) else (given,) for given in signature)))
 
     def decorate(function: _Function) -> _Function:
-        compiled = njit(nogil=True)(function)
-        if hasattr(compiled, "enable_caching"):  # not where compilation is turned off
+        compiled = njit(nogil=True, no_cfunc_wrapper=True)(function)
+        if isinstance(compiled, Dispatcher):  # not where compilation is turned off
             compiled.enable_caching()
             _stamp(compiled)
-            for one in signatures:
-                compiled.compile(one)
+            with _no_collection():
+                for one in signatures:
+                    compiled.compile(one)
             compiled.disable_compile()
-        statistics = getattr(compiled, "stats", None)  # absent where compilation is turned off
-        if statistics is not None and statistics.cache_misses:
-            _announce()
+            if compiled.stats.cache_misses:
+                _announce()
         return compiled
 
     return decorate
 
 
 def helper(function: _Function) -> _Function:
-    """Compile a function as a part of the kernels that call it."""
-    return njit(nogil=True)(function)
+    """Leave a function to Python as it is, and compile it as a part of the kernels that call it.
+
+    It gets no entry from Python or C: these would take more time to compile than many a helper does.
+    """
+    return _as_part(function, forceinline=False)
 
 
 def inlined(function: _Function) -> _Function:
-    """Compile a function into each place that calls it, as for the body of a loop over words.
+    """Make a helper that is compiled into each place that calls it, as for the body of a loop over words.
 
     Only what stands in the loop itself can be done to several words at once, and a call counts references.
     """
-    return njit(nogil=True, forceinline=True)(function)
+    return _as_part(function, forceinline=True)
 
 
-def shared(function: _Function) -> _Function:
-    """Leave a function to Python as it is, and compile it into each kernel that calls it."""
-    register_jitable(forceinline=True)(function)
+def _as_part(function: _Function, *, forceinline: bool) -> _Function:
+    options = {"forceinline": forceinline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    compiled = njit(pipeline_class=HelperCompiler, **options)(function)
+    if isinstance(compiled, Dispatcher):  # not where compilation is turned off
+        # What `register_jitable` does compiles a helper again for each kind of caller.
+        infer_global(function, types.Dispatcher(compiled))
+        _helpers.append(compiled)  # the type holds it by a weak reference alone
     return function
 
 
@@ -92,3 +105,15 @@ def folder_digest(folder: Path) -> str:
 @functools.cache
 def _announce() -> None:
     _log.warning("compiling the kernels, once for this machine and version; this takes a minute or two")
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Suspend the collection of garbage, which takes a twentieth of the time, with little to find."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_rows_to
 
 FITS = 3
 """Number of fits, each with another number of knots."""
@@ -245,8 +246,8 @@ def fit_closed(
             for k in range(i + 1, n):
                 right[i, d] -= matrix[k, i] * right[k, d]
             right[i, d] /= matrix[i, i]
-    control[:n] = right
-    control[n:] = right[: ORDER - 1]
+    copy_rows_to(control, right)
+    copy_rows_to(control[n:], right[: ORDER - 1])
     return control
 
 

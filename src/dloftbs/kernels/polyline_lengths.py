@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.selection import median_of
 
 
 @helper
@@ -115,5 +116,5 @@ def lay_out(
     for c in range(len(widths)):
         start, stop = first[c], first[c + 1]
         _write_arc(own_points[start:stop], c >= n_open, u[start:stop])
-        widths[c] = 2.0 * np.median(own_radius[start:stop])
+        widths[c] = 2.0 * median_of(own_radius[start:stop])
     return own_points, own_radius, u, widths, places

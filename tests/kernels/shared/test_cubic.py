@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.interpolate import BSpline
 
 from dloftbs.kernels.shared.cubic import basis_functions, point_and_slope
+
+basis_functions = njit(basis_functions)
+point_and_slope = njit(point_and_slope)
 
 
 def random_spline(seed: int) -> BSpline:

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.kernels.shared.few import insert, median, middle
+
+insert = njit(insert)
+median = njit(median)
+middle = njit(middle)
 
 lists = st.lists(st.floats(-1e3, 1e3), max_size=12)
 

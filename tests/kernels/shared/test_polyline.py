@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba import njit
 
 from dloftbs.kernels.shared.polyline import chord_direction, polyline_length
+
+chord_direction = njit(chord_direction)
+polyline_length = njit(polyline_length)
 
 
 @pytest.mark.parametrize("n", [1, 2, 30])

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.kernels.shared.popcount import count_ones, lowest_one
+
+count_ones = njit(count_ones)
+lowest_one = njit(lowest_one)
 
 
 @given(st.integers(0, 2**64 - 1))

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.kernels.shared.ramp import ramp_down
+
+ramp_down = njit(ramp_down)
 
 numbers = st.floats(-100.0, 100.0)
 

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.kernels.shared.union_find import find_root, unite
+
+find_root = njit(find_root)
+unite = njit(unite)
 
 pairs = st.lists(st.tuples(st.integers(0, 19), st.integers(0, 19)), max_size=40)
 

@@ -8,9 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.linking.kernels.end_matching import EXACT, least_costs, match_by_exchange, match_ends, match_exactly
 from dloftbs.linking.kernels.pair_costs import junction_costs
+
+match_by_exchange = njit(match_by_exchange)
+match_ends = njit(match_ends)
+match_exactly = njit(match_exactly)
 
 Pairs = list[tuple[int, int]]
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.linking.kernels.end_matching import match_ends
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
 from dloftbs.linking.kernels.joint_features import GAP_LENGTH
 from dloftbs.linking.kernels.weights import JOINT
+
+match_ends = njit(match_ends)
 
 WIDTH = 5.0
 MARGIN, SHORTEST, STRETCH, SPARED = 0.8, 2.0, 1.5, 2.0 / 3.0 * JOINT[GAP_LENGTH]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.linking.kernels.joint_features import (
     GAP_ENERGY,
@@ -17,6 +18,8 @@ from dloftbs.linking.kernels.joint_features import (
 )
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT
+
+bend_between = njit(bend_between)
 
 WIDTH = 6.0
 

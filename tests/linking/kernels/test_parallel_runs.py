@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.linking.kernels.parallel_runs import _misfit, _roughness, continuing_axis, find_swaps, offset_axes
+
+_misfit = njit(_misfit)
+_roughness = njit(_roughness)
 
 NOTHING = np.empty((0, 2))
 

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
 from dloftbs.linking.kernels.joint_features import bend_between
 from dloftbs.linking.kernels.wide_stretches import wide_reach
 from dloftbs.skeleton.kernels.branch_ends import UNTOLD, clear_spans, describe_ends, measure_roundness
+
+bend_between = njit(bend_between)
 
 FREE = -1
 

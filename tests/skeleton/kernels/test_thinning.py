@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from drawings import draw_cable, mask_from_text, random_mask, random_masks, wave
 from hypothesis import given
+from numba import njit
 from scipy import ndimage
 from skeletons import ORDER, fast_skeleton, padded
 
 from dloftbs.skeleton.kernels.thinning import _may_go
+
+_may_go = njit(_may_go)
 
 NEIGHBOURS = [(-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1)]
 EIGHT = np.ones((3, 3), dtype=int)

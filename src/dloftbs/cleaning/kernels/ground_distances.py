@@ -12,7 +12,9 @@ from numba import boolean, float64, int64, uint64
 from dloftbs.cleaning.kernels.ground_runs import fill
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
+from dloftbs.kernels.shared.copying import longer
 from dloftbs.kernels.shared.popcount import lowest_one
+from dloftbs.kernels.shared.selection import nth_least
 
 _Words = npt.NDArray[np.uint64]
 _Ints = npt.NDArray[np.int64]
@@ -173,7 +175,8 @@ def measure_widths(
     for r in range(len(first) - 1):
         for i in range(first[r], first[r + 1]):
             if chosen[part[i]]:
-                squared[part[i]] = max(squared[part[i]], away[r, start[i] + 1 : end[i] + 1].max())
+                for c in range(start[i] + 1, end[i] + 1):
+                    squared[part[i]] = max(squared[part[i]], away[r, c])
     width = np.empty(len(chosen))
     for k in range(len(chosen)):
         width[k] = max(2.0 * _edge_distance(squared[k]), 0.0)
@@ -217,12 +220,12 @@ def single_width(bitmask: _Words, rows: int, columns: int) -> float:
                 word &= word - np.uint64(1)
                 if _is_ridge(away, np.uint64(r), c):
                     if count == len(ridge):
-                        ridge = np.concatenate((ridge, np.empty_like(ridge)))
+                        ridge = longer(ridge)
                     ridge[count] = away[r, c]
                     count += 1
     place = _SINGLE_SHARE * (count - 1)
     before = int(place)
     after = min(before + 1, count - 1)
-    low = _edge_distance(np.partition(ridge[:count], before)[before])
-    high = _edge_distance(np.partition(ridge[:count], after)[after])
+    low = _edge_distance(nth_least(ridge[:count], before))
+    high = _edge_distance(nth_least(ridge[:count], after))
     return 2.0 * (low + (place - before) * (high - low))

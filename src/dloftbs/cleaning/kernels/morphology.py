@@ -12,6 +12,7 @@ from numba import int64, uint64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
+from dloftbs.kernels.shared.copying import longer
 from dloftbs.kernels.shared.popcount import count_ones, lowest_one
 
 _Words = npt.NDArray[np.uint64]
@@ -82,14 +83,6 @@ def _right(p: int, stride: int) -> int:
     return p + 1 if p & 63 < 63 else p - 63 + stride
 
 
-@helper
-def _longer(queue: _Queue) -> _Queue:
-    """Return the same in an array that is twice as long."""
-    longer = np.empty(2 * len(queue), dtype=np.int64)
-    longer[: len(queue)] = queue
-    return longer
-
-
 @inlined
 def _recede(seed: int, stride: int, added: _Words, stack: _Queue) -> _Queue:
     """Take an added pixel away, and all that hang together with it by their sides; return the stack, as `_collect`."""
@@ -100,7 +93,7 @@ def _recede(seed: int, stride: int, added: _Words, stack: _Queue) -> _Queue:
         count -= 1
         p = stack[count]
         if count + _AROUND > len(stack):
-            stack = _longer(stack)
+            stack = longer(stack)
         for q in (p - WORD_BITS, _left(p, stride), _right(p, stride), p + WORD_BITS):
             if _get(added, q):
                 _clear(added, q)
@@ -127,7 +120,7 @@ def _collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue
         p = queue[done]
         done += 1
         if count + _AROUND > len(queue):
-            queue = _longer(queue)
+            queue = longer(queue)
         for line in (p - WORD_BITS, p, p + WORD_BITS):
             for q in (_left(line, stride), line, _right(line, stride)):
                 if _get(kept, q):

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.selection import count_up_to
 from dloftbs.kernels.shared.union_find import find_root
 
 _LEFT = -1
@@ -149,7 +150,7 @@ def _find_hits(lines: _Lines, chords: _Ints, shares: _Floats) -> _Hits:
         for side in range(2):
             chord = chords[i, side]
             hits.chords[count, side], hits.shares[count, side] = chord, shares[i, side]
-            hits.curves[count, side] = np.searchsorted(lines.first, chord, side="right") - 1
+            hits.curves[count, side] = count_up_to(lines.first, chord) - 1
             hits.at[count, side] = lines.arc[chord] + shares[i, side] * (lines.arc[chord + 1] - lines.arc[chord])
         a, b = hits.curves[count]
         if a != b or _way(lines, a, hits.at[count, 0] - hits.at[count, 1]) >= lines.turn * lines.widths[a]:

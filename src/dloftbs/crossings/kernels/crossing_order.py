@@ -11,7 +11,9 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.shared.selection import count_up_to, median_of
 
 ACROSS = 7
 """Number of places across a pass.
@@ -104,7 +106,7 @@ def _point(points: _Floats, arc: _Floats, low: int, high: int, closed: bool, at:
         at %= length
     if not 0.0 <= at <= length:
         return np.nan, np.nan
-    i = min(low + int(np.searchsorted(arc[low:high], at, side="right")) - 1, high - 2)
+    i = min(low + count_up_to(arc[low:high], at) - 1, high - 2)
     step = arc[i + 1] - arc[i]
     share = (at - arc[i]) / step if step > 0.0 else 0.0
     x = points[i, 0] + share * (points[i + 1, 0] - points[i, 0])
@@ -164,8 +166,9 @@ def choose_places(
         for p in range(2):
             c = curves[k, p]
             half = max(min(_HALF * widths[c], 0.5 * widths[c] - _BORDER_PX), _LEAST_HALF * widths[c])
-            offsets[p] = np.linspace(-half, half, ACROSS)
-            direction[p] = _direction(points, arc, first[c], first[c + 1], closed[c], at[k, p], _CHORD * widths[c])
+            copy_to(offsets[p], np.linspace(-half, half, ACROSS))
+            tx, ty = _direction(points, arc, first[c], first[c + 1], closed[c], at[k, p], _CHORD * widths[c])
+            direction[p, 0], direction[p, 1] = tx, ty
         sine = direction[0, 0] * direction[1, 1] - direction[0, 1] * direction[1, 0]
         cosine = abs(direction[0, 0] * direction[1, 0] + direction[0, 1] * direction[1, 1])
         if not abs(sine) >= _LEAST_SINE:
@@ -223,8 +226,12 @@ def find_pixels(places: _Floats, height: int, width: int) -> tuple[_Ints, _Ints]
 @helper
 def _median(values: _Floats, least: int) -> float:
     """Return the median of those values that are numbers; NaN where these are fewer than `least`."""
-    known = values[~np.isnan(values)]
-    return float(np.median(known)) if len(known) >= least else np.nan
+    known, count = np.empty(len(values)), 0
+    for k in range(len(values)):
+        if not np.isnan(values[k]):
+            known[count] = values[k]
+            count += 1
+    return median_of(known[:count]) if count >= least else np.nan
 
 
 @helper

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import longer_rows
 from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
 
@@ -213,7 +214,7 @@ def _near_chunks(points: _Floats, starts: _Ints, spans: _Ints, boxes: _Floats, w
                     if a == b and m <= k + 1 and _runs_on(points, spans[k, 0], spans[m, 1]):
                         continue
                     if count == len(pairs):
-                        pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                        pairs = longer_rows(pairs)
                     pairs[count, 0], pairs[count, 1] = k, m
                     count += 1
     return pairs[:count]
@@ -250,8 +251,8 @@ def intersect(points: _Floats, first: _Ints) -> tuple[_Ints, _Floats]:
                 if not _meet(points, i, j, place):
                     continue
                 if count == len(chords):
-                    chords = np.concatenate((chords, np.empty_like(chords)))
-                    shares = np.concatenate((shares, np.empty_like(shares)))
+                    chords = longer_rows(chords)
+                    shares = longer_rows(shares)
                 chords[count, 0], chords[count, 1] = i, j
                 shares[count, 0], shares[count, 1] = place[0], place[1]
                 count += 1

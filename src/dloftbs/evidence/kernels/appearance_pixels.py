@@ -23,6 +23,8 @@ from dloftbs.evidence.kernels.colours import (
     spread_of,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.copying import copy_to
+from dloftbs.kernels.shared.selection import median_of
 
 _MOST_SAMPLES = 24
 """Largest number of places along a cable where it and its ground are sampled.
@@ -99,7 +101,7 @@ def sample_appearance(
     colour = np.full(3, np.nan)
     if cables > 0:
         for c in range(3):
-            colour[c] = np.median(cable[:cables, c])
+            colour[c] = median_of(cable[:cables, c])
     return cable[:cables].copy(), ground[:grounds].copy(), colour
 
 
@@ -110,7 +112,7 @@ def _nearest_ground(x: float, y: float, ground: npt.NDArray[np.float64]) -> npt.
     order = np.argsort(squared)[:_NEAREST]
     colours = np.empty((len(order), 3))
     for k in range(len(order)):
-        colours[k] = ground[order[k], 2:]
+        copy_to(colours[k], ground[order[k], 2:])
     return colours
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.kernels.compiler import helper
+from dloftbs.kernels.shared.selection import nth_least
 
 BESIDE_WIDTHS = 1.0
 """Distance from the axis to the samples of the ground beside a cable, widths.
@@ -101,8 +102,7 @@ def distance_of_one_in(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.
     away = np.empty(len(colours))
     for k in range(len(colours)):
         away[k] = colour_distance(colour, colours[k])
-    away.sort()
-    return away[len(colours) // AGREE]
+    return nth_least(away, len(colours) // AGREE)
 
 
 @helper
@@ -131,8 +131,7 @@ def spread_of(colours: npt.NDArray[np.float64]) -> float:
     away = np.empty(len(colours))
     for k in range(len(colours)):
         away[k] = distance_of_one_in(colours[k], colours)
-    away.sort()
-    return away[len(away) // AGREE]
+    return nth_least(away, len(away) // AGREE)
 
 
 @helper

@@ -23,6 +23,7 @@ from dloftbs.evidence.kernels.colours import (
     spread_of,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
 
 IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
@@ -197,7 +198,7 @@ def _keep_ground(
             kept[k] = kept[k] or (last >= 0 and colour_distance(beside[k], beside[last]) <= alike)
             if kept[k]:
                 last = k
-    is_there[:] = kept
+    copy_to(is_there, kept)
 
 
 @kernel(read(float64, 2), read(int64, 2), float64)

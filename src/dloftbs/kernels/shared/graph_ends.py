@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.kernels.compiler import shared
+from dloftbs.kernels.compiler import inlined
 
 Number = TypeVar("Number", int, npt.NDArray[np.int64])
 
@@ -27,43 +27,43 @@ X, Y, TANGENT_X, TANGENT_Y, CURVATURE, HAS_CURVATURE = range(6)
 """Columns of end states: position, px; outward unit tangent; curvature along it, 1 / px; 1 where that was measured."""
 
 
-@shared
+@inlined
 def other_end(end: Number) -> Number:
     """Return the other end of the same branch."""
     return end ^ 1
 
 
-@shared
+@inlined
 def branch_of(end: Number) -> Number:
     """Return the branch of an end."""
     return end >> 1
 
 
-@shared
+@inlined
 def is_start(end: int) -> bool:
     """Tell whether an end lies at the first point of its branch."""
     return (end & 1) == 0
 
 
-@shared
+@inlined
 def inward(end: int) -> int:
     """Return the step from point to point that leads from an end into its branch: 1 or -1."""
     return 1 - 2 * (end & 1)
 
 
-@shared
+@inlined
 def start_of(branch: Number) -> Number:
     """Return the end at the first point of a branch."""
     return branch << 1
 
 
-@shared
+@inlined
 def stop_of(branch: Number) -> Number:
     """Return the end at the last point of a branch."""
     return (branch << 1) | 1
 
 
-@shared
+@inlined
 def same_side(branch: Number, end: Number) -> Number:
     """Return the end of a branch that lies at its first point if the given end does, else that at its last point."""
     return (branch << 1) | (end & 1)

@@ -12,8 +12,10 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.shared.selection import median_of
 
 _ORDER = 4
 """Number of basis functions of a cubic that are not zero in a knot span.
@@ -149,7 +151,7 @@ def _gather(
 def _solve_at(penalty: float, normal: _Floats, right: _Floats, factor: _Floats, coefficients: _Floats) -> None:
     """Write the coefficients for a penalty, and the factor of their matrix."""
     m = len(normal) - _PAD
-    factor[:] = normal
+    copy_rows_to(factor, normal)
     for i in range(m - 2):
         factor[i, 0] += penalty
         factor[i, 1] -= 2.0 * penalty
@@ -158,7 +160,7 @@ def _solve_at(penalty: float, normal: _Floats, right: _Floats, factor: _Floats, 
         factor[i + 1, 1] -= 2.0 * penalty
         factor[i + 2, 0] += penalty
     _factor(factor)
-    coefficients[:] = right
+    copy_to(coefficients, right)
     _solve(factor, coefficients)
 
 
@@ -276,7 +278,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
     weight, misses = np.zeros(n), np.empty(known)
     scores, tried = np.empty(len(_PENALTIES)), np.empty(len(_PENALTIES), dtype=np.bool_)
     _miss_neighbours(value, prior, root, misses)
-    _weigh(prior, misses, max(np.median(misses) / MEDIAN_DEVIATION, floor * abs(mean)), weight)
+    _weigh(prior, misses, max(median_of(misses) / MEDIAN_DEVIATION, floor * abs(mean)), weight)
     _gather(cells, basis, value, weight, normal, right)
     unit, squared, heaviest = 0.0, 0.0, 0.0
     for i in range(n):
@@ -296,7 +298,7 @@ def smooth(y: _Floats, counts: _Floats, spans: int, floor: float) -> tuple[_Floa
             if step != 0 and not scores[p] < scores[at]:
                 break
             at, freedom = p, trace
-            best[:] = coefficients
+            copy_to(best, coefficients)
             p += step
     line = np.full(n, mean)
     for i in range(n):

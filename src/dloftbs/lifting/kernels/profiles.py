@@ -9,8 +9,10 @@ import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.few import insert, median, middle
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.shared.selection import nth_least
 
 _INSIDE_PX = 4.0
 """Distance inside of a border from which a profile goes, px.
@@ -193,10 +195,12 @@ def _noise_of(metres: _Floats, on: _Flags) -> float:
                     count += 1
     if count == 0:
         return _LEAST_NOISE
-    changes = np.sort(changes[:count])
-    usual = changes[count // 2] / (np.sqrt(2.0) * MEDIAN_DEVIATION)
-    first = np.searchsorted(changes, 0.0, side="right")
-    step = changes[first + (count - first) // 4] if first < count else 0.0
+    changes = changes[:count]
+    usual = nth_least(changes, count // 2) / (np.sqrt(2.0) * MEDIAN_DEVIATION)
+    first = 0
+    for k in range(count):
+        first += changes[k] == 0.0
+    step = nth_least(changes, first + (count - first) // 4) if first < count else 0.0
     return float(max(usual, step, _LEAST_NOISE))
 
 
@@ -356,7 +360,7 @@ def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, 
     sums = kept.copy()
     for _ in range(_ROUNDS):
         x, y, fattened = _edges(sums)
-        sums[:] = kept
+        copy_to(sums, kept)
         for i in range(len(aside)):
             if np.isnan(aside[i]):
                 continue

@@ -9,6 +9,7 @@ from numba import boolean, float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
+from dloftbs.kernels.shared.selection import median_of
 
 _MOST_IN_BLOCK = 20
 """Largest number of points that tell the radius of a block.
@@ -30,8 +31,18 @@ def _level_radius(u: _Floats, radius: _Floats, at: _Floats, block: int) -> _Floa
     for b in range(blocks):
         low, high = b * m // blocks, (b + 1) * m // blocks
         middle[b] = 0.5 * (u[low] + u[high - 1])
-        level[b] = np.median(radius[low : high : max((high - low) // _MOST_IN_BLOCK, 1)])
-    return np.interp(at, middle, level)
+        level[b] = median_of(radius[low : high : max((high - low) // _MOST_IN_BLOCK, 1)])
+    out = np.empty(len(at))
+    b = 0
+    for i in range(len(at)):
+        while b < blocks - 1 and at[i] >= middle[b + 1]:
+            b += 1
+        while b > 0 and at[i] < middle[b]:
+            b -= 1
+        out[i] = level[b]
+        if b < blocks - 1 and at[i] > middle[b]:
+            out[i] += (level[b + 1] - level[b]) / (middle[b + 1] - middle[b]) * (at[i] - middle[b])
+    return out
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 1), read(float64, 1), boolean, float64, int64, int64)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_to
 
 _MOST_ACROSS = 2
 """Largest number of pixels to either side of the axis.
@@ -317,6 +318,6 @@ def find_surface(
     few = np.empty(_WIRES)
     for i in range(n):
         if known[i] > 0 and known[i] >= _LEAST_SHARE * (first[i + 1] - first[i]):
-            few[:] = values[:, i]
+            copy_to(few, values[:, i])
             surface[i], counts[i] = _level(few, known[i], radius[i] / focal_px, ground[i], noise)
     return surface, counts, shift / max(all_known, 1)

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.selection import median_of
 
 _LEAST_SINE = 0.2
 """Smallest sine of the angle between ray and axis by which a radius is divided.
@@ -98,7 +99,7 @@ def surface_to_axis(
         # The axis lies the radius farther than the surface: r = share * (depth + r / sine / length).
         radii[count] = share * depth_m[i] / (1.0 - share / (sines[i] * length))
         count += 1
-    radius = float(np.median(radii[:count]))
+    radius = median_of(radii[:count])
     points = np.empty((n, 3))
     for i in range(n):
         length = np.sqrt(rays[i, 0] ** 2 + rays[i, 1] ** 2 + rays[i, 2] ** 2)

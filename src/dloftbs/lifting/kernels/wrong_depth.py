@@ -9,6 +9,7 @@ from numba import float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.shared.selection import median_of
 
 _AROUND = 4
 """Number of changes of depth to either side that tell the usual one.
@@ -118,7 +119,7 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
         size[k] = _beyond(rates[k] * gap, before, after, gap)
         usual = before if np.isnan(after) else (after if np.isnan(before) else 0.5 * (before + after))
         unusual[k] = abs(rates[k] - usual) * gap
-    noise = np.median(unusual) / MEDIAN_DEVIATION
+    noise = median_of(unusual) / MEDIAN_DEVIATION
     for k in range(known - 1):
         radius = slenderness[own[k]] * min(surface_m[own[k]], surface_m[own[k + 1]])
         limit[k] = max(radius, _STEP_SIGMAS * noise)

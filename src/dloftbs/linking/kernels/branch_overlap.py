@@ -12,7 +12,9 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import branch_of, other_end, start_of, stop_of
+from dloftbs.kernels.shared.selection import falling_order
 
 MOST_RUNS = 6
 """Largest number of branches of a path that two cables share.
@@ -270,14 +272,14 @@ def list_paths(
             if ends and to_odd and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
                 ends = False
             if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
-                paths[found, :steps] = path[:steps]
+                copy_to(paths[found], path[:steps])
                 inside[found] = True
                 overlap_cost[found] = so_far + _INNER_END_COST + _COST_PER_WIDTH * reach[end] / width
                 found += 1
             if node < 0 or total + lengths[branch] > _LONGEST_WIDTHS * width:
                 continue
             if to_odd or has_spur[node]:
-                paths[found, :steps] = path[:steps]
+                copy_to(paths[found], path[:steps])
                 overlap_cost[found] = so_far + _overlap_cost(lengths[branch], widths[branch], width)
                 found += 1
             if to_odd:
@@ -294,7 +296,7 @@ def list_paths(
                 if branch_of(onward) == branch or spur[branch_of(onward)] or not leads or height == _MOST_SLOTS:
                     continue
                 if costs[starts[node] + here * size + k] < _STRAIGHT_ON:
-                    stack[height] = path
+                    copy_to(stack[height], path)
                     stack[height, steps] = onward
                     depth[height] = steps + 1
                     height += 1
@@ -413,7 +415,7 @@ def choose_paths(
     gains = np.empty(len(duplicates))
     found = 0
     gain_of -= overlap_cost
-    for p in np.argsort(-gain_of, kind="mergesort"):  # stable: of equal gains, the first path
+    for p in falling_order(gain_of):  # stable: of equal gains, the first path
         if not gain_of[p] > 0.0:
             break
         steps, is_free = 0, True

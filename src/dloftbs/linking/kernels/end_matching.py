@@ -8,6 +8,7 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN
+from dloftbs.kernels.shared.selection import falling_order
 from dloftbs.kernels.shared.union_find import find_root, unite
 
 EXACT = 10
@@ -100,7 +101,7 @@ def match_by_exchange(
             if saving > 0.0:
                 savings[count], rows[count], columns[count] = saving, i, j
                 count += 1
-    order = np.argsort(-savings[:count], kind="mergesort")
+    order = falling_order(savings[:count])
     for k in order:
         i, j = rows[k], columns[k]
         if partner[i] < 0 and partner[j] < 0:
@@ -211,9 +212,7 @@ def _cost_difference(
     return difference
 
 
-@kernel(
-    read(int64, 1), read(int64, 1), read(float64, 1), read(float64, 1), read(float64, 1), read(int64, 1)
-)  # fmt: skip
+@helper
 def match_ends(
     rows: npt.NDArray[np.int64],
     columns: npt.NDArray[np.int64],

@@ -64,9 +64,17 @@ def _match_gaining(
     end_id: npt.NDArray[np.int64],
 ) -> tuple[_Joints, npt.NDArray[np.float64]]:
     """Match ends by the pairs that cost less than two open ends; return the extra cost of each pair over these, too."""
-    lacking = costs - bonus - open_cost[rows] - open_cost[columns]
-    own = lacking < 0.0
-    return match_ends(rows[own], columns[own], costs[own], bonus[own], open_cost, end_id), lacking
+    lacking, count = np.empty(len(rows)), 0
+    own_rows, own_columns = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
+    own_costs, own_bonus = np.empty(len(rows)), np.empty(len(rows))
+    for p in range(len(rows)):
+        lacking[p] = costs[p] - bonus[p] - open_cost[rows[p]] - open_cost[columns[p]]
+        if lacking[p] < 0.0:
+            own_rows[count], own_columns[count] = rows[p], columns[p]
+            own_costs[count], own_bonus[count] = costs[p], bonus[p]
+            count += 1
+    joints = match_ends(own_rows[:count], own_columns[:count], own_costs[:count], own_bonus[:count], open_cost, end_id)
+    return joints, lacking
 
 
 @helper
@@ -170,10 +178,11 @@ def match_with_hiding(
     lacking : (k,) float64
         Extra cost of each pair over two open ends.
     """
-    joints, lacking = _match_gaining(rows, columns, costs, bonus, open_cost, end_id)
+    given = costs.copy()  # of the type of the lowered costs, so that they are matched by the same code
+    joints, lacking = _match_gaining(rows, columns, given, bonus, open_cost, end_id)
     hidden, lengths = np.empty(_MOST_EVIDENCE, dtype=np.int64), np.empty(_MOST_EVIDENCE)
     count = _find_hidden(joints[0], joints[2], nodes, states, width, hidden, lengths)
-    lowered = _lower_costs(rows, columns, costs, hidden[:count], lengths, joints[0], nodes, states, width)
+    lowered = _lower_costs(rows, columns, given, hidden[:count], lengths, joints[0], nodes, states, width)
     if count > 0:
         joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
     partner, cost, margin, alternative, override = joints

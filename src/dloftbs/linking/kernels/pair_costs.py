@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_to, longer, longer_rows
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, X, Y, branch_of
 from dloftbs.linking.kernels.joint_features import (
     OPEN_FREE,
@@ -160,7 +161,7 @@ def _expand_link_costs(
                     continue
                 row = own_links[starts[node] + a * size + b]
                 if end_id[i] < end_id[j]:
-                    row[:] = links[place[end_id[i], 0] + place[end_id[j], 1]]
+                    copy_to(row, links[place[end_id[i], 0] + place[end_id[j], 1]])
                 else:
                     describe_link(states, i, j, width, row)
                 costs[starts[node] + a * size + b] = price(row, JOINT)
@@ -358,9 +359,10 @@ def pair_costs(
                 continue
             if count == capacity:
                 capacity *= 2
-                rows = np.concatenate((rows, np.empty_like(rows)))
-                columns = np.concatenate((columns, np.empty_like(columns)))
-                joints = np.concatenate((joints, np.empty_like(joints)))
-            rows[count], columns[count], joints[count] = i, j, measured
+                rows = longer(rows)
+                columns = longer(columns)
+                joints = longer_rows(joints)
+            rows[count], columns[count] = i, j
+            copy_to(joints[count], measured)
             count += 1
     return rows[:count].copy(), columns[:count].copy(), joints[:count].copy(), opens

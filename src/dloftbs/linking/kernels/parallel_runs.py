@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.kernels.shared.copying import copy_to
 
 _TERMS = 4
 """Number of coefficients of a cubic.
@@ -139,18 +140,18 @@ def _gather(
     if first == 0:
         extra = min(len(before), max(most - place, 0))
         for i in range(extra - 1, -1, -1):
-            points[n] = before[i]
+            copy_to(points[n], before[i])
             n += 1
     for i in range(first, place):
-        points[n] = axis_in[i]
+        copy_to(points[n], axis_in[i])
         n += 1
     for i in range(place, last):
-        points[n] = axis_out[i]
+        copy_to(points[n], axis_out[i])
         n += 1
     if last == len(axis_out):
         extra = min(len(after), max(most - (last - place), 0))
         for i in range(extra):
-            points[n] = after[i]
+            copy_to(points[n], after[i])
             n += 1
     return n
 

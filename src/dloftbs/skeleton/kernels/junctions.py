@@ -8,6 +8,7 @@ from numba import boolean, float64, int32, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import FREE, UNAVAILABLE, branch_of, is_start, start_of, stop_of
+from dloftbs.kernels.shared.selection import median_of
 from dloftbs.kernels.shared.union_find import find_root, unite
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
@@ -176,7 +177,7 @@ def _strand_bonus(
     n = len(nodes) // 2
     own = np.empty(n)
     for branch in range(n):
-        own[branch] = np.median(radius[offsets[branch] : offsets[branch + 1]])
+        own[branch] = median_of(radius[offsets[branch] : offsets[branch + 1]])
     widest = np.zeros(count)
     for end in range(2 * n):
         if nodes[end] >= 0:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import (
     FREE,
     TANGENT_X,
@@ -256,7 +257,7 @@ def split_branches(
         new_nodes[stop_of(n)] = nodes[stop_of(branch)]
         n += 1
     loops = len(offsets) - n_open
-    new_offsets[n : n + loops] = offsets[n_open:]
+    copy_to(new_offsets[n:], offsets[n_open:])
     return new_offsets[: n + loops].copy(), new_nodes[: 2 * n].copy(), new_alive[:n].copy()
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.polyline import chord_direction
 from dloftbs.kernels.shared.ramp import ramp_down
 
@@ -302,7 +303,7 @@ def _recentre_run(
             points[i, 1] += moved[k - 1, 1] + t * step_y
             radius[i] = smooth[k - 1] + t * step_r
             if not _is_near(mask, points[i, 0], points[i, 1]):
-                points[i] = run[i]
+                copy_to(points[i], run[i])
     return points, radius
 
 
@@ -346,6 +347,6 @@ def recentre(
             run = np.concatenate((run, run, run))
         pad = n if is_loop else 0
         moved, half = _recentre_run(mask, run, is_loop)
-        middle[first:last] = moved[pad : pad + n]
-        radius[first:last] = half[pad : pad + n]
+        copy_rows_to(middle[first:last], moved[pad : pad + n])
+        copy_to(radius[first:last], half[pad : pad + n])
     return middle, radius

@@ -173,9 +173,10 @@ def match_unambiguous(
     """
     count, others = len(tracks), len(found)
     partner = np.zeros(count, dtype=np.int64)
-    distance, largest, way = _distances_as_they_lie(
-        tracks, found, margin_ratio, margin_ratio * max_mean * track_lengths.max()
-    )
+    longest = 0.0
+    for t in range(count):
+        longest = max(longest, track_lengths[t])
+    distance, largest, way = _distances_as_they_lie(tracks, found, margin_ratio, margin_ratio * max_mean * longest)
     for t in range(count):
         if not whole[t]:
             continue

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.shared.copying import copy_rows_to
 
 _MAX_ITERATIONS = 100
 """Number of steps of the search for a bend.
@@ -21,6 +22,15 @@ _END_TOLERANCE = 1e-4
 
 Source: numerics; below what a curve is known to.
 """
+
+
+@helper
+def _determinant(a: npt.NDArray[np.float64]) -> float:
+    """Return the determinant of a matrix (3, 3)."""
+    first = a[0, 0] * (a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1])
+    second = a[0, 1] * (a[1, 0] * a[2, 2] - a[1, 2] * a[2, 0])
+    third = a[0, 2] * (a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0])
+    return first - second + third
 
 
 @helper
@@ -40,7 +50,7 @@ def _fit_rotation(old: npt.NDArray[np.float64], new: npt.NDArray[np.float64], no
         angle = math.atan2(moments[1, 0] - moments[0, 1], moments[0, 0] + moments[1, 1])
         return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     u, _, vt = np.linalg.svd(moments)
-    u[:, dims - 1] *= math.copysign(1.0, np.linalg.det(u) * np.linalg.det(vt))
+    u[:, dims - 1] *= math.copysign(1.0, _determinant(u) * _determinant(vt))
     return u @ vt
 
 
@@ -113,7 +123,8 @@ def _bend(
                 if (steps[k] * before[k]).sum() < 0.0:
                     return False
             for k in range(count - 1):
-                new[left + k + 1] = new[left + k] + steps[k]
+                for d in range(dims):
+                    new[left + k + 1, d] = new[left + k, d] + steps[k, d]
             return True
     return False
 
@@ -179,6 +190,6 @@ def fill_hidden(
                 for d in range(old.shape[1]):
                     new[left + 1 + k, d] = (1.0 - weight) * one[k, d] + weight * other[k, d]
         elif gap:
-            new[left + 1 : right] = _move_rigidly(old, new, by_left, left, left, right, scale)
+            copy_rows_to(new[left + 1 : right], _move_rigidly(old, new, by_left, left, left, right, scale))
         else:
-            new[left + 1 : right] = _move_rigidly(old, new, by_right, right, left, right, scale)
+            copy_rows_to(new[left + 1 : right], _move_rigidly(old, new, by_right, right, left, right, scale))

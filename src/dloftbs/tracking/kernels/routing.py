@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
+from dloftbs.kernels.shared.selection import nth_least
 
 SAMPLES_PER_NODE = 4
 """Number of samples of a frame's curves from one node of the known curve to the next.
@@ -159,9 +160,13 @@ def _reachable_boxes(
     nodes: npt.NDArray[np.float64], reach: npt.NDArray[np.float64], boxes: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.int64]:
     """Return the indices of the boxes that a node may reach."""
-    most = reach.max()
-    left, right = nodes[:, 0].min() - most, nodes[:, 0].max() + most
-    top, bottom = nodes[:, 1].min() - most, nodes[:, 1].max() + most
+    most, left, right, top, bottom = -math.inf, math.inf, -math.inf, math.inf, -math.inf
+    for k in range(len(nodes)):
+        left, right = min(left, nodes[k, 0]), max(right, nodes[k, 0])
+        top, bottom = min(top, nodes[k, 1]), max(bottom, nodes[k, 1])
+    for k in range(len(reach)):
+        most = max(most, reach[k])
+    left, right, top, bottom = left - most, right + most, top - most, bottom + most
     result = np.empty(len(boxes), dtype=np.int64)
     count = 0
     for p in range(len(boxes)):
@@ -546,8 +551,7 @@ def find_intervals(
         origins = np.empty(node - first, dtype=np.int64)
         for k in range(first, node):
             origins[k - first] = SAMPLES_PER_NODE * k - way * (abs(assignment[k]) - 1)
-        origins.sort()
-        middle = origins[(node - first) // 2] + origins[(node - first - 1) // 2]
+        middle = nth_least(origins, (node - first) // 2) + nth_least(origins, (node - first - 1) // 2)
         intervals[count, 0], intervals[count, 1], intervals[count, 2] = part[start], start, end
         intervals[count, 3], intervals[count, 4], intervals[count, 5] = first, node - 1, middle
         count += 1
