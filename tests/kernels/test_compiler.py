@@ -68,6 +68,40 @@ def test_a_kernel_notices_a_change_of_a_helper(package, helper):
     assert run_probe(package) == (20, True)
 
 
+PROBES = """
+import logging
+from numba import int64
+from dloftbs.kernels.compiler import kernel
+
+logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s")
+
+@kernel(int64)
+def first(x):
+    return x
+
+@kernel(int64)
+def second(x):
+    return x + 1
+"""
+
+
+def test_the_kernels_are_counted_while_they_are_compiled(package):
+    (package / "dloftbs" / "room" / "kernels").mkdir()
+    (package / "dloftbs" / "room" / "kernels" / "probes.py").write_text(PROBES)
+    code = "import dloftbs.room.kernels.probes"
+    environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
+
+    def messages() -> list[str]:
+        command = [sys.executable, "-B", "-c", code]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return done.stderr.splitlines()
+
+    announced, *counted = messages()
+    assert announced.startswith("WARNING compiling up to 2 kernels")
+    assert counted == ["INFO kernels ready: 1 of 2", "INFO kernels ready: 2 of 2"]
+    assert messages() == []
+
+
 def test_a_helper_is_python_s_own_function_and_part_of_a_kernel():
     @compiler.helper
     def twice(x):

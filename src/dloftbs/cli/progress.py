@@ -49,14 +49,26 @@ def open_progress(*, shares_terminal: bool) -> Iterator[Progress]:
         Whether results are printed to the terminal at the same time: a bar would be torn apart by them.
     """
     if sys.stderr.isatty() and not shares_terminal:
-        with _bar() as show:
-            yield Progress(show, _BAR_EVERY_S)
+        with _bar() as update:
+            yield Progress(lambda report: update(_done(report), report.length, report.line()), _BAR_EVERY_S)
     else:
         yield Progress(lambda report: click.echo(report.line(), err=True), _LINE_EVERY_S)
 
 
 @contextmanager
-def _bar() -> Iterator[Callable[[RunReport], None]]:
+def open_count(what: str) -> Iterator[Callable[[int, int], None]]:
+    """Open a bar for a task that is counted: a function that takes how many are done, and of how many."""
+    with _bar() as update:
+        yield lambda done, count: update(done, count, f"{what} {done} of {count}")
+
+
+def _done(report: RunReport) -> int:
+    return report.frames + report.skipped
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int | None, str], None]]:
+    """Open a bar: a function that takes how much is done, of how much, if that is known, and the line beside it."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as RichProgress
@@ -65,9 +77,4 @@ def _bar() -> Iterator[Callable[[RunReport], None]]:
     # Standard output belongs to the results; messages on standard error are lifted above the bar.
     with RichProgress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task("", total=None)
-
-        def show(report: RunReport) -> None:
-            done = report.frames + report.skipped
-            bar.update(task, total=report.length, completed=done, description=report.line())
-
-        yield show
+        yield lambda done, count, line: bar.update(task, completed=done, total=count, description=line)

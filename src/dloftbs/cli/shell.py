@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import logging
+import math
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from types import FrameType
 from typing import IO, Any, NoReturn
 
@@ -20,6 +22,10 @@ INTERRUPTED = 130
 """128 + SIGINT, as shells report a process that Ctrl-C ended."""
 CLOSED_PIPE = 141
 """128 + SIGPIPE, as shells report a process whose reader has gone; by a code, so that all files are closed first."""
+
+
+KERNEL_LINE_S = 5.0
+"""Seconds from one line about the compilation of the kernels to the next."""
 
 
 class Failure(click.ClickException):
@@ -99,9 +105,39 @@ class _MessageHandler(logging.Handler):
 @contextmanager
 def messages_to_stderr() -> Iterator[None]:
     """Show the package's warnings on standard error for as long as the command runs."""
-    logger, handler = logging.getLogger("dloftbs"), _MessageHandler()
+    logger, handler = logging.getLogger("dloftbs"), _MessageHandler(logging.WARNING)
     logger.addHandler(handler)
+    try:
+        with kernel_counts(_KernelLines()):
+            yield
+    finally:
+        logger.removeHandler(handler)
+
+
+class _KernelLines(logging.Handler):
+    """Prints now and then how many kernels are ready, while they are being compiled."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+        self._due = math.inf
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.levelno > logging.INFO:  # the announcement
+            self._due = monotonic() + KERNEL_LINE_S
+        elif monotonic() >= self._due:
+            self._due = monotonic() + KERNEL_LINE_S
+            click.echo(record.getMessage(), file=sys.stderr)
+
+
+@contextmanager
+def kernel_counts(handler: logging.Handler) -> Iterator[None]:
+    """Tell a handler, and no other one, when kernels are compiled and how many are ready."""
+    logger = logging.getLogger("dloftbs.kernels")
+    level, before = logger.level, logger.handlers
+    logger.setLevel(logging.INFO)
+    logger.handlers = [handler]
     try:
         yield
     finally:
-        logger.removeHandler(handler)
+        logger.handlers = before
+        logger.setLevel(level)

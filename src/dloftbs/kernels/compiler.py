@@ -12,6 +12,7 @@ import functools
 import gc
 import hashlib
 import logging
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import product
@@ -56,8 +57,7 @@ def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Functi
                 for one in signatures:
                     compiled.compile(one)
             compiled.disable_compile()
-            if compiled.stats.cache_misses:
-                _announce()
+            _count.add(missed=bool(compiled.stats.cache_misses))
         return compiled
 
     return decorate
@@ -103,8 +103,34 @@ def folder_digest(folder: Path) -> str:
 
 
 @functools.cache
-def _announce() -> None:
-    _log.warning("compiling the kernels, once for this machine and version; this takes a minute or two")
+def kernel_count() -> int:
+    """Return the number of kernels of the package, by the decorators in its files."""
+    package = Path(__file__).parents[1]
+    files = (file.read_text(encoding="utf-8") for file in package.glob("**/kernels/**/*.py"))
+    return sum(len(re.findall(r"^@kernel\(", text, re.MULTILINE)) for text in files)
+
+
+class _Count:
+    """Counts the kernels that are ready, and logs their number once one had to be compiled."""
+
+    def __init__(self) -> None:
+        self._ready = 0
+        self._announced = False
+
+    def add(self, *, missed: bool) -> None:
+        """Count a kernel that was compiled (missed in the cache) or loaded."""
+        self._ready += 1
+        if missed and not self._announced:
+            self._announced = True
+            _log.warning(
+                "compiling up to %d kernels, once for this machine and version; this takes one to three minutes",
+                kernel_count(),
+            )
+        if self._announced:
+            _log.info("kernels ready: %d of %d", self._ready, kernel_count())
+
+
+_count = _Count()
 
 
 @contextmanager

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
+import sys
+from collections.abc import Callable
 from time import perf_counter
 
 import click
+
+from dloftbs.cli.shell import kernel_counts
 
 
 @click.command(short_help="Compile the kernels, once for this machine.")
@@ -14,17 +19,31 @@ def warmup() -> None:
 
     They stay on disk. Without this command, the first one that needs them compiles them.
     """
-    compiled = _Flag()
-    logger = logging.getLogger("dloftbs.kernels")
-    logger.addHandler(compiled)
     since = perf_counter()
-    try:
-        _process_once()
-    finally:
-        logger.removeHandler(compiled)
+    compiled = _load_with_bar() if sys.stderr.isatty() else _load()
     seconds = perf_counter() - since
-    what = "compiled, and saved for the next time," if compiled.raised else "loaded, compiled before,"
+    what = "compiled, and saved for the next time," if compiled else "loaded, compiled before,"
     click.echo(f"kernels {what} in {seconds:.1f} s")
+
+
+def _load() -> bool:
+    """Load the kernels, and return whether some had to be compiled."""
+    flag = _Flag()
+    logger = logging.getLogger("dloftbs.kernels")
+    logger.addHandler(flag)
+    try:
+        load_kernels()
+    finally:
+        logger.removeHandler(flag)
+    return flag.raised
+
+
+def _load_with_bar() -> bool:
+    """Do the same, and show how many are ready in a bar rather than in lines."""
+    from dloftbs.cli.progress import open_count
+
+    with open_count("compiling kernels") as show, kernel_counts(_Bar(show)):
+        return _load()
 
 
 class _Flag(logging.Handler):
@@ -36,8 +55,21 @@ class _Flag(logging.Handler):
         self.raised = True
 
 
-def _process_once() -> None:
-    """Take a small picture through all stages."""
+class _Bar(logging.Handler):
+    """Shows how many kernels are ready, and of how many."""
+
+    def __init__(self, show: Callable[[int, int], None]) -> None:
+        super().__init__()
+        self._show = show
+
+    def emit(self, record: logging.LogRecord) -> None:
+        match record.args:
+            case (int(ready), int(count)):
+                self._show(ready, count)
+
+
+def load_kernels() -> None:
+    """Take a small picture through all stages, and load what makes the pictures of the demo."""
     import numpy as np
 
     from dloftbs.camera import PinholeCamera
@@ -45,6 +77,7 @@ def _process_once() -> None:
     from dloftbs.frame import Frame
     from dloftbs.pipeline import Pipeline
 
+    importlib.import_module("dloftbs.synthetic")
     image = np.zeros((64, 64, 3), np.uint8)
     image[30:34, 8:56] = (0, 0, 255)
     red = HsvRange(hue=(170, 10), saturation=(100, 255), value=(100, 255))
