@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MethodSettings:
-    """What the options change in the configuration of every method that has one.
+    """Changes by the options in the configuration of every method that has one.
 
     Parameters
     ----------
