@@ -35,7 +35,7 @@ def test_what_is_shorter_than_the_stream_is_not_short_while_it_lasts():
 def test_many_short_tracks_are_a_broken_mask():
     broken = counted([(1, i // 8 + 2) for i in range(240)])
     assert broken.warning() == (
-        "31 tracks in 240 frames, 29 of them shorter than 30: the mask is probably broken; look at --stages"
+        "31 tracks in 240 frames, 29 of them for less than 30 frames: the mask is probably broken; look at --stages"
     )
 
 
@@ -60,4 +60,4 @@ def test_its_size_is_bounded(monkeypatch):
     steadiness = counted([(i + 1,) for i in range(500)])
     assert len(steadiness._lives) == 10
     assert steadiness.tracks == 500
-    assert "500 tracks in 500 frames, 499 of them shorter" in str(steadiness.warning())
+    assert "500 tracks in 500 frames, 499 of them for less" in str(steadiness.warning())

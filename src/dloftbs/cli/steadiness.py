@@ -50,7 +50,8 @@ class Steadiness:
         short = self._short + sum(life < _SHORT_FRAMES for life in ended)
         signs = []
         if short >= _LEAST_SHORT and 2 * short > self.tracks:
-            signs.append(f"{self.tracks} tracks in {self._frames} frames, {short} of them shorter than {_SHORT_FRAMES}")
+            told = f"{self.tracks} tracks in {self._frames} frames"
+            signs.append(f"{told}, {short} of them for less than {_SHORT_FRAMES} frames")
         if self._frames >= _SHORT_FRAMES and self._changes > _FLICKERING * self._frames:
             signs.append(f"the number of objects changes in {self._changes} of {self._frames} frames")
         if not signs:
