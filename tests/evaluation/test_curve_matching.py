@@ -101,6 +101,13 @@ def test_no_other_assignment_has_a_smaller_total(rows, columns, seed, gate):
     assert (len(result.pairs) + result.missing, len(result.pairs) + result.redundant) == (rows, columns)
 
 
+def test_curves_may_be_a_stack_of_points():
+    stack = np.array([[(0.0, 0.0), (9.0, 0.0)], [(0.0, 5.0), (9.0, 5.0)]])
+    assert compare_curves(stack, list(stack), samples=SAMPLES).l3 == pytest.approx(np.array([[0.0, 5.0], [5.0, 0.0]]))
+    with pytest.raises(InputError, match="found must be a sequence of curves, got array"):
+        compare_curves(np.array(5.0), stack)
+
+
 def test_every_curve_is_compared_with_every_other():
     true = [*CABLES, wave()]
     found = [wave((0.0, 7.0)).reversed(), CABLES[1]]

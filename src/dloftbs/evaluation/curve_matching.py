@@ -152,8 +152,7 @@ def compare_curves(found: Sequence[CurveLike], true: Sequence[CurveLike], *, sam
         As `curve_l3`.
     """
     for name, curves in (("found", found), ("true", true)):
-        if not isinstance(curves, Sequence):
-            raise InputError(f"{name} must be a sequence of curves, got {shown(curves)}")
+        _check_list(name, curves)
     found_traces, true_traces = (
         [trace_of(f"{name}[{i}]", curve, samples) for i, curve in enumerate(curves)]
         for name, curves in (("found", found), ("true", true))
@@ -167,6 +166,11 @@ def compare_curves(found: Sequence[CurveLike], true: Sequence[CurveLike], *, sam
             distance[i, j], forward[i, j] = best.error, best.forward
     forward.flags.writeable = False
     return CurveDistances(frozen(distance), forward)
+
+
+def _check_list(name: str, curves: object) -> None:
+    if not (isinstance(curves, Sequence) or (isinstance(curves, np.ndarray) and curves.ndim > 0)):
+        raise InputError(f"{name} must be a sequence of curves, got {shown(curves)}")
 
 
 def match_distances(distances: CurveDistances, *, gate_px: float | None = None) -> Matching:
