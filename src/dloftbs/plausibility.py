@@ -12,9 +12,15 @@ from dloftbs.config import DepthConfig
 _log = logging.getLogger("dloftbs.pipeline")
 
 _MOST_SET = 0.5
-"""Largest share of a frame that cables cover; ground shows between them, which the method needs."""
+"""Largest share of a frame that cables cover.
+
+Source: by hand; ground shows between them, which the method needs.
+"""
 _GRID_PX = 8
-"""Every so many rows and columns one pixel is asked, which tells the share to a percent."""
+"""Distance of the pixels that are asked, px.
+
+Source: by hand; 4,800 of 640 x 480 tell the share to a percent.
+"""
 
 
 def warn_of_mask(mask: AnyArray, name: str) -> bool:

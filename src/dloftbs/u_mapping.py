@@ -67,9 +67,10 @@ def is_in_front(curve_3d: BSplineCurve) -> bool:
 
 def _shares(curve_3d: BSplineCurve, camera: PinholeCamera) -> tuple[FloatArray, FloatArray]:
     """Return the shares of the length in the image at even ``u`` in space, and these."""
-    if not is_in_front(curve_3d):
+    points = curve_3d(_U)
+    if not (points[:, 2] > 0.0).all():
         raise InputError("the curve in space must lie in front of the camera; some of it does not")
-    steps = np.linalg.norm(np.diff(camera.project(curve_3d(_U)), axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(camera.project(points), axis=0), axis=1)
     along = np.concatenate(([0.0], np.cumsum(steps)))
     return (along / along[-1] if along[-1] > 0.0 else _U), _U  # seen from its end it is a point
 

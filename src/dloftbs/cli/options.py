@@ -32,10 +32,10 @@ def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[s
     """Read colour ranges as `HsvRange.parse` does; what cannot be read is bad usage."""
     if not texts:
         return ()
-    from dloftbs.config import HsvRange
+    from dloftbs.config import read_colour
 
     try:
-        return tuple(HsvRange.parse(text) for text in texts)
+        return read_colour(texts)
     except ConfigError as error:
         raise click.BadParameter(str(error), context, parameter) from error
 

@@ -73,7 +73,7 @@ def open_pictures(path: str, ending: str, **options: Any) -> Sink:
 
 
 def open_all_pictures(
-    pictures: Mapping[str, tuple[str, str]], pipeline: Pipeline, *, fps: float | None = None
+    pictures: Mapping[str, tuple[str, str]], pipeline: Pipeline, *, fps: float = 30.0
 ) -> Iterator[Sink]:
     """Open the sinks for drawn frames one after the other, as `Outputs.pictures` has them.
 
@@ -82,7 +82,7 @@ def open_all_pictures(
     pictures : mapping of str to (str, str)
     pipeline : Pipeline
         Draws the stages; used by whoever writes to the sinks, and nobody else.
-    fps : float, optional
+    fps : float
         Of a video.
 
     Raises
@@ -96,7 +96,7 @@ def open_all_pictures(
 
             yield open_pictures(path, ending, draw=lambda frame, _: viz.draw_stages(pipeline.trace(frame)))
         else:
-            yield open_pictures(path, ending, **({} if fps is None else {"fps": fps}))
+            yield open_pictures(path, ending, fps=fps)
 
 
 def claim_folder(folder: Path) -> Claim:

@@ -7,13 +7,25 @@ from collections.abc import Sequence
 from dloftbs.tracks import Track, TrackState
 
 _MOST_IDS = 10_000
-"""Number of tracks that are remembered: one that comes back after as many others were new counts again."""
+"""Number of tracks that are remembered: one that comes back after as many others were new counts again.
+
+Source: by hand; some hundred kilobytes.
+"""
 _SHORT_FRAMES = 30
-"""Life of a track that is short, frames: a second of most videos, and cables stay longer."""
+"""Life of a track that is short, frames.
+
+Source: by hand; a second of most videos, and cables stay longer.
+"""
 _LEAST_SHORT = 5
-"""Number of short tracks below which they may be chance."""
+"""Number of short tracks below which they may be chance.
+
+Source: by hand.
+"""
 _FLICKERING = 0.25
-"""Share of frames in which the number of objects may change: what comes, goes or hides does so rarely."""
+"""Share of frames in which the number of objects may change.
+
+Source: by hand; what comes, goes or hides does so rarely.
+"""
 
 
 class Steadiness:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs._arrays import FloatArray
+from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
@@ -76,36 +77,32 @@ class CsvSink(PathSink):
 def _object_text(moment: str, row: ObjectRow, u: FloatArray) -> str:
     start = f"{moment},{row.track_id or row.number},{row.state}"
     inferred = _inferred(None if row.detection is None else row.detection.inferred, u)
-    columns = zip(u, row.curve(u), inferred, _in_space(row, u), _tangents(row, u), strict=True)
-    lines = [f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{g:d},{m},{d}\n" for i, (t, (x, y), g, m, d) in enumerate(columns)]
+    in_image = zip(u, row.curve(u), inferred, row.curve.tangent(u), strict=True)
+    lines = [
+        f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{guess:d},{place},{dx:.6f},{dy:.6f},{way}\n"
+        for i, ((t, (x, y), guess, (dx, dy)), (place, way)) in enumerate(zip(in_image, _in_space(row, u), strict=True))
+    ]
     return "".join(lines)
 
 
-def _in_space(row: ObjectRow, u: FloatArray) -> list[str]:
-    """Return the columns of the curve in space."""
+def _in_space(row: ObjectRow, u: FloatArray) -> list[tuple[str, str]]:
+    """Return the columns of the curve in space, and those of its tangents."""
     if row.curve_3d is None:
-        return [",,,,"] * len(u)
-    at = _u_in_space(row, u)
+        return [(",,,,", ",,")] * len(u)
+    at = _u_in_space(row, row.curve_3d, u)
     inferred = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
-    columns = zip(at, row.curve_3d(at), inferred, strict=True)
-    return [f"{t:.6f},{x:.6f},{y:.6f},{z:.6f},{guess:d}" for t, (x, y, z), guess in columns]
+    columns = zip(at, row.curve_3d(at), inferred, row.curve_3d.tangent(at), strict=True)
+    return [
+        (f"{t:.6f},{x:.6f},{y:.6f},{z:.6f},{guess:d}", f"{dx:.6f},{dy:.6f},{dz:.6f}")
+        for t, (x, y, z), guess, (dx, dy, dz) in columns
+    ]
 
 
-def _tangents(row: ObjectRow, u: FloatArray) -> list[str]:
-    """Return the columns of the tangents."""
-    in_image = [f"{x:.6f},{y:.6f}" for x, y in row.curve.tangent(u)]
-    if row.curve_3d is None:
-        return [f"{text},,," for text in in_image]
-    in_space = row.curve_3d.tangent(_u_in_space(row, u))
-    return [f"{text},{x:.6f},{y:.6f},{z:.6f}" for text, (x, y, z) in zip(in_image, in_space, strict=True)]
-
-
-def _u_in_space(row: ObjectRow, u: FloatArray) -> FloatArray:
+def _u_in_space(row: ObjectRow, curve_3d: BSplineCurve, u: FloatArray) -> FloatArray:
     """Return the parameters (n,) in space of the points that are at `u` in the image."""
-    assert row.curve_3d is not None  # the callers saw to it
-    if row.camera is None or not is_in_front(row.curve_3d):
+    if row.camera is None or not is_in_front(curve_3d):
         return u
-    return to_space(u, row.curve_3d, row.camera)
+    return to_space(u, curve_3d, row.camera)
 
 
 def _inferred(spans: Sequence[tuple[float, float]] | None, u: FloatArray) -> list[bool]:
