@@ -70,6 +70,8 @@ KNOWN_OUTSIDE = {
 BELOW_PIPELINE = GROUND | DATA | ROOMS
 SHOW_THEMSELVES = ("frame_result", "stage_trace")
 """In a notebook: only there they import what draws them."""
+OPEN_BY_NAME = ("sources", "sinks")
+"""Doors that open recordings of ROS, too: only there, and when a name asks for it, the room above is imported."""
 
 MAY_IMPORT = {
     "errors": set(),
@@ -95,14 +97,27 @@ MAY_IMPORT = {
     | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking"},
     "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
     "api": KNOWN_OUTSIDE | {"pipeline", "sources", "stage_order"},
-    "sources": KNOWN_OUTSIDE | {"overlap"},
+    "sources": KNOWN_OUTSIDE | {"overlap", "ros"},
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
-    "sinks": KNOWN_OUTSIDE | {"viz"},
+    "sinks": KNOWN_OUTSIDE | {"viz", "ros"},
+    "ros": KNOWN_OUTSIDE | {"sources", "sinks", "viz"},
     "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz"},
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
     "cli": KNOWN_OUTSIDE
-    | {"api", "pipeline", "pipeline_group", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap", ""},
+    | {
+        "api",
+        "evaluation",
+        "overlap",
+        "pipeline",
+        "pipeline_group",
+        "ros",
+        "sinks",
+        "sources",
+        "synthetic",
+        "viz",
+        "",
+    },
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 
@@ -257,10 +272,23 @@ def test_no_module_imports_itself_by_way_of_others():
     left = {name: imports_of_file(name) - {name, ""} for name in LIBRARY}
     for name in SHOW_THEMSELVES:
         left[name] -= {"viz"}
+    for name in OPEN_BY_NAME:
+        left[name] -= {"ros"}
     while free := [name for name, imported in left.items() if not imported & left.keys()]:
         for name in free:
             del left[name]
     assert sorted(left) == []
+
+
+@pytest.mark.parametrize("name", [name for name in MODULES if name.partition(".")[0] in OPEN_BY_NAME])
+def test_recordings_are_opened_at_the_door_alone_and_late(name):
+    path = MODULES[name]
+    if "ros" in {found.partition(".")[0] for found in imports_of_file(name)}:
+        assert name in OPEN_BY_NAME
+    at_once = [
+        node for node in ast.parse(path.read_text(encoding="utf-8")).body if not isinstance(node, ast.FunctionDef)
+    ]
+    assert not any("dloftbs.ros" in ast.unparse(node) for node in at_once)
 
 
 def test_a_file_name_stands_for_one_thing():

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from cli.cli_inputs import run
 from drawings import draw_cable, wave
+from ros.bag_examples import COLOUR_TOPIC, raw_image, stamp_of, write_mcap
 
 import dloftbs
 
@@ -48,6 +49,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         cv2.imwrite(f"frames/{i}.png", photo_of(shift))
         cv2.imwrite(f"depth/{i}.png", np.full(SIZE, 600, np.uint16))
     video.release()
+    images = [raw_image(photo_of(0.05 * i), "bgr8", stamp_of(i)) for i in range(4)]
+    write_mcap(tmp_path / "run.mcap", [(COLOUR_TOPIC, stamp_of(i), image) for i, image in enumerate(images)])
     cv2.imwrite("photo.jpg", photo_of(0.0))
     cv2.imwrite("mask.png", mask_of(0.0))
     cv2.imwrite("depth.png", np.full(SIZE, 600, np.uint16))

@@ -119,6 +119,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "PinholeCamera": {"fx": 5.0, "fy": 5.0, "cx": 2.0, "cy": 2.0, "distortion": (0.0,) * 4},
         "PinholeCamera.check_size": {"size": (40, 60)},
         "PinholeCamera.deproject": {"points_px": POINTS, "depth_m": np.ones(3)},
+        "PinholeCamera.from_calibration": {"keys": CAMERA.to_dict()},
         "PinholeCamera.from_dict": {"data": CAMERA.to_dict()},
         "PinholeCamera.from_file": {"path": folder / "camera.yaml"},
         "PinholeCamera.from_matrix": {"matrix": CAMERA.matrix},

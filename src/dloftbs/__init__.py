@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from dloftbs._version import __version__
 
 if TYPE_CHECKING:
-    from dloftbs import config, evaluation, sinks, sources, viz
+    from dloftbs import config, evaluation, ros, sinks, sources, viz
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.centerline import Centerline, Joint, JointKind, Segment
@@ -59,7 +59,7 @@ _HOME = {
     "DepthRegistration": "camera",
     "Tracker": "tracking",
 }
-_SUBMODULES = ("config", "evaluation", "sinks", "sources", "viz")
+_SUBMODULES = ("config", "evaluation", "ros", "sinks", "sources", "viz")
 
 __all__ = [
     "BSplineCurve",
@@ -93,6 +93,7 @@ __all__ = [
     "config",
     "detect",
     "evaluation",
+    "ros",
     "sinks",
     "sources",
     "track",

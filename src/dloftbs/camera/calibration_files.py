@@ -51,6 +51,17 @@ def read_camera(path: Path, make: Callable[[Values], T]) -> T:
     return _read(path, lambda keys: make(_camera(keys)))
 
 
+def camera_values(keys: Mapping[str, Any]) -> Values:
+    """Return the arguments that make a camera of what a file holds.
+
+    Raises
+    ------
+    InputError
+        If they are of no form that is known, or describe a camera that is not supported.
+    """
+    return _camera(_normal(keys))
+
+
 def read_registration(
     path: Path, make_camera: Callable[[Values], Camera], make: Callable[[Camera, Camera, FloatArray, FloatArray], T]
 ) -> T:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, as_array, as_float_array, as_numbers
 from dloftbs._values import check_number, check_path, check_size, shown
-from dloftbs.camera.calibration_files import read_camera
+from dloftbs.camera.calibration_files import camera_values, read_camera
 from dloftbs.camera.lens_models import LENS_MODELS, LensModel
 from dloftbs.errors import InputError
 
@@ -136,6 +136,19 @@ class PinholeCamera:
             If the file cannot be read, is none of these, or describes a camera that is not supported.
         """
         return read_camera(check_path("path", path), cls._from_values)
+
+    @classmethod
+    def from_calibration(cls, keys: Mapping[str, Any]) -> PinholeCamera:
+        """Build a camera from the keys and values that a file of `from_file` would hold, as of a ROS message.
+
+        Raises
+        ------
+        InputError
+            If it is no mapping, no such file would hold it, or it describes a camera that is not supported.
+        """
+        if not isinstance(keys, Mapping):
+            raise InputError(f"a calibration needs a mapping of keys to values, got {shown(keys)}")
+        return cls._from_values(camera_values(keys))
 
     @classmethod
     def _from_values(cls, values: dict[str, Any]) -> PinholeCamera:

@@ -179,6 +179,9 @@ class InputOptions:
     camera: PinholeCamera | None
     registration: DepthRegistration | None
     depth_unit_m: float | None
+    topic: str | None = None
+    depth_topic: str | None = None
+    info_topic: str | None = None
 
     def open(self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1) -> Source:
         """Open an input with these options; `jobs` is that of `sources.open`.
@@ -201,6 +204,9 @@ class InputOptions:
             depth_unit_m=self.depth_unit_m,
             fps=fps,
             jobs=jobs,
+            topic=self.topic,
+            depth_topic=self.depth_topic,
+            info_topic=self.info_topic,
         )
 
     @property
@@ -263,6 +269,11 @@ def input_options(command: Command) -> Command:
         help="What a count of an integer depth image is worth; 0.001 where nobody says: millimetres. Floating-point "
         "depth is in metres.",
     )
+    @click.option(
+        "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
+    )
+    @click.option("--depth-topic", metavar="NAME", help="Topic of depth in a recording, registered to the images.")
+    @click.option("--info-topic", metavar="NAME", help="Topic of the images' camera (CameraInfo) in a recording.")
     @functools.wraps(command)
     def with_inputs(
         *args: Any,
@@ -273,12 +284,16 @@ def input_options(command: Command) -> Command:
         camera: str | None,
         registration: str | None,
         depth_unit: float | None,
+        topic: str | None,
+        depth_topic: str | None,
+        info_topic: str | None,
         **kwargs: Any,
     ) -> None:
         if masks is not None and kind == "mask":
             raise click.UsageError("--masks goes with images: --kind mask says that the frames are masks themselves")
         cameras = parse_camera(camera), parse_registration(registration)
-        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit)
+        topics = topic, depth_topic, info_topic
+        inputs = InputOptions(kind, depth, masks, occluders, *cameras, depth_unit, *topics)
         command(*args, inputs=inputs, **kwargs)
 
     return with_inputs

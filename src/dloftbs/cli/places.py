@@ -20,11 +20,14 @@ from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import Identity, identity_of
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
+from dloftbs.sources.recordings import BAG_SUFFIXES, COMPRESSED
 from dloftbs.sources.standard_input import STANDARD_INPUT
 
 READING = ("depth", "masks", "occluders", "camera", "registration", "config_file")
 """Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
+_FRAMES = (*IMAGE_EXTENSIONS, *BAG_SUFFIXES, COMPRESSED)
+"""Suffixes of files in a folder that frames may come from."""
 
 
 class InputFiles:
@@ -41,7 +44,7 @@ class InputFiles:
     def __init__(self, where: Sequence[str], parameters: Mapping[str, Any]) -> None:
         beside = [str(parameters[name]) for name in READING if parameters[name] is not None]
         files = [text for text in where if text != STANDARD_INPUT]
-        frames = [file for text in files for file in files_of(text, IMAGE_EXTENSIONS)]
+        frames = [file for text in files for file in files_of(text, _FRAMES)]
         partners = [partner_of(file, rule) for rule in beside if is_rule(rule) for file in frames]
         others = [file for text in beside for file in files_of(text, _ONE)]
         self._names = {identity_of(file): str(file) for file in (*others, *partners, *frames)}

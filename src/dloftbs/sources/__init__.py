@@ -1,4 +1,4 @@
-"""Sources of frames: image files, folders, videos, cameras, streams, arrays.
+"""Sources of frames: image files, folders, videos, cameras, streams, arrays, recordings of ROS.
 
 >>> with dloftbs.sources.open("frames/", depth="{stem}_depth.png") as source:  # doctest: +SKIP
 ...     for frame in source:
@@ -30,6 +30,7 @@ from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import KINDS, Kind
 from dloftbs.sources.recorded import open_labelled
+from dloftbs.sources.recordings import is_recording
 from dloftbs.sources.source import KnownSequence, Source
 from dloftbs.sources.stacks import STACK_EXTENSIONS, ArraySource, from_array, from_file
 from dloftbs.sources.standard_input import STANDARD_INPUT, open_standard_input
@@ -69,6 +70,9 @@ def open(
     depth_unit_m: float | None = None,
     fps: float | None = None,
     jobs: int = 1,
+    topic: str | None = None,
+    depth_topic: str | None = None,
+    info_topic: str | None = None,
 ) -> Source:
     """Open whatever frames come from.
 
@@ -110,7 +114,10 @@ def open(
         (a .npz file may), and videos have the container's times.
     jobs : int
         Image files decoded at the same time, in threads, ahead of the frame that is asked for; with 1, each is decoded
-        when it is. Makes no difference to videos, cameras and stacks.
+        when it is. Makes no difference to videos, cameras, stacks and recordings.
+    topic, depth_topic, info_topic : str, optional
+        Topics of a recording: images, depth registered to them, and their camera. Where one is left out and there is
+        one choice, it is taken; several topics of images are listed in the error.
 
     Returns
     -------
@@ -148,13 +155,55 @@ def open(
         return LiveSource(live, kind=kind, camera=camera)
     rules = [text for text in paired.values() if is_rule(text)]
     # Depth of its own replaces that of a stack.
-    source = _open_recorded(
-        where, kind, camera, fps, rules, None if depth is not None else registration, depth_unit_m, jobs
-    )
-    if registration is not None and depth is None and not (isinstance(source, ArraySource) and source.has_depth):
+    own_registration = None if depth is not None else registration
+    topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic}
+    recording = _recording(where, topics)
+    if recording is None:
+        source = _open_recorded(where, kind, camera, fps, rules, own_registration, depth_unit_m, jobs)
+    else:
+        source = _open_ros(recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None)
+    if registration is not None and depth is None and not source.has_depth:
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
     return _pair(source, paired, registration, depth_unit_m) if paired else source
+
+
+def _recording(where: Where, topics: dict[str, str | None]) -> Path | None:
+    """Return the path of a recording of ROS; None where this is something else, which has no topics."""
+    if isinstance(where, (str, os.PathLike)):
+        path = Path(os.path.expanduser(where))
+        if is_recording(path):
+            return path
+    named = [name for name, text in topics.items() if text is not None]
+    if named:
+        raise InputError(f"{' and '.join(named)}: only recordings of ROS have topics, and {shown(where)} is none")
+    return None
+
+
+def _open_ros(
+    path: Path,
+    topics: dict[str, str | None],
+    kind: Kind,
+    camera: PinholeCamera | None,
+    registration: DepthRegistration | None,
+    depth_unit_m: float,
+    fps: float | None,
+    guess_depth: bool,
+) -> Source:
+    from dloftbs.ros import BagSource
+
+    return BagSource(
+        path,
+        topic=topics["topic"],
+        depth_topic=topics["depth_topic"],
+        info_topic=topics["info_topic"],
+        kind=kind,
+        camera=camera,
+        registration=registration,
+        depth_unit_m=depth_unit_m,
+        fps=fps,
+        guess_depth=guess_depth,
+    )
 
 
 def _cameras(

@@ -34,6 +34,8 @@ class Source(ABC):
     skipped : int
         Frames that could not be read so far, counted afresh by each iteration. Each leaves a hole in the indices, and
         is reported by a warning of the logger ``dloftbs.sources``.
+    has_depth : bool
+        Whether the source brings depth of its own.
     live : bool
         Whether frames come at their own pace: who is too slow does better to leave some out than to fall behind.
     """
@@ -42,6 +44,7 @@ class Source(ABC):
     fps: float | None = None
     length: int | None = None
     skipped: int = 0
+    has_depth: bool = False
     live: bool = False
     _closed: bool = False
 

@@ -91,6 +91,7 @@ class ArraySource(Source):
             del self._stacks["masks" if kind == "image" else "images"]
         if kind == "image" and "images" not in self._stacks and self._stacks["masks"].dtype != np.uint8:
             raise InputError(f"masks must be uint8 to be taken for images, got {self._stacks['masks'].dtype}")
+        self.has_depth = "depth" in self._stacks
         self._kind = kind
         self._camera = camera
         self._registration = registration
@@ -132,11 +133,6 @@ class ArraySource(Source):
             return given.get("images"), given.get("masks")
         (pixels,) = given.values()
         return image_or_mask(pixels, self._kind, lossy=False)
-
-    @property
-    def has_depth(self) -> bool:
-        """True if there is depth."""
-        return "depth" in self._stacks
 
     def _depth(self, index: int, pixels: AnyArray | None) -> AnyArray | None:
         depth = self._stacks["depth"][index] if self.has_depth else None

@@ -71,8 +71,9 @@ def track(
     """Follow the cables through a stream, each with its identity and direction.
 
     INPUT is a video, an animated PNG or WebP, a folder or a glob of images or masks in their natural
-    order, the files of one, an .npy or .npz file, the index of a camera or its device /dev/video0, the
-    address of a stream, or - for standard input. Without --out, --overlay and --stages, results are JSON
+    order, the files of one, an .npy or .npz file, a recording of ROS (.mcap, .db3, .bag or a rosbag2
+    folder), the index of a camera or its device /dev/video0, the address of a stream, or - for standard
+    input. Without --out, --overlay and --stages, results are JSON
     lines on standard output. Progress and a summary of the timing go to standard error. What cannot be
     read is reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the
     summary is printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera
@@ -83,6 +84,7 @@ def track(
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
     dloftbs track cable.mp4 --hsv 170:10 --every 30 --limit 5 --stages stages
     dloftbs track masks/ --kind mask --fps 30 --out curves.npz
+    dloftbs track run.mcap --topic /camera/color/image_raw --hsv 170:10 --out curves.npz
     """
     from dloftbs.cli.frames import UsableFrames, in_natural_order
     from dloftbs.cli.outputs import write_config

@@ -1,0 +1,53 @@
+"""Where robots keep their frames: messages of ROS and recordings of them, without ROS installed.
+
+>>> for frame in dloftbs.sources.open("run.mcap", topic="/camera/color/image_raw"):  # doctest: +SKIP
+...     print(frame.index, frame.stamp, frame.frame_id)
+
+Messages are taken by their fields, whatever library made their classes: rosbags, rclpy or rospy. Recordings need the
+packages of the extra ``ros`` (``pip install 'dloftbs[ros]'``); converting messages needs none.
+"""
+
+from __future__ import annotations
+
+from dloftbs.ros.bag_source import BagSource
+from dloftbs.ros.camera_messages import camera_of
+from dloftbs.ros.frame_messages import FrameMaker, RosFrame
+from dloftbs.ros.image_messages import pixels_of
+from dloftbs.ros.marker_messages import MarkerWriter
+from dloftbs.ros.message_factory import MessageFactory, RclpyFactory, RosbagsFactory
+from dloftbs.ros.recording import Recording
+from dloftbs.ros.result_messages import (
+    Header,
+    SampledTrack,
+    diagnostics_message,
+    header_of,
+    mask_message,
+    picture_message,
+    points_message,
+    sample_m,
+    sample_px,
+    sampled_m,
+)
+
+__all__ = [
+    "BagSource",
+    "FrameMaker",
+    "Header",
+    "MarkerWriter",
+    "MessageFactory",
+    "RclpyFactory",
+    "Recording",
+    "RosFrame",
+    "RosbagsFactory",
+    "SampledTrack",
+    "camera_of",
+    "diagnostics_message",
+    "header_of",
+    "mask_message",
+    "picture_message",
+    "pixels_of",
+    "points_message",
+    "sample_m",
+    "sample_px",
+    "sampled_m",
+]

@@ -1,0 +1,168 @@
+"""Interface of a file of a recording, and what the readers of its formats share."""
+
+from __future__ import annotations
+
+import struct
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from dloftbs.errors import SourceError
+from dloftbs.ros.requirements import needed
+
+MAX_RECORD_BYTES = 1 << 30
+"""Size of the largest chunk or message: an image of `MAX_PIXELS` in colour is smaller."""
+SCAN_BYTES = 1 << 28
+"""Bytes from the beginning in which topics are looked for, where nothing at the end of the file lists them."""
+_ZSTD = b"\x28\xb5\x2f\xfd"
+"""Begin of a message that rosbag2 compressed by itself; one of CDR begins with two bytes of at most 1."""
+_PIECE = 1 << 16  # bytes that are unpacked at a time
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of a recording: its name, its type as in ``sensor_msgs/msg/Image``, how many messages, if known."""
+
+    name: str
+    type_name: str
+    count: int | None = None
+
+
+class RawMessage(NamedTuple):
+    """A message as it was recorded: where it was published, when it came, in nanoseconds, and its bytes."""
+
+    topic: str
+    stamp_ns: int
+    data: bytes | memoryview
+
+
+class CutError(Exception):
+    """A file ends in the middle of something, or what follows is damaged; the message says what is wrong."""
+
+
+class BagFile(ABC):
+    """One file of a recording, read from the beginning to the end, in the order in which it was written.
+
+    A subclass reads its topics in the constructor, and says in `_messages` with a `CutError` where nothing more can be
+    read.
+
+    Attributes
+    ----------
+    path : Path
+    topics : tuple of Topic
+    is_ros1 : bool
+        Messages are serialized as ROS 1 does.
+    is_whole : bool
+        The file was finished by whoever wrote it, so that its topics are all that there are.
+    cut : str or None
+        After `messages`: reason why not all of the file could be read.
+    """
+
+    topics: tuple[Topic, ...]
+    is_ros1: bool = False
+    is_whole: bool = True
+    cut: str | None = None
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def messages(self, wanted: Collection[str]) -> Iterator[RawMessage]:
+        """Yield the messages of some topics, as far as they can be read."""
+        self.cut = None
+        try:
+            for message in self._messages(wanted):
+                yield message if message.data[:4] != _ZSTD else message._replace(data=_plain(message.data))
+        except CutError as error:
+            self.cut = str(error)
+
+    @abstractmethod
+    def _messages(self, wanted: Collection[str]) -> Iterator[RawMessage]:
+        """Yield the messages of some topics.
+
+        Raises
+        ------
+        CutError
+            Where the rest cannot be read.
+        """
+
+    def _not_a_bag(self, why: object) -> SourceError:
+        return SourceError(f"{self.path}: cannot be read as a recording: {why}")
+
+
+def ros2_name(type_name: str) -> str:
+    """Return the name of a type as ROS 2 has it: ``sensor_msgs/msg/Image`` for ``sensor_msgs/Image``."""
+    parts = type_name.split("/")
+    return type_name if len(parts) != 2 else f"{parts[0]}/msg/{parts[1]}"
+
+
+def decompressed(kind: str, data: bytes | memoryview, size: int) -> tuple[bytes | memoryview, bool]:
+    """Return the content of a chunk as far as it can be unpacked, and whether that is all of it.
+
+    Parameters
+    ----------
+    kind : str
+        ``""`` and ``"none"``: not compressed. ``"zstd"``, ``"lz4"``, ``"bz2"``.
+    data : bytes
+    size : int
+        Size of the content, as the file says.
+
+    Raises
+    ------
+    CutError
+        If the kind is unknown, or the content too large.
+    """
+    if size > MAX_RECORD_BYTES:
+        raise CutError(f"a chunk of {size} bytes, {MAX_RECORD_BYTES} at most")
+    if kind in ("", "none"):
+        return data, len(data) == size
+    content = _unpacked(kind, data, size)
+    return content, len(content) == size
+
+
+def _unpacked(kind: str, data: bytes | memoryview, size: int) -> bytes:
+    """Return what can be unpacked, at most one byte more than it should be; nothing where it is corrupt."""
+    if kind == "zstd":
+        decompressor = needed("zstandard").ZstdDecompressor().decompressobj()
+    elif kind == "lz4":
+        decompressor = needed("lz4.frame").LZ4FrameDecompressor()
+    elif kind == "bz2":
+        decompressor = needed("bz2").BZ2Decompressor()
+    else:
+        raise CutError(f"a chunk with the unknown compression {kind!r}")
+    parts: list[bytes] = []
+    total = 0
+    # In pieces, since a decompressor that fails gives nothing of what it was given at once.
+    for at in range(0, len(data), _PIECE):
+        try:
+            parts.append(decompressor.decompress(bytes(data[at : at + _PIECE])))
+        except Exception:  # noqa: BLE001 - three libraries, each with errors of its own, that all say: corrupt
+            break
+        total += len(parts[-1])
+        if total > size:
+            break
+    return b"".join(parts)
+
+
+def unpack(form: struct.Struct, data: bytes | memoryview, at: int = 0) -> tuple[Any, ...]:
+    """Return the numbers at a place.
+
+    Raises
+    ------
+    CutError
+        If there are too few bytes.
+    """
+    try:
+        return form.unpack_from(data, at)
+    except struct.error as error:
+        raise CutError("a record is cut off") from error
+
+
+def _plain(data: bytes | memoryview) -> bytes | memoryview:
+    """Return a message as it was before it was compressed; what is corrupt stays, and fails when it is read."""
+    zstandard = needed("zstandard")
+    try:
+        return bytes(zstandard.ZstdDecompressor().decompressobj().decompress(bytes(data)))
+    except zstandard.ZstdError:
+        return data

@@ -1,0 +1,228 @@
+"""Frames from messages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dloftbs._arrays import AnyArray
+from dloftbs._values import MILLIMETRE_M, check_integer, check_text, set_fields
+from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.errors import InputError, SourceError
+from dloftbs.frame import Frame
+from dloftbs.ros.camera_messages import camera_of
+from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of
+from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, stamp_ns_of
+from dloftbs.sources.pixels import Kind, image_or_mask
+from dloftbs.sources.source import logger
+
+_LARGEST_STAMP_NS = 2**63 - 1
+
+ImageAndMask = tuple[AnyArray | None, AnyArray | None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RosFrame(Frame):
+    """A frame that knows its message's header to the nanosecond, which results are to carry on.
+
+    Parameters
+    ----------
+    frame_id : str
+        Name of the camera's coordinate frame.
+    stamp_ns : int, optional
+        Time in nanoseconds; `stamp` has it in seconds, rounded to a float.
+
+    Raises
+    ------
+    InputError
+        As `Frame`.
+    """
+
+    frame_id: str = ""
+    stamp_ns: int | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        set_fields(self, frame_id=check_text("frame_id", self.frame_id))
+        if self.stamp_ns is not None:
+            stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_LARGEST_STAMP_NS, _LARGEST_STAMP_NS)
+            set_fields(self, stamp_ns=stamp_ns)
+
+
+class FrameMaker:
+    """Makes frames of the messages of one camera.
+
+    Parameters
+    ----------
+    where : str
+        Origin of the messages, for warnings.
+    kind : {"auto", "image", "mask"}
+        "auto" takes one channel for a mask, in which any non-zero is cable; colour is an image.
+    rectified : bool
+        Whether the images are rectified (see `camera_of`).
+    camera : PinholeCamera, optional
+        Takes the place of what messages say.
+    registration : DepthRegistration, optional
+        Brings the depth into the image; its colour camera is then the frames'.
+    depth_unit_m : float
+        Metres per count of integer depth.
+    depth_is_meant, info_is_meant : bool
+        Whether somebody said that they go with the images. If they do not, that is an error; otherwise they are left
+        out with one warning.
+    depth_is_registered : bool
+        Whether the name of its topic says that depth is in the pixels of the images. Depth that nobody meant, and that
+        comes in another coordinate frame than the images, is that of another sensor, and is left out.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        *,
+        kind: Kind = "auto",
+        rectified: bool = False,
+        camera: PinholeCamera | None = None,
+        registration: DepthRegistration | None = None,
+        depth_unit_m: float = MILLIMETRE_M,
+        depth_is_meant: bool = True,
+        info_is_meant: bool = True,
+        depth_is_registered: bool = False,
+    ) -> None:
+        self._where = where
+        self._kind: Kind = kind
+        self._rectified = rectified
+        self._camera = camera if registration is None else registration.colour_camera
+        self._is_fixed = self._camera is not None
+        self._registration = registration
+        self._depth_unit_m = depth_unit_m
+        self._depth_is_meant, self._info_is_meant = depth_is_meant, info_is_meant
+        self._is_of_image = depth_is_meant or depth_is_registered
+        self._warned: set[str] = set()
+
+    @property
+    def knows_camera(self) -> bool:
+        """True if the camera was given, or a message told it, or none."""
+        return self._is_fixed or self._camera is not None or "camera" in self._warned
+
+    def take_info(self, info: Any) -> None:
+        """Take a message of the camera, for the frames from now on.
+
+        Raises
+        ------
+        InputError
+            If it was meant to be that of the images, and cannot be read.
+        """
+        if self._is_fixed:
+            return
+        try:
+            camera = camera_of(info, rectified=self._rectified)
+        except InputError as error:
+            if self._info_is_meant:
+                raise
+            camera = None
+            self._warn("camera", f"frames go without a camera: {error}")
+        else:
+            if camera is None:
+                self._warn("camera", "frames go without a camera: it is not calibrated, its matrix K is 0")
+        if camera != self._camera:  # the same one keeps what it has computed of its lens
+            self._camera = camera
+
+    def pixels(self, image: Any) -> ImageAndMask:
+        """Return the image, or the mask, of a message.
+
+        Raises
+        ------
+        InputError
+            If it cannot be converted.
+        """
+        pixels = pixels_of(image)
+        kind = ("mask" if pixels.ndim == 2 else "image") if self._kind == "auto" else self._kind
+        try:
+            return image_or_mask(pixels, kind, lossy=is_from_lossy_codec(image))
+        except SourceError as error:
+            raise InputError(str(error)) from error
+
+    def make(
+        self,
+        image: Any,
+        pixels: ImageAndMask,
+        depth: Any = None,
+        *,
+        index: int = 0,
+        stamp: float | None = None,
+        stamp_ns: int | None = None,
+        name: str = "",
+    ) -> RosFrame:
+        """Return a frame.
+
+        Parameters
+        ----------
+        image : sensor_msgs/Image or sensor_msgs/CompressedImage
+        pixels : (array or None, array or None)
+            As `pixels` gave them.
+        depth : sensor_msgs/Image or sensor_msgs/CompressedImage, optional
+            A message that cannot be converted is left out with a warning.
+        index, name
+            As `Frame` has them.
+        stamp : float, optional
+            Time in seconds in place of the message's.
+        stamp_ns : int, optional
+            Time in nanoseconds where the message says none.
+
+        Raises
+        ------
+        InputError
+            If depth or camera do not go with the image, and were meant to.
+        """
+        shown = pixels[0] if pixels[0] is not None else pixels[1]
+        assert shown is not None  # one of the two is there
+        size = (int(shown.shape[0]), int(shown.shape[1]))
+        own_ns = stamp_ns_of(image)
+        stamp_ns = stamp_ns if own_ns is None else own_ns
+        if stamp is None and stamp_ns is not None:
+            stamp = stamp_ns / NS_PER_S
+        return RosFrame(
+            *pixels,
+            None if depth is None else self._depth(depth, image, size),
+            camera=self._fitting_camera(size),
+            index=index,
+            stamp=stamp,
+            name=name,
+            depth_unit_m=self._depth_unit_m,
+            frame_id=frame_id_of(image),
+            stamp_ns=stamp_ns,
+        )
+
+    def _depth(self, message: Any, image: Any, size: tuple[int, int]) -> AnyArray | None:
+        try:
+            frames = frame_id_of(message), frame_id_of(image)
+            if self._registration is None and not self._is_of_image and frames[0] != frames[1]:
+                why = f"it is in the frame {frames[0]!r}, the images are in {frames[1]!r}"
+                self._warn("depth", f"frames go without depth, which is not registered to the images: {why}")
+                return None
+            depth = pixels_of(message)
+            if depth.ndim != 2 or depth.dtype == np.uint8:
+                raise InputError(f"it must have one channel of more than 8 bits, got {depth.shape} of {depth.dtype}")
+        except InputError as error:
+            logger.warning("%s: a frame goes without depth: %s", self._where, error)
+            return None
+        if self._registration is not None:
+            return self._registration.register(depth, size)
+        if depth.shape != size and not self._depth_is_meant:
+            why = f"{depth.shape} where the images have {size} (rows, columns); it needs a registration"
+            self._warn("depth", f"frames go without depth, which has another size: {why}")
+            return None
+        return depth
+
+    def _fitting_camera(self, size: tuple[int, int]) -> PinholeCamera | None:
+        camera = self._camera
+        if camera is None or self._is_fixed or self._info_is_meant or camera.size in (None, size):
+            return camera
+        self._warn("camera", f"frames go without a camera: it is for images of {camera.size}, got {size}")
+        return None
+
+    def _warn(self, what: str, text: str) -> None:
+        if what not in self._warned:
+            self._warned.add(what)
+            logger.warning("%s: %s", self._where, text)

@@ -1,0 +1,84 @@
+"""Making messages with the classes of a library: each function that builds results takes one of these.
+
+A factory is called with a type's name and its fields: ``make("std_msgs/msg/Header", stamp=..., frame_id="camera")``.
+"""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any, Protocol
+
+import numpy as np
+
+from dloftbs.errors import InputError
+from dloftbs.ros.requirements import needed
+
+
+class MessageFactory(Protocol):
+    """Makes messages by the name of their type."""
+
+    def __call__(self, type_name: str, **fields: Any) -> Any:
+        """Return a message; fields that are not given have the defaults of their types."""
+
+
+class RosbagsFactory:
+    """Makes messages of the classes of a ``rosbags`` type store.
+
+    Parameters
+    ----------
+    store : rosbags.typesys.store.Typestore
+
+    Raises
+    ------
+    InputError
+        When called, if the store has no such type or the type no such field.
+    """
+
+    def __init__(self, store: Any) -> None:
+        self._store = store
+
+    def __call__(self, type_name: str, **fields: Any) -> Any:
+        """Return a message; fields that are not given have the defaults of their types."""
+        if type_name not in self._store.types:
+            raise InputError(f"there is no type of message {type_name!r}")
+        names = [name for name, _ in self._store.fielddefs[type_name][1]]
+        unknown = sorted(fields.keys() - set(names))
+        if unknown:
+            raise InputError(f"{type_name} has the fields {', '.join(names)}; unknown: {', '.join(unknown)}")
+        values = {
+            name: fields[name] if name in fields else self._default(description)
+            for name, description in self._store.fielddefs[type_name][1]
+        }
+        return self._store.types[type_name](**values)
+
+    def _default(self, description: Any) -> Any:
+        kind, detail = description
+        match kind.name:
+            case "NAME":
+                return self(detail)
+            case "BASE":
+                return _DEFAULTS.get(detail[0], 0)
+        element, size = detail
+        if element[0].name == "BASE" and element[1][0] not in ("string",):
+            return np.zeros(size if kind.name == "ARRAY" else 0, element[1][0])
+        return [self._default(element) for _ in range(size)] if kind.name == "ARRAY" else []
+
+
+_DEFAULTS: dict[str, Any] = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
+
+
+class RclpyFactory:
+    """Makes messages of the classes that ROS 2 has installed, which take fields by name alone."""
+
+    def __call__(self, type_name: str, **fields: Any) -> Any:
+        """Return a message; fields that are not given have the defaults of their types."""
+        package, _, name = type_name.split("/")
+        kind = getattr(needed(f"{package}.msg", f"ROS 2's package {package} (source ROS's setup.bash)"), name)
+        return kind(**{key: _as_rclpy(kind, key, value) for key, value in fields.items()})
+
+
+def _as_rclpy(kind: Any, name: str, value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return array("B", value.tobytes()) if value.dtype == np.uint8 else value.tolist()
+    # A byte is an integer to all others.
+    return bytes([value]) if kind.get_fields_and_field_types()[name] == "octet" else value

@@ -1,0 +1,217 @@
+"""Messages of what was found in a frame: points, the mask, the overlay, the state of things.
+
+Each function takes a `MessageFactory`, so that a bag and a node publish the same. Points in metres are in the camera's
+frame; those in pixels carry a frame of their own, which no transform leads to: nothing can take them for metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import AnyArray, FloatArray
+from dloftbs._text import readable
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.ros.frame_messages import RosFrame
+from dloftbs.ros.message_factory import MessageFactory
+from dloftbs.ros.message_fields import NS_PER_S
+from dloftbs.tracks import Track, TrackState
+from dloftbs.u_mapping import is_in_front
+
+PIXELS = "/pixels"
+"""Ending of the frame's name for points in pixels."""
+SAMPLES = 100
+"""Points a curve, as in tables of points."""
+
+_FLOAT32, _UINT32, _UINT8 = 7, 6, 2
+"""Datatypes of ``sensor_msgs/PointField``."""
+_FIELD_TYPES: dict[str, tuple[str, int]] = {
+    **dict.fromkeys(("x", "y", "z", "s", "confidence"), ("<f4", _FLOAT32)),
+    "id": ("<u4", _UINT32),
+    "inferred": ("u1", _UINT8),
+}
+_OK, _WARN = 0, 1
+"""Levels of ``diagnostic_msgs/DiagnosticStatus``."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """Time and coordinate frame that all messages of a result carry.
+
+    Parameters
+    ----------
+    stamp_ns : int
+    frame_id : str
+    """
+
+    stamp_ns: int
+    frame_id: str
+
+    def message(self, make: MessageFactory, ending: str = "") -> Any:
+        """Return a ``std_msgs/Header``, with an ending of the frame's name."""
+        seconds, nanoseconds = divmod(self.stamp_ns, NS_PER_S)
+        stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+        return make("std_msgs/msg/Header", stamp=stamp, frame_id=f"{self.frame_id}{ending}")
+
+
+def header_of(frame: Frame, frame_id: str = "camera") -> Header:
+    """Return the header of a frame's results: its message's to the nanosecond, or else its own time.
+
+    Parameters
+    ----------
+    frame : Frame
+        Without a time it is said to be at its index in seconds.
+    frame_id : str
+        Name of the camera's frame where the frame knows none.
+    """
+    if isinstance(frame, RosFrame) and frame.stamp_ns is not None:
+        return Header(frame.stamp_ns, frame.frame_id or frame_id)
+    seconds = float(frame.index) if frame.stamp is None else frame.stamp
+    known = frame.frame_id if isinstance(frame, RosFrame) else ""
+    return Header(round(seconds * NS_PER_S), known or frame_id)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledTrack:
+    """Points along a track, evenly spaced by `u`.
+
+    Parameters
+    ----------
+    track : Track
+    points : numpy.ndarray, shape (n, 2) px or (n, 3) m
+    s : numpy.ndarray, shape (n,)
+        Length from the start, in the unit of the points.
+    inferred : numpy.ndarray, shape (n,), bool
+        Points that the frame does not show.
+    """
+
+    track: Track
+    points: FloatArray
+    s: FloatArray
+    inferred: npt.NDArray[np.bool_]
+
+
+def sample_px(track: Track) -> SampledTrack:
+    """Return points along a track in the image."""
+    u = np.linspace(0.0, 1.0, SAMPLES)
+    return SampledTrack(track, track.curve(u), u * track.curve.length, _is_inferred(track, u))
+
+
+def sample_m(track: Track) -> SampledTrack | None:
+    """Return points along a track in space; None where it has no curve there."""
+    curve = track.curve_3d
+    if curve is None:
+        return None
+    u = np.linspace(0.0, 1.0, SAMPLES)
+    in_image = track.u_2d(u) if track.camera is not None and is_in_front(curve) else u
+    unmeasured = () if track.detection is None else track.detection.inferred_3d
+    inferred = _is_inferred(track, in_image) | _inside(u, unmeasured)
+    return SampledTrack(track, curve(u), u * curve.length, inferred)
+
+
+def points_message(make: MessageFactory, header: Any, samples: Iterable[SampledTrack], dims: int) -> Any:
+    """Return a ``sensor_msgs/PointCloud2`` of all tracks: x, y, z (of `dims`), id, s, confidence, inferred.
+
+    Parameters
+    ----------
+    make : MessageFactory
+    header : std_msgs/Header
+    samples : iterable of SampledTrack
+    dims : int
+        2 for points in pixels, without z; 3 for points in metres.
+    """
+    names = [*"xyz"[:dims], "id", "s", "confidence", "inferred"]
+    row = np.dtype([(name, _FIELD_TYPES[name][0]) for name in names], align=True)
+    parts = [_rows(sample, row, dims) for sample in samples]
+    points = np.concatenate([np.zeros(0, row), *parts])
+    assert row.fields is not None  # it is made of them
+    fields = [
+        make("sensor_msgs/msg/PointField", name=name, offset=row.fields[name][1], datatype=datatype, count=1)
+        for name, datatype in ((name, _FIELD_TYPES[name][1]) for name in names)
+    ]
+    return make(
+        "sensor_msgs/msg/PointCloud2",
+        header=header,
+        height=1,
+        width=len(points),
+        fields=fields,
+        is_bigendian=False,
+        point_step=row.itemsize,
+        row_step=row.itemsize * len(points),
+        data=np.frombuffer(points.tobytes(), np.uint8),
+        is_dense=True,
+    )
+
+
+def mask_message(make: MessageFactory, header: Any, mask: AnyArray) -> Any:
+    """Return a mask (H, W) as a ``sensor_msgs/Image`` of mono8, in which cable is 255."""
+    pixels = np.where(mask != 0, 255, 0).astype(np.uint8)
+    return make(
+        "sensor_msgs/msg/Image",
+        header=header,
+        height=pixels.shape[0],
+        width=pixels.shape[1],
+        encoding="mono8",
+        is_bigendian=0,
+        step=pixels.shape[1],
+        data=pixels.ravel(),
+    )
+
+
+def picture_message(make: MessageFactory, header: Any, jpeg: bytes) -> Any:
+    """Return a picture as a ``sensor_msgs/CompressedImage``."""
+    return make("sensor_msgs/msg/CompressedImage", header=header, format="jpeg", data=np.frombuffer(jpeg, np.uint8))
+
+
+def diagnostics_message(make: MessageFactory, header: Any, result: FrameResult, name: str = "dloftbs") -> Any:
+    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning with the reason where nothing was found."""
+    values = {
+        "frame": str(result.index),
+        "detections": str(len(result.detections)),
+        "tracks": str(len(result.tracks)),
+        **{f"{stage} ms": f"{ms:.3f}" for stage, ms in result.stage_ms.items()},
+        "pipeline ms": f"{result.total_ms:.3f}",
+    }
+    status = make(
+        "diagnostic_msgs/msg/DiagnosticStatus",
+        level=_OK if result.reason is None else _WARN,
+        name=name,
+        message=readable(result.reason) if result.reason else f"{len(result.tracks)} tracks",
+        values=[make("diagnostic_msgs/msg/KeyValue", key=key, value=value) for key, value in values.items()],
+    )
+    return make("diagnostic_msgs/msg/DiagnosticArray", header=header, status=[status])
+
+
+def _rows(sample: SampledTrack, row: np.dtype[Any], dims: int) -> npt.NDArray[Any]:
+    rows = np.zeros(len(sample.points), row)
+    for axis, name in enumerate("xyz"[:dims]):
+        rows[name] = sample.points[:, axis]
+    rows["id"], rows["s"] = sample.track.id, sample.s
+    rows["confidence"], rows["inferred"] = sample.track.confidence, sample.inferred
+    return rows
+
+
+def _is_inferred(track: Track, u: FloatArray) -> npt.NDArray[np.bool_]:
+    if track.state is TrackState.HIDDEN:
+        return np.ones(len(u), np.bool_)
+    return _inside(u, track.inferred)
+
+
+def _inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[np.bool_]:
+    inside: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
+    for low, high in spans:
+        inside |= (low <= u) & (u <= high)
+    return inside
+
+
+def sampled_m(result: FrameResult) -> Iterator[SampledTrack]:
+    """Yield the points of all tracks of a result that have a curve in space."""
+    for track in result.tracks:
+        sample = sample_m(track)
+        if sample is not None:
+            yield sample

@@ -1,0 +1,55 @@
+"""Depth goes to the image of its moment, in order and in bounded memory."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.ros.stamp_pairing import WAITING, StampPairing
+
+MS = 1_000_000
+STAMPS = st.lists(st.integers(0, 400), max_size=12, unique=True).map(sorted)
+
+
+def paired(arrivals):
+    """Return the pairs of (is_image, stamp in ms) that arrive in this order."""
+    pairing: StampPairing[int] = StampPairing(0.02)
+    found = []
+    for is_image, stamp in arrivals:
+        found += (pairing.add_image if is_image else pairing.add_depth)(stamp * MS, stamp)
+    return [*found, *pairing.rest()]
+
+
+def nearest(image, depths):
+    best = min(depths, key=lambda depth: abs(depth - image), default=None)
+    return None if best is None or abs(best - image) > 20 else abs(best - image)
+
+
+@given(STAMPS, STAMPS, st.integers(0, 60))
+def test_each_image_has_the_nearest_depth_while_arrivals_are_late_by_little(images, depths, late):
+    arrivals = sorted([(at, True, at) for at in images] + [(at + late, False, at) for at in depths])
+    found = paired([(is_image, stamp) for _, is_image, stamp in arrivals])
+    assert [image for image, _ in found] == images
+    if len(images) <= WAITING:
+        assert [None if depth is None else abs(depth - image) for image, depth in found] == [
+            nearest(image, depths) for image in images
+        ]
+
+
+def test_images_do_not_wait_for_ever():
+    pairing: StampPairing[int] = StampPairing(0.02)
+    out = [len(list(pairing.add_image(i * MS, i))) for i in range(3 * WAITING)]
+    assert out == [0] * WAITING + [1] * (2 * WAITING)
+    assert list(pairing.rest()) == [(i, None) for i in range(2 * WAITING, 3 * WAITING)]
+
+
+def test_depth_without_images_is_forgotten():
+    pairing: StampPairing[int] = StampPairing(0.02)
+    for i in range(10_000):
+        assert not list(pairing.add_depth(i * MS, i))
+    assert list(pairing.add_image(5 * MS, -1)) == [(-1, None)]
+
+
+def test_half_the_rate_of_depth_leaves_every_other_image_without():
+    found = paired([(kind, at) for at in range(0, 330, 33) for kind in ((False, True) if at % 66 == 0 else (True,))])
+    assert [depth is not None for _, depth in found] == [True, False] * 5
