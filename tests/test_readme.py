@@ -77,7 +77,15 @@ def test_the_commands_run(folder: Path) -> None:
     for text in (*(line.removeprefix("dloftbs ") for line in commands), *inline):
         run(*shlex.split(text, comments=True))
     assert len(commands) >= 5
-    for written in ("overlay.png", "stages.png", "curves.jsonl", "overlay.mp4", "curves.npz", "points.csv"):
+    for written in (
+        "overlay.png",
+        "stages.png",
+        "curves.jsonl",
+        "overlay.mp4",
+        "curves.npz",
+        "curves.mcap",
+        "points.csv",
+    ):
         assert (folder / written).stat().st_size > 100, written
     assert len(list((folder / "cable").glob("*.ply"))) == 4  # one a frame
 

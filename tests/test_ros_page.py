@@ -27,8 +27,8 @@ def test_the_commands_run(folder):
     commands = [line.removeprefix("dloftbs ") for line in blocks.splitlines() if line.startswith("dloftbs ")]
     for command in commands:
         run(*shlex.split(command, comments=True))
-    assert len(commands) >= 3
-    for written in ("curves.jsonl", "overlay.mp4", "curves.npz"):
+    assert len(commands) >= 5
+    for written in ("curves.jsonl", "overlay.mp4", "curves.npz", "curves.mcap", "curves/metadata.yaml"):
         assert (folder / written).stat().st_size > 100, written
     assert len(list((folder / "cable").glob("*.ply"))) == 4
 
@@ -48,3 +48,11 @@ def test_the_encodings_of_the_page_are_those_that_there_are():
     row = next(line for line in PAGE.splitlines() if line.startswith("| `Image`"))
     for name in ENCODINGS:
         assert (re.sub("bayer_.*", "bayer_*8", name)) in row.lower(), name
+
+
+def test_the_topics_of_the_page_are_those_that_are_written(folder):
+    from dloftbs.ros import Recording
+
+    run("track", "run.mcap", "--hsv", "170:10", "--out", "curves.mcap", "--with-input")
+    named = set(re.findall(r"`(/dloftbs/[\w/]+)`", PAGE)) | {"/dloftbs/depth", "/dloftbs/camera_info"}
+    assert {topic.name for topic in Recording(Path("curves.mcap")).topics} | {"/dloftbs/mask"} == named

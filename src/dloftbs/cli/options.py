@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Command = Callable[..., None]
 
-DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj")
+DATA_SUFFIXES = (".jsonl", ".ndjson", ".npz", ".csv", ".ply", ".obj", ".mcap")
 CAMERA_SUFFIXES = (".yaml", ".yml", ".json", ".xml")
 STANDARD_OUTPUT = "-"
 
@@ -308,8 +308,9 @@ def check_data_paths(context: click.Context, parameter: click.Parameter, paths: 
         On any other.
     """
     for path in paths:
-        if path != STANDARD_OUTPUT and Path(path).suffix.lower() not in DATA_SUFFIXES:
-            raise click.BadParameter(f"must end in {', '.join(DATA_SUFFIXES)}, got {path!r}", context, parameter)
+        if path != STANDARD_OUTPUT and not path.endswith("/") and Path(path).suffix.lower() not in DATA_SUFFIXES:
+            expected = f"must end in {', '.join(DATA_SUFFIXES)}, or in / for the folder of a rosbag2"
+            raise click.BadParameter(f"{expected}, got {path!r}", context, parameter)
     return paths
 
 
@@ -347,6 +348,11 @@ stages_option = click.option(
     help="Draw a figure of all stages of each frame by itself, in a folder, or in a file for a single one: it shows "
     "where a mask or a curve goes wrong.",
 )
+with_input_option = click.option(
+    "--with-input",
+    is_flag=True,
+    help="Write the images, depth and camera into recordings of ROS, too, so that one file shows all.",
+)
 limit_option = click.option(
     "--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames that were used."
 )
@@ -364,7 +370,7 @@ out_option = click.option(
     multiple=True,
     metavar="FILE",
     callback=check_data_paths,
-    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; - is JSON lines on standard output. "
-    "Repeatable. "
+    help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; .mcap, or a folder that ends in /, "
+    "is a recording of ROS; - is JSON lines on standard output. Repeatable. "
     "The configuration used is written beside the first file, as NAME.config.yaml.",
 )

@@ -38,8 +38,10 @@ class StandardOutput(Sink):
         """Every line is out already."""
 
 
-def open_outputs(paths: Sequence[str], *more: Sink) -> MultiSink:
+def open_outputs(paths: Sequence[str], *more: Sink, with_input: bool = False) -> MultiSink:
     """Open a sink for each path, ``"-"`` being standard output, and gather them with those that are open already.
+
+    Recordings of ROS hold the input, too, where `with_input` says so.
 
     Raises
     ------
@@ -49,11 +51,25 @@ def open_outputs(paths: Sequence[str], *more: Sink) -> MultiSink:
     with ExitStack() as stack:
         opened = [stack.enter_context(sink) for sink in more]
         for path in paths:
-            sink = StandardOutput() if path == STANDARD_OUTPUT else sinks.open(path)
-            opened.append(stack.enter_context(sink))
+            opened.append(stack.enter_context(_open_data(path, with_input)))
         together = MultiSink(opened)
         stack.pop_all()
     return together
+
+
+def is_recording(path: str) -> bool:
+    """Return True for an output that is a recording of ROS: a file, or a folder."""
+    return path.endswith("/") or path.lower().endswith(sinks.BAG_SUFFIX)
+
+
+def _open_data(path: str, with_input: bool) -> Sink:
+    if path == STANDARD_OUTPUT:
+        return StandardOutput()
+    if not is_recording(path):
+        return sinks.open(path)
+    from dloftbs.ros import BagSink
+
+    return BagSink(path, with_input=with_input)
 
 
 def open_pictures(path: str, ending: str, **options: Any) -> Sink:

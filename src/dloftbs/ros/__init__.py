@@ -9,6 +9,7 @@ packages of the extra ``ros`` (``pip install 'dloftbs[ros]'``); converting messa
 
 from __future__ import annotations
 
+from dloftbs.ros.bag_sink import BagSink
 from dloftbs.ros.bag_source import BagSource
 from dloftbs.ros.camera_messages import camera_of
 from dloftbs.ros.frame_messages import FrameMaker, RosFrame
@@ -19,9 +20,12 @@ from dloftbs.ros.recording import Recording
 from dloftbs.ros.result_messages import (
     Header,
     SampledTrack,
+    camera_message,
     diagnostics_message,
     header_of,
+    image_message,
     mask_message,
+    objects_of,
     picture_message,
     points_message,
     sample_m,
@@ -30,6 +34,7 @@ from dloftbs.ros.result_messages import (
 )
 
 __all__ = [
+    "BagSink",
     "BagSource",
     "FrameMaker",
     "Header",
@@ -40,10 +45,13 @@ __all__ = [
     "RosFrame",
     "RosbagsFactory",
     "SampledTrack",
+    "camera_message",
     "camera_of",
     "diagnostics_message",
     "header_of",
+    "image_message",
     "mask_message",
+    "objects_of",
     "picture_message",
     "pixels_of",
     "points_message",

@@ -15,6 +15,8 @@ import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray, FloatArray
 from dloftbs._text import readable
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.ros.frame_messages import RosFrame
@@ -35,6 +37,11 @@ _FIELD_TYPES: dict[str, tuple[str, int]] = {
     "id": ("<u4", _UINT32),
     "inferred": ("u1", _UINT8),
 }
+_DEPTH_ENCODINGS = {"uint16": "16UC1", "float32": "32FC1", "float64": "64FC1"}
+_PLUMB_BOB = 5
+"""Most coefficients of the distortion model of that name."""
+_LAST_S = 2**31 - 1
+"""Latest time of a message, in 2038."""
 _OK, _WARN = 0, 1
 """Levels of ``diagnostic_msgs/DiagnosticStatus``."""
 
@@ -53,8 +60,16 @@ class Header:
     frame_id: str
 
     def message(self, make: MessageFactory, ending: str = "") -> Any:
-        """Return a ``std_msgs/Header``, with an ending of the frame's name."""
+        """Return a ``std_msgs/Header``, with an ending of the frame's name.
+
+        Raises
+        ------
+        InputError
+            If the time is none that a message can have: seconds from 0 on, of 31 bits.
+        """
         seconds, nanoseconds = divmod(self.stamp_ns, NS_PER_S)
+        if not 0 <= seconds <= _LAST_S:
+            raise InputError(f"the time of a message must be 0 to {_LAST_S} s, got {self.stamp_ns / NS_PER_S:g} s")
         stamp = make("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
         return make("std_msgs/msg/Header", stamp=stamp, frame_id=f"{self.frame_id}{ending}")
 
@@ -94,6 +109,28 @@ class SampledTrack:
     points: FloatArray
     s: FloatArray
     inferred: npt.NDArray[np.bool_]
+
+
+def objects_of(result: FrameResult) -> tuple[Track, ...]:
+    """Return the tracks of a result; where it has none, its detections as such, numbered from 1."""
+    if result.tracks:
+        return result.tracks
+    return tuple(
+        Track(
+            number,
+            TrackState.CONFIRMED,
+            found.curve,
+            found.curve_3d,
+            1,
+            0,
+            found,
+            found.inferred,
+            found.confidence,
+            found.width,
+            camera=found.camera,
+        )
+        for number, found in enumerate(result.detections, start=1)
+    )
 
 
 def sample_px(track: Track) -> SampledTrack:
@@ -163,6 +200,47 @@ def mask_message(make: MessageFactory, header: Any, mask: AnyArray) -> Any:
     )
 
 
+def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
+    """Return an image (H, W, 3), BGR, or depth (H, W), counts or metres, as a ``sensor_msgs/Image``.
+
+    Raises
+    ------
+    InputError
+        If messages have no encoding of that type.
+    """
+    kind = "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS.get(pixels.dtype.name)
+    if kind is None:
+        raise InputError(f"depth must be of {', '.join(_DEPTH_ENCODINGS)} for a message, got {pixels.dtype}")
+    little = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<"))
+    return make(
+        "sensor_msgs/msg/Image",
+        header=header,
+        height=pixels.shape[0],
+        width=pixels.shape[1],
+        encoding=kind,
+        is_bigendian=0,
+        step=little.nbytes // pixels.shape[0],
+        data=little.view(np.uint8).ravel(),
+    )
+
+
+def camera_message(make: MessageFactory, header: Any, camera: PinholeCamera, size: tuple[int, int]) -> Any:
+    """Return a camera as a ``sensor_msgs/CameraInfo`` of images of a size (H, W)."""
+    k = camera.matrix
+    model = {"fisheye": "equidistant"}.get(camera.model)
+    return make(
+        "sensor_msgs/msg/CameraInfo",
+        header=header,
+        height=size[0],
+        width=size[1],
+        distortion_model=model or ("rational_polynomial" if len(camera.distortion) > _PLUMB_BOB else "plumb_bob"),
+        d=np.array(camera.distortion),
+        k=k.ravel(),
+        r=np.eye(3).ravel(),
+        p=np.hstack((k, np.zeros((3, 1)))).ravel(),
+    )
+
+
 def picture_message(make: MessageFactory, header: Any, jpeg: bytes) -> Any:
     """Return a picture as a ``sensor_msgs/CompressedImage``."""
     return make("sensor_msgs/msg/CompressedImage", header=header, format="jpeg", data=np.frombuffer(jpeg, np.uint8))
@@ -210,8 +288,8 @@ def _inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[
 
 
 def sampled_m(result: FrameResult) -> Iterator[SampledTrack]:
-    """Yield the points of all tracks of a result that have a curve in space."""
-    for track in result.tracks:
+    """Yield the points of all objects of a result that have a curve in space."""
+    for track in objects_of(result):
         sample = sample_m(track)
         if sample is not None:
             yield sample

@@ -1,4 +1,4 @@
-"""Outputs: JSON lines, arrays, tables, geometry, videos and pictures.
+"""Outputs: JSON lines, arrays, tables, geometry, videos, pictures and recordings of ROS.
 
 Every sink is a context manager, and what it has written stays readable whatever ends the process::
 
@@ -49,6 +49,8 @@ __all__ = [
     "write_sequence",
 ]
 
+BAG_SUFFIX = ".mcap"
+
 _KINDS: dict[str, type[PathSink]] = {
     ".jsonl": JsonLinesSink,
     ".ndjson": JsonLinesSink,
@@ -92,9 +94,10 @@ def kind_of(path: str | Path) -> type[PathSink]:
     Parameters
     ----------
     path : str or Path
-        ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``: `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``:
-        `GeometrySink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`. ``.png``, ``.jpg`` and so on, unless it is a folder:
-        `OverlayPictureSink`. No suffix, a slash at the end, or a folder that exists: `OverlayImagesSink`.
+        ``.mcap``: `dloftbs.ros.BagSink` (extra ``ros``). ``.jsonl`` or ``.ndjson``: `JsonLinesSink`. ``.npz``:
+        `NpzSink`. ``.csv``: `CsvSink`. ``.ply`` or ``.obj``: `GeometrySink`. ``.mp4`` or ``.mov``: `OverlayVideoSink`.
+        ``.png``, ``.jpg`` and so on, unless it is a folder: `OverlayPictureSink`. No suffix, a slash at the end, or a
+        folder that exists: `OverlayImagesSink`.
 
     Raises
     ------
@@ -103,12 +106,16 @@ def kind_of(path: str | Path) -> type[PathSink]:
     """
     check_path("path", path)
     suffix = Path(path).suffix.lower()
+    if suffix == BAG_SUFFIX:
+        from dloftbs.ros import BagSink
+
+        return BagSink
     if str(path).endswith(("/", "\\")) or not suffix:
         return OverlayImagesSink
     kind = _KINDS.get(suffix)
     if kind in (None, OverlayPictureSink) and os.path.isdir(path):
         return OverlayImagesSink
     if kind is None:
-        known = ", ".join(_KINDS)
+        known = ", ".join((*_KINDS, BAG_SUFFIX))
         raise InputError(f"unknown kind of result {str(path)!r}; known are {known} and a folder, with a / at its end")
     return kind

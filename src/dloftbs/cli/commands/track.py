@@ -21,6 +21,7 @@ from dloftbs.cli.options import (
     out_option,
     prints_to_terminal,
     stages_option,
+    with_input_option,
 )
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 from dloftbs.errors import SourceError
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     help="Draw the curves over the frames: .mp4, .mov, a folder of pictures, or a picture for a single frame.",
 )
 @stages_option
+@with_input_option
 @limit_option
 @every_option
 @click.option(
@@ -62,6 +64,7 @@ def track(
     outs: tuple[str, ...],
     overlay: str | None,
     stages: str | None,
+    with_input: bool,
     limit: int | None,
     every: int,
     fps: float | None,
@@ -84,10 +87,10 @@ def track(
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
     dloftbs track cable.mp4 --hsv 170:10 --every 30 --limit 5 --stages stages
     dloftbs track masks/ --kind mask --fps 30 --out curves.npz
-    dloftbs track run.mcap --topic /camera/color/image_raw --hsv 170:10 --out curves.npz
+    dloftbs track run.mcap --topic /camera/color/image_raw --hsv 170:10 --out curves.mcap
     """
     from dloftbs.cli.frames import UsableFrames, in_natural_order
-    from dloftbs.cli.outputs import write_config
+    from dloftbs.cli.outputs import is_recording, write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stream_report import RunReport
@@ -96,6 +99,8 @@ def track(
 
     if not outs and overlay is None and stages is None:
         outs = (STANDARD_OUTPUT,)
+    if with_input and not any(is_recording(path) for path in outs):
+        raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     pipeline = Pipeline(config)
@@ -107,7 +112,7 @@ def track(
     try:
         with ExitStack() as stack:
             stack.enter_context(read)
-            sink = stack.enter_context(_open_sink(outputs, source.fps and source.fps / every, config))
+            sink = stack.enter_context(_open_sink(outputs, source.fps and source.fps / every, config, with_input))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
@@ -140,9 +145,10 @@ def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Ge
         yield from frames if source.live else islice(frames, limit)
 
 
-def _open_sink(outputs: Outputs, fps: float | None, config: Config) -> Sink:
+def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool) -> Sink:
     from dloftbs.cli.outputs import open_all_pictures, open_outputs
     from dloftbs.pipeline import Pipeline
 
     # Another pipeline, since what is drawn is drawn in another thread.
-    return open_outputs(outputs.data, *open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0))
+    drawn = open_all_pictures(outputs.pictures, Pipeline(config), fps=fps or 30.0)
+    return open_outputs(outputs.data, *drawn, with_input=with_input)

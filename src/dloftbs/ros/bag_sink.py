@@ -1,0 +1,191 @@
+"""Results as a recording of ROS."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from dloftbs.errors import SinkError
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.ros.bag_metadata import metadata_yaml
+from dloftbs.ros.marker_messages import MarkerWriter
+from dloftbs.ros.message_factory import RosbagsFactory
+from dloftbs.ros.message_types import MessageTypes
+from dloftbs.ros.requirements import PIP_LINE, needed
+from dloftbs.ros.result_messages import (
+    PIXELS,
+    camera_message,
+    diagnostics_message,
+    header_of,
+    image_message,
+    mask_message,
+    objects_of,
+    picture_message,
+    points_message,
+    sample_px,
+    sampled_m,
+)
+from dloftbs.ros.topic_choice import OWN_TOPICS
+from dloftbs.sinks._images import encode
+from dloftbs.sinks._safe_files import AppendFile, sink_errors, write_whole
+from dloftbs.sinks.sink import PathSink
+
+METADATA = "metadata.yaml"
+SUFFIX = ".mcap"
+
+
+class BagSink(PathSink):
+    """Writes an MCAP file, or the folder of a rosbag2 with one, that RViz and Foxglove show.
+
+    The topics are below ``/dloftbs/``: ``points`` (PointCloud2, metres) and ``markers`` (MarkerArray) of the curves in
+    space, ``points_px`` (PointCloud2, pixels, in a frame of its own) of all curves, ``overlay/compressed``, ``mask``
+    where the frame brought one, ``diagnostics``; with the input, also ``image``, ``depth`` and ``camera_info``. All
+    have the time and the coordinate frame of the input.
+
+    The messages of each frame are a chunk of the file, on its way to the disk before `write` returns: whenever the
+    process dies, every frame written is whole. Only the index at the end is then missing, which readers of unfinished
+    recordings do without, `dloftbs.sources.open` among them.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file that ends in ``.mcap``, or a folder. Missing folders are made, an older recording is replaced.
+    overlay : bool
+        Whether the overlay is drawn.
+    with_input : bool
+        Whether images, depth and camera are written, too.
+    frame_id : str
+        Name of the coordinate frame where the input has none.
+
+    Raises
+    ------
+    InputError
+        In `write`, if a frame's time is none that messages can have.
+    SinkError
+        If the file cannot be written, or packages are missing.
+    """
+
+    def __init__(
+        self, path: str | Path, *, overlay: bool = True, with_input: bool = False, frame_id: str = "camera"
+    ) -> None:
+        super().__init__(path)
+        self._overlay, self._with_input, self._frame_id = overlay, with_input, frame_id
+        self._types = MessageTypes(error=SinkError)
+        self._make = RosbagsFactory(self._types.store)
+        self._markers = MarkerWriter(self._make)
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._counts: dict[tuple[str, str], int] = {}
+        self._span_ns: tuple[int, int] | None = None
+        self._is_cut = False
+        self._folder = None if self._path.suffix.lower() == SUFFIX else self._path
+        writer = needed("mcap.writer", PIP_LINE, SinkError)
+        self._file = AppendFile(self._path if self._folder is None else self._folder / f"{self._folder.name}_0{SUFFIX}")
+        try:
+            if self._folder is not None:
+                with sink_errors(self._folder), suppress(FileNotFoundError):
+                    (self._folder / METADATA).unlink()
+            self._buffer = _Buffer()
+            self._writer: Any = writer.Writer(self._buffer)
+            self._writer.start("ros2", "dloftbs")
+            self._flush()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _write(self, frame: Frame, result: FrameResult) -> None:
+        make, header = self._make, header_of(frame, self._frame_id)
+        metres, pixels = header.message(make), header.message(make, PIXELS)
+        in_space = list(sampled_m(result))
+        messages: dict[str, Any] = {
+            "points": points_message(make, metres, in_space, 3),
+            "markers": self._markers.message(metres, in_space),
+            "points_px": points_message(make, pixels, [sample_px(track) for track in objects_of(result)], 2),
+            "diagnostics": diagnostics_message(make, metres, result),
+        }
+        if frame.mask is not None:
+            messages["mask"] = mask_message(make, metres, frame.mask)
+        if self._overlay:
+            from dloftbs import viz
+
+            picture = encode(viz.draw(frame, result), ".jpg")
+            messages["overlay/compressed"] = picture_message(make, metres, picture)
+        if self._with_input:
+            messages |= self._input(frame, metres)
+        for name, message in messages.items():
+            self._put(f"{OWN_TOPICS}{name}", header.stamp_ns, message)
+        self._flush()
+
+    def _input(self, frame: Frame, header: Any) -> dict[str, Any]:
+        messages: dict[str, Any] = {}
+        if frame.image is not None:
+            messages["image"] = image_message(self._make, header, frame.image)
+        if frame.depth is not None:
+            messages["depth"] = image_message(self._make, header, frame.depth)
+        if frame.camera is not None:
+            messages["camera_info"] = camera_message(self._make, header, frame.camera, frame.size)
+        return messages
+
+    def _put(self, topic: str, stamp_ns: int, message: Any) -> None:
+        kind = message.__msgtype__
+        if topic not in self._channels:
+            if kind not in self._schemas:
+                definition = self._types.definition(kind).encode()
+                self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", definition)
+            self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[kind])
+        self._writer.add_message(self._channels[topic], stamp_ns, self._types.write(message), stamp_ns)
+        self._counts[topic, kind] = self._counts.get((topic, kind), 0) + 1
+        first, last = self._span_ns or (stamp_ns, stamp_ns)
+        self._span_ns = min(first, stamp_ns), max(last, stamp_ns)
+
+    def _flush(self) -> None:
+        """Hand the frame's messages to the system, in one piece."""
+        self._writer.flush()
+        self._append()
+
+    def _append(self) -> None:
+        try:
+            self._file.append(self._buffer.taken())
+        except BaseException:
+            self._is_cut = True
+            raise
+
+    def _close(self) -> None:
+        try:
+            if not self._is_cut:  # an index of what is not there would be wrong
+                self._writer.finish()
+                self._append()
+        finally:
+            self._file.close()
+        if self._folder is not None:
+            text = metadata_yaml(self._file.path.name, self._counts, self._span_ns)
+            write_whole(self._folder / METADATA, text.encode())
+
+
+class _Buffer:
+    """A stream that keeps what is written until it is taken, and knows how much there was in all."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+        self._size = 0
+
+    def write(self, data: bytes) -> int:
+        """Keep bytes."""
+        self._parts.append(bytes(data))
+        self._size += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """Return the number of bytes so far."""
+        return self._size
+
+    def flush(self) -> None:
+        """There is nothing below to flush."""
+
+    def taken(self) -> bytes:
+        """Return what was kept, and keep it no longer."""
+        data = b"".join(self._parts)
+        self._parts.clear()
+        return data

@@ -1,0 +1,188 @@
+"""Results as recordings: rosbags reads them, they are whole after a kill, and they can be inputs again."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.cli_inputs import run
+from ros import bag_examples as bags
+from rosbags.highlevel import AnyReader
+from sinks import sink_examples as examples
+
+import dloftbs
+from dloftbs import InputError, SinkError, sinks, sources
+from dloftbs.ros import BagSink, Recording
+from dloftbs.sinks._safe_files import AppendFile
+
+COUNT = 4
+ALWAYS = {"points", "points_px", "markers", "diagnostics", "overlay/compressed"}
+
+
+@pytest.fixture(scope="module")
+def tracked(tmp_path_factory):
+    """Return frames with depth and their results."""
+    path = bags.write_mcap(tmp_path_factory.mktemp("input") / "run.mcap", bags.entries(COUNT))
+    pipeline = dloftbs.Pipeline(hsv="170:10")
+    with sources.open(path) as source:
+        return [(frame, pipeline.process(frame)) for frame in source]
+
+
+def write(path: Path, given, **options) -> Path:
+    with BagSink(path, **options) as sink:
+        for frame, result in given:
+            sink.write(frame, result)
+    return path
+
+
+def read_all(path: Path) -> dict[str, list]:
+    """Read a recording by rosbags alone."""
+    found: dict[str, list] = {}
+    with AnyReader([path]) as reader:
+        for connection, at, data in reader.messages(reader.connections):
+            message = reader.deserialize(data, connection.msgtype)
+            found.setdefault(connection.topic.removeprefix("/dloftbs/"), []).append((at, message))
+    return found
+
+
+@pytest.mark.parametrize("name", ["curves.mcap", "curves"])
+def test_rosbags_reads_a_file_and_a_folder(name, tmp_path, tracked):
+    found = read_all(write(tmp_path / name, tracked))
+    assert found.keys() == ALWAYS
+    for topic, messages in found.items():
+        assert [at for at, _ in messages] == [bags.stamp_of(i) for i in range(COUNT)]
+        for at, message in messages:
+            head = message.markers[0].header if topic == "markers" else message.header
+            assert head.stamp.sec * 10**9 + head.stamp.nanosec == at
+            assert head.frame_id == "camera_optical" + "/pixels" * (topic == "points_px")
+    assert [message.width for _, message in found["points_px"]] == [100] * COUNT
+    assert [message.width for _, message in found["points"]] == [100] * COUNT
+
+
+def test_the_input_comes_back_bit_for_bit(tmp_path, tracked):
+    path = write(tmp_path / "curves.mcap", tracked, with_input=True)
+    named = {"topic": "/dloftbs/image", "depth_topic": "/dloftbs/depth", "info_topic": "/dloftbs/camera_info"}
+    with sources.open(path, **named) as source:
+        again = list(source)
+    for frame, (before, _) in zip(again, tracked, strict=True):
+        np.testing.assert_array_equal(frame.image, before.image)
+        np.testing.assert_array_equal(frame.depth, before.depth)
+        assert (frame.camera, frame.stamp_ns, frame.frame_id) == (before.camera, before.stamp_ns, before.frame_id)
+
+
+def test_results_without_tracks_and_without_depth(tmp_path):
+    given = [(examples.frame(i), examples.detected(i, in_space=i == 2)) for i in range(3)]
+    given.append((examples.frame(3), examples.nothing(3)))
+    found = read_all(write(tmp_path / "curves.mcap", given, frame_id="lens"))
+    assert [message.width for _, message in found["points_px"]] == [200, 200, 200, 0]
+    assert [message.width for _, message in found["points"]] == [0, 0, 200, 0]
+    assert [len(message.markers) for _, message in found["markers"]] == [0, 0, 2, 2]
+    assert [at for at, _ in found["points"]] == [0, 10**9, 2 * 10**9, 3 * 10**9]
+    assert found["points"][0][1].header.frame_id == "lens"
+
+
+def test_masks_are_written_where_frames_bring_them(tmp_path):
+    frame = dloftbs.Frame(mask=bags.mask_of(0))
+    found = read_all(write(tmp_path / "curves.mcap", [(frame, dloftbs.detect(frame))], overlay=False))
+    assert found.keys() == ALWAYS - {"overlay/compressed"} | {"mask"}
+
+
+def test_every_frame_written_is_there_before_the_file_is_closed(tmp_path, tracked, caplog):
+    sink = BagSink(tmp_path / "curves.mcap")
+    for i, (frame, result) in enumerate(tracked):
+        sink.write(frame, result)
+        shutil.copy(tmp_path / "curves.mcap", tmp_path / "killed.mcap")
+        killed = Recording(tmp_path / "killed.mcap")
+        assert {topic.name.removeprefix("/dloftbs/") for topic in killed.topics} == ALWAYS
+        assert len(list(killed.messages({"/dloftbs/points"}))) == i + 1
+    assert "it has no end mark" in caplog.text
+    sink.close()
+    assert len(read_all(tmp_path / "curves.mcap")["points"]) == COUNT
+
+
+def test_a_process_that_is_killed_leaves_every_frame_that_it_wrote(tmp_path):
+    code = (
+        "import sys, itertools; import numpy as np; import dloftbs; from dloftbs.ros import BagSink\n"
+        "sink = BagSink(sys.argv[1], overlay=False)\n"
+        "for i in itertools.count():\n"
+        "    frame = dloftbs.Frame(mask=np.ones((9, 9), bool), index=i)\n"
+        "    sink.write(frame, dloftbs.FrameResult((), (), 'none', (9, 9), {}, i))\n"
+        "    print(i + 1, flush=True)\n"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "curves.mcap")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        count = 0
+        while count < 20:
+            count = int(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+        count = int([str(count), *process.stdout.read().split()][-1])
+    messages = list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/diagnostics"}))
+    assert len(messages) >= count >= 20
+
+
+def test_a_disk_that_is_full_costs_the_frame_at_hand(tmp_path, tracked, monkeypatch):
+    sink = BagSink(tmp_path / "curves.mcap")
+    sink.write(*tracked[0])
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(AppendFile, "_write_all", full)
+        with pytest.raises(SinkError, match="No space left on device"):
+            sink.write(*tracked[1])
+    sink.close()
+    assert len(list(Recording(tmp_path / "curves.mcap").messages({"/dloftbs/points"}))) == 1
+
+
+def test_a_name_opens_it(tmp_path):
+    with sinks.open(tmp_path / "a.mcap") as sink:
+        assert isinstance(sink, BagSink)
+    assert read_all(tmp_path / "a.mcap") == {}
+
+
+def test_times_that_messages_cannot_have_are_said(tmp_path):
+    frame = dloftbs.Frame(mask=bags.mask_of(0), stamp=-1.0)
+    with BagSink(tmp_path / "a.mcap") as sink, pytest.raises(InputError, match="must be 0 to 2147483647 s, got -1 s"):
+        sink.write(frame, dloftbs.detect(frame))
+
+
+def test_a_package_that_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    with pytest.raises(SinkError, match=r"pip install 'dloftbs\[ros\]'"):
+        sinks.open(tmp_path / "a.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_writes_both_kinds(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bags.write_mcap(Path("run.mcap"), bags.entries(COUNT))
+    run("track", "run.mcap", "--hsv", "170:10", "--out", "curves.mcap", "--out", "bag/", "--with-input")
+    assert (
+        read_all(Path("curves.mcap")).keys()
+        == read_all(Path("bag")).keys()
+        == ALWAYS
+        | {
+            "image",
+            "depth",
+            "camera_info",
+        }
+    )
+    assert Path("curves.config.yaml").exists()
+    run("detect", "bag/", "--topic", "/dloftbs/image", "--hsv", "170:10", "--out", "again.mcap")
+
+
+def test_the_command_replaces_no_input(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bags.write_ros2(Path("bag"), bags.entries(1))
+    for out in ("bag/bag.mcap", "bag/"):
+        result = run("track", "bag", "--hsv", "170:10", "--out", out, code=2)
+        assert "would replace" in result.output + result.stderr
+    run("track", "bag", "--hsv", "170:10", "--out", "a.jsonl", "--with-input", code=2)
+    assert len(list(Recording(Path("bag")).messages({bags.COLOUR_TOPIC}))) == 1
