@@ -31,8 +31,8 @@ from dloftbs.ros.topic_choice import OWN_TOPICS
 from dloftbs.sinks._images import encode
 from dloftbs.sinks._safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
+from dloftbs.sources.recordings import METADATA
 
-METADATA = "metadata.yaml"
 SUFFIX = ".mcap"
 
 

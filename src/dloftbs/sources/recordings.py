@@ -9,14 +9,15 @@ BAG_SUFFIXES = (".mcap", ".db3", ".bag")
 COMPRESSED = ".zstd"
 """Suffix behind that of a file that rosbag2 compressed as a whole."""
 _ACTIVE = ".active"
-_METADATA = "metadata.yaml"
+METADATA = "metadata.yaml"
+"""File in the folder of a rosbag2 that lists its files."""
 
 
 def is_recording(path: Path) -> bool:
     """Return True for a file that has the name of a recording, and for a folder that holds one, of rosbag2."""
     if not os.path.isdir(path):
-        return _is_file(path)
-    return os.path.isfile(os.path.join(path, _METADATA)) or bool(files_in(path))
+        return is_recording_file(path)
+    return os.path.isfile(os.path.join(path, METADATA)) or bool(files_in(path))
 
 
 def files_in(folder: Path) -> list[Path]:
@@ -25,7 +26,7 @@ def files_in(folder: Path) -> list[Path]:
         names = os.listdir(folder)
     except OSError:
         return []
-    return [folder / name for name in names if _is_file(Path(name)) and not name.startswith(".")]
+    return [folder / name for name in names if is_recording_file(Path(name)) and not name.startswith(".")]
 
 
 def is_active(path: Path) -> bool:
@@ -33,6 +34,7 @@ def is_active(path: Path) -> bool:
     return path.suffix.lower() == _ACTIVE and path.stem.lower().endswith(".bag")
 
 
-def _is_file(path: Path) -> bool:
+def is_recording_file(path: Path) -> bool:
+    """Return True for the name of a file of a recording."""
     whole = path.with_suffix("") if path.suffix.lower() == COMPRESSED else path
     return whole.suffix.lower() in BAG_SUFFIXES or is_active(path)
