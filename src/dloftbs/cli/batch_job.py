@@ -131,8 +131,8 @@ def run_job(job: Job) -> Outcome:
 
 def died(job: Job, exit_code: int | None) -> Outcome:
     """Return the outcome of an input that the process working on it died of, and write its status."""
-    how = f"by signal {-exit_code}" if exit_code is not None and exit_code < 0 else f"with code {exit_code}"
-    return write_status(job, Outcome(job.given.path, job.key, FAILED, f"the process that worked on it ended {how}"))
+    how = "" if exit_code is None else f" by signal {-exit_code}" if exit_code < 0 else f" with code {exit_code}"
+    return write_status(job, Outcome(job.given.path, job.key, FAILED, f"the process that worked on it ended{how}"))
 
 
 def write_status(job: Job, outcome: Outcome) -> Outcome:

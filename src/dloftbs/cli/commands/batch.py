@@ -34,6 +34,11 @@ FORMATS = ("jsonl", "npz", "csv")
     metavar="I/N",
     help="Work on every Nth input from the Ith on alone: one of N machines; auto takes both from SLURM's variables.",
 )
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Work on a cluster of dask instead (extra cluster), by its scheduler such as tcp://host:8786.",
+)
 @input_options
 @config_options
 @click.pass_context
@@ -44,6 +49,7 @@ def batch(
     form: str,
     jobs: int | None,
     shard: str | None,
+    scheduler: str | None,
     inputs: InputOptions,
     config: Config,
 ) -> None:
@@ -62,12 +68,15 @@ def batch(
     from dloftbs.cli.batch_inputs import list_inputs, of_shard, read_shard
     from dloftbs.cli.batch_job import FAILED, Job, died, finished, run_job
     from dloftbs.cli.batch_report import table
+    from dloftbs.cli.cluster import run_on_cluster
     from dloftbs.cli.commands.warmup import load_kernels
     from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.cli.progress import open_count
     from dloftbs.cli.worker_processes import run_in_processes
     from dloftbs.overlap import cores
 
+    if scheduler is not None and jobs is not None:
+        raise click.UsageError("--jobs is a number of processes here; on a cluster its workers are as many as it has")
     if [path for path in inputs.beside if path not in inputs.rules]:
         raise click.UsageError("a batch takes depth, masks and occluders by a rule such as {stem}_depth.png alone")
     given = of_shard(list_inputs(patterns), read_shard(shard, os.environ))
@@ -82,9 +91,13 @@ def batch(
     kept = len(outcomes)
     left = [job for job in todo if job.given.path not in outcomes]
     if left:
-        load_kernels()  # compiled here, once, and not by each process
+        if scheduler is not None:
+            running = run_on_cluster(run_job, died, left, scheduler)
+        else:
+            load_kernels()  # compiled here, once, and not by each process
+            running = run_in_processes(run_job, died, left, min(jobs or cores(), len(left)))
         with open_count("recordings") if sys.stderr.isatty() else _lines() as show:
-            for job, outcome in run_in_processes(run_job, died, left, min(jobs or cores(), len(left))):
+            for job, outcome in running:
                 outcomes[job.given.path] = outcome
                 show(len(outcomes), len(todo))
     click.echo(table([outcomes[job.given.path] for job in todo], kept), err=True)
