@@ -330,6 +330,32 @@ def test_a_package_that_is_missing_is_said_with_the_line_that_installs_it(module
         read(path)
 
 
+def test_what_a_recorder_that_was_killed_left_beside_its_file_counts(tmp_path):
+    """SQLite's write-ahead log: the last messages are not in the file itself yet."""
+    whole = only_file(bags.write_ros2(tmp_path / "run", bags.entries(COUNT), "sqlite3"))
+    with sqlite3.connect(whole) as database:
+        database.execute("PRAGMA journal_mode = WAL")
+        database.execute("PRAGMA wal_autocheckpoint = 0")
+        columns = "topic_id, timestamp, data"
+        database.execute(f"INSERT INTO messages ({columns}) SELECT {columns} FROM messages WHERE id <= 3")
+        database.commit()
+        folder = tmp_path / "killed"
+        folder.mkdir()
+        for file in whole.parent.glob("*.db3*"):
+            shutil.copy(file, folder / file.name)
+    database.close()
+    assert (folder / f"{whole.name}-wal").stat().st_size > 0
+    assert len(read(folder / whole.name)[0]) == COUNT + 1
+
+
+def test_a_name_that_is_none_of_a_recording(tmp_path):
+    (tmp_path / "run.txt").write_text("x")
+    with pytest.raises(SourceError, match="is no recording by its name"):
+        BagSource(tmp_path / "run.txt")
+    with pytest.raises(InputError, match="path must be a path, got 5"):
+        BagSource(5)
+
+
 def test_other_inputs_have_no_topics():
     with pytest.raises(InputError, match="topic: only recordings of ROS have topics"):
         sources.open("cable.mp4", topic="/camera")

@@ -92,3 +92,18 @@ def test_named_topics_are_taken():
 def test_a_name_that_is_not_there_is_answered_with_those_that_are(named, said):
     with pytest.raises(SourceError, match=said):
         chosen(COLOUR, IMU, **named)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("/cam/image_rect", True),
+        ("/cam/image_rect_color/compressed", True),
+        ("/cam/image_rectified", True),
+        ("/cam/image_raw", False),
+        ("/cam/image_direct", False),
+        ("/rect/image", False),
+    ],
+)
+def test_rectified_images_are_known_by_their_name(name, expected):
+    assert choose_topics("x", [Topic(name, IMAGE_TYPE)]).is_rectified is expected

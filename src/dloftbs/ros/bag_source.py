@@ -41,7 +41,7 @@ class BagSource(Source):
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
         A file or a folder, as `Recording` has it.
     topic, depth_topic, info_topic : str, optional
         As `choose_topics` has them.
@@ -73,7 +73,7 @@ class BagSource(Source):
 
     def __init__(
         self,
-        path: Path,
+        path: str | Path,
         *,
         topic: str | None = None,
         depth_topic: str | None = None,

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from dloftbs._values import check_path
 from dloftbs.errors import SourceError
 from dloftbs.ros.bag_file import BagFile, RawMessage, Topic
 from dloftbs.ros.mcap_file import McapFile
@@ -28,16 +29,18 @@ class Recording:
 
     Parameters
     ----------
-    path : Path
+    path : str or Path
 
     Raises
     ------
+    InputError
+        If it is no path.
     SourceError
         If there is nothing there, it cannot be read, or a folder holds several recordings.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: str | Path) -> None:
+        self.path = path = check_path("path", path)
         self._unpacked: TemporaryDirectory[str] | None = None
         paths = _parts(path) if path.is_dir() else [path]
         try:
@@ -87,6 +90,8 @@ class Recording:
         if path.suffix.lower() == COMPRESSED:
             path = self._unpack(path)
         suffix = ".bag" if is_active(path) else path.suffix.lower()
+        if suffix not in _FORMATS:
+            raise SourceError(f"{path}: is no recording by its name; known are {', '.join(_FORMATS)}")
         return _FORMATS[suffix](path)
 
     def _unpack(self, path: Path) -> Path:

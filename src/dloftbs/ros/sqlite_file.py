@@ -49,7 +49,8 @@ class SqliteFile(BagFile):
     def _connect(self) -> sqlite3.Connection:
         """Open the file without writing to it; what a recorder that was killed left beside it counts if it can be."""
         for options in ("mode=ro", "mode=ro&immutable=1"):
-            database = sqlite3.connect(f"file:{quote(str(self.path.absolute()))}?{options}", uri=True)
+            place = f"file:{quote(str(self.path.absolute()))}?{options}"
+            database = sqlite3.connect(place, uri=True, check_same_thread=False)  # whoever stops reading closes it
             try:
                 database.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
                 return database

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,6 +20,7 @@ OWN_TOPICS = "/dloftbs/"
 _TRANSPORTS = ("/compressed", "/compressedDepth")
 _REGISTERED = ("aligned", "registered")
 """Parts of the names by which drivers tell depth in the pixels of the colour image."""
+_RECTIFIED = re.compile(r"(^|_)rect(ified)?(_|$)")
 _MOST_LISTED = 30
 
 
@@ -51,7 +53,7 @@ class Topics:
     @property
     def is_rectified(self) -> bool:
         """True if the image's name says that it is rectified, as image_proc names its outputs."""
-        return "rect" in os.path.basename(base_name(self.image.name))
+        return _RECTIFIED.search(os.path.basename(base_name(self.image.name))) is not None
 
     @property
     def depth_is_registered(self) -> bool:
