@@ -1,10 +1,11 @@
 """Frames per second of whole streams: reading, tracking and writing alone, one after the other, and side by side.
 
-Run it with ``python -m benchmarks.throughput [--quick] [--docs PAGE]``. It makes a video and a folder of the demo's
-frames, and takes them through the loops of ``dloftbs track`` and ``dloftbs detect --jobs``, once in a process that may
-use one core and once in one that may use two (as ``taskset`` does). "/ slowest" is the time side by side as a ratio to
-that of the slowest of the three alone. On one core nothing is side by side; on two, what the three take together stands
-in the way of 1.00 where it is more than twice the slowest. The last stream only waits: what the loops themselves cost.
+Run it with ``python -m benchmarks.throughput [--quick] [--docs PAGE]``. It makes a video, a folder and an MCAP file of
+the demo's frames, and takes them through the loops of ``dloftbs track`` and ``dloftbs detect --jobs``, once in a
+process that may use one core and once in one that may use two (as ``taskset`` does). "/ slowest" is the time side by
+side as a ratio to that of the slowest of the three alone. On one core nothing is side by side; on two, what the three
+take together stands in the way of 1.00 where it is more than twice the slowest. The last stream only waits: what the
+loops themselves cost.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.docs import arguments, published
+from benchmarks.recordings import make_recordings
 from dloftbs.sinks import write_sequence
 from dloftbs.synthetic import DemoSequence
 
-VIDEO, PICTURES = "video", "pictures"
+VIDEO, PICTURES, RECORDING = "video", "pictures", "MCAP.mcap"
 
 
 def main() -> None:
@@ -41,10 +43,11 @@ def main() -> None:
 
 
 def make_inputs(folder: Path, frames: int) -> None:
-    """Write the demo's sequence as a video and as pictures."""
+    """Write the demo's sequence as a video, as pictures and as a recording of ROS."""
     sequence = DemoSequence(frames=frames)
     write_sequence(sequence, folder / VIDEO, video=True)
     write_sequence(sequence, folder / PICTURES)
+    assert make_recordings(folder, frames)["MCAP"] == folder / RECORDING
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from time import sleep
 
-from benchmarks.throughput import PICTURES, VIDEO
+from benchmarks.throughput import PICTURES, RECORDING, VIDEO
 from benchmarks.timing import interleaved
 from dloftbs import Config, Frame, Pipeline, sinks, sources
 from dloftbs.config import SegmentationConfig
@@ -157,6 +157,7 @@ def main(folder: Path, count: int, rounds: int) -> None:
     video, pictures = folder / VIDEO / "images.mp4", folder / PICTURES / "images"
     files = {
         "video to curves": Stream(video, (".jsonl",), folder),
+        "MCAP to curves": Stream(folder / RECORDING, (".jsonl",), folder),
         "video to curves, overlay": Stream(video, (".jsonl", ".mp4"), folder),
         "PNG files to curves": Stream(pictures, (".jsonl",), folder),
     }
