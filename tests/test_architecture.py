@@ -82,6 +82,7 @@ MAY_IMPORT = {
     "_text": set(),
     "_version": set(),
     "overlap": set(),
+    "worker_process": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
     **{name: GROUND | (DATA - {name}) for name in ("camera", "evidence", "graph", "observation", "prior")},
@@ -98,11 +99,12 @@ MAY_IMPORT = {
     "sources": KNOWN_OUTSIDE | {"overlap"},
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
     "sinks": KNOWN_OUTSIDE | {"viz"},
-    "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz"},
+    "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz", "worker_process"},
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
     "cli": KNOWN_OUTSIDE
-    | {"api", "pipeline", "pipeline_group", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap", ""},
+    | {"api", "pipeline", "pipeline_group", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap"}
+    | {"worker_process", ""},
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 

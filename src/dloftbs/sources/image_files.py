@@ -141,7 +141,7 @@ def list_files(where: str, extensions: Sequence[str]) -> list[Path]:
         If there is none, or the folder cannot be read.
     """
     if is_glob(where):
-        found = [Path(match) for match in _matches(where)]
+        found = [Path(match) for match in glob_matches(where)]
         if not found:
             raise SourceError(f"nothing matches the pattern {where!r}")
         what = f"the pattern {where!r} matches"
@@ -174,7 +174,7 @@ def files_of(where: str, extensions: Sequence[str]) -> list[Path]:
         return []
 
 
-def _matches(pattern: str) -> list[str]:
+def glob_matches(pattern: str) -> list[str]:
     """Return what a glob matches; `glob.glob` itself goes round and round where links lead back to their folder."""
     if re.search(rf"(^|{_SEPARATOR})\*\*$", pattern):
         pattern = os.path.join(pattern, "*")
