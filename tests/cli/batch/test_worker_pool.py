@@ -6,7 +6,7 @@ import time
 import pytest
 from cli.batch.batch_inputs import only, settings, stack
 
-from dloftbs.cli.batch.status_file import State, Status
+from dloftbs.cli.batch.status_file import State
 from dloftbs.cli.batch.worker_pool import in_processes
 from dloftbs.errors import DloftbsError
 from dloftbs.worker_process import starting_workers
@@ -29,7 +29,7 @@ def test_a_process_that_cannot_begin_ends_the_batch(tmp_path):
 def test_what_is_closed_ends_at_once_and_leaves_nothing(tmp_path):
     item = only(stack(tmp_path / "a.npy", 20000), tmp_path / "out")
     events = in_processes([item], settings(), 1)
-    assert next(event for event in events if event) > 0
+    assert next(event.unfinished for event in events if event.unfinished) > 0
     since = time.monotonic()
     events.close()
     assert time.monotonic() - since < 9.0, "it was killed, and did not end by itself"
@@ -39,9 +39,10 @@ def test_what_is_closed_ends_at_once_and_leaves_nothing(tmp_path):
 def test_frames_are_counted_and_the_last_event_of_an_input_is_its_status(tmp_path):
     items = [only(stack(tmp_path / f"{name}.npy", 3), tmp_path / "out") for name in "ab"]
     events = list(in_processes(items, settings(), 1))
-    statuses = [event for event in events if isinstance(event, Status)]
+    statuses = [event.status for event in events if event.status is not None]
     assert [(status.input, status.state) for status in statuses] == [("a.npy", State.DONE), ("b.npy", State.DONE)]
-    assert {event for event in events if isinstance(event, int)} <= {0, 1, 2, 3}
+    assert {event.unfinished for event in events} <= {0, 1, 2, 3}
+    assert events[-1].unfinished == 0
 
 
 def test_variables_are_as_before_once_processes_are_started(monkeypatch):

@@ -9,7 +9,7 @@ from time import perf_counter
 
 import click
 
-from dloftbs.cli.batch.status_file import State, Status
+from dloftbs.cli.batch.status_file import Event, State, Status
 
 MOST_ROWS = 100
 """Inputs up to which the table has a row for each; of more, only those are shown with which something is wrong."""
@@ -47,14 +47,12 @@ class BatchReport:
         """True if all are done as a whole."""
         return self.done == self.length and all(status.state is State.DONE for status in self._statuses.values())
 
-    def add(self, status: Status) -> None:
-        """Count an input."""
-        self._statuses[status.input] = status
-        self._frames += status.frames
-
-    def note(self, unfinished: int) -> None:
-        """Take down how many frames have been read of inputs that are not done."""
-        self._unfinished = unfinished
+    def add(self, event: Event) -> None:
+        """Take down what has happened."""
+        self._unfinished = event.unfinished
+        if event.status is not None:
+            self._statuses[event.status.input] = event.status
+            self._frames += event.status.frames
 
     def line(self) -> str:
         """Return how the batch stands."""
@@ -123,13 +121,15 @@ def _print_plain(rows: Sequence[Sequence[str]]) -> None:
 
 
 def _print_rich(rows: Sequence[Sequence[str]]) -> None:
-    from rich.console import Console
+    from rich.console import Console, JustifyMethod
     from rich.table import Table
     from rich.text import Text
 
     table = Table()
     for column, heading in enumerate(_HEADINGS):
-        table.add_column(heading, justify="left" if column in _TEXTS else "right", overflow="fold")
+        justify: JustifyMethod = "left" if column in _TEXTS else "right"
+        is_last = column == len(_HEADINGS) - 1
+        table.add_column(heading, justify=justify, overflow="ellipsis" if is_last else "fold", no_wrap=is_last)
     colours = {"done": "green", "partial": "yellow", "busy": "yellow", "failed": "red"}
     for name, state, *numbers in rows:
         table.add_row(Text(name), Text(state, colours[state]), *map(Text, numbers))

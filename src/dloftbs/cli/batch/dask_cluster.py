@@ -10,7 +10,7 @@ from typing import Any
 from dloftbs.cli.batch.input_list import BatchInput
 from dloftbs.cli.batch.input_run import record_death, run_input
 from dloftbs.cli.batch.settings import BatchSettings
-from dloftbs.cli.batch.status_file import Status
+from dloftbs.cli.batch.status_file import Event
 from dloftbs.cli.commands.warmup import load_kernels
 from dloftbs.errors import DloftbsError
 
@@ -20,10 +20,8 @@ PATIENCE_S = 10.0
 """Time in which a scheduler has to answer."""
 
 
-def in_cluster(
-    items: Sequence[BatchInput], settings: BatchSettings, address: str
-) -> Generator[Status | None, None, None]:
-    """Let the workers of a cluster work on inputs, and yield their statuses, or nothing for a while.
+def in_cluster(items: Sequence[BatchInput], settings: BatchSettings, address: str) -> Generator[Event, None, None]:
+    """Let the workers of a cluster work on inputs, and yield what happens, every now and then nothing.
 
     They see the inputs and the folder of the results under the same paths. The input of a worker that dies is begun
     again by another one, as often as the scheduler's setting `allowed-failures` has it. Closing this takes back what
@@ -55,7 +53,7 @@ def in_cluster(
             while not done.is_empty():
                 if not done.has_ready():
                     time.sleep(TICK_S)
-                    yield None
+                    yield Event()
                     continue
                 future = next(done)
                 if future.cancelled():
@@ -63,11 +61,11 @@ def in_cluster(
                 failure = future.exception()
                 if isinstance(failure, KilledWorker):
                     why = "its worker died, and others that began it again did: too little memory, or a crash"
-                    yield record_death(futures[future], settings, why)
+                    yield Event(record_death(futures[future], settings, why))
                 elif failure is not None:
                     raise failure
                 else:
-                    yield future.result()
+                    yield Event(future.result())
         finally:
             client.cancel(list(futures))
 

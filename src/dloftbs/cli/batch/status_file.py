@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from typing import NamedTuple
 
 from dloftbs._documents import parse_json, read_text
 from dloftbs._json import encode
@@ -107,6 +108,13 @@ class Status:
     settings: str
     version: str
     timing: Timing | None = field(default=None)
+
+
+class Event(NamedTuple):
+    """News of a batch: an input that is done, if one is, and the frames read by now of those that are not."""
+
+    status: Status | None = None
+    unfinished: int = 0
 
 
 def status_of(

@@ -11,12 +11,12 @@ from multiprocessing import connection
 from multiprocessing.connection import Connection
 from time import monotonic
 from types import FrameType
-from typing import NoReturn, TypeAlias
+from typing import NoReturn
 
 from dloftbs.cli.batch.input_list import BatchInput
 from dloftbs.cli.batch.input_run import record_death, run_input
 from dloftbs.cli.batch.settings import BatchSettings
-from dloftbs.cli.batch.status_file import Status
+from dloftbs.cli.batch.status_file import Event, Status
 from dloftbs.cli.commands.warmup import load_kernels
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.errors import DloftbsError, SinkError
@@ -29,9 +29,6 @@ PATIENCE_S = 10.0
 READY = "ready"
 
 _SPAWN = multiprocessing.get_context("spawn")  # threads of numba and OpenCV do not survive a fork
-
-Event: TypeAlias = "Status | int | None"
-"""An input that is done; or the frames that all processes together have on unfinished ones; or nothing, for a while."""
 
 
 def in_processes(items: Sequence[BatchInput], settings: BatchSettings, jobs: int) -> Generator[Event, None, None]:
@@ -62,10 +59,14 @@ def in_processes(items: Sequence[BatchInput], settings: BatchSettings, jobs: int
                         workers.append(_Worker(settings))
                 if worker.is_free and waiting:
                     worker.give(waiting.popleft())
-                yield status
-            yield sum(worker.frames for worker in workers)
+                yield Event(status, _unfinished(workers))
+            yield Event(None, _unfinished(workers))
     finally:
         _end(workers)
+
+
+def _unfinished(workers: Sequence[_Worker]) -> int:
+    return sum(worker.frames for worker in workers)
 
 
 def _with_news(workers: Sequence[_Worker]) -> list[_Worker]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from dloftbs.cli.batch.input_list import BatchInput
     from dloftbs.cli.batch.settings import BatchSettings
     from dloftbs.cli.batch.shards import Shard
-    from dloftbs.cli.batch.status_file import Status
+    from dloftbs.cli.batch.status_file import Event, Status
     from dloftbs.config import Config
 
 FORMATS = ("jsonl", "npz", "csv")
@@ -171,7 +171,7 @@ def _run(
     items: Sequence[BatchInput], settings: BatchSettings, report: BatchReport, jobs: int | None, scheduler: str | None
 ) -> None:
     from dloftbs.cli.batch.batch_report import reason
-    from dloftbs.cli.batch.status_file import State, Status
+    from dloftbs.cli.batch.status_file import State
     from dloftbs.cli.progress import open_progress
 
     with (
@@ -180,12 +180,9 @@ def _run(
         closing(_events(items, settings, jobs, scheduler)) as events,
     ):
         for event in events:
-            if isinstance(event, Status):
-                report.add(event)
-                if event.state is not State.DONE:
-                    _log.warning("%s: %s: %s", event.state.value, event.input, reason(event))
-            elif event is not None:
-                report.note(event)
+            report.add(event)
+            if event.status is not None and event.status.state is not State.DONE:
+                _log.warning("%s: %s: %s", event.status.state.value, event.status.input, reason(event.status))
             progress.tick(report)
             if stop():
                 raise KeyboardInterrupt
@@ -193,7 +190,7 @@ def _run(
 
 def _events(
     items: Sequence[BatchInput], settings: BatchSettings, jobs: int | None, scheduler: str | None
-) -> Generator[Status | int | None, None, None]:
+) -> Generator[Event, None, None]:
     if scheduler is not None:
         from dloftbs.cli.batch.dask_cluster import in_cluster
 
