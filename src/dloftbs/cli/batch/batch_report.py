@@ -121,16 +121,18 @@ def _print_plain(rows: Sequence[Sequence[str]]) -> None:
 
 
 def _print_rich(rows: Sequence[Sequence[str]]) -> None:
-    from rich.console import Console, JustifyMethod
+    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
     table = Table()
-    for column, heading in enumerate(_HEADINGS):
-        justify: JustifyMethod = "left" if column in _TEXTS else "right"
-        is_last = column == len(_HEADINGS) - 1
-        table.add_column(heading, justify=justify, overflow="ellipsis" if is_last else "fold", no_wrap=is_last)
+    for column, heading in enumerate(_HEADINGS[:-1]):
+        table.add_column(heading, justify="left" if column in _TEXTS else "right", overflow="fold")
     colours = {"done": "green", "partial": "yellow", "busy": "yellow", "failed": "red"}
-    for name, state, *numbers in rows:
+    console = Console(file=sys.stdout)
+    for name, state, *numbers, _ in rows:
         table.add_row(Text(name), Text(state, colours[state]), *map(Text, numbers))
-    Console(file=sys.stdout).print(table)
+    console.print(table)
+    for name, state, *_, why in rows:
+        if why:
+            console.print(Text.assemble((state, colours[state]), f" {name}: {why}"))
