@@ -32,6 +32,7 @@ bench: .venv/installed-dev
 	$(BIN)/python -m benchmarks.profile --docs docs/performance.md --plot docs/images/performance/profile.png
 	$(BIN)/python -m benchmarks.throughput --docs docs/performance.md
 	$(BIN)/python -m benchmarks.recordings --docs docs/performance.md
+	$(BIN)/python -m benchmarks.batch --docs docs/performance.md
 	$(BIN)/python -m benchmarks.process --docs docs/performance.md
 
 # docs/results.md, the default method and the published one; some minutes on two cores, whatever is finished stays in

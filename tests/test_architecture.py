@@ -84,6 +84,7 @@ MAY_IMPORT = {
     "_text": set(),
     "_version": set(),
     "overlap": set(),
+    "worker_process": set(),
     "kernels": set(),
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
     **{name: GROUND | (DATA - {name}) for name in ("camera", "evidence", "graph", "observation", "prior")},
@@ -101,23 +102,12 @@ MAY_IMPORT = {
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
     "sinks": KNOWN_OUTSIDE | {"viz", "ros"},
     "ros": KNOWN_OUTSIDE | {"sources", "sinks", "viz"},
-    "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz"},
+    "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz", "worker_process"},
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
     "cli": KNOWN_OUTSIDE
-    | {
-        "api",
-        "evaluation",
-        "overlap",
-        "pipeline",
-        "pipeline_group",
-        "ros",
-        "sinks",
-        "sources",
-        "synthetic",
-        "viz",
-        "",
-    },
+    | {"api", "pipeline", "pipeline_group", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap"}
+    | {"ros", "worker_process", ""},
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 

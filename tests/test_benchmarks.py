@@ -18,7 +18,7 @@ from benchmarks.timing import UNSTEADY, Table, interleaved
 from dloftbs import Frame, Pipeline
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
-BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "recordings", "process")
+BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "recordings", "batch", "process")
 
 
 def test_functions_take_turns_and_the_first_two_do_not_count():

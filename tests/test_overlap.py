@@ -301,6 +301,17 @@ def test_on_one_core_all_is_done_in_turn(monkeypatch):
     assert seen == [0, ("done", 0), 1, ("done", 1), 2, ("done", 2), "MainThread"]
 
 
+def test_where_it_is_asked_for_all_is_done_in_turn(monkeypatch):
+    monkeypatch.setattr(overlap, "cores", lambda: 2)
+    done = []
+    items = ((done.append(("read", i, threading.get_ident())), i)[1] for i in range(2))
+    with Ahead(items, in_turn=True) as ahead, Behind(lambda i: done.append(("written", i)), in_turn=True) as written:
+        for i in ahead:
+            written.put(i)
+    here = threading.get_ident()
+    assert done == [("read", 0, here), ("written", 0), ("read", 1, here), ("written", 1)]
+
+
 def test_on_one_core_a_block_that_ends_early_closes_the_items(monkeypatch):
     monkeypatch.setattr(overlap, "cores", lambda: 1)
     seen = []

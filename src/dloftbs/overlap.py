@@ -45,11 +45,13 @@ class Ahead(Generic[T]):
         while it reads.
     newest : bool
         Never wait for whoever iterates: keep the newest item alone. For cameras, whose frames grow old.
+    in_turn : bool
+        Run it in the thread that iterates, item by item, where all cores are busy with other work of the same kind.
     """
 
-    def __init__(self, items: Generator[T, None, None], *, newest: bool = False) -> None:
+    def __init__(self, items: Generator[T, None, None], *, newest: bool = False, in_turn: bool = False) -> None:
         self._items = items
-        self._in_turn = not newest and cores() == 1
+        self._in_turn = not newest and (in_turn or cores() == 1)
         self._channel: _Channel[T] = _Channel(1 if newest else WAITING, newest)
         self._error: BaseException | None = None
         self._thread = Thread(target=self._run, name="dloftbs-ahead", daemon=True)
@@ -105,11 +107,13 @@ class Behind(Generic[T]):
     ----------
     function : callable
         Its exception is raised by `put` or at the end of the block, and no further item is taken.
+    in_turn : bool
+        Call it in the thread that puts, as `Ahead` does.
     """
 
-    def __init__(self, function: Callable[[T], None]) -> None:
+    def __init__(self, function: Callable[[T], None], *, in_turn: bool = False) -> None:
         self._function = function
-        self._in_turn = cores() == 1
+        self._in_turn = in_turn or cores() == 1
         self._channel: _Channel[T] = _Channel(WAITING)
         self._error: BaseException | None = None
         self._thread = Thread(target=self._run, name="dloftbs-behind", daemon=True)

@@ -363,6 +363,12 @@ every_option = click.option(
     metavar="N",
     help="Use every Nth frame alone: a quick look at a long video.",
 )
+fps_option = click.option(
+    "--fps",
+    type=click.FloatRange(0.01, 1000.0),
+    metavar="RATE",
+    help="Frames per second of the input, for its stamps; a video of overlays has 30 if nobody says.",
+)
 out_option = click.option(
     "--out",
     "-o",

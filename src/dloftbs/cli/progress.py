@@ -6,13 +6,27 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
+from typing import Protocol
 
 import click
 
-from dloftbs.cli.stream_report import RunReport
-
 _BAR_EVERY_S = 0.1
 _LINE_EVERY_S = 5.0
+
+
+class Shown(Protocol):
+    """A report on a run: how much is done, of how much where that is known, and how it stands in a line."""
+
+    @property
+    def length(self) -> int | None:
+        """Return how much there is to do."""
+
+    @property
+    def done(self) -> int:
+        """Return how much is done."""
+
+    def line(self) -> str:
+        """Return how it stands."""
 
 
 class Progress:
@@ -26,12 +40,12 @@ class Progress:
         Seconds that pass at least before the first time, and from one time to the next.
     """
 
-    def __init__(self, show: Callable[[RunReport], None], every_s: float) -> None:
+    def __init__(self, show: Callable[[Shown], None], every_s: float) -> None:
         self._show = show
         self._every_s = every_s
         self._next = monotonic() + every_s
 
-    def tick(self, report: RunReport) -> None:
+    def tick(self, report: Shown) -> None:
         """Show the report if it is time to."""
         now = monotonic()
         if now >= self._next:
@@ -50,7 +64,7 @@ def open_progress(*, shares_terminal: bool) -> Iterator[Progress]:
     """
     if sys.stderr.isatty() and not shares_terminal:
         with _bar() as update:
-            yield Progress(lambda report: update(_done(report), report.length, report.line()), _BAR_EVERY_S)
+            yield Progress(lambda report: update(report.done, report.length, report.line()), _BAR_EVERY_S)
     else:
         yield Progress(lambda report: click.echo(report.line(), err=True), _LINE_EVERY_S)
 
@@ -60,10 +74,6 @@ def open_count(what: str) -> Iterator[Callable[[int, int], None]]:
     """Open a bar for a task that is counted: a function that takes how many are done, and of how many."""
     with _bar() as update:
         yield lambda done, count: update(done, count, f"{what} {done} of {count}")
-
-
-def _done(report: RunReport) -> int:
-    return report.frames + report.skipped
 
 
 @contextmanager

@@ -60,6 +60,11 @@ class RunReport:
                 _count(str(detection.no_3d_reason), self.reasons_3d)
 
     @property
+    def done(self) -> int:
+        """Frames that are past, the skipped ones included."""
+        return self.frames + self.skipped
+
+    @property
     def seconds(self) -> float:
         """From the start to the last frame."""
         return self._last - self._start

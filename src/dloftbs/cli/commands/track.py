@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
 from contextlib import ExitStack
-from itertools import islice
 from typing import TYPE_CHECKING
 
 import click
@@ -16,6 +14,7 @@ from dloftbs.cli.options import (
     check_pictures,
     config_options,
     every_option,
+    fps_option,
     input_options,
     limit_option,
     out_option,
@@ -24,15 +23,11 @@ from dloftbs.cli.options import (
     with_input_option,
 )
 from dloftbs.cli.shell import BAD_INPUT, interrupted
-from dloftbs.errors import SourceError
 
 if TYPE_CHECKING:
     from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
-    from dloftbs.frame import Frame
-    from dloftbs.frame_result import FrameResult
     from dloftbs.sinks import Sink
-    from dloftbs.sources import Source
 
 
 @click.command(short_help="Follow the cables through a stream.")
@@ -49,12 +44,7 @@ if TYPE_CHECKING:
 @with_input_option
 @limit_option
 @every_option
-@click.option(
-    "--fps",
-    type=click.FloatRange(0.01, 1000.0),
-    metavar="RATE",
-    help="Frames per second of the input, for its stamps and the video of overlays; there it is 30 if nobody says.",
-)
+@fps_option
 @input_options
 @config_options
 @click.pass_context
@@ -89,13 +79,11 @@ def track(
     dloftbs track masks/ --kind mask --fps 30 --out curves.npz
     dloftbs track run.mcap --topic /camera/color/image_raw --hsv 170:10 --out curves.mcap
     """
-    from dloftbs.cli.frames import UsableFrames, in_natural_order
+    from dloftbs.cli.frames import in_natural_order
     from dloftbs.cli.outputs import is_recording, write_config
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
-    from dloftbs.cli.stream_report import RunReport
-    from dloftbs.overlap import Ahead, Behind, cores
-    from dloftbs.pipeline import Pipeline
+    from dloftbs.cli.stream_run import StreamOptions, StreamRun
 
     if not outs and overlay is None and stages is None:
         outs = (STANDARD_OUTPUT,)
@@ -103,46 +91,25 @@ def track(
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
-    pipeline = Pipeline(config)
-    source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), fps, jobs=cores())
-    frames = UsableFrames(source, config, inputs, every)
-    usable = None if source.length is None else -(-source.length // every)
-    report = RunReport(min((n for n in (usable, limit) if n is not None), default=None))
-    read = Ahead(_frames_of(source, frames, limit), newest=source.live)
+    run = StreamRun(
+        where[0] if len(where) == 1 else in_natural_order(where, inputs),
+        StreamOptions(inputs, config, fps, every, limit),
+    )
+    report = run.report
     try:
         with ExitStack() as stack:
-            stack.enter_context(read)
-            sink = stack.enter_context(_open_sink(outputs, source.fps and source.fps / every, config, with_input))
+            stack.enter_context(run)
+            sink = stack.enter_context(_open_sink(outputs, run.fps, config, with_input))
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
-
-            def write(done: tuple[Frame, FrameResult]) -> None:
-                frame, result = done
-                sink.write(frame, result)
-                report.skipped = frames.skipped
-                report.add(result)
-                progress.tick(report)
-
-            written = stack.enter_context(Behind(write))
-            for frame in islice(read, limit):
-                written.put((frame, pipeline.process(frame)))
-                if stop():
-                    raise KeyboardInterrupt
+            run.follow(sink.write, shown=progress.tick, stop=stop)
     finally:
-        report.skipped, report.missed = frames.skipped, read.missed
         if report.frames:
             click.echo(report.summary(), err=True)
-    if not report.frames:
-        raise SourceError(f"{source.name}: no frame could be read")
-    if report.skipped and not source.live:  # a camera now and then has a frame that cannot be decoded
+    run.check_frames()
+    if report.skipped and not run.source.live:  # a camera now and then has a frame that cannot be decoded
         context.exit(BAD_INPUT)
-
-
-def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Generator[Frame, None, None]:
-    """Yield the frames of a source, and close it in the same thread; of a recording, read none that is not wanted."""
-    with source:
-        yield from frames if source.live else islice(frames, limit)
 
 
 def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool) -> Sink:

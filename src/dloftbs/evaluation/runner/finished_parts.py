@@ -8,12 +8,11 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 
+from dloftbs import _version
 from dloftbs._documents import parse_json
 from dloftbs._json import encode
-from dloftbs._version import __version__
 from dloftbs.centerline import JointKind
 from dloftbs.errors import InputError, SinkError
 from dloftbs.evaluation.identity_scores import TrackingScores
@@ -275,16 +274,9 @@ def write(path: Path, data: bytes) -> None:
         raise SinkError(f"cannot write {str(path)!r}: {error}") from error
 
 
-@cache
 def code_version() -> str:
-    """Return the version of this package and a digest of its code, which in a checkout changes without the version.
-
-    What merely shows the scores is left out.
-    """
-    root = Path(__file__).parents[2]
-    names = (path.relative_to(root).as_posix() for path in sorted(root.rglob("*.py")))
-    code = b"".join((root / name).read_bytes() for name in names if not name.startswith(_SHOWS))
-    return f"{__version__}+{_digest(code)}"
+    """Return the version of all that makes scores: what merely shows them is left out."""
+    return _version.code_version(_SHOWS)
 
 
 def _digest(data: bytes) -> str:

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import groupby
-from multiprocessing import connection
 from pathlib import Path
 from typing import NamedTuple
-
-import cv2
 
 from dloftbs.errors import DloftbsError, InputError, SinkError
 from dloftbs.evaluation.runner.finished_parts import Key, Part, code_version, load, save
 from dloftbs.evaluation.runner.sequence_run import Method, score_sequence
 from dloftbs.evaluation.suites import Suite
 from dloftbs.sources.source import KnownSequence
+from dloftbs.worker_process import begin_worker
 
 Watcher = Callable[[Part], None]
 
@@ -171,7 +167,7 @@ def _processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
     # Spawned, not forked: threads of numba and OpenCV do not survive a fork.
     context = multiprocessing.get_context("spawn")
     before = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin_process)
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_worker)
     try:
         yield pool
     except BaseException:
@@ -180,18 +176,3 @@ def _processes(jobs: int) -> Iterator[ProcessPoolExecutor]:
             process.terminate()
         raise
     pool.shutdown()
-
-
-def _begin_process() -> None:
-    # Ctrl-C reaches all processes of a terminal: the first one sees to the others.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # One core a process: the processes are as many as the cores, and times are those of one.
-    cv2.setNumThreads(1)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        connection.wait([parent.sentinel])
-        signal.raise_signal(signal.SIGTERM)

@@ -1,0 +1,1 @@
+"""Many inputs, each by itself: their list, their statuses, and the processes that work on them."""

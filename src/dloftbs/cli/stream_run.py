@@ -1,0 +1,140 @@
+"""One stream from its source to its results: the input of ``dloftbs track``, and each one of ``dloftbs batch``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from types import TracebackType
+
+from dloftbs.cli.frames import UsableFrames
+from dloftbs.cli.options import InputOptions
+from dloftbs.cli.stream_report import RunReport
+from dloftbs.config import Config
+from dloftbs.errors import SourceError
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.overlap import Ahead, Behind, cores
+from dloftbs.pipeline import Pipeline
+
+
+@dataclass(frozen=True)
+class StreamOptions:
+    """Options of reading and following a stream.
+
+    Parameters
+    ----------
+    inputs : InputOptions
+    config : Config
+    fps : float, optional
+        Frames per second, for stamps; as the source says without it.
+    every : int
+        Every so manieth frame is used.
+    limit : int, optional
+        Number of frames used, at most.
+    """
+
+    inputs: InputOptions
+    config: Config
+    fps: float | None = None
+    every: int = 1
+    limit: int | None = None
+
+
+class StreamRun:
+    """An open stream and the report on it; a context manager that reads in its block, and closes the source.
+
+    Parameters
+    ----------
+    where : str or sequence of str
+        As `dloftbs.sources.open` takes it.
+    options : StreamOptions
+    in_turn : bool
+        Read, track and write in the thread of the caller alone: other processes use the other cores.
+
+    Raises
+    ------
+    InputError, SourceError
+        As `dloftbs.sources.open`.
+    """
+
+    def __init__(self, where: str | Sequence[str], options: StreamOptions, *, in_turn: bool = False) -> None:
+        self._pipeline = Pipeline(options.config)
+        self.source = options.inputs.open(where, options.fps, jobs=1 if in_turn else cores())
+        self._options = options
+        self._in_turn = in_turn
+        self._frames = UsableFrames(self.source, options.config, options.inputs, options.every)
+        usable = None if self.source.length is None else -(-self.source.length // options.every)
+        self.report = RunReport(min((n for n in (usable, options.limit) if n is not None), default=None))
+        self._read = Ahead(self._wanted(), newest=self.source.live, in_turn=in_turn)
+
+    @property
+    def fps(self) -> float | None:
+        """Frames per second of those that are used."""
+        return self.source.fps and self.source.fps / self._options.every
+
+    def __enter__(self) -> StreamRun:
+        self._read.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._read.__exit__(kind, error, trace)
+        if self._in_turn:
+            self.source.close()  # by nobody yet, if no frame was asked for; else only the thread that reads may
+        self.report.skipped, self.report.missed = self._frames.skipped, self._read.missed
+
+    def follow(
+        self,
+        write: Callable[[Frame, FrameResult], None],
+        *,
+        shown: Callable[[RunReport], None] = lambda report: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Track from frame to frame.
+
+        Parameters
+        ----------
+        write : callable
+            Takes each frame and its result.
+        shown : callable
+            Takes the report after each frame.
+        stop : callable
+            Asked after each frame whether to end.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If it was stopped; what was read until then is written.
+        DloftbsError, Failure
+            As the source and `write` do.
+        """
+
+        def add(done: tuple[Frame, FrameResult]) -> None:
+            write(*done)
+            self.report.skipped = self._frames.skipped
+            self.report.add(done[1])
+            shown(self.report)
+
+        with Behind(add, in_turn=self._in_turn) as written:
+            for frame in islice(self._read, self._options.limit):
+                written.put((frame, self._pipeline.process(frame)))
+                if stop():
+                    raise KeyboardInterrupt
+
+    def check_frames(self) -> None:
+        """Find out whether there was something to follow.
+
+        Raises
+        ------
+        SourceError
+            If no frame could be read.
+        """
+        if not self.report.frames:
+            raise SourceError(f"{self.source.name}: no frame could be read")
+
+    def _wanted(self) -> Generator[Frame, None, None]:
+        """Yield the frames, and close the source in the thread that reads; of a recording, read none in excess."""
+        with self.source:
+            yield from self._frames if self.source.live else islice(self._frames, self._options.limit)
