@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSI
 
 FRAMES = 1000
 """Of a recording, which takes about half a second."""
-DEADLINE_S = 90.0
+DEADLINE_S = 300.0
 
 
 @pytest.fixture(scope="module")
@@ -93,8 +93,8 @@ def test_killed_again_and_again_it_gives_the_same_results(recordings, undisturbe
         time.sleep(chance.uniform(0.0, 1.2))
         workers = psutil.Process(process.pid).children()
         process.send_signal(signal.SIGKILL)
-        process.communicate(timeout=30)
-        assert psutil.wait_procs(workers, timeout=20)[1] == []
+        process.communicate(timeout=DEADLINE_S)
+        assert psutil.wait_procs(workers, timeout=DEADLINE_S)[1] == []
         assert not parts(tmp_path), "a worker puts away what it is at, even if the first process is killed"
         done = [name for name, state in statuses(tmp_path).items() if state == "done"]
         assert len(done) < 4 or kills == 1
@@ -129,12 +129,12 @@ def test_ctrl_c_ends_all_processes_and_leaves_nothing_half_done(recordings, undi
     wait_until(lambda: parts(tmp_path))
     workers = psutil.Process(process.pid).children()
     os.killpg(process.pid, signal.SIGINT)  # as a terminal sends it
-    _, stderr = process.communicate(timeout=30)
+    _, stderr = process.communicate(timeout=DEADLINE_S)
     assert process.returncode == 130
     assert stderr.endswith("interrupted\n")
     assert "Traceback" not in stderr
     assert "left" in stderr
-    assert psutil.wait_procs(workers, timeout=5)[1] == []
+    assert psutil.wait_procs(workers, timeout=30)[1] == []
     assert not list(tmp_path.rglob(".*"))
     run("batch", f"{recordings}/**/*.npy", "--out", tmp_path, "--jobs", 1, code=1)
     assert contents(tmp_path) == undisturbed[0]

@@ -28,7 +28,15 @@ def loaded_by(*arguments):
 
 @pytest.mark.parametrize(
     "arguments",
-    [("--help",), ("--version",), ("detect", "--help"), ("track", "-h"), ("demo", "--help"), ("config", "print", "-h")],
+    [
+        ("--help",),
+        ("--version",),
+        ("detect", "--help"),
+        ("track", "-h"),
+        ("batch", "-h"),
+        ("demo", "--help"),
+        ("config", "print", "-h"),
+    ],
 )
 def test_help_loads_nothing_heavy(arguments):
     assert not HEAVY & loaded_by(*arguments)
@@ -45,7 +53,9 @@ def test_the_console_script_is_installed():
     assert done.stdout == f"dloftbs {dloftbs.__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["", "detect", "track", "demo", "config", "config print", "config check", "warmup"])
+@pytest.mark.parametrize(
+    "command", ["", "detect", "track", "batch", "demo", "config", "config print", "config check", "warmup"]
+)
 def test_every_command_has_help(command):
     assert "Usage:" in run(*command.split(), "--help").output
 
@@ -158,7 +168,7 @@ def test_a_closed_pipe_is_no_traceback(tmp_path):
     assert errors == ""
 
 
-@pytest.mark.parametrize("command", ["detect", "track"])
+@pytest.mark.parametrize("command", ["detect", "track", "batch"])
 def test_help_keeps_its_examples_on_lines_of_their_own(command):
     lines = run(command, "--help").stdout.splitlines()
     assert not any("\\b" in line for line in lines)

@@ -42,11 +42,11 @@ def test_the_input_of_a_killed_worker_is_done_by_another_one(cluster, recordings
     address, workers = cluster
     out = tmp_path / "out"
     process = start("batch", f"{recordings}/*.npy", "--out", out, "--scheduler", address)
-    deadline = time.monotonic() + 90
+    deadline = time.monotonic() + 300
     while not (busy := [worker for worker in workers if any(".part" in file.path for file in worker.open_files())]):
         assert time.monotonic() < deadline
     busy[0].send_signal(signal.SIGKILL)
-    stdout, stderr = process.communicate(timeout=120)
+    stdout, stderr = process.communicate(timeout=300)
     assert process.returncode == 1, stderr
     assert "warning: failed: broken.npy" in stderr
     assert "5 inputs: 4 done, 1 failed" in stderr

@@ -180,7 +180,7 @@ def test_random_globs_never_catch_what_is_allowed():
     """Whatever the pattern and the folder: after a run that is allowed, the inputs are the same."""
     chance = random.Random(1)
     allowed = 0
-    for number in range(300):
+    for number in range(80):
         pattern = "/".join(["rec", *chance.choices(["*", "**", "day*", "?ay1"], k=chance.randint(0, 2))])
         pattern += chance.choice(["/*", "/*.npy", "/a*", "/**", "/*/", "/*.j*", "/day1"])
         out = chance.choice(["rec", "rec/day1", f"rec/new{number}", f"rec/new{number}/deep", "rec/day2/frames", "out"])
@@ -194,4 +194,4 @@ def test_random_globs_never_catch_what_is_allowed():
             item.result.write_bytes(b"")
             item.status.write_bytes(b"")
         assert list_inputs([pattern], Path(out), ".jsonl") == before, (pattern, out)
-    assert allowed > 50
+    assert allowed > 10

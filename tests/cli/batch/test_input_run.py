@@ -147,6 +147,15 @@ def test_an_input_that_somebody_else_works_on_is_left_to_him(tmp_path):
     assert not item.status.exists()
 
 
+def test_one_that_is_stopped_leaves_nothing(tmp_path):
+    item = only(stack(tmp_path / "a.npy", 9), tmp_path / "out")
+    frames = []
+    with pytest.raises(KeyboardInterrupt):
+        run_input(item, settings(), lambda report: frames.append(report.frames), lambda: len(frames) == 4)
+    assert frames == [1, 2, 3, 4]
+    assert list((tmp_path / "out").iterdir()) == []
+
+
 def test_what_a_killed_process_left_is_removed(tmp_path):
     item = only(stack(tmp_path / "a.npy", 3), tmp_path / "out")
     part = item.result.with_name(f".{item.result.name}.part")

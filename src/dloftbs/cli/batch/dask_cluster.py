@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 import uuid
 from collections.abc import Generator, Sequence
@@ -73,5 +74,5 @@ def in_cluster(items: Sequence[BatchInput], settings: BatchSettings, address: st
 def _connected(client: Any, address: str) -> Any:
     try:
         return client(address, timeout=PATIENCE_S)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, asyncio.TimeoutError) as error:  # the last is no OSError before Python 3.11
         raise DloftbsError(f"no scheduler of dask answers at {address!r}: {error}") from error

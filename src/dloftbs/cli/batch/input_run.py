@@ -39,7 +39,12 @@ MOST_WARNINGS = 100
 Shower = Callable[[RunReport], None]
 
 
-def run_input(item: BatchInput, settings: BatchSettings, shown: Shower = lambda report: None) -> Status:
+def run_input(
+    item: BatchInput,
+    settings: BatchSettings,
+    shown: Shower = lambda report: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Status:
     """Follow the cables through one input, and write its result and its status.
 
     Both are in place as a whole or not at all: the result is written in a hidden folder beside its place and moved,
@@ -52,6 +57,8 @@ def run_input(item: BatchInput, settings: BatchSettings, shown: Shower = lambda 
     settings : BatchSettings
     shown : callable
         Takes the report after each frame.
+    stop : callable
+        Asked after each frame whether to end.
 
     Returns
     -------
@@ -62,6 +69,8 @@ def run_input(item: BatchInput, settings: BatchSettings, shown: Shower = lambda 
     ------
     SinkError
         If the result or the status cannot be written. What is wrong with an input is in its status.
+    KeyboardInterrupt
+        If it was stopped; nothing is left then.
     """
     use_one_core()
     claim = _claim(item, settings)
@@ -71,7 +80,7 @@ def run_input(item: BatchInput, settings: BatchSettings, shown: Shower = lambda 
         known = read_status(item)
         if known is not None and reason_to_run(item, settings, known) is None:
             return known
-        return _run_claimed(item, settings, folder, shown)
+        return _run_claimed(item, settings, folder, shown, stop)
 
 
 def record_death(item: BatchInput, settings: BatchSettings, why: str) -> Status:
@@ -101,7 +110,9 @@ def _claim(item: BatchInput, settings: BatchSettings) -> Claim | Status:
             return status_of(item, settings, State.BUSY, Fingerprint(0, 0, ""), RunReport(), error=str(error))
 
 
-def _run_claimed(item: BatchInput, settings: BatchSettings, folder: Path, shown: Shower) -> Status:
+def _run_claimed(
+    item: BatchInput, settings: BatchSettings, folder: Path, shown: Shower, stop: Callable[[], bool]
+) -> Status:
     with sink_errors(item.result):
         item.status.unlink(missing_ok=True)
         item.result.unlink(missing_ok=True)
@@ -112,7 +123,7 @@ def _run_claimed(item: BatchInput, settings: BatchSettings, folder: Path, shown:
         try:
             run = StreamRun(str(item.path), settings.options, in_turn=True)
             report = run.report
-            _follow(run, made, shown)
+            _follow(run, made, shown, stop)
         except SinkError:
             raise
         except (DloftbsError, Failure) as wrong:
@@ -128,9 +139,9 @@ def _run_claimed(item: BatchInput, settings: BatchSettings, folder: Path, shown:
     return status
 
 
-def _follow(run: StreamRun, result: Path, shown: Shower) -> None:
+def _follow(run: StreamRun, result: Path, shown: Shower, stop: Callable[[], bool]) -> None:
     with run, sinks.open(result) as sink:
-        run.follow(lambda frame, found: sink.write(frame, replace(found, stage_ms={})), shown=shown)
+        run.follow(lambda frame, found: sink.write(frame, replace(found, stage_ms={})), shown=shown, stop=stop)
     run.check_frames()
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import signal
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import suppress
 from multiprocessing import connection
 from multiprocessing.connection import Connection
 from time import monotonic
 from types import FrameType
-from typing import NoReturn
 
 from dloftbs.cli.batch.input_list import BatchInput
 from dloftbs.cli.batch.input_run import record_death, run_input
@@ -147,8 +146,9 @@ class _Worker:
         return record_death(self.item, settings, f"its process ended {by}: too little memory, or a crash")
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Ask it to end: at work it heeds the signal, while it waits the end of the channel."""
         self._process.terminate()
+        self.channel.close()
 
     def join(self, seconds: float) -> None:
         """Wait for its end, and bring it about after a while."""
@@ -157,7 +157,6 @@ class _Worker:
             self._process.kill()
             self._process.join()
         self._process.close()
-        self.channel.close()
 
 
 def _end(workers: Sequence[_Worker]) -> None:
@@ -169,41 +168,35 @@ def _end(workers: Sequence[_Worker]) -> None:
 
 
 def _work(channel: Connection, settings: BatchSettings) -> None:
-    """Do what a process does: one input after the other."""
+    """Do what a process does: one input after the other, until it is asked to end or the first process is gone."""
     begin_worker()
-    signal.signal(signal.SIGTERM, _leave)
-    with _while_connected():
+    leaving = False
+
+    def leave(_signal: int, _frame: FrameType | None) -> None:
+        # An exception raised here would go through compiled code, which makes another one of it.
+        nonlocal leaving
+        leaving = True
+
+    signal.signal(signal.SIGTERM, leave)
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
         channel.send(READY)
         while True:
-            channel.send(_outcome(channel.recv(), settings, channel))
+            channel.send(_outcome(channel.recv(), settings, channel, lambda: leaving))
 
 
-@contextmanager
-def _while_connected() -> Iterator[None]:
-    """End the process in order where the first one is gone."""
-    try:
-        yield
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        _leave()
-
-
-def _outcome(item: BatchInput, settings: BatchSettings, channel: Connection) -> Status | SinkError:
+def _outcome(
+    item: BatchInput, settings: BatchSettings, channel: Connection, stop: Callable[[], bool]
+) -> Status | SinkError:
     due = monotonic() + TICK_S
 
     def show(report: RunReport) -> None:
         nonlocal due
         if monotonic() >= due:
             due = monotonic() + TICK_S
-            with _while_connected():  # that the first process is gone is no fault of the input
+            with suppress(OSError):  # the first process is gone, which is no fault of the input
                 channel.send(report.frames)
 
     try:
-        return run_input(item, settings, show)
+        return run_input(item, settings, show, stop)
     except SinkError as error:
         return SinkError(str(error))
-
-
-def _leave(_signal: int = signal.SIGTERM, _frame: FrameType | None = None) -> NoReturn:
-    """End in order: what is open is closed and put away on the way out."""
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # which nothing may disturb
-    raise SystemExit(128 + signal.SIGTERM)
