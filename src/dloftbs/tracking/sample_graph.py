@@ -124,17 +124,17 @@ class SampleGraph:
         self._bounds = np.stack((last - counts, last - 1), axis=1)
         self.bounds: list[list[int]] = self._bounds.tolist()
         self._part_of = np.repeat(np.arange(len(parts)), counts)
-        self.points = np.vstack(
-            [sample_curve(part.curve, *part.curve_span, n)[0] for part, n in zip(parts, counts, strict=True)]
-        )
+        self._samples = np.zeros((last[-1], 5))
+        self.points = self._samples[:, :2]
+        for part, first, end in zip(parts, last - counts, last, strict=True):
+            self.points[first:end] = sample_curve(part.curve, *part.curve_span, end - first)[0]
         self._extra_cost = np.zeros(len(self.points))
         self.claimed = np.zeros(len(self.points), np.bool_)
         self.parts_of: dict[int, list[int]] = {}
         for p, part in enumerate(parts):
             self.parts_of.setdefault(part.detection_index, []).append(p)
-        self._tangents = np.full_like(self.points, math.inf)
         self._boxes = np.empty((len(parts), 4))
-        self._longest_step = kernels.bounding_boxes(self.points, self._bounds, self._boxes)
+        self._longest_step = kernels.describe_curves(self._samples, self._bounds, self._boxes)
 
     def find_route(self, model: TrackModel, predicted: FloatArray, others: npt.NDArray[np.bool_], dt: float) -> Route:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
@@ -147,17 +147,13 @@ class SampleGraph:
         samples[:, :2], samples[:, 2] = predicted, reach
         samples[:, 3] = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
         kernels.interpolate_evenly(samples, nodes)
+        self._samples[:, 4] = self._extra_cost + _CLAIMED_COST * others[self._part_of]
         cost = kernels.find_route(
-            nodes[:, :2],
-            nodes[:, 2],
-            nodes[:, 3],
-            self.points,
-            self._tangents,
-            self._part_of,
+            nodes,
+            self._samples,
             self._bounds,
             self._boxes,
             self._longest_step,
-            self._extra_cost + _CLAIMED_COST * others[self._part_of],
             model.length / (count - 1),
             model.position_tolerance_px + self._spacing,
             assignment,

@@ -8,16 +8,13 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import kernel, read
 
+_Floats = npt.NDArray[np.float64]
+
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 2), float64, int64, boolean)
 def move_control_points(
-    knots: npt.NDArray[np.float64],
-    control: npt.NDArray[np.float64],
-    velocity: npt.NDArray[np.float64],
-    seconds: float,
-    degree: int,
-    closed: bool,
-) -> npt.NDArray[np.float64]:
+    knots: _Floats, control: _Floats, velocity: _Floats, seconds: float, degree: int, closed: bool
+) -> _Floats:
     """Move each control point by the velocity of the curve where that point weighs most, its Greville parameter.
 
     Parameters
