@@ -70,4 +70,4 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
     resolved, _ = resolve(models, predicted, association, view)
     assert pickle.dumps(models) == before
     assert len(association.shown) == len(resolved) == 2
-    assert any(one.shown.matches for one in resolved) == bool(seen)
+    assert any(one.matches for one in resolved) == bool(seen)

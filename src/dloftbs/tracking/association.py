@@ -10,25 +10,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import Observation, sample_curve
-from dloftbs.tracking.alignment import match_whole
-from dloftbs.tracking.appearance import colours_differ, width_ratio
+from dloftbs.observation import Observation
 from dloftbs.tracking.assignment import assign
 from dloftbs.tracking.emerging_parts import match_emerging
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.merged_tracks import find_merged
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.prediction import PredictedTracks
-from dloftbs.tracking.returned_track import match_returned
+from dloftbs.tracking.remaining_tracks import match_remaining
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.unambiguous_matches import match_unambiguous
-
-_MAX_PAIR_RATIO = 1.5
-"""Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
-
-Source: by hand.
-"""
 
 
 class Association(NamedTuple):
@@ -88,8 +80,8 @@ def associate(
         own, unassigned, parts = _associate_ambiguous(rest, predicted.subset(rows), ambiguous, view, config, dt)
         for t, one in zip(rows, own, strict=True):
             shown[t] = one
-    returned, unassigned = match_returned(models, predicted, shown, unassigned)
-    return Association(tuple(returned), tuple(ambiguous), tuple(unassigned), tuple(parts))
+    shown, unassigned = match_remaining(models, predicted, shown, unassigned)
+    return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
 
 
 def _match_near(
@@ -125,11 +117,6 @@ def _associate_ambiguous(
             shown[others[k]] = TrackObservation((match,))
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
-    rest = [t for t, one in enumerate(shown) if not (one.matches or models[t].misses)]
-    if len(rest) == len(unassigned) == 1:
-        pair = _match_pair(models[rest[0]], predicted.subset(rest), unassigned[0])
-        if pair is not None:
-            shown[rest[0]], unassigned = TrackObservation((pair,)), []
     if len(models) == 1 and shown[0].matches:
         shown[0], unassigned = match_emerging(models[0], shown[0], unassigned, view)
     return find_merged(models, shown), unassigned, parts
@@ -140,19 +127,3 @@ def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     least = config.override_frames
     seen = model.hits >= least and not model.misses and not model.curve.closed
     return seen and max(model.conflict.frames, model.conflict.merged_frames) < least
-
-
-def _match_pair(model: TrackModel, predicted: PredictedTracks, observation: Observation) -> PartialMatch | None:
-    """Match the only observation left with the only track left that was seen a frame ago, however far it moved.
-
-    They are matched only if none of width, length and colour clearly differs.
-    """
-    lengths = model.length, observation.length
-    if model.curve_3d is not None and observation.curve_3d is not None:  # in metres, a tilt does not change it
-        lengths = sample_curve(model.curve_3d)[1], sample_curve(observation.curve_3d)[1]
-    ratios = width_ratio(model.width, observation.width), width_ratio(*lengths)
-    alike = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in ratios)
-    alike = alike and not colours_differ([model], [observation])[0, 0]
-    if observation.curve_span != WHOLE or model.curve.closed != observation.curve.closed or not alike:
-        return None
-    return match_whole(predicted.points[0], observation)

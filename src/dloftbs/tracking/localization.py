@@ -87,8 +87,8 @@ def _hidden_at_ends(
     """
     least = model.position_tolerance_px
     margins = _own_margins(graph, intervals[0], intervals[-1], model)
-    in_sight = view.ends_in_sight(observed[0], model)[0], view.ends_in_sight(observed[-1], model)[1]
-    before, after = (px if px > least and not seen else 0.0 for px, seen in zip(margins, in_sight, strict=True))
+    ends = view.ends(observed[0], model)[0], view.ends(observed[-1], model)[1]
+    before, after = (px if px > least and not end.in_sight else 0.0 for px, end in zip(margins, ends, strict=True))
     return before, after
 
 
@@ -129,7 +129,7 @@ def _missing_before(
     """
     start = min(max(start, 0.0), missing)
     after = missing - start
-    cut = view.cut_ends(observed, model)
+    cut = [end.is_cut for end in view.ends(observed, model)]
     if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
         return missing if cut[0] else 0.0
     if min(start, after) > model.position_tolerance_px:

@@ -28,21 +28,15 @@ Source: by definition; the ends and their directions.
 def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
     """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
     first, last = matches[0], matches[-1]
-    starts_outside = view.ends_at_border(first.observation, model)[0]
-    ends_outside = view.ends_at_border(last.observation, model)[1]
     low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
-    low, high = first.track_span[0] if starts_outside else low, last.track_span[1] if ends_outside else high
+    low = first.track_span[0] if view.ends(first.observation, model)[0].at_border else low
+    high = last.track_span[1] if view.ends(last.observation, model)[1].at_border else high
     if (low, high) == WHOLE:
         return VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
     if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
         observation = first.observation
         return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
-    inside = [
-        match._replace(
-            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
-        ).clip_to_track()
-        for match in matches
-    ]
+    inside = [match.within(low, high).clip_to_track() for match in matches]
     curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
     metres = (high - low) * model.lengths.metres
     parts = [] if model.curve_3d is None else place_in_space(metres, inside, view)
@@ -107,10 +101,9 @@ def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind
     if visible.curve.closed:
         return None
     points = model.points if visible.curve is model.curve else visible.curve(_END_U)
-    hidden = view.hidden_beyond(points, model, visible.curve_3d)
     first, last = (
-        EndKind.BORDER if view.is_at_border(point, model.width) else EndKind.HIDDEN if under else EndKind.FREE
-        for point, under in zip((points[0], points[-1]), hidden, strict=True)
+        EndKind.BORDER if end.at_border else EndKind.HIDDEN if end.hidden else EndKind.FREE
+        for end in view.look_beyond(points, model, visible.curve_3d)
     )
     if visible.inferred:
         first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first

@@ -133,11 +133,14 @@ class TrackModel:
         """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""
         return self.lengths.metres * observation.px_per_m
 
+    def length_as_seen(self, observation: Observation) -> float:
+        """Return the same; the usual length, px, where metres are unknown."""
+        length = self.length_in_view(observation)
+        return self.length if math.isnan(length) else length
+
     def is_short(self, observation: Observation) -> bool:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
-        length = self.length_in_view(observation)
-        missing = (self.length if math.isnan(length) else length) - observation.length
-        return missing > self.length_tolerance_px
+        return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
 
     def is_torn_in(self, observation: Observation) -> bool:
         """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""

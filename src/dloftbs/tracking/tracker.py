@@ -239,12 +239,12 @@ class Tracker:
         predicted = PredictedTracks.extrapolate(models, extrapolated_time(dt))
         association = associate(models, predicted, observations, view, config, dt)
         resolved, unassigned = resolve(models, predicted, association, view)
-        seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.shown.matches]
+        seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.matches]
         update_seen([model for model, _ in seen], [one for _, one in seen], view, config, dt)
         self._models = [
             model
             for model, one in zip(models, resolved, strict=True)
-            if one.shown.matches or self._continues_unseen(model, dt)
+            if one.matches or self._continues_unseen(model, dt)
         ]
         self._start_tracks(collect_new_objects(unassigned, association.parts, association.ambiguous))
 
