@@ -10,8 +10,8 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import Appearance, Observation
+from dloftbs.tracking.sight import samples_within
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_samples import samples_within
 
 MAX_WIDTH_RATIO = 3.0
 """Ratio of widths above which two are different objects.

@@ -17,7 +17,6 @@ from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 _MISFIT_CAP = 1.5
@@ -54,7 +53,7 @@ Source: bounds time; eight samples along a curve.
 
 def assign(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     observations: Sequence[Observation],
     config: TrackingConfig,
     view: View,
@@ -64,15 +63,16 @@ def assign(
     The keys are indices of tracks; the values are an index of an observation, and the match.
     """
     found = np.array([one.points for one in observations])
+    usual, is_loop = np.array([m.length for m in models]), np.array([m.curve.closed for m in models])
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
-    measured = kernels.box_distances(predicted.points, found) < _MISFIT_CAP * gate
+    measured = kernels.box_distances(predicted, found) < _MISFIT_CAP * gate
     measured &= _have_similar_widths(models, observations, view) & ~colours_differ(models, observations)
     misfit, start, backwards = kernels.align_all(
-        predicted.points, predicted.lengths, predicted.closed, found, lengths, closed, measured * (_MISFIT_CAP * gate)
+        predicted, usual, is_loop, found, lengths, closed, measured * (_MISFIT_CAP * gate)
     )
-    ratio = np.divide.outer(predicted.lengths, lengths)
+    ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
     cost = covered * misfit / gate + (1.0 - covered) * np.where(ratio > 1.0, _HIDDEN_LENGTH_COST, _NEW_LENGTH_COST)
     # Beyond the gate all pairs cost the same, more than all others together, and are dropped afterwards.
@@ -83,7 +83,7 @@ def assign(
         if fits[t, d]:
             oriented = observations[d].reversed() if backwards[t, d] else observations[d]
             low = float(start[t, d])
-            match = _match(models[t], predicted.points[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
+            match = _match(models[t], predicted[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
             result[t] = d, match
     return result
 

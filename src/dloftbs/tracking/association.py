@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.assignment import assign
@@ -16,7 +17,6 @@ from dloftbs.tracking.emerging_parts import match_emerging
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.merged_tracks import find_merged
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.remaining_tracks import match_remaining
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
@@ -44,7 +44,7 @@ class Association(NamedTuple):
 
 def associate(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     observations: Sequence[Observation],
     view: View,
     config: TrackingConfig,
@@ -55,8 +55,8 @@ def associate(
     Parameters
     ----------
     models : sequence of TrackModel
-    predicted : PredictedTracks
-        Of the models.
+    predicted : numpy.ndarray, shape (t, SAMPLES, 2)
+        Predicted samples of the models.
     observations : sequence of Observation
     view : View
     config : TrackingConfig
@@ -77,7 +77,7 @@ def associate(
     unassigned = parts = ambiguous
     if rows:
         rest = [models[t] for t in rows]
-        own, unassigned, parts = _associate_ambiguous(rest, predicted.subset(rows), ambiguous, view, config, dt)
+        own, unassigned, parts = _associate_ambiguous(rest, predicted[rows], ambiguous, view, config, dt)
         for t, one in zip(rows, own, strict=True):
             shown[t] = one
     shown, unassigned = match_remaining(models, predicted, shown, unassigned)
@@ -85,18 +85,18 @@ def associate(
 
 
 def _match_near(
-    model: TrackModel, predicted: PredictedTracks, t: int, near: Observation, view: View, config: TrackingConfig
+    model: TrackModel, predicted: FloatArray, t: int, near: Observation, view: View, config: TrackingConfig
 ) -> TrackObservation:
     """Match a track, the t-th, with the only observation near it: as a whole, or at an end if the lengths differ."""
-    if abs(near.length - predicted.lengths[t]) <= predicted.length_tolerances[t]:
+    if abs(near.length - model.length) <= model.length_tolerance_px:
         return TrackObservation((PartialMatch(near, WHOLE, WHOLE),), is_unambiguous=True)
-    assigned = assign([model], predicted.subset([t]), [near], config, view)
+    assigned = assign([model], predicted[[t]], [near], config, view)
     return TrackObservation(tuple(match for _, match in assigned.values()))
 
 
 def _associate_ambiguous(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     ambiguous: Sequence[Observation],
     view: View,
     config: TrackingConfig,
@@ -112,7 +112,7 @@ def _associate_ambiguous(
             shown[t] = TrackObservation(tuple(matches))
     others = [t for t, one in enumerate(shown) if not one.matches]
     if unassigned and others:
-        assigned = assign([models[t] for t in others], predicted.subset(others), unassigned, config, view)
+        assigned = assign([models[t] for t in others], predicted[others], unassigned, config, view)
         for k, (_, match) in assigned.items():
             shown[others[k]] = TrackObservation((match,))
         taken = {d for d, _ in assigned.values()}

@@ -12,10 +12,10 @@ from dloftbs.observation import Observation
 from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import routing as kernels
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_samples import interpolate_samples
 
 _SPAN_SAMPLES = 33
 """Number of samples of a hidden span whose chord is measured.
@@ -110,7 +110,7 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
     low, high = (one.origin + one.direction * i for one, i in ((interval, interval.end), (following, following.start)))
     u = np.linspace(low, high, _SPAN_SAMPLES) / (kernels.SAMPLES_PER_NODE * graph.last_node(model))
-    shape = interpolate_samples(model.shape, u)
+    shape = interpolate(model.shape, u)
     length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)

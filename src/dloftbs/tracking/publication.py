@@ -9,13 +9,13 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.observation import SAMPLES, U
-from dloftbs.tracking.curve_in_space import place_in_space, reconstruct_in_space
+from dloftbs.tracking.curve_in_space import reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import inferred_spans, visible_parts
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve
 from dloftbs.tracking.reconstruction import cut, reconstruct
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_samples import interpolate_samples
 from dloftbs.tracks import EndKind, Track
 
 _END_U = U[[0, 1, -2, -1]]
@@ -39,8 +39,7 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
     inside = [match.within(low, high).clip_to_track() for match in matches]
     curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
     metres = (high - low) * model.lengths.metres
-    parts = [] if model.curve_3d is None else place_in_space(metres, inside, view)
-    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), metres, parts)
+    curve_3d, _ = reconstruct_in_space(model.curve_3d, (low, high), metres, inside, view)
     return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
 
 
@@ -116,4 +115,4 @@ def _between(samples: FloatArray, span: tuple[float, float]) -> FloatArray:
     if span == WHOLE:
         return frozen(samples.view())
     low, high = span
-    return frozen(interpolate_samples(samples, np.clip(low + U * (high - low), 0.0, 1.0)))
+    return frozen(interpolate(samples, np.clip(low + U * (high - low), 0.0, 1.0)))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import match_whole
 from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, width_ratio
 from dloftbs.tracking.partial_match import WHOLE, TrackObservation
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracks import TrackState
 
@@ -21,7 +21,7 @@ Source: by hand.
 
 def match_remaining(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     shown: Sequence[TrackObservation],
     unassigned: Sequence[Observation],
 ) -> tuple[list[TrackObservation], list[Observation]]:
@@ -35,7 +35,7 @@ def match_remaining(
     left = [t for t, one in enumerate(shown) if not one.matches]
     seen = [t for t in left if not models[t].misses]
     if len(seen) == len(rest) == 1 and _are_alike(models[seen[0]], rest[0], _MAX_PAIR_RATIO, _MAX_PAIR_RATIO):
-        result[seen[0]] = TrackObservation((match_whole(predicted.points[seen[0]], rest.pop()),))
+        result[seen[0]] = TrackObservation((match_whole(predicted[seen[0]], rest.pop()),))
     covered = [t for t in left if models[t].sight.was_covered]
     if len(covered) != 1:
         return result, rest
@@ -46,7 +46,7 @@ def match_remaining(
     ratio = 1.0 + model.position_tolerance_px / model.length
     alike = [one for one in found if one.contiguous and _are_alike(model, one, MAX_WIDTH_RATIO, ratio)]
     if len(alike) == 1 and not model.curve.closed:
-        result[hidden] = TrackObservation((match_whole(predicted.points[hidden], alike[0]),))
+        result[hidden] = TrackObservation((match_whole(predicted[hidden], alike[0]),))
         rest = [one for one in rest if one is not alike[0]]
         for t in tentative:
             if any(match.observation is alike[0] for match in result[t].matches):

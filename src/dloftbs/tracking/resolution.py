@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation, U
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.association import Association
@@ -22,7 +23,6 @@ from dloftbs.tracking.partial_match import (
     covered_share,
     hidden_spans,
 )
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
 
 _SPAN_SAMPLES = 9
@@ -33,7 +33,7 @@ Source: bounds time; an odd number, so that it is one of them.
 
 
 def resolve(
-    models: Sequence[TrackModel], predicted: PredictedTracks, association: Association, view: View
+    models: Sequence[TrackModel], predicted: FloatArray, association: Association, view: View
 ) -> tuple[list[TrackObservation], list[Observation]]:
     """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object.
 
@@ -44,7 +44,7 @@ def resolve(
     if not ambiguous:
         return list(association.shown), unassigned
     claims = Counter(index for one in ambiguous for index in one.detection_indices)
-    for model, points, shown in zip(models, predicted.points, association.shown, strict=True):
+    for model, points, shown in zip(models, predicted, association.shown, strict=True):
         if not shown.matches or shown.is_unambiguous:
             result.append(shown)
             continue

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 MIN_NODES = 3
@@ -143,10 +144,9 @@ class SampleGraph:
         speed = np.hypot(*model.motion.velocity.T)
         reach = max(_REACH_WIDTHS * width, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
         reach = reach * np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
-        samples, nodes, assignment = np.empty((SAMPLES, 4)), np.empty((count, 4)), np.empty(count, np.int64)
-        samples[:, :2], samples[:, 2] = predicted, reach
-        samples[:, 3] = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
-        kernels.interpolate_evenly(samples, nodes)
+        hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
+        nodes = interpolate(np.column_stack((predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
+        assignment = np.empty(count, np.int64)
         self._samples[:, 4] = self._extra_cost + _CLAIMED_COST * others[self._part_of]
         cost = kernels.find_route(
             nodes,

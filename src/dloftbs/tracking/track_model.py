@@ -14,11 +14,11 @@ from dloftbs.detection import Detection
 from dloftbs.observation import SAMPLES, Appearance, Observation, U
 from dloftbs.tracking.conflict import Conflict
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.length_record import LengthRecord
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.sight import Sight, Spans
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
-from dloftbs.tracking.track_samples import interpolate_samples
 from dloftbs.tracks import TrackState
 
 WIDENING_PER_S = 4.0
@@ -218,7 +218,7 @@ class TrackModel:
         """Make a span the track's ``u`` of 0 to 1; what lies outside of the former is new."""
         u = span[0] + U * (span[1] - span[0])
         inner = np.clip(u, 0.0, 1.0)
-        self.points = interpolate_samples(self.points, inner)
-        self.shape = interpolate_samples(self.shape, inner)
+        self.points = interpolate(self.points, inner)
+        self.shape = interpolate(self.shape, inner)
         self.motion.resample(inner)
         self.sight.resample(inner, (u < 0.0) | (u > 1.0))

@@ -8,7 +8,7 @@ import numpy as np
 
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import SAMPLES, sample_curve
-from dloftbs.tracking.curve_in_space import place_by_space, place_in_space, reconstruct_in_space
+from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import inferred_spans, restart_loop, visible_parts
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_before, hidden_spans
@@ -74,8 +74,7 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in shown.matches]
     metres = model.lengths.metres
-    parts = [] if model.curve_3d is None else place_in_space(metres, matches, view)
-    model.curve_3d = reconstruct_in_space(model.curve_3d, shown.scope, metres, parts)
+    model.curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
     placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, parts, view)
     if placed is None:
         _follow_view(model, matches)

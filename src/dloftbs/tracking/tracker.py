@@ -21,7 +21,7 @@ from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import collect_new_objects
 from dloftbs.tracking.motion_filter import CurveFilter
-from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.prediction import predict_points
 from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.resolution import resolve
@@ -236,7 +236,7 @@ class Tracker:
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
         """Update the tracks by a frame's observations, and start tracks of new objects."""
         models, view, config = self._models, self._view, self._config
-        predicted = PredictedTracks.extrapolate(models, extrapolated_time(dt))
+        predicted = predict_points(models, extrapolated_time(dt))
         association = associate(models, predicted, observations, view, config, dt)
         resolved, unassigned = resolve(models, predicted, association, view)
         seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.matches]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ, widths_differ
 from dloftbs.tracking.kernels import alignment as kernels
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
 
 _MAX_MEAN = 0.02
@@ -32,7 +32,7 @@ Source: by hand.
 
 
 def match_unambiguous(
-    models: Sequence[TrackModel], predicted: PredictedTracks, observations: Sequence[Observation]
+    models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation]
 ) -> list[int]:
     """Return for each track one more than the index of its observation, negative if that is reversed, 0 if ambiguous.
 
@@ -45,8 +45,8 @@ def match_unambiguous(
     points = np.array([one.points for one in observations])
     whole = np.array([not (m.sight.hidden or m.misses or m.curve.closed) for m in models])
     partner: list[int] = kernels.match_unambiguous(
-        predicted.points,
-        predicted.lengths,
+        predicted,
+        np.array([m.length for m in models]),
         whole,
         points,
         closed,

@@ -415,31 +415,6 @@ def find_route(
     return _trace_back(state, candidates, back, hidden_back, assignment)
 
 
-@kernel(read(float64, 2), write(float64, 2))
-def interpolate_evenly(samples: _Floats, nodes: _Floats) -> None:
-    """Interpolate samples linearly at evenly spaced parameters from the first to the last.
-
-    Parameters
-    ----------
-    samples : (m, d) float64
-        Evenly spaced; two or more.
-    nodes : (k, d) float64
-        Written; two or more.
-    """
-    last, count = len(samples) - 1, len(nodes)
-    gap, step, i = 1.0 / last, 1.0 / (count - 1), 0
-    for k in range(count):
-        u = k * step if k < count - 1 else 1.0
-        while i < last - 1 and (i + 1) * gap <= u:
-            i += 1
-        low, high = i * gap, (i + 1) * gap if i + 1 < last else 1.0
-        for d in range(nodes.shape[1]):
-            if u >= 1.0:
-                nodes[k, d] = samples[last, d]
-            else:
-                nodes[k, d] = (samples[i + 1, d] - samples[i, d]) / (high - low) * (u - low) + samples[i, d]
-
-
 @kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
 def find_intervals(assignment: _Ints, part: _Ints, min_nodes: int, intervals: _Ints) -> int:
     """Find the intervals of a route that follow one curve in one direction, without a gap or a leap.
