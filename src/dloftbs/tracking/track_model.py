@@ -161,7 +161,7 @@ class TrackModel:
         self.width = self.width if math.isnan(observation.width) else observation.width
         self.appearance = self.appearance if observation.appearance is None else observation.appearance
         if observation.contiguous:
-            self.lengths.record_full(observation.length, observation.width, self.hits, self.position_tolerance_px)
+            self.lengths.record_full(observation.length, observation.width, self.position_tolerance_px)
         self.sight.see_whole(observation.gaps, was_unseen=self.misses > 0)
         self.conflict.frames = 0
         self.visible = None
