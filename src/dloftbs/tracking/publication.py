@@ -114,5 +114,4 @@ def _between(samples: FloatArray, span: tuple[float, float]) -> FloatArray:
     """Return samples (SAMPLES, d) of a part of a track, read-only."""
     if span == WHOLE:
         return frozen(samples.view())
-    low, high = span
-    return frozen(interpolate(samples, np.clip(low + U * (high - low), 0.0, 1.0)))
+    return frozen(interpolate(samples, span[0] + U * (span[1] - span[0])))

@@ -96,7 +96,11 @@ def route_tracks(
     for t, intervals in claimed.items():
         complete = complete_detection(graph, intervals, models[t])
         matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], view)
-    unassigned = [part for p, part in enumerate(parts) if _is_free(graph, p)]
+    unassigned = [
+        part
+        for part, (first, last) in zip(parts, graph.bounds, strict=True)
+        if graph.claimed[first : last + 1].mean() < _MAX_CLAIMED_SHARE
+    ]
     return RoutingResult(matches, unassigned, parts)
 
 
@@ -114,7 +118,3 @@ def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackMo
     cut = max(range(len(gaps)), key=lambda k: gaps[k]) + 1
     kept = intervals[:cut] if sum(lengths[:cut]) >= sum(lengths[cut:]) else intervals[cut:]
     return _within_length(graph, kept, model)
-
-
-def _is_free(graph: SampleGraph, part: int) -> bool:
-    return graph.claimed_share(part) < _MAX_CLAIMED_SHARE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -140,9 +139,8 @@ class SampleGraph:
     def find_route(self, model: TrackModel, predicted: FloatArray, others: npt.NDArray[np.bool_], dt: float) -> Route:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
-        width = 0.0 if math.isnan(model.width) else model.width
         speed = np.hypot(*model.motion.velocity.T)
-        reach = max(_REACH_WIDTHS * width, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
+        reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
         reach = reach * np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
         hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
         nodes = interpolate(np.column_stack((predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
@@ -179,11 +177,6 @@ class SampleGraph:
         for one in intervals:
             self.claimed[one.samples] = True
             self._extra_cost[one.samples] = _CLAIMED_COST
-
-    def claimed_share(self, part: int) -> float:
-        """Return the share of a part that is claimed."""
-        first, last = self.bounds[part]
-        return self.claimed_count(part) / (last - first + 1)
 
     def claimed_count(self, part: int) -> int:
         """Return the number of samples of a part that are claimed."""
@@ -223,5 +216,4 @@ class SampleGraph:
 
 def node_spacing(model: TrackModel) -> float:
     """Return a suitable distance from node to node of a track, px: a width, unless that makes too many nodes."""
-    width = 0.0 if math.isnan(model.width) else model.width
-    return max(width, model.length / _MAX_NODES if width else model.length / SAMPLES)
+    return max(model.width_or_0, model.length / (_MAX_NODES if model.width_or_0 else SAMPLES))

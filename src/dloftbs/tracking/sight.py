@@ -120,8 +120,9 @@ class Sight:
         self.unseen_s = unseen_s
         self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).mean())
 
-    def resample(self, u: FloatArray, new: npt.NDArray[np.bool_]) -> None:
-        """Take the counts at other parameters (SAMPLES,), some of them new."""
+    def resample(self, u: FloatArray) -> None:
+        """Take the counts at other parameters (SAMPLES,), new ones beyond 0 and 1."""
+        new = (u < 0.0) | (u > 1.0)
         self.seen_frames = np.where(new, 0.0, np.interp(u, U, self.seen_frames))
         self.unseen_s = np.where(new, 0.0, np.interp(u, U, self.unseen_s))
 

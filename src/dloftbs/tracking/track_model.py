@@ -217,8 +217,6 @@ class TrackModel:
     def resample(self, span: tuple[float, float]) -> None:
         """Make a span the track's ``u`` of 0 to 1; what lies outside of the former is new."""
         u = span[0] + U * (span[1] - span[0])
-        inner = np.clip(u, 0.0, 1.0)
-        self.points = interpolate(self.points, inner)
-        self.shape = interpolate(self.shape, inner)
-        self.motion.resample(inner)
-        self.sight.resample(inner, (u < 0.0) | (u > 1.0))
+        self.points, self.shape = interpolate(self.points, u), interpolate(self.shape, u)
+        self.motion.resample(u)
+        self.sight.resample(u)
