@@ -128,6 +128,8 @@ class Observation(NamedTuple):
 
     def between(self, first: float, last: float) -> Observation:
         """Return the part between two parameters of the curve."""
+        if (first, last) == self.curve_span:
+            return self
         points, length = sample_curve(self.curve, first, last)
         return self._replace(points=points, length=length, curve_span=(first, last))
 

@@ -101,6 +101,8 @@ def test_colours_are_those_along_the_curves_and_unknown_ones_agree():
         [False, False, False],
     ]
     assert with_appearances(observations, None) == observations
+    without_image = OcclusionEvidence(occluders=np.zeros((100, 200), np.uint8))
+    assert with_appearances(observations, without_image) == observations
     assert with_appearances([], OcclusionEvidence(image=painted())) == []
 
 

@@ -15,7 +15,7 @@ from dloftbs.tracking import Tracker
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
-from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.prediction import predict_points
 from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.track_model import TrackModel
 
@@ -64,10 +64,10 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
             models[-1].count_hit(1)
         assert models[-1].lengths.is_usual(models[-1].length, 1.0)  # which remembers its median
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
-    predicted = PredictedTracks.extrapolate(models, 0.0)
+    predicted = predict_points(models, 0.0)
     observations = make_observations([detection_of(curve) for curve in seen])
     association = associate(models, predicted, observations, view, config, 1 / 30)
     resolved, _ = resolve(models, predicted, association, view)
     assert pickle.dumps(models) == before
     assert len(association.shown) == len(resolved) == 2
-    assert any(one.shown.matches for one in resolved) == bool(seen)
+    assert any(one.matches for one in resolved) == bool(seen)

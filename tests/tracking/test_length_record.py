@@ -11,8 +11,8 @@ from dloftbs.tracking.length_record import LengthRecord
 
 def record_of(length: float, width: float = 6.0, frames: int = 5) -> LengthRecord:
     record = LengthRecord(length)
-    for hits in range(frames):
-        record.record_full(length, width, hits, 11.0)
+    for _ in range(frames):
+        record.record_full(length, width, 11.0)
     return record
 
 
@@ -34,8 +34,8 @@ def test_without_full_views_the_length_as_it_is_counts():
 def in_space(px_per_m: float = 500.0) -> LengthRecord:
     """Return the record of an object of 0.8 m that is seen as a whole."""
     record = LengthRecord(400.0, px_per_m=px_per_m)
-    for hits, noise in enumerate((0.0, 1.0, -1.0, 2.0, 0.0)):
-        record.record_full(400.0 + noise, 6.0, hits, 11.0)
+    for noise in (0.0, 1.0, -1.0, 2.0, 0.0):
+        record.record_full(400.0 + noise, 6.0, 11.0)
     return record
 
 
@@ -47,7 +47,7 @@ def test_the_length_in_space_is_the_median_over_full_views():
 
 def test_a_clearly_different_full_length_starts_it_anew():
     record = in_space()
-    record.record_full(300.0, 6.0, 5, 11.0)
+    record.record_full(300.0, 6.0, 11.0)
     assert record.metres == pytest.approx(0.6)
 
 

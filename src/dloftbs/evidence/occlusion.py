@@ -144,6 +144,11 @@ class OcclusionEvidence:
             depth_unit_m=frame.depth_unit_m,
         )
 
+    @property
+    def has_image(self) -> bool:
+        """Whether there is an image to sample."""
+        return self._image is not None
+
     def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width: float) -> Appearance | None:
         """Return the colours of a cable and of the ground beside it; None without an image.
 

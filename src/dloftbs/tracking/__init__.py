@@ -1,11 +1,11 @@
 """Tracking: from detections to tracks, whose identity and direction are kept from frame to frame (paper: tracking).
 
-`tracker` has the order of the steps and owns the tracks; `track_model` is the state of one. `association`, with
-`partial_match` and `alignment`, assigns observations to tracks, span by span; `prediction` says where these are
-expected, and `merged_tracks` finds those that share a detection; `routing`, with `sample_graph`,
-`extension` and `localization`, leads well-known tracks through a frame. `occlusion` distinguishes hidden spans from
-absent ones; `fusion` and `reconstruction` make a whole curve from visible parts and the last shape; `loop_start` moves
-the start of a loop; `motion_filter` smooths published curves.
+`tracker` has the order of the steps and owns the tracks; `track_model` is the state of one, with `sight`,
+`length_record`, `track_motion` and `conflict` as its parts. `prediction` says where tracks are expected. `association`
+matches them with observations: as a whole by `assignment`, and span by span by `routing`, with `sample_graph`,
+`extension` and `localization`; then `emerging_parts` and `remaining_tracks`. `frame_view` tells what may hide a cable,
+and `resolution` hidden spans from absent ones. `track_update`, with `reconstruction` and `curve_in_space`, makes whole
+curves of visible parts and the last shape; `publication` says what is published, and `motion_filter` smooths it.
 """
 
 from dloftbs.tracking.tracker import Tracker

@@ -78,7 +78,7 @@ def locate_on_track(
     """
     share = observation.length / model.length
     first, last, inner = (_misfit_at(model, predicted, observation, low) for low in (0.0, 1.0 - share, best_start))
-    cut = view.cut_ends(observation, model)
+    cut = [end.is_cut for end in view.ends(observation, model)]
     were_hidden = [any(low <= 0.0 for low, _ in model.sight.hidden), any(high >= 1.0 for _, high in model.sight.hidden)]
     if were_hidden[0] != were_hidden[1]:
         first, last = (first, last * _HIDDEN_BEFORE) if were_hidden[0] else (first * _HIDDEN_BEFORE, last)
@@ -112,18 +112,18 @@ def find_whole_view(
     if observation.curve.closed or model.curve.closed or model.is_torn_in(observation):
         return None
     whole = observation.between(0.0, 1.0)
-    hidden = view.hidden_ends(whole, model)
-    if any(hidden) and model.is_short(whole):
-        in_space = not math.isnan(model.length_in_view(whole))
-        return _match_with_hidden_end(model, whole, at_start=hidden[0]) if in_space and not all(hidden) else None
+    first, last = view.ends(whole, model)
+    if (first.hidden or last.hidden) and model.is_short(whole):
+        tells_how_much = not math.isnan(model.length_in_view(whole)) and first.hidden != last.hidden
+        return _match_with_hidden_end(model, whole, at_start=first.hidden) if tells_how_much else None
     length = float(np.hypot(*np.diff(predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
         if observation.length > _MAJORITY * whole.length:
             return PartialMatch(whole, WHOLE, WHOLE)
         return match_whole(predicted, whole)  # all of it tells the direction better than a small part
-    if not whole.contiguous or any(view.cut_ends(whole, model)):
+    if not whole.contiguous or first.is_cut or last.is_cut:
         return None
-    same = all(view.ends_in_sight(whole, model)) or not _stayed_but_for_an_end(model, predicted, whole, start)
+    same = (first.in_sight and last.in_sight) or not _stayed_but_for_an_end(model, predicted, whole, start)
     return PartialMatch(whole, WHOLE, WHOLE) if same else None
 
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import Appearance, Observation
+from dloftbs.tracking.sight import samples_within
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_samples import samples_within
 
 MAX_WIDTH_RATIO = 3.0
 """Ratio of widths above which two are different objects.
@@ -40,7 +40,7 @@ Source: by hand; three times the noise of a camera's 8-bit image.
 
 def with_appearances(observations: Sequence[Observation], evidence: OcclusionEvidence | None) -> list[Observation]:
     """Return the observations with their appearances, as far as a frame's evidence has an image."""
-    if evidence is None:
+    if evidence is None or not evidence.has_image:
         return list(observations)
     return [
         one._replace(appearance=evidence.sample(one.points, ~samples_within(one.gaps), one.width))

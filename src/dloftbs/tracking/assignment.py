@@ -1,4 +1,7 @@
-"""Assignment of observations to tracks as a whole, one to one, by their distance, length, width and colour."""
+"""Assignment of observations to tracks as a whole, one to one: unambiguous ones, and by the least total cost.
+
+A cost is made of distance and length; width and colour exclude.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,29 @@ from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import locate_on_track
-from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ
+from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
+
+_MAX_MEAN = 0.02
+"""Largest mean distance of an unambiguous match, as a share of the length.
+
+Source: by hand; a hand's motion from frame to frame, and well below the gate.
+"""
+
+_MAX_ANYWHERE = 0.03
+"""Largest distance of a sample of an unambiguous match, as a share of the length.
+
+Source: by hand; one and a half times `_MAX_MEAN`, so that no end is missing.
+"""
+
+_MARGIN_RATIO = 3.0
+"""Number of times that any other candidate must be farther than an unambiguous match.
+
+Source: by hand.
+"""
 
 _MISFIT_CAP = 1.5
 """Largest distance of a sample that counts, as a multiple of the gate.
@@ -52,9 +72,43 @@ Source: bounds time; eight samples along a curve.
 """
 
 
+def match_unambiguous(
+    models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation]
+) -> list[int]:
+    """Return for each track one more than the index of its observation, negative if that is reversed, 0 if ambiguous.
+
+    A match is unambiguous if the track was seen as a whole before and lies on the observation, which may end a little
+    earlier or later, and nothing else is near.
+    """
+    if not observations:
+        return [0] * len(models)
+    closed = np.array([one.curve.closed for one in observations])
+    points = np.array([one.points for one in observations])
+    whole = np.array([not (m.sight.hidden or m.misses or m.curve.closed) for m in models])
+    partner: list[int] = kernels.match_unambiguous(
+        predicted,
+        np.array([m.length for m in models]),
+        whole,
+        points,
+        closed,
+        _MAX_MEAN,
+        _MAX_ANYWHERE,
+        _MARGIN_RATIO,
+    ).tolist()
+    differ = colours_differ(models, observations)
+    for t, p in enumerate(partner):
+        if p:
+            one = observations[abs(p) - 1]
+            other = widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
+            other = other or (one.curve_3d is not None and models[t].is_short(one))
+            if other or differ[t, abs(p) - 1]:
+                partner[t] = 0
+    return partner
+
+
 def assign(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     observations: Sequence[Observation],
     config: TrackingConfig,
     view: View,
@@ -64,15 +118,16 @@ def assign(
     The keys are indices of tracks; the values are an index of an observation, and the match.
     """
     found = np.array([one.points for one in observations])
+    usual, is_loop = np.array([m.length for m in models]), np.array([m.curve.closed for m in models])
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
-    measured = kernels.box_distances(predicted.points, found) < _MISFIT_CAP * gate
+    measured = kernels.box_distances(predicted, found) < _MISFIT_CAP * gate
     measured &= _have_similar_widths(models, observations, view) & ~colours_differ(models, observations)
     misfit, start, backwards = kernels.align_all(
-        predicted.points, predicted.lengths, predicted.closed, found, lengths, closed, measured * (_MISFIT_CAP * gate)
+        predicted, usual, is_loop, found, lengths, closed, measured * (_MISFIT_CAP * gate)
     )
-    ratio = np.divide.outer(predicted.lengths, lengths)
+    ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
     cost = covered * misfit / gate + (1.0 - covered) * np.where(ratio > 1.0, _HIDDEN_LENGTH_COST, _NEW_LENGTH_COST)
     # Beyond the gate all pairs cost the same, more than all others together, and are dropped afterwards.
@@ -83,7 +138,7 @@ def assign(
         if fits[t, d]:
             oriented = observations[d].reversed() if backwards[t, d] else observations[d]
             low = float(start[t, d])
-            match = _match(models[t], predicted.points[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
+            match = _match(models[t], predicted[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
             result[t] = d, match
     return result
 

@@ -9,26 +9,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import Observation, sample_curve
-from dloftbs.tracking.alignment import match_whole
-from dloftbs.tracking.appearance import colours_differ, width_ratio
-from dloftbs.tracking.assignment import assign
+from dloftbs.observation import Observation
+from dloftbs.tracking.assignment import assign, match_unambiguous
 from dloftbs.tracking.emerging_parts import match_emerging
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.merged_tracks import find_merged
+from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.prediction import PredictedTracks
-from dloftbs.tracking.returned_track import match_returned
+from dloftbs.tracking.remaining_tracks import match_remaining
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.unambiguous_matches import match_unambiguous
-
-_MAX_PAIR_RATIO = 1.5
-"""Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
-
-Source: by hand.
-"""
 
 
 class Association(NamedTuple):
@@ -52,7 +45,7 @@ class Association(NamedTuple):
 
 def associate(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     observations: Sequence[Observation],
     view: View,
     config: TrackingConfig,
@@ -63,8 +56,8 @@ def associate(
     Parameters
     ----------
     models : sequence of TrackModel
-    predicted : PredictedTracks
-        Of the models.
+    predicted : numpy.ndarray, shape (t, SAMPLES, 2)
+        Predicted samples of the models.
     observations : sequence of Observation
     view : View
     config : TrackingConfig
@@ -85,26 +78,26 @@ def associate(
     unassigned = parts = ambiguous
     if rows:
         rest = [models[t] for t in rows]
-        own, unassigned, parts = _associate_ambiguous(rest, predicted.subset(rows), ambiguous, view, config, dt)
+        own, unassigned, parts = _associate_ambiguous(rest, predicted[rows], ambiguous, view, config, dt)
         for t, one in zip(rows, own, strict=True):
             shown[t] = one
-    returned, unassigned = match_returned(models, predicted, shown, unassigned)
-    return Association(tuple(returned), tuple(ambiguous), tuple(unassigned), tuple(parts))
+    shown, unassigned = match_remaining(models, predicted, shown, unassigned)
+    return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
 
 
 def _match_near(
-    model: TrackModel, predicted: PredictedTracks, t: int, near: Observation, view: View, config: TrackingConfig
+    model: TrackModel, predicted: FloatArray, t: int, near: Observation, view: View, config: TrackingConfig
 ) -> TrackObservation:
     """Match a track, the t-th, with the only observation near it: as a whole, or at an end if the lengths differ."""
-    if abs(near.length - predicted.lengths[t]) <= predicted.length_tolerances[t]:
+    if abs(near.length - model.length) <= model.length_tolerance_px:
         return TrackObservation((PartialMatch(near, WHOLE, WHOLE),), is_unambiguous=True)
-    assigned = assign([model], predicted.subset([t]), [near], config, view)
+    assigned = assign([model], predicted[[t]], [near], config, view)
     return TrackObservation(tuple(match for _, match in assigned.values()))
 
 
 def _associate_ambiguous(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     ambiguous: Sequence[Observation],
     view: View,
     config: TrackingConfig,
@@ -120,19 +113,14 @@ def _associate_ambiguous(
             shown[t] = TrackObservation(tuple(matches))
     others = [t for t, one in enumerate(shown) if not one.matches]
     if unassigned and others:
-        assigned = assign([models[t] for t in others], predicted.subset(others), unassigned, config, view)
+        assigned = assign([models[t] for t in others], predicted[others], unassigned, config, view)
         for k, (_, match) in assigned.items():
             shown[others[k]] = TrackObservation((match,))
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
-    rest = [t for t, one in enumerate(shown) if not (one.matches or models[t].misses)]
-    if len(rest) == len(unassigned) == 1:
-        pair = _match_pair(models[rest[0]], predicted.subset(rest), unassigned[0])
-        if pair is not None:
-            shown[rest[0]], unassigned = TrackObservation((pair,)), []
     if len(models) == 1 and shown[0].matches:
         shown[0], unassigned = match_emerging(models[0], shown[0], unassigned, view)
-    return find_merged(models, shown), unassigned, parts
+    return _find_merged(models, shown), unassigned, parts
 
 
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
@@ -142,17 +130,33 @@ def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     return seen and max(model.conflict.frames, model.conflict.merged_frames) < least
 
 
-def _match_pair(model: TrackModel, predicted: PredictedTracks, observation: Observation) -> PartialMatch | None:
-    """Match the only observation left with the only track left that was seen a frame ago, however far it moved.
+def _find_merged(models: Sequence[TrackModel], shown: Sequence[TrackObservation]) -> list[TrackObservation]:
+    """Return what a frame shows of the tracks with the pairs marked that together are one detection."""
+    result, sharing = list(shown), dict[int, list[int]]()
+    for t, one in enumerate(shown):
+        for index in one.detection_indices:
+            sharing.setdefault(index, []).append(t)
+    for index, tracks in sharing.items():
+        if len(tracks) != 2:
+            continue
+        matches = shown[tracks[0]].matches
+        length = next(m.observation.object_length for m in matches if m.observation.detection_index == index)
+        pair = [models[t] for t in tracks]
+        if abs(sum(m.length for m in pair) - length) < sum(m.position_tolerance_px for m in pair):
+            separate = any(m.conflict.known_separate for m in pair) or _were_separate(*pair)
+            for t in tracks:
+                result[t] = result[t]._replace(merged=not separate, known_separate=separate)
+    return result
 
-    They are matched only if none of width, length and colour clearly differs.
-    """
-    lengths = model.length, observation.length
-    if model.curve_3d is not None and observation.curve_3d is not None:  # in metres, a tilt does not change it
-        lengths = sample_curve(model.curve_3d)[1], sample_curve(observation.curve_3d)[1]
-    ratios = width_ratio(model.width, observation.width), width_ratio(*lengths)
-    alike = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in ratios)
-    alike = alike and not colours_differ([model], [observation])[0, 0]
-    if observation.curve_span != WHOLE or model.curve.closed != observation.curve.closed or not alike:
-        return None
-    return match_whole(predicted.points[0], observation)
+
+def _were_separate(one: TrackModel, other: TrackModel) -> bool:
+    """Return True if two tracks, as long as now, ever had their ends apart; parts that grow together are one object."""
+    back = np.arange(min(one.hits, other.hits, HISTORY_FRAMES - 1))
+    if not len(back):
+        return False
+    first, second = (one.hits - back) % HISTORY_FRAMES, (other.hits - back) % HISTORY_FRAMES
+    ends = one.lengths.recent_ends[first][:, :, None], other.lengths.recent_ends[second][:, None, :]
+    distances = np.linalg.norm(ends[0] - ends[1], axis=3).min(axis=(1, 2))
+    as_now = np.abs(one.lengths.recent_px[first] - one.length) < one.position_tolerance_px
+    as_now &= np.abs(other.lengths.recent_px[second] - other.length) < other.position_tolerance_px
+    return bool((distances[as_now] > one.position_tolerance_px + other.position_tolerance_px).any())

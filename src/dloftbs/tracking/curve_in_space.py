@@ -38,13 +38,21 @@ class PlacedParts(NamedTuple):
 
 
 def reconstruct_in_space(
-    before: BSplineCurve | None, scope: tuple[float, float], metres: float, parts: Sequence[VisiblePart]
-) -> BSplineCurve | None:
-    """Return the whole curve in space, so many metres long; None without parts, or if it was never known."""
-    return None if before is None or not parts else reconstruct(before, scope, parts, metres)
+    before: BSplineCurve | None,
+    scope: tuple[float, float],
+    metres: float,
+    matches: Sequence[PartialMatch],
+    view: View,
+) -> tuple[BSplineCurve | None, list[VisiblePart]]:
+    """Return the whole curve in space, so many metres long, and its visible parts there.
+
+    There is no curve if it was never known, or no match has one there.
+    """
+    parts = [] if before is None else _place_in_space(metres, matches, view)
+    return None if before is None or not parts else reconstruct(before, scope, parts, metres), parts
 
 
-def place_in_space(metres: float, matches: Sequence[PartialMatch], view: View) -> list[VisiblePart]:
+def _place_in_space(metres: float, matches: Sequence[PartialMatch], view: View) -> list[VisiblePart]:
     """Return the parts in space: the distance of each from the nearer end, in metres, by its place in the image.
 
     Without matches that have a curve there, and for an object whose length is not known, there are none.

@@ -82,7 +82,7 @@ def _place_between(
         start = hidden * gaps[0] / way if way > 0.0 else 0.0
     else:
         side = 0 if before is None else 1  # the end of the track
-        is_end = not view.cut_ends(one, model)[side] and way >= _MIN_STRETCH * hidden
+        is_end = not view.ends(one, model)[side].is_cut and way >= _MIN_STRETCH * hidden
         gap = hidden if is_end else min(way, hidden)
         start = gap if side else hidden - gap
     low = span[0] + start / model.length

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,30 @@ class Sought(Protocol):
     appearance: Appearance | None
 
 
+class EndView(NamedTuple):
+    """View beyond one end of a curve.
+
+    Parameters
+    ----------
+    at_border : bool
+        True if the image's border may cut it.
+    hidden : bool
+        True if the frame tells that something may hide the rest. The image is not asked: beyond an end the ground may
+        be another one than that beside the cable.
+    in_sight : bool
+        True if there is evidence that nothing hides a continuation.
+    """
+
+    at_border: bool
+    hidden: bool = False
+    in_sight: bool = False
+
+    @property
+    def is_cut(self) -> bool:
+        """True if the border or something that hides the rest may cut the curve there."""
+        return self.at_border or self.hidden
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """Scene of one frame, as far as tracking asks for it.
@@ -56,6 +80,7 @@ class View:
 
     size: tuple[int, int] | None = None
     occlusion: OcclusionEvidence | None = None
+    _looked: dict[tuple[int, float, int], tuple[Observation, tuple[EndView, EndView]]] = field(default_factory=dict)
 
     def is_at_border(self, point: FloatArray, width: float) -> bool:
         """Return True if a point lies within about a width of the border of the image."""
@@ -65,44 +90,31 @@ class View:
         x, y = float(point[0]), float(point[1])
         return min(x, y, self.size[1] - 1.0 - x, self.size[0] - 1.0 - y) < margin
 
-    def ends_at_border(self, observation: Observation, sought: Sought) -> list[bool]:
-        """Return, for each end of an observation, True if the image's border may cut it."""
-        return [self.is_at_border(observation.points[k], sought.width) for k in (0, -1)]
+    def ends(self, observation: Observation, sought: Sought) -> tuple[EndView, EndView]:
+        """Return what the frame tells beyond the two ends of an observation."""
+        key = id(observation), sought.width, id(sought.appearance)
+        if key not in self._looked:
+            told = self.look_beyond(observation.points, sought, observation.curve_3d, observation.curve_span)
+            self._looked[key] = observation, told  # as long as it is kept, no other object has its id
+        return self._looked[key][1]
 
-    def cut_ends(self, observation: Observation, sought: Sought) -> list[bool]:
-        """Return, for each end of an observation, True if the border or something that hides the rest may cut it."""
-        cut = self.ends_at_border(observation, sought)
-        if self.occlusion is None or all(cut):
-            return cut
-        hidden = self.hidden_ends(observation, sought)
-        return [one or other for one, other in zip(cut, hidden, strict=True)]
-
-    def hidden_ends(self, observation: Observation, sought: Sought) -> list[bool]:
-        """Return, for each end of an observation, True if the frame tells that something may hide the rest."""
-        return self.hidden_beyond(observation.points, sought, observation.curve_3d, observation.curve_span)
-
-    def hidden_beyond(
+    def look_beyond(
         self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
-    ) -> list[bool]:
-        """Return the same of points (n, 2) along a curve, which are those of a span of one in space.
-
-        The image is not asked: beyond an end the ground may be another one than that beside the cable.
-        """
+    ) -> tuple[EndView, EndView]:
+        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        first, last = self.is_at_border(points[0], sought.width), self.is_at_border(points[-1], sought.width)
         if self.occlusion is None:
-            return [False, False]
-        told = self._look_beyond(points, sought.width, curve_3d, span, None)
-        hidden: list[bool] = (told == HIDDEN).any(axis=1).tolist()
-        return hidden
-
-    def ends_in_sight(self, observation: Observation, sought: Sought) -> list[bool]:
-        """Return, for each end of an observation, True if there is evidence that nothing hides a continuation."""
-        if self.occlusion is None:
-            return [False, False]
-        seen = observation.points, sought.width, observation.curve_3d, observation.curve_span
-        told = self._look_beyond(*seen, sought.appearance)
+            return EndView(first), EndView(last)
+        places = places_beyond(points, _BORDER_PX if math.isnan(sought.width) else sought.width, _BEYOND)
+        ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
+        depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
+        told = self.occlusion.look(places, sought.width, depth_m).reshape(2, -1)
+        hidden = (told == HIDDEN).any(axis=1).tolist()
+        if sought.appearance is not None:
+            told = self.occlusion.look(places, sought.width, depth_m, sought.appearance).reshape(2, -1)
         # Nearer places may lie on the end itself.
-        in_sight: list[bool] = ((told != HIDDEN).all(axis=1) & (told[:, -1] == IN_SIGHT)).tolist()
-        return in_sight
+        in_sight = ((told != HIDDEN).all(axis=1) & (told[:, -1] == IN_SIGHT)).tolist()
+        return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 
     def look(self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
         """Return what the frame tells of the samples of a curve; None if it tells nothing."""
@@ -114,18 +126,3 @@ class View:
     def project(self, curve_3d: BSplineCurve, count: int) -> FloatArray | None:
         """Return points (count, 2) along a curve in space as the camera sees them; None if it is not known to."""
         return None if self.occlusion is None else self.occlusion.project(curve_3d, count)
-
-    def _look_beyond(
-        self,
-        points: FloatArray,
-        width: float,
-        curve_3d: BSplineCurve | None,
-        span: tuple[float, float],
-        appearance: Appearance | None,
-    ) -> npt.NDArray[np.int64]:
-        """Return what the frame tells beyond the two ends of points along a curve, as (2, `_BEYOND`)."""
-        assert self.occlusion is not None
-        places = places_beyond(points, _BORDER_PX if math.isnan(width) else width, _BEYOND)
-        ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
-        depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
-        return self.occlusion.look(places, width, depth_m, appearance).reshape(2, -1)

@@ -1,4 +1,4 @@
-"""Fusion of the partial matches of one track: bridged gaps, inferred spans, and new objects of what is left."""
+"""Fusion of the partial matches of one track: their inferred spans, and new objects of what is left."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ from dataclasses import replace
 
 from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
-from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
-from dloftbs.tracking.partial_match import SAME_U, WHOLE, PartialMatch, are_consecutive, hidden_spans
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_spans
 from dloftbs.tracking.reconstruction import VisiblePart, cut
-from dloftbs.tracking.resolution import median_seen_frames
-from dloftbs.tracking.track_model import TrackModel
 
 
 def collect_new_objects(
@@ -42,33 +39,6 @@ def _make_object(part: Observation) -> Observation:
     curve = cut(part.curve, part.curve_span)
     gaps = gaps_on_track(PartialMatch(part, WHOLE, part.curve_span))
     return part._replace(curve=curve, curve_span=WHOLE, gaps=tuple(gaps))
-
-
-def merge_bridged(model: TrackModel, matches: Sequence[PartialMatch]) -> list[PartialMatch]:
-    """Return the matches, merged where the detector bridges the gap between two and the track does not know better."""
-    result = [matches[0]]
-    for match in matches[1:]:
-        last = result[-1]
-        hidden = (last.track_span[1], match.track_span[0])
-        if are_consecutive(last, match) and _is_bridge(model, hidden, last, match):
-            merged = last.observation.between(last.curve_span[0], match.curve_span[1])
-            result[-1] = PartialMatch(merged, (last.track_span[0], match.track_span[1]), merged.curve_span)
-        else:
-            result.append(match)
-    return result
-
-
-def _is_bridge(model: TrackModel, hidden: tuple[float, float], last: PartialMatch, match: PartialMatch) -> bool:
-    """Return True if the detector's bridge between two matches is the only one known, or as long as the hidden span."""
-    if hidden[1] <= hidden[0] or median_seen_frames(model, hidden) < MIN_SEEN_FRAMES:
-        return True
-    span = (last.curve_span[1], match.curve_span[0])
-    gaps = match.observation.gaps
-    if any(low <= span[0] + SAME_U and span[1] <= high + SAME_U for low, high in gaps):
-        return False
-    # The length of the whole curve by that of its part.
-    bridge = (span[1] - span[0]) * match.observation.length / (match.curve_span[1] - match.curve_span[0])
-    return abs(bridge - (hidden[1] - hidden[0]) * model.length) < model.position_tolerance_px
 
 
 def restart_loop(observation: Observation, u: float) -> Observation:

@@ -47,10 +47,10 @@ class LengthRecord:
         In the last frames, by the number of hits; NaN where empty.
     recent_ends : numpy.ndarray, shape (HISTORY_FRAMES, 2, 2)
         Both ends of the curve in these.
-    full_px : numpy.ndarray, shape (HISTORY_FRAMES,)
-        In the last frames that showed the whole object without long gaps.
-    full_m : numpy.ndarray, shape (HISTORY_FRAMES,)
-        The same in space, metres.
+    full_px : list of float
+        In the last frames, `HISTORY_FRAMES` at most, that showed the whole object without long gaps.
+    full_m : list of float
+        The same in space, metres, as far as it is known.
     usual_px, usual_m : float or None
         Medians of these, NaN if they are too few; None until they are computed.
     full_width : float
@@ -62,8 +62,8 @@ class LengthRecord:
     px: float
     recent_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
-    full_px: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
-    full_m: FloatArray = field(default_factory=lambda: np.full(HISTORY_FRAMES, np.nan))
+    full_px: list[float] = field(default_factory=list)
+    full_m: list[float] = field(default_factory=list)
     usual_px: float | None = None
     usual_m: float | None = None
     full_width: float = math.nan
@@ -78,7 +78,7 @@ class LengthRecord:
 
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
-        self.px, self.full_m, self.usual_m = share * self.px, share * self.full_m, None
+        self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], None
 
     def rescale(self, px_per_m: float, width: float) -> None:
         """Take all lengths to the scale of another view, which shows the object this wide; NaN is an unknown scale."""
@@ -95,12 +95,12 @@ class LengthRecord:
             self.full_width *= ratio
 
     def _multiply(self, ratio: float) -> None:
-        self.px, self.recent_px, self.full_px = ratio * self.px, ratio * self.recent_px, ratio * self.full_px
-        self.usual_px = None
+        self.px, self.recent_px, self.usual_px = ratio * self.px, ratio * self.recent_px, None
+        self.full_px = [ratio * one for one in self.full_px]
 
     def follow_tilt(self, length: float) -> None:
         """Adopt a length between ends that are both seen: it tilts, but is no longer than it was as a whole."""
-        self.px = min(length, max(self.px, float(np.nanmax(self.full_px, initial=0.0))))
+        self.px = min(length, max(self.px, *self.full_px, 0.0))
 
     def adopt(self, length: float, hits: int, tolerance: float) -> None:
         """Adopt the length of the whole object; small changes are filtered.
@@ -110,14 +110,15 @@ class LengthRecord:
         change = length - self.px
         self.px = length if hits < MIN_SEEN_FRAMES or abs(change) > tolerance else self.px + _GAIN * change
 
-    def record_full(self, length: float, width: float, hits: int, tolerance: float) -> None:
+    def record_full(self, length: float, width: float, tolerance: float) -> None:
         """Record the length of the whole object without long gaps, and its width; its scale is that of the view."""
         self.full_width = width
         # Without a scale both are NaN, and nothing is known in space.
         if abs(length - self.metres * self.px_per_m) > tolerance:  # what was known there was wrong
-            self.full_m = np.full(HISTORY_FRAMES, np.nan)
-        self.full_px[hits % HISTORY_FRAMES] = length
-        self.full_m[hits % HISTORY_FRAMES] = length / self.px_per_m
+            self.full_m = []
+        self.full_px = [*self.full_px[1 - HISTORY_FRAMES :], length]
+        if not math.isnan(self.px_per_m):
+            self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
         self.usual_px = self.usual_m = None
 
     def record(self, ends: FloatArray, hits: int) -> None:
@@ -146,7 +147,6 @@ class LengthRecord:
         return hidden > MAX_BRIDGE * max(length - visible, 0.0) + tolerance
 
 
-def _median(lengths: FloatArray, least: int) -> float:
-    """Return the median of the known lengths, NaN if they are fewer than `least`."""
-    known = [one for one in lengths.tolist() if not math.isnan(one)]
-    return statistics.median(known) if len(known) >= least else math.nan
+def _median(lengths: list[float], least: int) -> float:
+    """Return the median of lengths, NaN if they are fewer than `least`."""
+    return statistics.median(lengths) if len(lengths) >= least else math.nan

@@ -12,10 +12,10 @@ from dloftbs.observation import Observation
 from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import routing as kernels
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_samples import interpolate_samples
 
 _SPAN_SAMPLES = 33
 """Number of samples of a hidden span whose chord is measured.
@@ -87,8 +87,8 @@ def _hidden_at_ends(
     """
     least = model.position_tolerance_px
     margins = _own_margins(graph, intervals[0], intervals[-1], model)
-    in_sight = view.ends_in_sight(observed[0], model)[0], view.ends_in_sight(observed[-1], model)[1]
-    before, after = (px if px > least and not seen else 0.0 for px, seen in zip(margins, in_sight, strict=True))
+    ends = view.ends(observed[0], model)[0], view.ends(observed[-1], model)[1]
+    before, after = (px if px > least and not end.in_sight else 0.0 for px, end in zip(margins, ends, strict=True))
     return before, after
 
 
@@ -110,7 +110,7 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
     low, high = (one.origin + one.direction * i for one, i in ((interval, interval.end), (following, following.start)))
     u = np.linspace(low, high, _SPAN_SAMPLES) / (kernels.SAMPLES_PER_NODE * graph.last_node(model))
-    shape = interpolate_samples(model.shape, u)
+    shape = interpolate(model.shape, u)
     length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)
@@ -129,7 +129,7 @@ def _missing_before(
     """
     start = min(max(start, 0.0), missing)
     after = missing - start
-    cut = view.cut_ends(observed, model)
+    cut = [end.is_cut for end in view.ends(observed, model)]
     if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
         return missing if cut[0] else 0.0
     if min(start, after) > model.position_tolerance_px:

@@ -47,6 +47,11 @@ class PartialMatch(NamedTuple):
         covers_track = self.track_span[0] <= 0.0 and self.track_span[1] >= 1.0
         return self.observation.curve.closed or (self.curve_span == WHOLE and covers_track)
 
+    def within(self, low: float, high: float) -> PartialMatch:
+        """Return the match with a span of the track as all of it."""
+        first, last = self.track_span
+        return self._replace(track_span=((first - low) / (high - low), (last - low) / (high - low)))
+
     def clip_to_track(self) -> PartialMatch:
         """Return the match without the parts beyond the known ends of the track."""
         (low, high), (first, last) = self.track_span, self.curve_span
@@ -72,12 +77,15 @@ class TrackObservation(NamedTuple):
         True if the track shares a detection with another one, and the two may be one object.
     known_separate : bool
         True if the track shares a detection with another one, and the two are known to be different objects.
+    scope : (float, float)
+        Span of the track's former ``u`` that is left, seen or hidden and not absent: the ``u`` of the matches.
     """
 
     matches: tuple[PartialMatch, ...] = ()
     is_unambiguous: bool = False
     merged: bool = False
     known_separate: bool = False
+    scope: tuple[float, float] = WHOLE
 
     @property
     def detection_indices(self) -> set[int]:

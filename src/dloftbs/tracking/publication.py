@@ -9,13 +9,13 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.observation import SAMPLES, U
-from dloftbs.tracking.curve_in_space import place_in_space, reconstruct_in_space
+from dloftbs.tracking.curve_in_space import reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import inferred_spans, visible_parts
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve
 from dloftbs.tracking.reconstruction import cut, reconstruct
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_samples import interpolate_samples
 from dloftbs.tracks import EndKind, Track
 
 _END_U = U[[0, 1, -2, -1]]
@@ -28,25 +28,18 @@ Source: by definition; the ends and their directions.
 def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
     """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
     first, last = matches[0], matches[-1]
-    starts_outside = view.ends_at_border(first.observation, model)[0]
-    ends_outside = view.ends_at_border(last.observation, model)[1]
     low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
-    low, high = first.track_span[0] if starts_outside else low, last.track_span[1] if ends_outside else high
+    low = first.track_span[0] if view.ends(first.observation, model)[0].at_border else low
+    high = last.track_span[1] if view.ends(last.observation, model)[1].at_border else high
     if (low, high) == WHOLE:
         return VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
     if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
         observation = first.observation
         return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
-    inside = [
-        match._replace(
-            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
-        ).clip_to_track()
-        for match in matches
-    ]
+    inside = [match.within(low, high).clip_to_track() for match in matches]
     curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
     metres = (high - low) * model.lengths.metres
-    parts = [] if model.curve_3d is None else place_in_space(metres, inside, view)
-    curve_3d = reconstruct_in_space(model.curve_3d, (low, high), metres, parts)
+    curve_3d, _ = reconstruct_in_space(model.curve_3d, (low, high), metres, inside, view)
     return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
 
 
@@ -107,10 +100,9 @@ def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind
     if visible.curve.closed:
         return None
     points = model.points if visible.curve is model.curve else visible.curve(_END_U)
-    hidden = view.hidden_beyond(points, model, visible.curve_3d)
     first, last = (
-        EndKind.BORDER if view.is_at_border(point, model.width) else EndKind.HIDDEN if under else EndKind.FREE
-        for point, under in zip((points[0], points[-1]), hidden, strict=True)
+        EndKind.BORDER if end.at_border else EndKind.HIDDEN if end.hidden else EndKind.FREE
+        for end in view.look_beyond(points, model, visible.curve_3d)
     )
     if visible.inferred:
         first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first
@@ -122,5 +114,4 @@ def _between(samples: FloatArray, span: tuple[float, float]) -> FloatArray:
     """Return samples (SAMPLES, d) of a part of a track, read-only."""
     if span == WHOLE:
         return frozen(samples.view())
-    low, high = span
-    return frozen(interpolate_samples(samples, np.clip(low + U * (high - low), 0.0, 1.0)))
+    return frozen(interpolate(samples, span[0] + U * (span[1] - span[0])))

@@ -75,9 +75,10 @@ def reconstruct(
     for part in parts:
         (low, high), (first, last) = part.track_span, part.curve_span
         start, stop = int(EVEN_U.searchsorted(low - SAME_U)), int(EVEN_U.searchsorted(high + SAME_U, side="right"))
-        if start < stop:
-            share = np.minimum(np.maximum((EVEN_U[start:stop] - low) / (high - low), 0.0), 1.0)
-            new[start:stop] = part.curve(first + share * (last - first))
+        if stop - start > 1:
+            scale = (last - first) / (high - low)
+            begin, end = first + (EVEN_U[start] - low) * scale, first + (EVEN_U[stop - 1] - low) * scale
+            new[start:stop] = sample_curve(part.curve, max(begin, first), min(end, last), stop - start)[0]
             visible.append((start, stop - 1))
     if not visible:
         return before

@@ -6,10 +6,10 @@ import statistics
 from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
+from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation, U
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.association import Association
@@ -17,14 +17,12 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracking.partial_match import (
     SAME_U,
-    WHOLE,
     PartialMatch,
     TrackObservation,
     are_consecutive,
     covered_share,
     hidden_spans,
 )
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.track_model import TrackModel
 
 _SPAN_SAMPLES = 9
@@ -34,47 +32,31 @@ Source: bounds time; an odd number, so that it is one of them.
 """
 
 
-class Resolution(NamedTuple):
-    """Part of a track that is left after a frame, seen or hidden and not absent, and the matches that show it.
-
-    Parameters
-    ----------
-    shown : TrackObservation
-        Its matches are in the ``u`` of what is left.
-    scope : (float, float)
-        The span of the former ``u`` that is left.
-    """
-
-    shown: TrackObservation
-    scope: tuple[float, float] = WHOLE
-
-
 def resolve(
-    models: Sequence[TrackModel], predicted: PredictedTracks, association: Association, view: View
-) -> tuple[list[Resolution], list[Observation]]:
+    models: Sequence[TrackModel], predicted: FloatArray, association: Association, view: View
+) -> tuple[list[TrackObservation], list[Observation]]:
     """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object.
 
-    Returns the resolutions, and the parts of observations that show no track.
+    Returns what the frame shows of each, and the parts of observations that show no track.
     """
     result, unassigned = [], list(association.unassigned)
     ambiguous = [one for one in association.shown if one.matches and not one.is_unambiguous]
     if not ambiguous:
-        return [Resolution(one) for one in association.shown], unassigned
+        return list(association.shown), unassigned
     claims = Counter(index for one in ambiguous for index in one.detection_indices)
-    for model, points, shown in zip(models, predicted.points, association.shown, strict=True):
+    for model, points, shown in zip(models, predicted, association.shown, strict=True):
         if not shown.matches or shown.is_unambiguous:
-            result.append(Resolution(shown))
+            result.append(shown)
             continue
         first, whole = shown.matches[0], None
         alone = len(shown.detection_indices) == 1 and claims[first.observation.detection_index] == 1
         if alone and not _corrects_order(shown.matches, model.position_tolerance_px):
             whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
         matches = shown.matches if whole is None else (whole,)
-        resolution, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
-        kept = {match.observation.detection_index for match in resolution.shown.matches}
-        claims.subtract({part.detection_index for part in rejected} - kept)
+        resolved, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
+        claims.subtract({part.detection_index for part in rejected} - resolved.detection_indices)
         unassigned += rejected
-        result.append(resolution)
+        result.append(resolved)
     # A detection of one track only is all that track's.
     return result, [part for part in unassigned if claims[part.detection_index] != 1]
 
@@ -86,7 +68,9 @@ def _corrects_order(matches: Sequence[PartialMatch], tolerance_px: float) -> boo
     return (1.0 - covered_share(matches)) * matches[0].observation.object_length <= tolerance_px
 
 
-def _drop_absent_spans(model: TrackModel, shown: TrackObservation, view: View) -> tuple[Resolution, list[Observation]]:
+def _drop_absent_spans(
+    model: TrackModel, shown: TrackObservation, view: View
+) -> tuple[TrackObservation, list[Observation]]:
     """Return what belongs to a track, and the observations that do not.
 
     A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
@@ -98,24 +82,19 @@ def _drop_absent_spans(model: TrackModel, shown: TrackObservation, view: View) -
     questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, view)]
     absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
     if not absent:
-        return Resolution(shown), []
+        return shown, []
     groups = _split_at(matches, absent)
     kept = max(groups, key=lambda group: sum(m.track_span[1] - m.track_span[0] for m in group))
     low = max((high for _, high in absent if high <= kept[0].track_span[0] + SAME_U), default=0.0)
     high = min((low for low, _ in absent if low >= kept[-1].track_span[1] - SAME_U), default=1.0)
-    moved = tuple(
-        match._replace(
-            track_span=((match.track_span[0] - low) / (high - low), (match.track_span[1] - low) / (high - low))
-        )
-        for match in kept
-    )
+    moved = tuple(match.within(low, high) for match in kept)
     rejected = [match.observation for group in groups if group is not kept for match in group]
-    return Resolution(shown._replace(matches=moved), (low, high)), rejected
+    return shown._replace(matches=moved, scope=(low, high)), rejected
 
 
 def _absent_part(model: TrackModel, span: tuple[float, float]) -> tuple[float, float] | None:
     """Return the part of a span that is assumed absent: at an end of the track, from the first unseen stretch on."""
-    if median_seen_frames(model, span) < MIN_SEEN_FRAMES:
+    if _median_seen_frames(model, span) < MIN_SEEN_FRAMES:
         return span
     unseen = [(low, high) for low, high in model.sight.unseen_spans if low < span[1] and high > span[0]]
     if not unseen:
@@ -137,7 +116,7 @@ def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, flo
     return groups
 
 
-def median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
+def _median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
     """Return the median number of frames, bounded, in which the samples of a span were seen."""
     return statistics.median(np.interp(np.linspace(*span, _SPAN_SAMPLES), U, model.sight.seen_frames).tolist())
 
@@ -149,7 +128,8 @@ def _is_certainly_hidden(
     if span[0] > 0.0 and span[1] < 1.0:
         before = next(m for m in matches if abs(m.track_span[1] - span[0]) < SAME_U)
         after = next(m for m in matches if abs(m.track_span[0] - span[1]) < SAME_U)
-        cut = view.cut_ends(before.observation, model)[1] and view.cut_ends(after.observation, model)[0]
-        return cut or are_consecutive(before, after)
+        if are_consecutive(before, after):
+            return True
+        return view.ends(before.observation, model)[1].is_cut and view.ends(after.observation, model)[0].is_cut
     end, side = (matches[0], 0) if span[0] <= 0.0 else (matches[-1], 1)
-    return view.cut_ends(end.observation, model)[side]
+    return view.ends(end.observation, model)[side].is_cut

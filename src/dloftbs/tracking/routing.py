@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
 from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import PartialMatch
-from dloftbs.tracking.prediction import PredictedTracks
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel
 
@@ -60,7 +60,7 @@ class RoutingResult(NamedTuple):
 
 def route_tracks(
     models: Sequence[TrackModel],
-    predicted: PredictedTracks,
+    predicted: FloatArray,
     rows: Sequence[int],
     observations: Sequence[Observation],
     dt: float,
@@ -71,8 +71,8 @@ def route_tracks(
     Parameters
     ----------
     models : sequence of TrackModel
-    predicted : PredictedTracks
-        Of all the models.
+    predicted : numpy.ndarray, shape (t, SAMPLES, 2)
+        Predicted samples of all the models.
     rows : sequence of int
         Tracks to route.
     observations : sequence of Observation
@@ -84,11 +84,11 @@ def route_tracks(
     parts = [part for one in observations for part in one.split_at_gaps()]
     graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
     others = colours_differ(models, parts)
-    routes = {t: graph.find_route(models[t], predicted.points[t], others[t], dt) for t in rows}
+    routes = {t: graph.find_route(models[t], predicted[t], others[t], dt) for t in rows}
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
         if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
-            routes[t] = graph.find_route(models[t], predicted.points[t], others[t], dt)
+            routes[t] = graph.find_route(models[t], predicted[t], others[t], dt)
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
             claimed[t] = _within_length(graph, routes[t].intervals, models[t])
             graph.claim(claimed[t])
@@ -96,7 +96,11 @@ def route_tracks(
     for t, intervals in claimed.items():
         complete = complete_detection(graph, intervals, models[t])
         matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], view)
-    unassigned = [part for p, part in enumerate(parts) if _is_free(graph, p)]
+    unassigned = [
+        part
+        for part, (first, last) in zip(parts, graph.bounds, strict=True)
+        if graph.claimed[first : last + 1].mean() < _MAX_CLAIMED_SHARE
+    ]
     return RoutingResult(matches, unassigned, parts)
 
 
@@ -114,7 +118,3 @@ def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackMo
     cut = max(range(len(gaps)), key=lambda k: gaps[k]) + 1
     kept = intervals[:cut] if sum(lengths[:cut]) >= sum(lengths[cut:]) else intervals[cut:]
     return _within_length(graph, kept, model)
-
-
-def _is_free(graph: SampleGraph, part: int) -> bool:
-    return graph.claimed_share(part) < _MAX_CLAIMED_SHARE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 MIN_NODES = 3
@@ -124,40 +124,34 @@ class SampleGraph:
         self._bounds = np.stack((last - counts, last - 1), axis=1)
         self.bounds: list[list[int]] = self._bounds.tolist()
         self._part_of = np.repeat(np.arange(len(parts)), counts)
-        self.points = np.vstack(
-            [sample_curve(part.curve, *part.curve_span, n)[0] for part, n in zip(parts, counts, strict=True)]
-        )
+        self._samples = np.zeros((last[-1], 5))
+        self.points = self._samples[:, :2]
+        for part, first, end in zip(parts, last - counts, last, strict=True):
+            self.points[first:end] = sample_curve(part.curve, *part.curve_span, end - first)[0]
         self._extra_cost = np.zeros(len(self.points))
         self.claimed = np.zeros(len(self.points), np.bool_)
         self.parts_of: dict[int, list[int]] = {}
         for p, part in enumerate(parts):
             self.parts_of.setdefault(part.detection_index, []).append(p)
-        self._tangents = np.full_like(self.points, math.inf)
         self._boxes = np.empty((len(parts), 4))
-        self._longest_step = kernels.bounding_boxes(self.points, self._bounds, self._boxes)
+        self._longest_step = kernels.describe_curves(self._samples, self._bounds, self._boxes)
 
     def find_route(self, model: TrackModel, predicted: FloatArray, others: npt.NDArray[np.bool_], dt: float) -> Route:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
-        width = 0.0 if math.isnan(model.width) else model.width
         speed = np.hypot(*model.motion.velocity.T)
-        reach = max(_REACH_WIDTHS * width, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
+        reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length) + _REACH_STEP * dt * speed
         reach = reach * np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
-        samples, nodes, assignment = np.empty((SAMPLES, 4)), np.empty((count, 4)), np.empty(count, np.int64)
-        samples[:, :2], samples[:, 2] = predicted, reach
-        samples[:, 3] = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
-        kernels.interpolate_evenly(samples, nodes)
+        hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
+        nodes = interpolate(np.column_stack((predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
+        assignment = np.empty(count, np.int64)
+        self._samples[:, 4] = self._extra_cost + _CLAIMED_COST * others[self._part_of]
         cost = kernels.find_route(
-            nodes[:, :2],
-            nodes[:, 2],
-            nodes[:, 3],
-            self.points,
-            self._tangents,
-            self._part_of,
+            nodes,
+            self._samples,
             self._bounds,
             self._boxes,
             self._longest_step,
-            self._extra_cost + _CLAIMED_COST * others[self._part_of],
             model.length / (count - 1),
             model.position_tolerance_px + self._spacing,
             assignment,
@@ -183,11 +177,6 @@ class SampleGraph:
         for one in intervals:
             self.claimed[one.samples] = True
             self._extra_cost[one.samples] = _CLAIMED_COST
-
-    def claimed_share(self, part: int) -> float:
-        """Return the share of a part that is claimed."""
-        first, last = self.bounds[part]
-        return self.claimed_count(part) / (last - first + 1)
 
     def claimed_count(self, part: int) -> int:
         """Return the number of samples of a part that are claimed."""
@@ -227,5 +216,4 @@ class SampleGraph:
 
 def node_spacing(model: TrackModel) -> float:
     """Return a suitable distance from node to node of a track, px: a width, unless that makes too many nodes."""
-    width = 0.0 if math.isnan(model.width) else model.width
-    return max(width, model.length / _MAX_NODES if width else model.length / SAMPLES)
+    return max(model.width_or_0, model.length / (_MAX_NODES if model.width_or_0 else SAMPLES))

@@ -11,7 +11,6 @@ from dloftbs._arrays import FloatArray
 from dloftbs.evidence import HIDDEN, IN_SIGHT
 from dloftbs.observation import SAMPLES, U
 from dloftbs.tracking.partial_match import WHOLE
-from dloftbs.tracking.track_samples import samples_within
 
 _MAX_SEEN_FRAMES = 8.0
 """Bound of the number of frames in which a span was seen, so that old spans can be given up.
@@ -121,10 +120,19 @@ class Sight:
         self.unseen_s = unseen_s
         self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).mean())
 
-    def resample(self, u: FloatArray, new: npt.NDArray[np.bool_]) -> None:
-        """Take the counts at other parameters (SAMPLES,), some of them new."""
+    def resample(self, u: FloatArray) -> None:
+        """Take the counts at other parameters (SAMPLES,), new ones beyond 0 and 1."""
+        new = (u < 0.0) | (u > 1.0)
         self.seen_frames = np.where(new, 0.0, np.interp(u, U, self.seen_frames))
         self.unseen_s = np.where(new, 0.0, np.interp(u, U, self.unseen_s))
+
+
+def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
+    """Return a mask (SAMPLES,) of the samples that lie in spans of ``u``."""
+    result = np.zeros(SAMPLES, dtype=np.bool_)
+    for low, high in spans:
+        result |= (low <= U) & (high >= U)
+    return result
 
 
 def _in_sight(told: npt.NDArray[np.int64], widths: float) -> npt.NDArray[np.bool_]:

@@ -14,11 +14,11 @@ from dloftbs.detection import Detection
 from dloftbs.observation import SAMPLES, Appearance, Observation, U
 from dloftbs.tracking.conflict import Conflict
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.length_record import LengthRecord
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.sight import Sight, Spans
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
-from dloftbs.tracking.track_samples import interpolate_samples
 from dloftbs.tracks import TrackState
 
 WIDENING_PER_S = 4.0
@@ -133,11 +133,14 @@ class TrackModel:
         """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""
         return self.lengths.metres * observation.px_per_m
 
+    def length_as_seen(self, observation: Observation) -> float:
+        """Return the same; the usual length, px, where metres are unknown."""
+        length = self.length_in_view(observation)
+        return self.length if math.isnan(length) else length
+
     def is_short(self, observation: Observation) -> bool:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
-        length = self.length_in_view(observation)
-        missing = (self.length if math.isnan(length) else length) - observation.length
-        return missing > self.length_tolerance_px
+        return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
 
     def is_torn_in(self, observation: Observation) -> bool:
         """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""
@@ -158,7 +161,7 @@ class TrackModel:
         self.width = self.width if math.isnan(observation.width) else observation.width
         self.appearance = self.appearance if observation.appearance is None else observation.appearance
         if observation.contiguous:
-            self.lengths.record_full(observation.length, observation.width, self.hits, self.position_tolerance_px)
+            self.lengths.record_full(observation.length, observation.width, self.position_tolerance_px)
         self.sight.see_whole(observation.gaps, was_unseen=self.misses > 0)
         self.conflict.frames = 0
         self.visible = None
@@ -214,8 +217,6 @@ class TrackModel:
     def resample(self, span: tuple[float, float]) -> None:
         """Make a span the track's ``u`` of 0 to 1; what lies outside of the former is new."""
         u = span[0] + U * (span[1] - span[0])
-        inner = np.clip(u, 0.0, 1.0)
-        self.points = interpolate_samples(self.points, inner)
-        self.shape = interpolate_samples(self.shape, inner)
-        self.motion.resample(inner)
-        self.sight.resample(inner, (u < 0.0) | (u > 1.0))
+        self.points, self.shape = interpolate(self.points, u), interpolate(self.shape, u)
+        self.motion.resample(u)
+        self.sight.resample(u)

@@ -10,8 +10,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.observation import SAMPLES, sample_curve
-from dloftbs.tracking.kernels.curve_motion import move_control_points
-from dloftbs.tracking.track_samples import interpolate_samples
+from dloftbs.tracking.kernels.interpolation import interpolate, move_control_points
 
 JUMP_SHARE = 0.1
 """Share of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion.
@@ -84,7 +83,7 @@ class Motion:
 
     def resample(self, u: FloatArray) -> None:
         """Take the velocities at other parameters (SAMPLES,)."""
-        self.velocity = interpolate_samples(self.velocity, u)
+        self.velocity = interpolate(self.velocity, u)
 
 
 def extrapolated_time(dt: float) -> float:

@@ -8,28 +8,22 @@ import numpy as np
 
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import SAMPLES, sample_curve
-from dloftbs.tracking.curve_in_space import place_by_space, place_in_space, reconstruct_in_space
+from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import (
-    inferred_spans,
-    merge_bridged,
-    restart_loop,
-    visible_parts,
-)
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before, hidden_spans
+from dloftbs.tracking.fusion import inferred_spans, restart_loop, visible_parts
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_before, hidden_spans
 from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.reconstruction import reconstruct
-from dloftbs.tracking.resolution import Resolution
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE, filter_velocity
 
 
 def update_seen(
-    models: Sequence[TrackModel], resolved: Sequence[Resolution], view: View, config: TrackingConfig, dt: float
+    models: Sequence[TrackModel], shown: Sequence[TrackObservation], view: View, config: TrackingConfig, dt: float
 ) -> None:
     """Update tracks that a frame shows, wholly or in part."""
-    pairs = list(zip(models, resolved, strict=True))
-    unambiguous = [(model, one.shown.matches[0]) for model, one in pairs if one.shown.is_unambiguous]
+    pairs = list(zip(models, shown, strict=True))
+    unambiguous = [(model, one.matches[0]) for model, one in pairs if one.is_unambiguous]
     if unambiguous:
         points = np.array([match.observation.points for _, match in unambiguous])
         steps = points - np.array([model.points for model, _ in unambiguous])
@@ -38,20 +32,21 @@ def update_seen(
             model.update_whole(match.observation, position, velocity)
             model.conflict.clear()
     for model, one in pairs:
-        if not one.shown.is_unambiguous:
+        if not one.is_unambiguous:
             _update_ambiguous(model, one, view, config, dt)
         model.count_hit(config.min_hits)
 
 
-def _update_ambiguous(model: TrackModel, one: Resolution, view: View, config: TrackingConfig, dt: float) -> None:
-    model.cut_to(one.scope)
-    matches = merge_bridged(model, one.shown.matches)
-    if len(matches) == 1 and matches[0].is_complete:
-        _update_whole(model, matches[0], config, dt)
+def _update_ambiguous(
+    model: TrackModel, shown: TrackObservation, view: View, config: TrackingConfig, dt: float
+) -> None:
+    model.cut_to(shown.scope)
+    if len(shown.matches) == 1 and shown.matches[0].is_complete:
+        _update_whole(model, shown.matches[0], config, dt)
     else:
-        matches = _update_partly(model, matches, one.scope, view, dt, shared=one.shown.known_separate)
+        matches = _update_partly(model, shown, view, dt)
         model.visible = make_visible_curve(model, matches, view)
-    model.conflict.count_merged(merged=one.shown.merged, known_separate=one.shown.known_separate)
+    model.conflict.count_merged(merged=shown.merged, known_separate=shown.known_separate)
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig, dt: float) -> None:
@@ -74,25 +69,16 @@ def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig
     model.update_whole(observation, observation.points, velocity)
 
 
-def _update_partly(
-    model: TrackModel,
-    matches: Sequence[PartialMatch],
-    scope: tuple[float, float],
-    view: View,
-    dt: float,
-    *,
-    shared: bool,
-) -> list[PartialMatch]:
+def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:
     """Return the matches as they are adopted."""
     # A part of a detection does not make its track longer: another object may continue there.
-    matches = [match.clip_to_track() for match in matches]
+    matches = [match.clip_to_track() for match in shown.matches]
     metres = model.lengths.metres
-    parts = [] if model.curve_3d is None else place_in_space(metres, matches, view)
-    model.curve_3d = reconstruct_in_space(model.curve_3d, scope, metres, parts)
+    model.curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
     placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, parts, view)
     if placed is None:
         _follow_view(model, matches)
-        curve = reconstruct(model.curve, scope, visible_parts(matches), model.length)
+        curve = reconstruct(model.curve, shown.scope, visible_parts(matches), model.length)
     else:
         matches, width = placed.matches, max(match.observation.width for match in placed.matches)
         model.lengths.rescale(placed.px_per_m, width)
@@ -102,8 +88,8 @@ def _update_partly(
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    in_doubt = _are_apart(model, matches) or shared or any(view.cut_ends(longest, model))
-    if not in_doubt:
+    cut = any(end.is_cut for end in view.ends(longest, model))
+    if not (cut or shown.known_separate or _are_apart(model, matches)):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches

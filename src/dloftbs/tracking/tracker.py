@@ -21,7 +21,7 @@ from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import collect_new_objects
 from dloftbs.tracking.motion_filter import CurveFilter
-from dloftbs.tracking.prediction import PredictedTracks
+from dloftbs.tracking.prediction import predict_points
 from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.resolution import resolve
@@ -200,31 +200,26 @@ class Tracker:
             size = occlusion.size
         known = self._view.size
         if size is not None and known is not None and size != known:
-            if self._config.on_new_size == "error":
-                raise InputError(
-                    f"the frame has the size {size}, the ones before {known}: "
-                    "reset the tracker, or set tracking.on_new_size to 'reset'"
-                )
-            _log.warning("the frame has the size %s, the ones before %s: all tracks are forgotten", size, known)
-            self.reset()
+            self._break_off("on_new_size", f"the frame has the size {size}, the ones before {known}")
         dt = self._config.frame_s
         if stamp is not None and self._stamp is not None:
             dt = stamp - self._stamp
             if abs(dt) <= _ROUNDING_S:
                 stamp, dt = self._stamp, 0.0
             elif dt < 0.0:
-                if self._config.on_old_stamp == "error":
-                    raise InputError(
-                        f"the frame's stamp {stamp} lies before the last one's {self._stamp}: "
-                        "reset the tracker, or set tracking.on_old_stamp to 'reset'"
-                    )
-                told = "the frame's stamp %s lies before the last one's %s: all tracks are forgotten"
-                _log.warning(told, stamp, self._stamp)
-                self.reset()
+                told = f"the frame's stamp {stamp} lies before the last one's {self._stamp}"
+                self._break_off("on_old_stamp", told)
                 dt = self._config.frame_s
         self._stamp = self._stamp if stamp is None else stamp
         self._view = View(size or self._view.size, occlusion)
         return dt
+
+    def _break_off(self, setting: str, told: str) -> None:
+        """Forget all tracks, as a frame does not continue the stream, or raise an error, as a setting says."""
+        if getattr(self._config, setting) == "error":
+            raise InputError(f"{told}: reset the tracker, or set tracking.{setting} to 'reset'")
+        _log.warning("%s: all tracks are forgotten", told)
+        self.reset()
 
     def _start_tracks(self, observations: Sequence[Observation]) -> None:
         for one in observations:
@@ -236,15 +231,15 @@ class Tracker:
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
         """Update the tracks by a frame's observations, and start tracks of new objects."""
         models, view, config = self._models, self._view, self._config
-        predicted = PredictedTracks.extrapolate(models, extrapolated_time(dt))
+        predicted = predict_points(models, extrapolated_time(dt))
         association = associate(models, predicted, observations, view, config, dt)
         resolved, unassigned = resolve(models, predicted, association, view)
-        seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.shown.matches]
+        seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.matches]
         update_seen([model for model, _ in seen], [one for _, one in seen], view, config, dt)
         self._models = [
             model
             for model, one in zip(models, resolved, strict=True)
-            if one.shown.matches or self._continues_unseen(model, dt)
+            if one.matches or self._continues_unseen(model, dt)
         ]
         self._start_tracks(collect_new_objects(unassigned, association.parts, association.ambiguous))
 

@@ -38,6 +38,11 @@ def nodes_of(curve: BSplineCurve) -> np.ndarray:
     return even(curve, round(curve.length / SPACING) + 1)
 
 
+def described(points: np.ndarray) -> np.ndarray:
+    """Return samples as the kernel takes them, the tangents yet to be written."""
+    return np.column_stack((points, np.full((len(points), 2), np.nan), np.zeros(len(points))))
+
+
 class Problem(NamedTuple):
     """Arguments of the kernel."""
 
@@ -53,10 +58,11 @@ class Problem(NamedTuple):
 
     def route(self) -> tuple[list[int], float]:
         at = np.zeros(len(self.nodes), np.int64)
-        tangents, boxes = np.full_like(self.samples, math.inf), np.empty((len(self.bounds), 4))
-        longest = kernels.bounding_boxes(self.samples, self.bounds, boxes)
-        found = (self.samples, tangents, self.part, self.bounds, boxes, longest, self.extra)
-        price = kernels.find_route(self.nodes, self.reach, self.unseen, *found, self.spacing, self.slack, at)
+        nodes = np.column_stack((self.nodes, self.reach, self.unseen))
+        samples, boxes = described(self.samples), np.empty((len(self.bounds), 4))
+        samples[:, 4] = self.extra
+        longest = kernels.describe_curves(samples, self.bounds, boxes)
+        price = kernels.find_route(nodes, samples, self.bounds, boxes, longest, self.spacing, self.slack, at)
         return at.tolist(), price
 
     def moved(self, matrix: np.ndarray) -> Problem:
@@ -238,15 +244,18 @@ def problems(draw: st.DrawFn) -> Problem:
     return problem
 
 
-def test_boxes_hold_their_curves():
-    samples = np.random.default_rng(3).normal(0.0, 50.0, (30, 2))
+def test_curves_are_described_by_their_tangents_and_boxes():
+    points = np.random.default_rng(3).normal(0.0, 50.0, (30, 2))
     bounds = np.array([(0, 9), (10, 10), (11, 29)])
-    boxes = np.empty((3, 4))
-    longest = kernels.bounding_boxes(samples, bounds, boxes)
-    runs = [samples[first : last + 1] for first, last in bounds]
+    samples, boxes = described(points), np.empty((3, 4))
+    longest = kernels.describe_curves(samples, bounds, boxes)
+    runs = [points[first : last + 1] for first, last in bounds]
     expected = [(run[:, d].min(), run[:, d].max()) for run in runs for d in (0, 1)]
     assert boxes.reshape(6, 2).tolist() == [list(pair) for pair in expected]
     assert longest == pytest.approx(max(np.hypot(*np.diff(run, axis=0).T).max(initial=0.0) for run in runs))
+    part = np.repeat(np.arange(3), [len(run) for run in runs])
+    np.testing.assert_allclose(samples[:, 2:4], Twin._directions(points, part))
+    assert samples[:, :2].tolist() == points.tolist()
 
 
 @given(problems())

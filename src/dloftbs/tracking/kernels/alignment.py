@@ -10,6 +10,10 @@ from numba import boolean, float64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
+_Floats = npt.NDArray[np.float64]
+_Ints = npt.NDArray[np.int64]
+_Bools = npt.NDArray[np.bool_]
+
 _STRIDE = 4
 """Step between the samples that tell whether two curves are alike as they stand.
 
@@ -43,7 +47,7 @@ Source: numerics; to 1/64 of a sample.
 
 
 @helper
-def _boxes(curves: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _boxes(curves: _Floats) -> _Floats:
     """Return the least and the greatest coordinates of curves (n, m, d), as (n, 2, d)."""
     count, m, dims = curves.shape
     result = np.empty((count, 2, dims))
@@ -57,7 +61,7 @@ def _boxes(curves: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 @helper
-def _box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _box_distances(ones: _Floats, others: _Floats) -> _Floats:
     """Return the distances between the boxes of curves (n, m, d) and of others (k, m, d), as (n, k)."""
     first, second = _boxes(ones), _boxes(others)
     result = np.empty((len(ones), len(others)))
@@ -72,7 +76,7 @@ def _box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64
 
 
 @kernel(read(float64, 3), read(float64, 3))
-def box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def box_distances(ones: _Floats, others: _Floats) -> _Floats:
     """Measure how far the boxes around curves lie apart: no two of their points are nearer to each other.
 
     Parameters
@@ -91,8 +95,8 @@ def box_distances(ones: npt.NDArray[np.float64], others: npt.NDArray[np.float64]
 
 @helper
 def _distances_as_they_lie(
-    tracks: npt.NDArray[np.float64], found: npt.NDArray[np.float64], margin_ratio: float, limit: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    tracks: _Floats, found: _Floats, margin_ratio: float, limit: float
+) -> tuple[_Floats, _Floats, _Ints]:
     """Return the mean and the largest distances of tracks (t, m, d) from curves (f, m, d), and their directions.
 
     A direction is 1 or -1, 0 if one is not clearly better than the other. Distances are infinite if the boxes of the
@@ -128,25 +132,18 @@ def _distances_as_they_lie(
 
 
 @kernel(
-    read(float64, 3),
-    read(float64, 1),
-    read(boolean, 1),
-    read(float64, 3),
-    read(boolean, 1),
-    float64,
-    float64,
-    float64,
+    read(float64, 3), read(float64, 1), read(boolean, 1), read(float64, 3), read(boolean, 1), float64, float64, float64
 )
 def match_unambiguous(
-    tracks: npt.NDArray[np.float64],
-    track_lengths: npt.NDArray[np.float64],
-    whole: npt.NDArray[np.bool_],
-    found: npt.NDArray[np.float64],
-    found_closed: npt.NDArray[np.bool_],
+    tracks: _Floats,
+    track_lengths: _Floats,
+    whole: _Bools,
+    found: _Floats,
+    found_closed: _Bools,
     max_mean: float,
     max_anywhere: float,
     margin_ratio: float,
-) -> npt.NDArray[np.int64]:
+) -> _Ints:
     """Match curves with tracks unambiguously: the two are near to each other as a whole, and far from all others.
 
     Parameters
@@ -197,7 +194,7 @@ def match_unambiguous(
 
 
 @helper
-def _interpolate(points: npt.NDArray[np.float64], where: float, cyclic: bool, d: int) -> float:
+def _interpolate(points: _Floats, where: float, cyclic: bool, d: int) -> float:
     """Interpolate a coordinate between samples (m, ...); the last sample of a loop is the first again."""
     last = len(points) - 1
     if cyclic:
@@ -209,8 +206,8 @@ def _interpolate(points: npt.NDArray[np.float64], where: float, cyclic: bool, d:
 
 @helper
 def _misfit(
-    part: npt.NDArray[np.float64],
-    whole: npt.NDArray[np.float64],
+    part: _Floats,
+    whole: _Floats,
     share: float,
     start: float,
     backwards: bool,
@@ -260,12 +257,7 @@ def _misfit(
 
 @helper
 def _align(
-    part: npt.NDArray[np.float64],
-    whole: npt.NDArray[np.float64],
-    share: float,
-    latest: float,
-    cyclic: bool,
-    cap: float,
+    part: _Floats, whole: _Floats, share: float, latest: float, cyclic: bool, cap: float
 ) -> tuple[float, float, bool]:
     """Return the least mean distance of a part along a whole, its start there, and True if it is reversed.
 
@@ -304,9 +296,7 @@ def _align(
 
 
 @kernel(read(float64, 2), read(float64, 2), float64, float64, float64)
-def misfit_at(
-    part: npt.NDArray[np.float64], whole: npt.NDArray[np.float64], share: float, start: float, shift_weight: float
-) -> float:
+def misfit_at(part: _Floats, whole: _Floats, share: float, start: float, shift_weight: float) -> float:
     """Return the mean distance of a part from an open whole along which it lies, in its own direction.
 
     Parameters
@@ -335,14 +325,14 @@ def misfit_at(
     read(float64, 2),
 )
 def align_all(
-    tracks: npt.NDArray[np.float64],
-    track_lengths: npt.NDArray[np.float64],
-    track_closed: npt.NDArray[np.bool_],
-    found: npt.NDArray[np.float64],
-    found_lengths: npt.NDArray[np.float64],
-    found_closed: npt.NDArray[np.bool_],
-    cap: npt.NDArray[np.float64],
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    tracks: _Floats,
+    track_lengths: _Floats,
+    track_closed: _Bools,
+    found: _Floats,
+    found_lengths: _Floats,
+    found_closed: _Bools,
+    cap: _Floats,
+) -> tuple[_Floats, _Floats, _Bools]:
     """Align the shorter of each track and each curve found with the longer one, where it fits best.
 
     Of an open curve and a loop, the loop is the whole; a longer open one counts as one turn of it.

@@ -10,11 +10,11 @@ from numba import float64
 
 from dloftbs.kernels.compiler import kernel, read
 
+_Floats = npt.NDArray[np.float64]
+
 
 @kernel(read(float64, 2), float64, read(float64, 1))
-def places_beyond(
-    points: npt.NDArray[np.float64], width: float, distances: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def places_beyond(points: _Floats, width: float, distances: _Floats) -> _Floats:
     """Find places beyond both ends of a curve, straight on.
 
     Parameters

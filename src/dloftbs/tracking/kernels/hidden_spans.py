@@ -11,6 +11,9 @@ from numba import float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_rows_to
 
+_Floats = npt.NDArray[np.float64]
+_Ints = npt.NDArray[np.int64]
+
 _MAX_ITERATIONS = 100
 """Number of steps of the search for a bend.
 
@@ -25,7 +28,7 @@ Source: numerics; below what a curve is known to.
 
 
 @helper
-def _determinant(a: npt.NDArray[np.float64]) -> float:
+def _determinant(a: _Floats) -> float:
     """Return the determinant of a matrix (3, 3)."""
     first = a[0, 0] * (a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1])
     second = a[0, 1] * (a[1, 0] * a[2, 2] - a[1, 2] * a[2, 0])
@@ -34,7 +37,7 @@ def _determinant(a: npt.NDArray[np.float64]) -> float:
 
 
 @helper
-def _fit_rotation(old: npt.NDArray[np.float64], new: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
+def _fit_rotation(old: _Floats, new: _Floats, noise: float) -> _Floats:
     """Return the rotation (d, d) from points, known to `noise`, to where they are now (Kabsch, 1976).
 
     A short part tells little, and a straight one nothing about its own axis: what is not told is no rotation.
@@ -56,14 +59,8 @@ def _fit_rotation(old: npt.NDArray[np.float64], new: npt.NDArray[np.float64], no
 
 @helper
 def _move_rigidly(
-    old: npt.NDArray[np.float64],
-    new: npt.NDArray[np.float64],
-    rotation: npt.NDArray[np.float64],
-    edge: int,
-    left: int,
-    right: int,
-    scale: float,
-) -> npt.NDArray[np.float64]:
+    old: _Floats, new: _Floats, rotation: _Floats, edge: int, left: int, right: int, scale: float
+) -> _Floats:
     """Return the points between two indices, rotated, scaled and shifted like the one at the edge."""
     moved = np.empty((right - left - 1, old.shape[1]))
     for k in range(len(moved)):
@@ -76,15 +73,7 @@ def _move_rigidly(
 
 
 @helper
-def _bend(
-    old: npt.NDArray[np.float64],
-    new: npt.NDArray[np.float64],
-    left: int,
-    right: int,
-    by_left: npt.NDArray[np.float64],
-    by_right: npt.NDArray[np.float64],
-    scale: float,
-) -> bool:
+def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, by_right: _Floats, scale: float) -> bool:
     """Bend a span between two points, so that its length is `scale` times as long and both sides continue smoothly.
 
     Its steps turn as the sides have turned, blended in between. What is missing at its end is shared out among them,
@@ -130,7 +119,7 @@ def _bend(
 
 
 @helper
-def _length(points: npt.NDArray[np.float64], first: int, last: int) -> float:
+def _length(points: _Floats, first: int, last: int) -> float:
     """Return the length of the polygon from one index to another."""
     total = 0.0
     for k in range(first, last):
@@ -140,13 +129,7 @@ def _length(points: npt.NDArray[np.float64], first: int, last: int) -> float:
 
 
 @kernel(read(float64, 2), write(float64, 2), read(int64, 2), int64, float64)
-def fill_hidden(
-    old: npt.NDArray[np.float64],
-    new: npt.NDArray[np.float64],
-    visible: npt.NDArray[np.int64],
-    window: int,
-    length: float,
-) -> None:
+def fill_hidden(old: _Floats, new: _Floats, visible: _Ints, window: int, length: float) -> None:
     """Move the hidden spans of a curve along with its visible parts: bent in between, rigidly where that fails.
 
     Parameters

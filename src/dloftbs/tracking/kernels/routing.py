@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,15 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.selection import nth_least
+
+_Floats = npt.NDArray[np.float64]
+_Ints = npt.NDArray[np.int64]
+
+_TANGENT_X, _TANGENT_Y, _EXTRA_COST = 2, 3, 4
+"""Columns of a frame's samples after ``x`` and ``y``: the unit tangent, and a cost of its own.
+
+Source: by definition.
+"""
 
 SAMPLES_PER_NODE = 4
 """Number of samples of a frame's curves from one node of the known curve to the next.
@@ -102,70 +112,73 @@ Source: bounds time; more than two hidden spans inside of curves.
 """
 
 
+class _Problem(NamedTuple):
+    """Arguments of `find_route`, with the unit tangents (k, 2) at the nodes and the curve (n,) of each sample."""
+
+    nodes: _Floats
+    headings: _Floats
+    samples: _Floats
+    part: _Ints
+    bounds: _Ints
+    spacing: float
+    slack: float
+
+
+class _Candidates(NamedTuple):
+    """Samples (k, m) at which each node may be seen, negative if reversed, their costs, and how many there are."""
+
+    found: _Ints
+    costs: _Floats
+    sizes: _Ints
+
+
 @helper
-def _write_tangent(
-    points: npt.NDArray[np.float64], first: int, last: int, i: int, into: npt.NDArray[np.float64]
-) -> None:
-    """Write the unit tangent at a point of a curve that lies from `first` to `last`; 0 if its neighbours coincide."""
+def _tangent(points: _Floats, first: int, last: int, i: int) -> tuple[float, float]:
+    """Return the unit tangent at a point of a curve that lies from `first` to `last`; 0 if its neighbours coincide."""
     before, after = max(i - 1, first), min(i + 1, last)
     x, y = points[after, 0] - points[before, 0], points[after, 1] - points[before, 1]
     size = math.sqrt(x * x + y * y)
-    into[0], into[1] = (x / size, y / size) if size > 0.0 else (0.0, 0.0)
+    return (x / size, y / size) if size > 0.0 else (0.0, 0.0)
 
 
 @helper
-def _find_candidates(
-    x: float,
-    y: float,
-    heading: npt.NDArray[np.float64],
-    reach: float,
-    step: float,
-    samples: npt.NDArray[np.float64],
-    tangents: npt.NDArray[np.float64],
-    bounds: npt.NDArray[np.int64],
-    nearby: npt.NDArray[np.int64],
-    extra: npt.NDArray[np.float64],
-    found: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-) -> int:
-    """Write the samples that a node may be seen at, negative if reversed, and their costs; return their number."""
-    count, towards_x, towards_y = 0, heading[0], heading[1]
+def _find_candidates(k: int, problem: _Problem, step: float, nearby: _Ints, candidates: _Candidates) -> None:
+    """Find the samples, a step apart at most, that a node may be seen at, on the nearby curves."""
+    found, costs, count = candidates.found[k], candidates.costs[k], 0
+    samples, bounds = problem.samples, problem.bounds
+    x, y, reach = problem.nodes[k, 0], problem.nodes[k, 1], problem.nodes[k, 2]
+    towards_x, towards_y = problem.headings[k, 0], problem.headings[k, 1]
     for p in nearby:
         i, last = bounds[p, 0], bounds[p, 1]
         while i <= last:
             dx, dy = samples[i, 0] - x, samples[i, 1] - y
             far = math.sqrt(dx * dx + dy * dy)
             if far > reach:
-                # Samples lie a step apart at most; compared as floats, since there is no integer for infinity.
+                # Compared as floats, since there is no integer for infinity.
                 i += int(max(1.0, min((far - reach) / step, last + 1.0 - i)))
                 continue
-            if tangents[i, 0] == math.inf:
-                _write_tangent(samples, bounds[p, 0], last, i, tangents[i])
-            cosine = tangents[i, 0] * towards_x + tangents[i, 1] * towards_y
+            cosine = samples[i, _TANGENT_X] * towards_x + samples[i, _TANGENT_Y] * towards_y
             if abs(cosine) >= _MIN_COSINE:
                 along = dx * towards_x + dy * towards_y
                 squared = dx * dx + dy * dy - (1.0 - _ALONG_WEIGHT) * along * along
-                cost = squared / (reach * reach) + _TURN_COST * (1.0 - abs(cosine)) + extra[i]
+                cost = squared / (reach * reach) + _TURN_COST * (1.0 - abs(cosine)) + samples[i, _EXTRA_COST]
                 at = count if count < _MAX_CANDIDATES else int(np.argmax(costs))
                 if count < _MAX_CANDIDATES or cost < costs[at]:
                     found[at] = i + 1 if cosine > 0.0 else -(i + 1)
                     costs[at] = cost
                     count = min(count + 1, _MAX_CANDIDATES)
             i += 1
-    return count
+    candidates.sizes[k] = count
 
 
 @helper
-def _reachable_boxes(
-    nodes: npt.NDArray[np.float64], reach: npt.NDArray[np.float64], boxes: npt.NDArray[np.float64]
-) -> npt.NDArray[np.int64]:
+def _reachable_boxes(nodes: _Floats, boxes: _Floats) -> _Ints:
     """Return the indices of the boxes that a node may reach."""
     most, left, right, top, bottom = -math.inf, math.inf, -math.inf, math.inf, -math.inf
     for k in range(len(nodes)):
         left, right = min(left, nodes[k, 0]), max(right, nodes[k, 0])
         top, bottom = min(top, nodes[k, 1]), max(bottom, nodes[k, 1])
-    for k in range(len(reach)):
-        most = max(most, reach[k])
+        most = max(most, nodes[k, 2])
     left, right, top, bottom = left - most, right + most, top - most, bottom + most
     result = np.empty(len(boxes), dtype=np.int64)
     count = 0
@@ -176,16 +189,14 @@ def _reachable_boxes(
     return result[:count]
 
 
-@kernel(read(float64, 2), read(int64, 2), write(float64, 2))
-def bounding_boxes(
-    samples: npt.NDArray[np.float64], bounds: npt.NDArray[np.int64], boxes: npt.NDArray[np.float64]
-) -> float:
-    """Find the boxes around curves.
+@kernel(write(float64, 2), read(int64, 2), write(float64, 2))
+def describe_curves(samples: _Floats, bounds: _Ints, boxes: _Floats) -> float:
+    """Find the tangents along curves, and the boxes around them.
 
     Parameters
     ----------
-    samples : (n, 2) float64
-        Along the curves, one after the other.
+    samples : (n, 5) float64
+        As for `find_route`, one curve after the other; the tangents are written.
     bounds : (p, 2) int64
         First and last sample of each curve.
     boxes : (p, 4) float64
@@ -202,6 +213,7 @@ def bounding_boxes(
         boxes[p, 1] = boxes[p, 3] = -math.inf
         for i in range(bounds[p, 0], bounds[p, 1] + 1):
             x, y = samples[i, 0], samples[i, 1]
+            samples[i, _TANGENT_X], samples[i, _TANGENT_Y] = _tangent(samples, bounds[p, 0], bounds[p, 1], i)
             boxes[p, 0], boxes[p, 1] = min(boxes[p, 0], x), max(boxes[p, 1], x)
             boxes[p, 2], boxes[p, 3] = min(boxes[p, 2], y), max(boxes[p, 3], y)
             if i > bounds[p, 0]:
@@ -210,9 +222,7 @@ def bounding_boxes(
 
 
 @inlined
-def _hiding_cost(
-    signed: int, after: bool, part: npt.NDArray[np.int64], bounds: npt.NDArray[np.int64], room: int
-) -> float:
+def _hiding_cost(signed: int, after: bool, part: _Ints, bounds: _Ints, room: int) -> float:
     """Return the cost of a hidden span that begins after a sample, or ends before it."""
     i = abs(signed) - 1
     first, last = bounds[part[i], 0], bounds[part[i], 1]
@@ -222,13 +232,7 @@ def _hiding_cost(
 
 @inlined
 def _follow_curve(
-    signed: int,
-    part: npt.NDArray[np.int64],
-    bounds: npt.NDArray[np.int64],
-    place: npt.NDArray[np.int64],
-    found: npt.NDArray[np.int64],
-    total: npt.NDArray[np.float64],
-    limit: float,
+    signed: int, part: _Ints, bounds: _Ints, place: _Ints, former: _Ints, total: _Floats, limit: float
 ) -> tuple[float, int]:
     """Return the least cost of reaching a sample along its curve, and the former node's candidate that has it."""
     i, way = abs(signed) - 1, 1 if signed > 0 else -1
@@ -237,7 +241,7 @@ def _follow_curve(
     least, source = math.inf, -1
     for advance in range(2, min(before, _MAX_STEP) + 1):
         p = place[i - way * advance]
-        if p >= 0 and total[p] <= limit and way * found[p] > 0:
+        if p >= 0 and total[p] <= limit and way * former[p] > 0:
             cost = total[p] + _SLIP_COST[advance - 2]
             if cost < least or (cost == least and p < source):
                 least, source = cost, p
@@ -250,9 +254,9 @@ def _may_reappear(
     node: int,
     last_signed: int,
     last_node: int,
-    nodes: npt.NDArray[np.float64],
-    samples: npt.NDArray[np.float64],
-    part: npt.NDArray[np.int64],
+    nodes: _Floats,
+    samples: _Floats,
+    part: _Ints,
     spacing: float,
     slack: float,
 ) -> bool:
@@ -268,88 +272,48 @@ def _may_reappear(
     dy -= nodes[node, 1] - nodes[last_node, 1]
     if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE_CHANGE * hidden + slack:
         return False
-    return part[i] != part[j] or way * last_signed < 0 or way * (i - j) > 0  # nothing is seen twice
+    # Nothing is seen twice.
+    return part[i] != part[j] or way * last_signed < 0 or way * (i - j) > 0
 
 
 @inlined
-def _switch_curve(
-    signed: int,
-    heading: npt.NDArray[np.float64],
-    samples: npt.NDArray[np.float64],
-    part: npt.NDArray[np.int64],
-    found: npt.NDArray[np.int64],
-    total: npt.NDArray[np.float64],
-    count: int,
-    spacing: float,
-    limit: float,
-    least: float,
-    source: int,
-) -> tuple[float, int]:
-    """Return the least cost of reaching a sample, and its source, if it may also be reached from another curve."""
-    i, way = abs(signed) - 1, 1 if signed > 0 else -1
-    for p in range(count):
-        cost = total[p] + _SWITCH_COST
-        if cost > least or total[p] > limit or (cost == least and 0 <= source <= p):
-            continue
-        other = found[p]
-        j = abs(other) - 1
-        if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= _MAX_STEP:
-            continue
-        dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
-        squared = dx * dx + dy * dy
-        ahead = dx * heading[0] + dy * heading[1]
-        if squared <= (_MAX_SWITCH_STEP * spacing) ** 2 and ahead >= _MIN_SWITCH_ADVANCE * spacing:
-            least, source = cost, p
-    return least, source
+def _may_switch(signed: int, other: int, heading: _Floats, samples: _Floats, part: _Ints, spacing: float) -> bool:
+    """Return True if a track may change from one sample to another one, that is not the next along its curve."""
+    i, j, way = abs(signed) - 1, abs(other) - 1, 1 if signed > 0 else -1
+    if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= _MAX_STEP:
+        return False
+    dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
+    near = dx * dx + dy * dy <= (_MAX_SWITCH_STEP * spacing) ** 2
+    return near and dx * heading[0] + dy * heading[1] >= _MIN_SWITCH_ADVANCE * spacing
 
 
 @helper
-def _trace_back(
-    state: int,
-    found: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    back: npt.NDArray[np.int64],
-    hidden_back: npt.NDArray[np.int64],
-    assignment: npt.NDArray[np.int64],
-) -> float:
-    """Write the assignment that ends in a state, negative if hidden; return the mean cost of the visible nodes."""
+def _trace_back(state: int, candidates: _Candidates, back: _Ints, hidden_back: _Ints, assignment: _Ints) -> float:
+    """Write the assignment that ends in a state, 0 if hidden; return the mean cost of the visible nodes."""
     total, seen = 0.0, 0
     for k in range(len(assignment) - 1, -1, -1):
         if state < 0:
             assignment[k] = 0
             state = hidden_back[k]
         else:
-            assignment[k] = found[k, state]
-            total += costs[k, state]
+            assignment[k] = candidates.found[k, state]
+            total += candidates.costs[k, state]
             seen += 1
             state = back[k, state]
     return total / seen if seen else math.inf
 
 
 @helper
-def _accumulate_costs(
-    nodes: npt.NDArray[np.float64],
-    headings: npt.NDArray[np.float64],
-    hidden_cost: npt.NDArray[np.float64],
-    samples: npt.NDArray[np.float64],
-    part: npt.NDArray[np.int64],
-    bounds: npt.NDArray[np.int64],
-    spacing: float,
-    slack: float,
-    found: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    sizes: npt.NDArray[np.int64],
-    back: npt.NDArray[np.int64],
-    hidden_back: npt.NDArray[np.int64],
-) -> int:
+def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: _Ints, hidden_back: _Ints) -> int:
     """Accumulate the least costs of all states, node by node; write their sources, and return the cheapest last state.
 
     A state is a candidate of a node, or -1 for being hidden.
     """
-    count = len(nodes)
-    room = int(slack / (spacing / SAMPLES_PER_NODE))
+    found, costs, sizes = candidates.found, candidates.costs, candidates.sizes
+    nodes, headings, samples, part, bounds, spacing, slack = problem
+    count, hidden_cost, room = len(nodes), nodes[:, 3], int(slack / (spacing / SAMPLES_PER_NODE))
     total = np.empty((count, _MAX_CANDIDATES))
-    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among the candidates of the former node
+    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among the former node's candidates
     hidden_total, last_node, last_signed = hidden_cost[0], -1, 0  # cheapest hidden state, and where it was last seen
     for c in range(sizes[0]):
         total[0, c] = costs[0, c] + _hiding_cost(found[0, c], False, part, bounds, room)
@@ -367,9 +331,12 @@ def _accumulate_costs(
             if cost < least and _may_reappear(signed, k, last_signed, last_node, nodes, samples, part, spacing, slack):
                 least, source = cost, -1
             if cheapest + _SWITCH_COST <= least:
-                least, source = _switch_curve(
-                    signed, headings[k], samples, part, former, former_total, former_size, spacing, limit, least, source
-                )
+                for p in range(former_size):
+                    cost = former_total[p] + _SWITCH_COST
+                    if cost > least or former_total[p] > limit or (cost == least and 0 <= source <= p):
+                        continue
+                    if _may_switch(signed, former[p], headings[k], samples, part, spacing):
+                        least, source = cost, p
             total[k, c], back[k, c] = least + costs[k, c], source
         for p in range(former_size):
             place[abs(former[p]) - 1] = -1
@@ -387,34 +354,17 @@ def _accumulate_costs(
 
 
 @kernel(
-    read(float64, 2),
-    read(float64, 1),
-    read(float64, 1),
-    read(float64, 2),
-    write(float64, 2),
-    read(int64, 1),
-    read(int64, 2),
-    read(float64, 2),
-    float64,
-    read(float64, 1),
-    float64,
-    float64,
-    write(int64, 1),
+    read(float64, 2), read(float64, 2), read(int64, 2), read(float64, 2), float64, float64, float64, write(int64, 1)
 )
 def find_route(
-    nodes: npt.NDArray[np.float64],
-    reach: npt.NDArray[np.float64],
-    hidden_cost: npt.NDArray[np.float64],
-    samples: npt.NDArray[np.float64],
-    tangents: npt.NDArray[np.float64],
-    part: npt.NDArray[np.int64],
-    bounds: npt.NDArray[np.int64],
-    boxes: npt.NDArray[np.float64],
+    nodes: _Floats,
+    samples: _Floats,
+    bounds: _Ints,
+    boxes: _Floats,
     longest_step: float,
-    extra_cost: npt.NDArray[np.float64],
     spacing: float,
     slack: float,
-    assignment: npt.NDArray[np.int64],
+    assignment: _Ints,
 ) -> float:
     """Find the cheapest route of a known curve's nodes through a frame's curves, by dynamic programming.
 
@@ -423,24 +373,16 @@ def find_route(
 
     Parameters
     ----------
-    nodes : (k, 2) float64
-        Predicted points of the known curve, evenly spaced; two or more.
-    reach : (k,) float64
-        Largest distance of a sample from each.
-    hidden_cost : (k,) float64
-        Cost of each being hidden; a sample at the limit of its reach costs 1.
-    samples : (n, 2) float64
-        Along the frame's curves, one after the other, `SAMPLES_PER_NODE` times as dense as the nodes.
-    tangents : (n, 2) float64
-        Unit tangents at the samples, infinite while they are unknown; written when they are used.
-    part : (n,) int64
-        Curve of each sample: 0, 1, ...
+    nodes : (k, 4) float64
+        Of the known curve, evenly spaced; two or more: the predicted ``x, y``, the largest distance of a sample, and
+        the cost of the node being hidden; a sample at the limit of its reach costs 1.
+    samples : (n, 5) float64
+        Along the frame's curves, one after the other, `SAMPLES_PER_NODE` times as dense as the nodes: ``x, y``, the
+        unit tangent, and what is added to the cost.
     bounds : (p, 2) int64
         First and last sample of each curve.
     boxes, longest_step
-        As `bounding_boxes` makes them.
-    extra_cost : (n,) float64
-        Added to the cost of each sample.
+        As `describe_curves` makes them.
     spacing : float
         From node to node.
     slack : float
@@ -455,63 +397,26 @@ def find_route(
         Mean cost of the nodes that are seen; infinite if none is.
     """
     count = len(nodes)
-    headings, sizes = np.empty((count, 2)), np.empty(count, dtype=np.int64)
-    found, costs = np.empty((count, _MAX_CANDIDATES), dtype=np.int64), np.empty((count, _MAX_CANDIDATES))
-    nearby = _reachable_boxes(nodes, reach, boxes)
-    step = max(longest_step, spacing / SAMPLES_PER_NODE)
+    headings, part = np.empty((count, 2)), np.empty(len(samples), np.int64)
+    for p in range(len(bounds)):
+        part[bounds[p, 0] : bounds[p, 1] + 1] = p
     for k in range(count):
-        _write_tangent(nodes, 0, count - 1, k, headings[k])
-        sizes[k] = _find_candidates(
-            nodes[k, 0],
-            nodes[k, 1],
-            headings[k],
-            reach[k],
-            step,
-            samples,
-            tangents,
-            bounds,
-            nearby,
-            extra_cost,
-            found[k],
-            costs[k],
-        )
+        headings[k, 0], headings[k, 1] = _tangent(nodes, 0, count - 1, k)
+    problem = _Problem(nodes, headings, samples, part, bounds, spacing, slack)
+    candidates = _Candidates(
+        np.empty((count, _MAX_CANDIDATES), np.int64), np.empty((count, _MAX_CANDIDATES)), np.empty(count, np.int64)
+    )
+    nearby, step = _reachable_boxes(nodes, boxes), max(longest_step, spacing / SAMPLES_PER_NODE)
+    for k in range(count):
+        _find_candidates(k, problem, step, nearby, candidates)
     back = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)  # state of the former node; -1: hidden
     hidden_back = np.full(count, -1, dtype=np.int64)
-    state = _accumulate_costs(
-        nodes, headings, hidden_cost, samples, part, bounds, spacing, slack, found, costs, sizes, back, hidden_back
-    )
-    return _trace_back(state, found, costs, back, hidden_back, assignment)
-
-
-@kernel(read(float64, 2), write(float64, 2))
-def interpolate_evenly(samples: npt.NDArray[np.float64], nodes: npt.NDArray[np.float64]) -> None:
-    """Interpolate samples linearly at evenly spaced parameters from the first to the last.
-
-    Parameters
-    ----------
-    samples : (m, d) float64
-        Evenly spaced; two or more.
-    nodes : (k, d) float64
-        Written; two or more.
-    """
-    last, count = len(samples) - 1, len(nodes)
-    gap, step, i = 1.0 / last, 1.0 / (count - 1), 0
-    for k in range(count):
-        u = k * step if k < count - 1 else 1.0
-        while i < last - 1 and (i + 1) * gap <= u:
-            i += 1
-        low, high = i * gap, (i + 1) * gap if i + 1 < last else 1.0
-        for d in range(nodes.shape[1]):
-            if u >= 1.0:
-                nodes[k, d] = samples[last, d]
-            else:
-                nodes[k, d] = (samples[i + 1, d] - samples[i, d]) / (high - low) * (u - low) + samples[i, d]
+    state = _accumulate_costs(problem, candidates, back, hidden_back)
+    return _trace_back(state, candidates, back, hidden_back, assignment)
 
 
 @kernel(read(int64, 1), read(int64, 1), int64, write(int64, 2))
-def find_intervals(
-    assignment: npt.NDArray[np.int64], part: npt.NDArray[np.int64], min_nodes: int, intervals: npt.NDArray[np.int64]
-) -> int:
+def find_intervals(assignment: _Ints, part: _Ints, min_nodes: int, intervals: _Ints) -> int:
     """Find the intervals of a route that follow one curve in one direction, without a gap or a leap.
 
     Parameters

@@ -1,11 +1,21 @@
-"""Curves that move along with the velocities of their samples."""
+"""Values between samples, and curves that move along with the velocities of their samples."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from dloftbs.tracking.kernels.curve_motion import move_control_points
+from dloftbs.tracking.kernels.interpolation import interpolate, move_control_points
+
+
+@pytest.mark.parametrize("count", [2, 5, 63, 64, 127, 129])
+@pytest.mark.parametrize("samples", [2, 3, 64])
+def test_values_are_those_of_numpy_s_interpolation_bit_for_bit(samples: int, count: int) -> None:
+    rng = np.random.default_rng(count)
+    values = rng.normal(size=(samples, 3))
+    u = np.concatenate((np.linspace(0.0, 1.0, count), rng.uniform(-0.5, 1.5, count), np.linspace(0.0, 1.0, samples)))
+    expected = np.stack([np.interp(u, np.linspace(0.0, 1.0, samples), column) for column in values.T], axis=1)
+    np.testing.assert_array_equal(interpolate(values, u), expected)
 
 
 def slow_move(

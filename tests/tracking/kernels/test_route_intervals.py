@@ -1,9 +1,8 @@
-"""Nodes in between samples, and the intervals of a route, each against a slow twin."""
+"""Intervals of a route, against a slow twin."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,17 +10,6 @@ from dloftbs.tracking.kernels import routing
 
 LENGTHS = (9, 5)
 PART = np.repeat(np.arange(len(LENGTHS)), LENGTHS)
-
-
-@pytest.mark.parametrize("count", [2, 5, 63, 64, 127, 129])
-@pytest.mark.parametrize("samples", [2, 3, 64])
-def test_nodes_lie_on_the_lines_between_samples(samples: int, count: int) -> None:
-    points = np.random.default_rng(count).normal(size=(samples, 3))
-    nodes = np.empty((count, 3))
-    routing.interpolate_evenly(points, nodes)
-    u, known = np.linspace(0.0, 1.0, count), np.linspace(0.0, 1.0, samples)
-    expected = np.stack([np.interp(u, known, column) for column in points.T], axis=1)
-    np.testing.assert_allclose(nodes, expected, rtol=0.0, atol=1e-12)
 
 
 def intervals_by_hand(at: list[int], min_nodes: int) -> list[list[int]]:
