@@ -90,6 +90,29 @@ def direction_from(
     return (dx / norm, dy / norm) if norm > 0.0 else (0.0, 0.0)
 
 
+@helper
+def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> int:
+    """Move the samples that look like one on the other side of the cable to the front; return their number.
+
+    What lies on one side alone may be what hides the cable, or the cable's shadow. Where one side has no samples, all
+    are kept.
+    """
+    count, agreeing = len(ground), 0
+    if count == 0 or np.min(sides) == np.max(sides):
+        return count
+    alike = max(FLOOR, LENIENT * spread_of(ground))
+    agrees = np.zeros(count, dtype=np.bool_)
+    for k in range(count):
+        for m in range(k):
+            if sides[k] != sides[m] and colour_distance(ground[k], ground[m]) <= alike:
+                agrees[k] = agrees[m] = True
+    for k in range(count):
+        if agrees[k]:
+            copy_to(ground[agreeing], ground[k])
+            agreeing += 1
+    return agreeing
+
+
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
 def sample_references(
     image: npt.NDArray[np.uint8],
@@ -106,6 +129,8 @@ def sample_references(
     npt.NDArray[np.float64],
 ]:
     """Sample what cables, and the ground beside them, look like before their ends.
+
+    Ground is what lies on both sides of a cable.
 
     Parameters
     ----------
@@ -136,6 +161,7 @@ def sample_references(
     cable = np.empty((len(ends), _MOST_SAMPLES, 3))
     spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
+    sides = np.empty(2 * _MOST_SAMPLES)
     for e in range(len(ends)):
         start, stop = spans[branch_of(ends[e])]
         back = inward(ends[e])
@@ -155,7 +181,9 @@ def sample_references(
                 aside = side * (BESIDE_WIDTHS * width + CLEAR_PX)
                 gx, gy = x - aside * dy, y + aside * dx
                 if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
+                    sides[grounds[e]] = side
                     grounds[e] += 1
+        grounds[e] = _keep_agreeing(ground[e, : grounds[e]], sides[: grounds[e]])
         spread[e, 0], spread[e, 1] = spread_of(ground[e, : grounds[e]]), spread_of(cable[e, : cables[e]])
     return ground, grounds, cable, cables, spread
 
