@@ -64,30 +64,43 @@ Source: bounds time and memory.
 
 
 @helper
-def direction_from(
-    points: npt.NDArray[np.float64], tip: int, back: int, i: int, last: int, width: float
-) -> tuple[float, float]:
-    """Return the unit direction of a run at its i-th point from an end, over a width away from it; 0 where it has none.
+def place_before(
+    points: npt.NDArray[np.float64], spans: npt.NDArray[np.int64], end: int, first: float, k: int, width: float
+) -> tuple[int, float, float, float, float]:
+    """Return the k-th place of a run before one of its ends, up to `REACH_WIDTHS`, and the direction away from the end.
 
     Parameters
     ----------
     points : (m, 2) float64
-    tip : int
-        Point at the end.
-    back : int
-        1 or -1, from point to point away from it.
-    i, last : int
-        Number of the point, and of the last one that counts.
+    spans : (n, 2) int64
+        The points of each run.
+    end : int
+    first : float
+        Distance of the first place from the end, px.
+    k : int
     width : float
         px.
+
+    Returns
+    -------
+    at : int
+        Number of points from the end; -1 where the run has no such place.
+    x, y, dx, dy : float
+        The place, and the unit direction over a width; 0 where there is none.
     """
-    j = min(i + max(int(width), 2), last)
-    dx, dy = (
-        points[tip + back * j, 0] - points[tip + back * i, 0],
-        points[tip + back * j, 1] - points[tip + back * i, 1],
-    )
+    start, stop = spans[branch_of(end)]
+    back = inward(end)
+    tip = start if back == 1 else stop - 1
+    last = int(min(REACH_WIDTHS * width, stop - start - 1))
+    i = int(first + k * max(_APART_WIDTHS * width, 1.0))
+    if i >= last:
+        return -1, 0.0, 0.0, 0.0, 0.0
+    here, there = tip + back * i, tip + back * min(i + max(int(width), 2), last)
+    dx, dy = points[there, 0] - points[here, 0], points[there, 1] - points[here, 1]
     norm = np.sqrt(dx * dx + dy * dy)
-    return (dx / norm, dy / norm) if norm > 0.0 else (0.0, 0.0)
+    if norm > 0.0:
+        dx, dy = dx / norm, dy / norm
+    return i, points[here, 0], points[here, 1], dx, dy
 
 
 @helper
@@ -156,23 +169,17 @@ def sample_references(
         Distance between the colours of the ground, and between those of the cable.
     """
     half = int(BLOCK_WIDTHS * width)
-    clear, step = CLEAR_WIDTHS * width + CLEAR_PX, max(_APART_WIDTHS * width, 1.0)
+    clear = CLEAR_WIDTHS * width + CLEAR_PX
     ground = np.empty((len(ends), 2 * _MOST_SAMPLES, 3))
     cable = np.empty((len(ends), _MOST_SAMPLES, 3))
     spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
     sides = np.empty(2 * _MOST_SAMPLES)
     for e in range(len(ends)):
-        start, stop = spans[branch_of(ends[e])]
-        back = inward(ends[e])
-        at = start if back == 1 else stop - 1
-        count = int(min(REACH_WIDTHS * width, stop - start - 1))
         for k in range(_MOST_SAMPLES):
-            i = int(BACK_WIDTHS * width + k * step)
-            if i >= count:
+            at, x, y, dx, dy = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
+            if at < 0:
                 break
-            x, y = points[at + back * i, 0], points[at + back * i, 1]
-            dx, dy = direction_from(points, at, back, i, count, width)
             if block_mean(image, x, y, half, cable[e, cables[e]]):
                 cables[e] += 1
             if dx == 0.0 and dy == 0.0:
