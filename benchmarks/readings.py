@@ -12,7 +12,7 @@ from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
 from dloftbs.graph import POSITION, TANGENT, Branches, EndMatching, Graph, branch_of, ends_of, other_end
 from dloftbs.linking import link
-from dloftbs.linking.end_matching import Ends, Links, list_joints, match_ends
+from dloftbs.linking.end_matching import Ends, list_joints, match_ends
 from dloftbs.linking.kernels import branch_overlap, wide_stretches
 from dloftbs.linking.kernels.joint_features import prices
 from dloftbs.linking.kernels.pair_costs import junction_costs
@@ -186,13 +186,8 @@ def _pair_costs(look: Look, branches: Branches) -> tuple[npt.NDArray[np.int64], 
         graph.bordering[ids],
         graph.corners[ids],
     )
-    rows, columns, joints, opens = list_joints(graph, ends, _links(graph), config.max_gap_widths, None, 0.0)
+    rows, columns, joints, opens = list_joints(graph, ends, config.max_gap_widths, None, 0.0)
     return rows, columns, prices(joints, JOINT), prices(opens, OPEN)
-
-
-def _links(graph: Graph) -> Links:
-    links: Links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
-    return links
 
 
 def _enumerate(look: Look, branches: Branches, extra: float) -> list[Reading]:
@@ -230,8 +225,9 @@ def _overlap_cost(look: Look) -> float:
     graph, nothing = look.graph, np.empty(0, dtype=np.int64)
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
+    links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
     paths, _, costs = branch_overlap.list_paths(
-        graph.nodes, graph.spurs, reach, spans, widths, graph.width, *_links(graph)[:4], nothing, nothing
+        graph.nodes, graph.spurs, reach, spans, widths, graph.width, *links, nothing, nothing
     )
     return min(
         float(cost)

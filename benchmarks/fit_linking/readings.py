@@ -16,7 +16,6 @@ from dloftbs import Config
 from dloftbs.config import DepthConfig, LinkingConfig
 from dloftbs.evidence import EvidenceMap
 from dloftbs.linking.end_matching import list_ends, list_joints
-from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.stage_order import run_stages
 
 _MORE = 8.0  # nats by which a pair may cost more than two open ends and still counts as a candidate
@@ -51,11 +50,10 @@ def list_choices(scenes: Iterable[Scene]) -> Iterator[Choice]:
         if run.graph is None or run.crop is None:
             continue
         graph, crop, none = run.graph, run.crop, np.empty(0, dtype=np.int64)
-        links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
         evidence = EvidenceMap.of(scene.frame, crop, DepthConfig())
         at_ends = None if evidence is None else evidence.at(graph)
         ends = list_ends(graph, none, none)
-        rows, columns, joints, opens = list_joints(graph, ends, links, config.linking.max_gap_widths, at_ends, _MORE)
+        rows, columns, joints, opens = list_joints(graph, ends, config.linking.max_gap_widths, at_ends, _MORE)
         partner = true_partners(scene, crop, graph)
         partner[(graph.spurs.repeat(2)) | (graph.corners >= 0)] = UNKNOWN
         for members in _connected(rows, columns, len(partner)):

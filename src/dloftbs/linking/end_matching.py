@@ -24,7 +24,7 @@ from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels import branch_overlap, end_matching
 from dloftbs.linking.kernels.hidden_gaps import match_with_hiding
-from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_ROUND, OPEN_JUNCTION, prices
+from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION, prices
 from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
@@ -57,8 +57,6 @@ Source: by hand; long enough for a staircase, short enough for a bend.
 
 _Ints = npt.NDArray[np.int64]
 _Floats = npt.NDArray[np.float64]
-_Costs = tuple[_Ints, _Ints, _Ints, _Floats]
-Links = tuple[_Ints, _Ints, _Ints, _Floats, _Floats]
 
 
 class Ends(NamedTuple):
@@ -111,12 +109,11 @@ def match_ends(
     EndMatching
     """
     mask = crop.oriented(crop.pixels)
-    links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
-    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask, links[:4])
+    duplicates, partial, gains, reach, raw_radius = _find_shared(graph, mask)
     ends = list_ends(graph, duplicates, partial)
     points, radius, spans = _own_points(graph, duplicates, partial, reach)
     more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
-    rows, columns, joints, opens = list_joints(graph, ends, links, max_gap_widths, evidence, more)
+    rows, columns, joints, opens = list_joints(graph, ends, max_gap_widths, evidence, more)
     costs, open_cost = prices(joints, JOINT), prices(opens, OPEN)
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
@@ -158,7 +155,6 @@ def match_ends(
 def list_joints(
     graph: Graph,
     ends: Ends,
-    links: Links,
     max_gap_widths: float,
     evidence: EndEvidence | None,
     more: float,
@@ -169,8 +165,6 @@ def list_joints(
     ----------
     graph : Graph
     ends : Ends
-    links
-        As `junction_costs` makes them of the graph.
     max_gap_widths : float
         Longest gap, widths.
     evidence : EndEvidence, optional
@@ -192,14 +186,10 @@ def list_joints(
         ends.roundness,
         ends.states,
         graph.width,
-        links[0],
-        links[1],
-        links[2],
-        links[4],
         ends.bordering,
         ends.corners,
         max_gap_widths * graph.width,
-        0.0 if evidence is None else 2.0 * JOINT[GAP_ROUND] - JOINT[GAP_HIDDEN] * max_gap_widths,
+        evidence is not None,
         more,
     )
     if evidence is None or len(rows) == 0:
@@ -270,17 +260,13 @@ def _own_points(
     return np.concatenate(points), np.concatenate(radius), spans
 
 
-def _find_shared(
-    graph: Graph, mask: npt.NDArray[np.uint8], junctions: _Costs
-) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
+def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Ints, _Floats, _Ints, _Floats | None]:
     """Find the branches that two cables share.
 
     Parameters
     ----------
     graph : Graph
     mask : (H, W) uint8
-    junctions
-        As `junction_costs` makes them of the graph.
 
     Returns
     -------
@@ -301,6 +287,7 @@ def _find_shared(
     # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
     raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
     reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
+    junctions = junction_costs(graph.nodes, graph.spurs, graph.end_states, width)
     open_cost = np.full(len(graph.nodes), OPEN[OPEN_JUNCTION])
     open_cost[graph.spurs.repeat(2)] = 0.0
     for _ in range(_ROUNDS):

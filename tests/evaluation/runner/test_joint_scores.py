@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import curve_through, loop
@@ -7,7 +9,7 @@ from evaluation.runner_stubs import Bars, method, suite
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.centerline import JointKind
+from dloftbs.centerline import Centerline, JointKind
 from dloftbs.detection import Detection
 from dloftbs.evaluation.runner.finished_parts import JointRow
 from dloftbs.evaluation.runner.joint_scores import judge_joints
@@ -50,6 +52,16 @@ def test_at_a_crossing_straight_on_is_right(first, second, right):
     for detection in (joined(first, second), joined(first, second).reversed()):
         assert verdicts(detection, ACROSS, DOWN) == [right]
         assert verdicts(detection, DOWN, ACROSS.reversed()) == [right]
+
+
+def test_a_gap_is_measured_from_segment_to_segment():
+    """Its own span ends where the mask does, and that may be much nearer."""
+    found = joined(LEFT[:-30], RIGHT[30:], kind=JointKind.GAP)
+    (gap,) = found.joints
+    middle = 0.5 * sum(gap.u)
+    line = Centerline(found.centerline.segments, (replace(gap, u=(middle - 0.001, middle + 0.001)),))
+    for detection in (Detection(line, found.curve), Detection(line, found.curve).reversed()):
+        assert verdicts(detection, ACROSS, DOWN) == [True]
 
 
 def test_an_oblique_crossing_is_not_taken_for_its_neighbour():

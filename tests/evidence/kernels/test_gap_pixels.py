@@ -96,7 +96,7 @@ def literal_references(scene: Scene, end: int) -> tuple[np.ndarray, np.ndarray]:
     back = run if end % 2 == 0 else run[::-1]
     width = scene.width
     last = int(min(8.0 * width, len(back) - 1))
-    ground, cable = [], []
+    ground, cable = ([], []), []
     for k in range(24):
         at = int(2.0 * width + k * max(width, 1.0))
         if at >= last:
@@ -105,10 +105,22 @@ def literal_references(scene: Scene, end: int) -> tuple[np.ndarray, np.ndarray]:
         way = back[min(at + max(int(width), 2), last)] - back[at]
         cable.append(scene.colour_at(x, y))
         normal = np.array([-way[1], way[0]]) / np.hypot(*way) * (width + 1.0)
-        for side in (-normal, normal):
+        for number, side in enumerate((-normal, normal)):
             if scene.is_clear(*(back[at] + side)):
-                ground.append(scene.colour_at(*(back[at] + side)))
-    return tuple(np.array([c for c in found if c is not None]).reshape(-1, 3) for found in (ground, cable))
+                ground[number].append((k, scene.colour_at(*(back[at] + side))))
+    return literal_both_sides(ground), np.array([c for c in cable if c is not None]).reshape(-1, 3)
+
+
+def literal_both_sides(ground: tuple[list, list]) -> np.ndarray:
+    """Return the colours, in their order, that are near one on the other side; all if the other side has none."""
+    sides = [[(k, colour) for k, colour in found if colour is not None] for found in ground]
+    every = sorted(((k, side, colour) for side in (0, 1) for k, colour in sides[side]), key=lambda found: found[:2])
+    colours = np.array([colour for _, _, colour in every]).reshape(-1, 3)
+    if not all(sides):
+        return colours
+    alike = max(12.0, 4.0 * literal_spread(colours))
+    kept = [min(np.linalg.norm(colour - other) for _, other in sides[1 - side]) <= alike for _, side, colour in every]
+    return colours[np.array(kept)]
 
 
 def literal_keep(beside: list[np.ndarray | None], ground: np.ndarray, alike: float) -> list[np.ndarray | None]:
@@ -180,6 +192,20 @@ def test_references_are_the_colours_before_the_ends_and_beside_them(seed: int) -
         np.testing.assert_allclose(ground[e, : grounds[e]], expected_ground)
         np.testing.assert_allclose(cable[e, : cables[e]], expected_cable)
         np.testing.assert_allclose(spread[e], [literal_spread(expected_ground), literal_spread(expected_cable)])
+
+
+def test_what_lies_on_one_side_of_a_cable_alone_is_no_ground() -> None:
+    """It may be what hides the cable, and lie along it before it does."""
+    scene = Scene(0)
+    scene.image[:] = COLOURS[0]
+    scene.mask[:], scene.width = 0, 6.0
+    scene.mask[42:48, 10:100] = 1
+    scene.points, scene.spans = np.column_stack((np.arange(10.0, 100.0), np.full(90, 44.5))), np.array([[0, 90]])
+    scene.ends = np.array([0, 1])
+    scene.image[:42, 80:] = COLOURS[2]  # a cover that comes up to the cable's end from one side
+    ground, grounds, *_ = scene.references()
+    assert grounds.min() >= 6
+    assert (np.concatenate([own[:count] for own, count in zip(ground, grounds, strict=True)]) == COLOURS[0]).all()
 
 
 @given(seeds)

@@ -49,7 +49,7 @@ def paths_of(
     widths = np.full(n, WIDTH)
     widths[2] = wide * WIDTH
     reach = known.get("reach", np.zeros(2 * n, dtype=np.int64))
-    costs = junction_costs(nodes, spur, states, WIDTH)[:4]
+    costs = junction_costs(nodes, spur, states, WIDTH)
     paths, inside, open_cost = list_paths(
         nodes, spur, reach, spans, widths, WIDTH, *costs, known.get("duplicates", NONE), known.get("partial", NONE)
     )
@@ -108,7 +108,7 @@ def test_sharing_costs_less_where_the_mask_is_wider(length: float, ratio: float)
 
 def test_the_sets_of_arms_before_and_after() -> None:
     nodes, states = two_ys()
-    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH)[:4]
+    costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH)
     paths = np.full((2, MOST_RUNS), -1)
     paths[:, 0] = 4
     sets, slots, changes = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2], NONE, NONE)

@@ -13,7 +13,6 @@ from dloftbs.linking.kernels.joint_features import (
     GAP_LENGTH,
     LINK_TURN,
     bend_between,
-    prices,
     turn_costs,
 )
 from dloftbs.linking.kernels.pair_costs import junction_costs
@@ -86,9 +85,8 @@ def test_a_right_angle_costs_what_the_formula_says() -> None:
     gap = JOINT[GAP_ENERGY] * WIDTH / length * bend + JOINT[GAP_LENGTH] * length / WIDTH
     assert costs == pytest.approx([gap, JOINT[LINK_TURN] * bend])
     nodes, spur = np.array([0, -1, 0, -1]), np.zeros(2, np.bool_)
-    *_, costs, links = junction_costs(nodes, spur, states[[0, 0, 1, 1]], WIDTH)
+    *_, costs = junction_costs(nodes, spur, states[[0, 0, 1, 1]], WIDTH)
     assert costs[1] == costs[2] == pytest.approx(JOINT[LINK_TURN] * bend)
-    np.testing.assert_array_equal(prices(links[1:3], JOINT), costs[1:3])
 
 
 def test_a_promise_is_not_held_against_a_curve_that_turns_less() -> None:

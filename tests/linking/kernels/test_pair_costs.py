@@ -29,7 +29,7 @@ def plus_states() -> tuple[np.ndarray, np.ndarray]:
 def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
     nodes, states = plus_states()
     spur = np.array([False, False, True, True])
-    first, members, starts, costs, _ = junction_costs(nodes, spur, states, WIDTH)
+    first, members, starts, costs = junction_costs(nodes, spur, states, WIDTH)
     assert first.tolist() == [0, 4]
     assert members.tolist() == [0, 2, 4, 6]
     assert starts.tolist() == [0, 16]
@@ -51,15 +51,13 @@ def costs_of(
         "bordering": np.zeros(len(nodes), np.bool_),
         "corners": np.full(len(nodes), -1),
         "max_gap": 100.0,
-        "slack": 0.0,
+        "asked": False,
         "more": 0.0,
         **changes,
     }
-    first, members, starts, _, links = junction_costs(nodes, given_["spur"], states, WIDTH)
     one, two, joints, opens = pair_costs(
         nodes, given_["end_id"], given_["spur"], given_["end_roundness"], states, WIDTH,
-        first, members, starts, links,
-        given_["bordering"], given_["corners"], given_["max_gap"], given_["slack"],
+        given_["bordering"], given_["corners"], given_["max_gap"], given_["asked"],
         given_["more"],
     )  # fmt: skip
     assert (one < two).all()
@@ -102,6 +100,17 @@ def test_costlier_pairs_are_listed_where_they_may_be() -> None:
     assert len(costs_of(nodes, states, max_gap=1e3, more=0.4)[0]) == 1
 
 
+def test_what_evidence_may_still_join_is_listed() -> None:
+    """It may show that a gap is hidden all along; then neither its length nor the shape of its ends counts as much."""
+    nodes, states = two_dashes(1.2 * 2 * OPEN_FREE * WIDTH / GAP_LENGTH)
+    hidden = (GAP_LENGTH + JOINT[columns.GAP_HIDDEN]) * 1.2 * 2 * OPEN_FREE / GAP_LENGTH
+    assert hidden < 2 * OPEN_FREE
+    for roundness in (0.0, 1.0):
+        ends = np.full(4, roundness)
+        assert costs_of(nodes, states, max_gap=1e3, end_roundness=ends)[0] == {}
+        assert len(costs_of(nodes, states, max_gap=1e3, end_roundness=ends, asked=True)[0]) == 1
+
+
 def test_a_gap_that_is_too_long_is_none() -> None:
     nodes, states = two_dashes(24.0)
     assert costs_of(nodes, states, max_gap=23.9)[0] == {}
@@ -122,7 +131,7 @@ def test_all_pairs_of_many_ends_are_listed() -> None:
     turn = np.linspace(0, 360, n, endpoint=False)
     states = np.array([arm(100 + 5 * np.cos(np.radians(t)), 100 + 5 * np.sin(np.radians(t)), t + 180) for t in turn])
     pairs, open_cost = costs_of(nodes, states)
-    *_, costs, _ = junction_costs(nodes, np.zeros(n // 2, np.bool_), states, WIDTH)
+    *_, costs = junction_costs(nodes, np.zeros(n // 2, np.bool_), states, WIDTH)
     matrix = costs.reshape(n, n)
     expected = {
         (i, j): matrix[i, j] for i in range(n) for j in range(i + 1, n) if matrix[i, j] < open_cost[i] + open_cost[j]

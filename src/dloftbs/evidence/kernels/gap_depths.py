@@ -12,12 +12,11 @@ from dloftbs.evidence.kernels.gap_pixels import (
     IS_CABLE,
     IS_GROUND,
     IS_NEITHER,
-    REACH_WIDTHS,
-    direction_from,
+    place_before,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
-from dloftbs.kernels.shared.graph_ends import branch_of, inward
+from dloftbs.kernels.shared.selection import nth_least
 
 EDGE_PX = 4.0
 """Distance from the mask within which a depth camera may still show the cable, px.
@@ -52,14 +51,8 @@ Source: derived; as many as lie up to `REACH_WIDTHS`.
 
 @helper
 def _median(values: npt.NDArray[np.float64]) -> float:
-    """Return the lower median of a few values, NaN if there are none; they are sorted in place."""
-    for i in range(1, len(values)):
-        value, at = values[i], i
-        while at > 0 and values[at - 1] > value:
-            values[at] = values[at - 1]
-            at -= 1
-        values[at] = value
-    return values[(len(values) - 1) // 2] if len(values) > 0 else np.nan
+    """Return the lower median of a few values, NaN if there are none; their order changes."""
+    return nth_least(values, (len(values) - 1) // 2) if len(values) > 0 else np.nan
 
 
 @helper
@@ -158,23 +151,17 @@ def sample_depths(
     depths, at, heights = np.empty(_SAMPLES), np.empty(_SAMPLES), np.empty(2 * _SAMPLES)
     slopes = np.empty(_SAMPLES * (_SAMPLES - 1) // 2)
     for e in range(len(free)):
-        start, stop = spans[branch_of(e)]
-        back = inward(e)
-        tip = start if back == 1 else stop - 1
         clear = BACK_WIDTHS * width if free[e] else EDGE_PX
-        last = int(min(REACH_WIDTHS * width, stop - start - 1))
         found, grounds = 0, 0
         for k in range(_SAMPLES):
-            i = int(clear + k * max(width, 1.0))
-            if i >= last:
+            i, x, y, dx, dy = place_before(points, spans, e, clear, k, width)
+            if i < 0:
                 break
-            x, y = points[tip + back * i, 0], points[tip + back * i, 1]
             metres = _metres_at(depth, unit, low, high, x, y, reach)
             if np.isnan(metres):
                 continue
             depths[found], at[found] = metres, i
             found += 1
-            dx, dy = direction_from(points, tip, back, i, last, width)
             if dx == 0.0 and dy == 0.0:
                 continue
             for side in (-1.0, 1.0):

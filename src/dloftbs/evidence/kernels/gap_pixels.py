@@ -64,30 +64,66 @@ Source: bounds time and memory.
 
 
 @helper
-def direction_from(
-    points: npt.NDArray[np.float64], tip: int, back: int, i: int, last: int, width: float
-) -> tuple[float, float]:
-    """Return the unit direction of a run at its i-th point from an end, over a width away from it; 0 where it has none.
+def place_before(
+    points: npt.NDArray[np.float64], spans: npt.NDArray[np.int64], end: int, first: float, k: int, width: float
+) -> tuple[int, float, float, float, float]:
+    """Return the k-th place of a run before one of its ends, up to `REACH_WIDTHS`, and the direction away from the end.
 
     Parameters
     ----------
     points : (m, 2) float64
-    tip : int
-        Point at the end.
-    back : int
-        1 or -1, from point to point away from it.
-    i, last : int
-        Number of the point, and of the last one that counts.
+    spans : (n, 2) int64
+        The points of each run.
+    end : int
+    first : float
+        Distance of the first place from the end, px.
+    k : int
     width : float
         px.
+
+    Returns
+    -------
+    at : int
+        Number of points from the end; -1 where the run has no such place.
+    x, y, dx, dy : float
+        The place, and the unit direction over a width; 0 where there is none.
     """
-    j = min(i + max(int(width), 2), last)
-    dx, dy = (
-        points[tip + back * j, 0] - points[tip + back * i, 0],
-        points[tip + back * j, 1] - points[tip + back * i, 1],
-    )
+    start, stop = spans[branch_of(end)]
+    back = inward(end)
+    tip = start if back == 1 else stop - 1
+    last = int(min(REACH_WIDTHS * width, stop - start - 1))
+    i = int(first + k * max(_APART_WIDTHS * width, 1.0))
+    if i >= last:
+        return -1, 0.0, 0.0, 0.0, 0.0
+    here, there = tip + back * i, tip + back * min(i + max(int(width), 2), last)
+    dx, dy = points[there, 0] - points[here, 0], points[there, 1] - points[here, 1]
     norm = np.sqrt(dx * dx + dy * dy)
-    return (dx / norm, dy / norm) if norm > 0.0 else (0.0, 0.0)
+    if norm > 0.0:
+        dx, dy = dx / norm, dy / norm
+    return i, points[here, 0], points[here, 1], dx, dy
+
+
+@helper
+def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> int:
+    """Move the samples that look like one on the other side of the cable to the front; return their number.
+
+    What lies on one side alone may be what hides the cable, or the cable's shadow. Where one side has no samples, all
+    are kept.
+    """
+    count, agreeing = len(ground), 0
+    if count == 0 or np.min(sides) == np.max(sides):
+        return count
+    alike = max(FLOOR, LENIENT * spread_of(ground))
+    agrees = np.zeros(count, dtype=np.bool_)
+    for k in range(count):
+        for m in range(k):
+            if sides[k] != sides[m] and colour_distance(ground[k], ground[m]) <= alike:
+                agrees[k] = agrees[m] = True
+    for k in range(count):
+        if agrees[k]:
+            copy_to(ground[agreeing], ground[k])
+            agreeing += 1
+    return agreeing
 
 
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
@@ -106,6 +142,8 @@ def sample_references(
     npt.NDArray[np.float64],
 ]:
     """Sample what cables, and the ground beside them, look like before their ends.
+
+    Ground is what lies on both sides of a cable.
 
     Parameters
     ----------
@@ -131,22 +169,17 @@ def sample_references(
         Distance between the colours of the ground, and between those of the cable.
     """
     half = int(BLOCK_WIDTHS * width)
-    clear, step = CLEAR_WIDTHS * width + CLEAR_PX, max(_APART_WIDTHS * width, 1.0)
+    clear = CLEAR_WIDTHS * width + CLEAR_PX
     ground = np.empty((len(ends), 2 * _MOST_SAMPLES, 3))
     cable = np.empty((len(ends), _MOST_SAMPLES, 3))
     spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
+    sides = np.empty(2 * _MOST_SAMPLES)
     for e in range(len(ends)):
-        start, stop = spans[branch_of(ends[e])]
-        back = inward(ends[e])
-        at = start if back == 1 else stop - 1
-        count = int(min(REACH_WIDTHS * width, stop - start - 1))
         for k in range(_MOST_SAMPLES):
-            i = int(BACK_WIDTHS * width + k * step)
-            if i >= count:
+            at, x, y, dx, dy = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
+            if at < 0:
                 break
-            x, y = points[at + back * i, 0], points[at + back * i, 1]
-            dx, dy = direction_from(points, at, back, i, count, width)
             if block_mean(image, x, y, half, cable[e, cables[e]]):
                 cables[e] += 1
             if dx == 0.0 and dy == 0.0:
@@ -155,7 +188,9 @@ def sample_references(
                 aside = side * (BESIDE_WIDTHS * width + CLEAR_PX)
                 gx, gy = x - aside * dy, y + aside * dx
                 if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
+                    sides[grounds[e]] = side
                     grounds[e] += 1
+        grounds[e] = _keep_agreeing(ground[e, : grounds[e]], sides[: grounds[e]])
         spread[e, 0], spread[e, 1] = spread_of(ground[e, : grounds[e]]), spread_of(cable[e, : cables[e]])
     return ground, grounds, cable, cables, spread
 

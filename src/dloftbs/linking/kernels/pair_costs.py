@@ -10,6 +10,9 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to, longer, longer_rows
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, X, Y, branch_of
 from dloftbs.linking.kernels.joint_features import (
+    GAP_HIDDEN,
+    GAP_LENGTH,
+    GAP_ROUND,
     OPEN_FREE,
     OPEN_JUNCTION,
     OPEN_KINK,
@@ -54,19 +57,50 @@ def _list_junction_ends(nodes: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.in
     return first, members
 
 
+@helper
+def _link_costs(
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    end_id: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    states: npt.NDArray[np.float64],
+    width: float,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the costs of links between the ends at each junction, and their columns.
+
+    Returns
+    -------
+    starts : (junctions + 1,) int64
+        Start of each junction's costs: a square matrix, row by row.
+    costs : (k,) float64
+    links : (k, columns) float64
+        In the upper triangle.
+    """
+    starts = np.zeros(len(first), dtype=np.int64)
+    for node in range(len(first) - 1):
+        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
+    costs = np.full(starts[len(first) - 1], FORBIDDEN)
+    links = np.zeros((len(costs), len(JOINT)))
+    for node in range(len(first) - 1):
+        size = first[node + 1] - first[node]
+        for a in range(size):
+            for b in range(a + 1, size):
+                i, j = members[first[node] + a], members[first[node] + b]
+                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
+                    continue
+                here, there = starts[node] + a * size + b, starts[node] + b * size + a
+                describe_link(states, i, j, width, links[here])
+                costs[here] = costs[there] = price(links[here], JOINT)
+    return starts, costs, links
+
+
 @kernel(read(int64, 1), read(boolean, 1), read(float64, 2), float64)
 def junction_costs(
     nodes: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
     states: npt.NDArray[np.float64],
     width: float,
-) -> tuple[
-    npt.NDArray[np.int64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
-]:
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
     """List the ends at every junction and the cost of each pair of them.
 
     Parameters
@@ -85,87 +119,13 @@ def junction_costs(
     members : (m,) int64
         Ends, junction after junction.
     starts : (junctions + 1,) int64
-        Start of each junction's costs: a square matrix of its states, row by row.
+        Start of each junction's costs: a square matrix of its ends, row by row.
     costs : (k,) float64
         nats.
-    links : (k, columns) float64
-        Columns of each pair, as `joint_features` has them.
     """
     first, members = _list_junction_ends(nodes)
-    count = len(first) - 1
-    starts = np.zeros(count + 1, dtype=np.int64)
-    for node in range(count):
-        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
-    costs = np.full(starts[count], FORBIDDEN)
-    links = np.zeros((starts[count], len(JOINT)))
-    for node in range(count):
-        size = first[node + 1] - first[node]
-        for a in range(size):
-            for b in range(a + 1, size):
-                i, j = members[first[node] + a], members[first[node] + b]
-                if not (spur[branch_of(i)] and spur[branch_of(j)]):
-                    here, there = starts[node] + a * size + b, starts[node] + b * size + a
-                    describe_link(states, i, j, width, links[here])
-                    links[there] = links[here]
-                    costs[here] = costs[there] = price(links[here], JOINT)
-    return first, members, starts, costs, links
-
-
-@helper
-def _place_link_costs(
-    first: npt.NDArray[np.int64], members: npt.NDArray[np.int64], starts: npt.NDArray[np.int64], ends: int
-) -> npt.NDArray[np.int64]:
-    """Return the start of each end's row in the costs of its junction, and its column."""
-    place = np.zeros((ends, 2), dtype=np.int64)
-    for node in range(len(first) - 1):
-        size = first[node + 1] - first[node]
-        for k in range(size):
-            end = members[first[node] + k]
-            place[end, 0], place[end, 1] = starts[node] + k * size, k
-    return place
-
-
-@helper
-def _expand_link_costs(
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    end_id: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
-    states: npt.NDArray[np.float64],
-    width: float,
-    place: npt.NDArray[np.int64],
-    links: npt.NDArray[np.float64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the costs of links between the ends at each junction, those of duplicates among them, and their columns.
-
-    Those of the graph's own ends are taken over where the order of the two is the same: then they are bit-equal.
-
-    Returns
-    -------
-    starts : (junctions + 1,) int64
-        Start of each junction's costs: a square matrix, of which the upper triangle counts.
-    costs : (k,) float64
-    own_links : (k, columns) float64
-    """
-    starts = np.zeros(len(first), dtype=np.int64)
-    for node in range(len(first) - 1):
-        starts[node + 1] = starts[node] + (first[node + 1] - first[node]) ** 2
-    costs = np.full(starts[len(first) - 1], FORBIDDEN)
-    own_links = np.zeros((len(costs), len(JOINT)))
-    for node in range(len(first) - 1):
-        size = first[node + 1] - first[node]
-        for a in range(size):
-            for b in range(a + 1, size):
-                i, j = members[first[node] + a], members[first[node] + b]
-                if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
-                    continue
-                row = own_links[starts[node] + a * size + b]
-                if end_id[i] < end_id[j]:
-                    copy_to(row, links[place[end_id[i], 0] + place[end_id[j], 1]])
-                else:
-                    describe_link(states, i, j, width, row)
-                costs[starts[node] + a * size + b] = price(row, JOINT)
-    return starts, costs, own_links
+    starts, costs, _ = _link_costs(first, members, np.arange(len(nodes)), spur, states, width)
+    return first, members, starts, costs
 
 
 @helper
@@ -239,8 +199,7 @@ def _describe_open(
 
 @kernel(
     read(int64, 1), read(int64, 1), read(boolean, 1), read(float64, 1), read(float64, 2), float64,
-    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 2), read(boolean, 1), read(int64, 1),
-    float64, float64, float64,
+    read(boolean, 1), read(int64, 1), float64, boolean, float64,
 )  # fmt: skip
 def pair_costs(
     nodes: npt.NDArray[np.int64],
@@ -249,14 +208,10 @@ def pair_costs(
     end_roundness: npt.NDArray[np.float64],
     states: npt.NDArray[np.float64],
     width: float,
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    starts: npt.NDArray[np.int64],
-    links: npt.NDArray[np.float64],
     bordering: npt.NDArray[np.bool_],
     corners: npt.NDArray[np.int64],
     max_gap: float,
-    slack: float,
+    asked: bool,
     more: float,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """List the pairs of ends that cost less joined than open, with what is measured of them and of each open end.
@@ -274,18 +229,16 @@ def pair_costs(
     states : (n, 6) float64
     width : float
         px.
-    first, members, starts, links
-        As `junction_costs` makes them of the graph's ends.
     bordering : (n,) bool
         Ends cut by the image's border: they take part in no gap.
     corners : (n,) int64
         Equal for two ends that meet in one sharp bend; else -1.
     max_gap : float
         Longest gap, px.
-    slack : float
-        Largest amount by which evidence may lower the cost of a gap, nats.
+    asked : bool
+        Whether evidence will be asked: it may show that a gap is hidden all along.
     more : float
-        Largest extra cost of pairs over that, nats.
+        Largest extra cost of pairs over two open ends, nats.
 
     Returns
     -------
@@ -296,18 +249,15 @@ def pair_costs(
     opens : (n, columns) float64
     """
     n = len(nodes)
-    own_first, own_members = _list_junction_ends(nodes)
-    degree = np.zeros(len(own_first), dtype=np.int64)
-    for end in own_members:
+    first, members = _list_junction_ends(nodes)
+    degree = np.zeros(len(first), dtype=np.int64)
+    for end in members:
         degree[nodes[end]] += not spur[branch_of(end)]
     opens = _describe_open(nodes, degree, spur)
     open_cost = prices(opens, OPEN)
-    place = _place_link_costs(first, members, starts, n)
-    own_starts, own_costs, own_links = _expand_link_costs(
-        own_first, own_members, end_id, spur, states, width, place, links
-    )
-    _free_corners(own_first, own_members, corners, end_id, own_starts, own_costs, own_links)
-    is_bound = _find_decided(own_first, own_members, own_starts, own_costs, spur) | bordering  # to take part in no gap
+    starts, costs, links = _link_costs(first, members, end_id, spur, states, width)
+    _free_corners(first, members, corners, end_id, starts, costs, links)
+    is_bound = _find_decided(first, members, starts, costs, spur) | bordering  # to take part in no gap
     for end in range(n):
         is_bound[end] |= spur[branch_of(end)]
     loose = np.flatnonzero((nodes > UNAVAILABLE) & ~is_bound)
@@ -326,20 +276,20 @@ def pair_costs(
         at_gap = looking if is_bound[i] else next_loose
         at_link = last_link = row = 0  # the ends of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
-            at_link, last_link = own_first[nodes[i]], own_first[nodes[i] + 1]
-            row = own_starts[nodes[i]] - at_link
-            while own_members[at_link] < i:
+            at_link, last_link = first[nodes[i]], first[nodes[i] + 1]
+            row = starts[nodes[i]] - at_link
+            while members[at_link] < i:
                 at_link += 1
-                row += last_link - own_first[nodes[i]]
+                row += last_link - first[nodes[i]]
             at_link += 1
         while at_gap < looking or at_link < last_link:
             across = loose[at_gap] if at_gap < looking else n
-            onward = own_members[at_link] if at_link < last_link else n
+            onward = members[at_link] if at_link < last_link else n
             j = min(across, onward)
             at_gap += across == j
             bound = open_cost[i] + open_cost[j]
             if onward == j:
-                cost, measured = own_costs[row + at_link], own_links[row + at_link]
+                cost, measured = costs[row + at_link], links[row + at_link]
                 at_link += 1
                 if end_id[i] == end_id[j] or (spur[branch_of(i)] and spur[branch_of(j)]):
                     continue
@@ -354,7 +304,8 @@ def pair_costs(
                     continue
                 describe_gap(states, i, j, width, end_roundness[i] + end_roundness[j], gap)
                 cost, measured = price(gap, JOINT), gap
-                bound += slack
+                if asked:
+                    bound += JOINT[GAP_ROUND] * gap[GAP_ROUND] - JOINT[GAP_HIDDEN] * gap[GAP_LENGTH]
             if cost >= bound + more:
                 continue
             if count == capacity:
