@@ -94,7 +94,7 @@ MAY_IMPORT = {
     | DATA
     | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking"},
     "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
-    "api": KNOWN_OUTSIDE | {"pipeline", "sources", "stage_order"},
+    "api": KNOWN_OUTSIDE | {"pipeline", "segmentation", "sources"},
     "sources": KNOWN_OUTSIDE | {"overlap"},
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
     "sinks": KNOWN_OUTSIDE | {"viz"},
