@@ -100,17 +100,33 @@ MAY_IMPORT = {
     "sinks": KNOWN_OUTSIDE | {"viz"},
     "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz"},
     "viz": KNOWN_OUTSIDE,
+    "steadiness": {"tracks"},
+    "ui": KNOWN_OUTSIDE
+    | {"overlap", "pipeline", "plausibility", "segmentation", "sinks", "sources", "steadiness", "viz"},
     "__main__": {"cli"},
     "cli": KNOWN_OUTSIDE
-    | {"api", "pipeline", "pipeline_group", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap", ""},
+    | {
+        "api",
+        "pipeline",
+        "pipeline_group",
+        "sources",
+        "synthetic",
+        "sinks",
+        "evaluation",
+        "viz",
+        "overlap",
+        "steadiness",
+        "ui",
+        "",
+    },
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 
 BEHIND_DOORS = ROOMS | {"camera", "config", "evidence"}
 KNOWN_TO_KERNELS = ("kernels.compiler", "kernels.shared")
-SAME_NAME_ON_PURPOSE = {"__init__", "config", "demo"}  # the commands are named as they are typed
+SAME_NAME_ON_PURPOSE = {"__init__", "config", "demo", "view"}  # the commands are named as they are typed
 ENDS_KNOWN_TO = {"graph", "skeleton", "linking", "prior", "evidence", "tracking"}
-HEAVY = ("numpy", "numba", "scipy", "cv2")
+HEAVY = ("numpy", "numba", "scipy", "cv2", "aiohttp")
 
 
 def module_name(path: Path) -> str:

@@ -18,6 +18,8 @@ from dloftbs.cli.commands.demo import demo
 from dloftbs.cli.commands.detect import detect
 from dloftbs.cli.commands.evaluate import evaluate
 from dloftbs.cli.commands.track import track
+from dloftbs.cli.commands.tune import tune
+from dloftbs.cli.commands.view import view
 from dloftbs.cli.commands.warmup import warmup
 from dloftbs.cli.shell import Shell, messages_to_stderr
 
@@ -32,5 +34,5 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, demo, evaluate, config, warmup):
+for command in (detect, track, tune, view, demo, evaluate, config, warmup):
     main.add_command(command)

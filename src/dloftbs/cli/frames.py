@@ -47,7 +47,7 @@ class UsableFrames:
     def __init__(self, source: Source, config: Config, inputs: InputOptions, every: int = 1) -> None:
         self._source = source
         self._every = every
-        self._has_colour = bool(config.segmentation.hsv)
+        self._has_colour = config.segmentation.is_given
         self._has_masks = inputs.masks is not None
         self._without_mask = 0
 

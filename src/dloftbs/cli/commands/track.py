@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Iterable
 from contextlib import ExitStack
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -22,6 +22,7 @@ from dloftbs.cli.options import (
     prints_to_terminal,
     stages_option,
 )
+from dloftbs.cli.page import LOOK_EVERY_S, PageOptions, page_options, require_page, served
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 from dloftbs.errors import SourceError
 
@@ -53,8 +54,12 @@ if TYPE_CHECKING:
     metavar="RATE",
     help="Frames per second of the input, for its stamps and the video of overlays; there it is 30 if nobody says.",
 )
+@click.option(
+    "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
+)
 @input_options
 @config_options
+@page_options
 @click.pass_context
 def track(
     context: click.Context,
@@ -65,8 +70,10 @@ def track(
     limit: int | None,
     every: int,
     fps: float | None,
+    view: bool,
     inputs: InputOptions,
     config: Config,
+    page: PageOptions,
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
@@ -92,6 +99,8 @@ def track(
     from dloftbs.overlap import Ahead, Behind, cores
     from dloftbs.pipeline import Pipeline
 
+    if view:
+        require_page()
     if not outs and overlay is None and stages is None:
         outs = (STANDARD_OUTPUT,)
     pictures = {"--overlay": overlay, "--stages": stages}
@@ -109,6 +118,7 @@ def track(
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
+            show = _open_page(stack, source, page, stop) if view else None
 
             def write(done: tuple[Frame, FrameResult]) -> None:
                 frame, result = done
@@ -119,7 +129,10 @@ def track(
 
             written = stack.enter_context(Behind(write))
             for frame in islice(read, limit):
-                written.put((frame, pipeline.process(frame)))
+                result = pipeline.process(frame)
+                written.put((frame, result))
+                if show is not None:
+                    show(frame, result)
                 if stop():
                     raise KeyboardInterrupt
     finally:
@@ -130,6 +143,22 @@ def track(
         raise SourceError(f"{source.name}: no frame could be read")
     if report.skipped and not source.live:  # a camera now and then has a frame that cannot be decoded
         context.exit(BAD_INPUT)
+
+
+def _open_page(
+    stack: ExitStack, source: Source, page: PageOptions, stop: Callable[[], bool]
+) -> Callable[[Frame, FrameResult], None]:
+    """Serve a page until the stack is closed; of a recording nothing is tracked before somebody looks."""
+    from dloftbs.ui.view_session import ViewFeed
+
+    feed = ViewFeed(source.name, length=source.length, live=source.live)
+    stack.enter_context(served(feed, page))
+    stack.callback(feed.end)
+    if not source.live:
+        click.echo("waiting until the page is open", err=True)
+        while not feed.visited.wait(LOOK_EVERY_S) and not stop():
+            pass
+    return feed.publish
 
 
 def _frames_of(source: Source, frames: Iterable[Frame], limit: int | None) -> Generator[Frame, None, None]:
