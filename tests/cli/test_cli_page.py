@@ -65,7 +65,7 @@ def test_track_waits_for_the_page_and_writes_what_it_writes_without(folder, tmp_
     assert (tmp_path / "again.csv").read_bytes() == out.read_bytes()
 
 
-def test_tune_saves_to_the_file_that_was_named_and_names_the_next_command(folder, tmp_path):
+def test_tune_saves_to_the_file_that_was_named_and_names_the_next_command(folder, tmp_path, monkeypatch):
     target = tmp_path / "red cable.yaml"
     process = start("tune", folder, "--out", target, "--port", 0, "--no-browser")
     client, _ = opened(process)
@@ -77,8 +77,11 @@ def test_tune_saves_to_the_file_that_was_named_and_names_the_next_command(folder
         client.close()
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=20)
-    assert command == ["dloftbs", "track", str(folder), "--config", str(target), "--overlay", "overlay.mp4"]
-    run("track", folder, "--config", target, "--out", tmp_path / "curves.jsonl")
+    outputs = ["--out", "curves.jsonl", "--overlay", "overlay.mp4"]
+    assert command == ["dloftbs", "track", str(folder), "--config", str(target), *outputs]
+    monkeypatch.chdir(tmp_path)
+    run(*command[1:])
+    assert (tmp_path / "curves.jsonl").stat().st_size > 100
     assert Config.from_file(target).segmentation.colour is not None
 
 

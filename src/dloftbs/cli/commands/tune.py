@@ -67,9 +67,11 @@ def tune(
     target = Path(out) if out is not None else context.params.get("config_file")
     if out is not None and Path(out).exists():
         config = Config.from_file(out)  # which replaces no file that is not one
-    told = "cable.yaml" if target is None else str(target)
-    command = f"dloftbs track {source_arguments(where, context)} --config {shlex.quote(told)} --overlay overlay.mp4"
     source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs))
+    config_file = shlex.quote("cable.yaml" if target is None else str(target))
+    verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")
+    named = source_arguments(where, context)
+    command = f"dloftbs {verb} {named} --config {config_file} --out curves.jsonl --overlay {overlay}"
     session = TuneSession(FrameStore(source), config, target, command)
     with served(session, page), interrupted() as stop:
         while not stop():

@@ -28,10 +28,14 @@ export class Plots {
     this.shown = seconds > 0 ? (recent.length - 1) / seconds : 0;
     this.rates.push(this.shown);
     for (const list of [this.frames, this.rates, this.times]) if (list.length > KEPT) list.shift();
+  }
+
+  /** @param {any} header of the newest frame */
+  show(header) {
     for (const [name] of header.stages) if (!this.names.includes(name)) this.addName(name);
     const total = header.stages.reduce((/** @type {number} */ sum, /** @type {[string, number]} */ [, ms]) => sum + ms, 0);
     byId("total-ms").textContent = `${total.toFixed(2)} ms`;
-    byId("rate-now").textContent = `${this.shown.toFixed(0)} frames/s here, ${header.rate.toFixed(0)} tracked`;
+    byId("rate-now").textContent = `${(this.shown ?? 0).toFixed(0)} frames/s here, ${header.rate.toFixed(0)} tracked`;
     this.paint();
   }
 

@@ -5,6 +5,8 @@ import { Brush } from "./brush.js";
 import { Plots } from "./plots.js";
 import { Space } from "./space.js";
 
+const PANEL_MS = 80;
+
 export class View {
   /**
    * @param {import("./stage.js").Stage} stage
@@ -67,9 +69,20 @@ export class View {
   /** @param {any} header */
   async shown(header) {
     this.plots.add(header);
+    this.header = header;
+    // The panel need not follow each picture: it would cost as much as the picture.
+    this.refreshing ??= setTimeout(() => {
+      this.refreshing = undefined;
+      this.showPanel(this.header);
+    }, PANEL_MS);
+  }
+
+  /** @param {any} header */
+  showPanel(header) {
     const inSpace = header.curves.some((/** @type {any} */ curve) => curve.space);
     if (inSpace) byId("space-panel").hidden = false;
     this.space.show(header.curves);
+    this.plots.show(header);
     byId("object-count").textContent = String(header.curves.length);
     byId("reason").textContent = header.reason ? `Nothing found: ${header.reason}` : "";
     byId("objects").replaceChildren(...header.curves.map(describe));

@@ -1,0 +1,63 @@
+"""Measure the page at HD: frames a second and delay, with the pipeline and a browser on this machine.
+
+`python -m benchmarks.live_page [--quick] [--docs docs/ui.md]`; needs Chromium.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+
+import numpy as np
+
+from benchmarks.docs import arguments, published
+from benchmarks.machine import machine
+from benchmarks.newcomer import CHROMIUM
+from dloftbs import Config, Pipeline
+from dloftbs.config import SegmentationConfig
+from dloftbs.synthetic import DemoSequence
+from dloftbs.ui.server import serve
+from dloftbs.ui.view_session import ViewSession
+
+FPS = 60.0
+"""Pace of the source: more than is asked for, so that the page is what limits."""
+
+
+def measure(seconds: float) -> tuple[list[float], list[float]]:
+    """Return the frames painted in each second, and delays, ms, while frames of HD are tracked and shown."""
+    from playwright.sync_api import sync_playwright
+
+    sequence = DemoSequence(frames=60)
+    frames = list(sequence)
+    config = Config(segmentation=SegmentationConfig(hsv=sequence.hsv))
+    Pipeline(config).process(frames[0])  # loads the kernels
+    session = ViewSession(frames, lambda: Pipeline(config).process, "HD", length=len(frames), fps=FPS)
+    rates, delays = [], []
+    with serve(session, port=0) as address, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=CHROMIUM)
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(address.url)
+        page.click("#loop")
+        page.locator("#objects li").first.wait_for()
+        page.wait_for_timeout(2000)
+        for _ in range(round(seconds / 0.25)):
+            page.wait_for_timeout(250)
+            rates.append(float(page.locator("#rate-now").inner_text().split()[0]))
+            delays.append(float(page.locator("#delay").inner_text().split()[0]))
+        browser.close()
+    return rates, delays
+
+
+def main() -> None:
+    options = arguments(__doc__, "measure for 3 s").parse_args()
+    with published("live_page", options.docs):
+        print(machine())
+        print(f"load before: {os.getloadavg()[0]:.1f}")
+        rates, delays = measure(3.0 if options.quick else 15.0)
+        print(f"1280x720, two cables, source at {FPS:.0f} frames/s")
+        print(f"painted    {np.median(rates):.0f} frames/s (median), {np.min(rates):.0f} at worst")
+        print(f"delay      {np.median(delays):.0f} ms (median), {np.percentile(delays, 95):.0f} (95 %)")
+
+
+if __name__ == "__main__":
+    main()
