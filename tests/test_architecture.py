@@ -102,7 +102,19 @@ MAY_IMPORT = {
     "viz": KNOWN_OUTSIDE,
     "__main__": {"cli"},
     "cli": KNOWN_OUTSIDE
-    | {"api", "pipeline", "pipeline_group", "sources", "synthetic", "sinks", "evaluation", "viz", "overlap", ""},
+    | {
+        "api",
+        "pipeline",
+        "pipeline_group",
+        "segmentation",
+        "sources",
+        "synthetic",
+        "sinks",
+        "evaluation",
+        "viz",
+        "overlap",
+        "",
+    },
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 

@@ -30,7 +30,12 @@ def warn_of_mask(mask: AnyArray, name: str) -> bool:
         return False
     percent = 100.0 * np.count_nonzero(mask) / mask.size
     what = f" of {name}" if name else ""
-    _log.warning("%.0f %% of the mask%s is set: inverted, a photograph, or too wide a range of colours?", percent, what)
+    _log.warning(
+        "%.0f %% of the mask%s is set: inverted, a photograph, or too wide a range of colours? "
+        "Strokes on what is no cable (dloftbs colour --not) narrow a learned colour",
+        percent,
+        what,
+    )
     return True
 
 
