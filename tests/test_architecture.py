@@ -109,6 +109,7 @@ MAY_IMPORT = {
         "api",
         "pipeline",
         "pipeline_group",
+        "segmentation",
         "sources",
         "synthetic",
         "sinks",

@@ -91,7 +91,7 @@ def run_stages(
     run.crop = clean(run.mask, config.cleaning)
     clock.lap("cleaning")
     if run.crop is None:
-        run.reason = _why_nothing_is_left(run.mask, config)
+        run.reason = _why_nothing_is_left(run.mask, config, segmented=frame.mask is None)
         return run
     run.skeleton = skeletonize(run.crop)
     clock.lap("skeleton")
@@ -240,9 +240,9 @@ def _with_curve_3d(
     return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred, camera=camera)
 
 
-def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
+def _why_nothing_is_left(mask: AnyArray, config: Config, *, segmented: bool) -> str:
     if not mask.any():
-        return "the mask is empty"
+        return "the mask is empty" + ": the segmentation finds no cable in the image" * segmented
     side = config.cleaning.open_px
     return f"nothing of the mask is left after the opening by {side} x {side} px"
 

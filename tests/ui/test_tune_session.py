@@ -7,7 +7,7 @@ import pytest
 from drawings import wave
 from ui.page_client import SIZE, CableSource, cable_mask, connected, mask_of
 
-from dloftbs import Config, Frame, HsvRange, Pipeline
+from dloftbs import Config, Frame, HsvRange, PinholeCamera, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import ConfigError
 from dloftbs.ui.frame_store import FrameStore
@@ -192,6 +192,22 @@ def test_a_stroke_that_lies_wholly_beside_the_image_says_nothing():
         client.picture()
         draw(client, points=[[-50, -50]])
         assert "draw a stroke" in client.text("error")["message"]
+
+
+def test_what_stands_above_the_ground_is_cable_where_there_is_depth():
+    camera = PinholeCamera(150.0, 150.0, 99.5, 59.5)
+    depth = np.where(cable_mask(0.0), 0.49, 0.5)
+
+    class DepthSource(CableSource):
+        def frame(self, index):
+            return Frame(image=np.full((*SIZE, 3), 90, np.uint8), depth=depth, camera=camera, index=index)
+
+    with tuning(DepthSource(3)) as (client, _):
+        assert client.picture()[0]["has_depth"]
+        client.send(type="height", height_m=0.004, join="and", done=True)
+        header, parts = client.picture(lambda header: not header["suggested"])
+        assert overlap(parts, 0) > 0.9
+        assert header["curves"][0]["space"]
 
 
 def test_a_camera_is_followed_until_somebody_looks_at_a_frame():

@@ -13,6 +13,7 @@ from __future__ import annotations
 import click
 
 from dloftbs._version import __version__
+from dloftbs.cli.commands.colour import colour
 from dloftbs.cli.commands.config import config
 from dloftbs.cli.commands.demo import demo
 from dloftbs.cli.commands.detect import detect
@@ -34,5 +35,5 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, tune, view, demo, evaluate, config, warmup):
+for command in (detect, track, tune, view, colour, demo, evaluate, config, warmup):
     main.add_command(command)

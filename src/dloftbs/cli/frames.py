@@ -23,6 +23,8 @@ _log = logging.getLogger("dloftbs.cli")
 NO_COLOUR = (
     "{name} is a colour image, and nothing says what in it is cable: "
     "give its colour, e.g. --hsv 170:10,80:255,60:255 for red (hue 0..179, saturation and value 0..255), "
+    "or learn it from a stroke on the cable (dloftbs colour {name} --at X,Y:X,Y --out cable.yaml, then "
+    "--config cable.yaml), "
     "or masks with --masks, or, if the image is a mask itself, --kind mask"
 )
 

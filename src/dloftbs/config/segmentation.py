@@ -77,12 +77,13 @@ class PlaneConfig(Section, frozen=True, kw_only=True):
     Parameters
     ----------
     height_m : float
-        Height above the plane from which on a pixel is cable, in metres. Half a cable's thickness is usual.
+        Height above the plane from which on a pixel is cable, in metres; usual is somewhat less than half
+        of a cable's thickness.
     join : "and" or "or"
         With a colour or a network beside it: whether a pixel must be found by both, or by one of them.
     """
 
-    height_m: float = 0.0025
+    height_m: float = 0.002
     join: str = "and"
 
     def __post_init__(self) -> None:
@@ -160,7 +161,7 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
     colour : ColourConfig or None
         Colours learned from strokes on a picture, as `dloftbs colour` prints them.
     plane : PlaneConfig or None
-        ``{height_m: 0.0025}``: what stands above the dominant plane of the depth by more is cable; joined with the
+        ``{height_m: 0.002}``: what stands above the dominant plane of the depth by more is cable; joined with the
         others by ``join: and`` or ``or``.
     onnx : NetworkConfig or None
         ``{file: model.onnx}``: a network of your own; further settings are its size, multiple, threshold, channel,

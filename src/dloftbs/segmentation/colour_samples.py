@@ -73,6 +73,8 @@ class ColourSample:
             for _ in range(3):
                 counts, packed = _unpack(packed)
                 parts.append(counts)
+            if packed or not unzip.eof:
+                raise ValueError("too long or too short")
         except (binascii.Error, ValueError, zlib.error, IndexError) as error:
             raise ConfigError(f"cannot read the sample of colours {shown(text)}: draw the strokes again") from error
         return cls(*parts)
@@ -131,6 +133,8 @@ def _pack(counts: FloatArray) -> bytes:
 def _unpack(packed: bytes) -> tuple[FloatArray, bytes]:
     number = int.from_bytes(packed[:4], "little")
     rest = packed[4:]
+    if len(packed) < 4 + 5 * number:
+        raise ValueError("too short")
     filled = np.cumsum(np.frombuffer(rest[: 4 * number], "<u4"))
     steps = np.frombuffer(rest[4 * number : 5 * number], np.uint8)
     counts = np.zeros(math.prod(log_colours.shape()))

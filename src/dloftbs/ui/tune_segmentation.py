@@ -25,7 +25,6 @@ _BRUSH_SHARE = 0.3
 Source: by hand; within the cable, also where its curve is off by a fifth of its width.
 """
 _MOST_POINTS = 400
-_STAND_IN = np.zeros((8, 8, 3), np.uint8)
 
 
 class Translator:
@@ -125,9 +124,7 @@ class Translator:
 
 def make_picture(image: AnyArray, strokes: list[Stroke], source: str) -> ColourPicture:
     """Return strokes with the colours that they were drawn on."""
-    # A model needs a cable, and these strokes may all be on what is none: one of another picture stands in for it.
-    stand_in = (_STAND_IN, [Stroke(points=((0.0, 0.0),))], "")
-    _, picture = ColourModel.fit_many([stand_in, (image, strokes, source)]).to_config().pictures
+    (picture,) = ColourModel.pictures_of([(image, strokes, source)])
     return picture
 
 
