@@ -23,12 +23,12 @@ changes from picture to picture, lightness by a quarter, tint by a twentieth, an
 Source: by hand, on cables drawn over the photographs of scikit-image (`python -m benchmarks.segmentation`).
 """
 _GROUND_SCALES = ((0.9, 0.20, 0.05), (0.1, 0.40, 0.10))
-"""As `_CABLE_SCALES`, of the ground: narrower, since pictures show most of its colours.
+"""Share and standard deviations, as `_CABLE_SCALES`, of the ground: narrower, since pictures show most of its colours.
 
 Source: by hand, in the same way.
 """
 _UNKNOWN = 1e-7
-"""Density of colours that no picture showed: they are ground, however far they lie from both.
+"""Share, for each bin, of colours that no picture showed: they are ground, however far they lie from both.
 
 Source: by hand; ten times more or less changes IoU by 0.01.
 """
@@ -48,7 +48,7 @@ _NOT_CABLE = 0.03
 Source: by hand; as many pixels as a cable has in a picture.
 """
 _GROWN = 0.3
-"""Weight of like colours in the rest of the picture, against those beneath the strokes.
+"""Share of like colours in the rest of the picture, as a multiple of those beneath the strokes.
 
 Source: by hand, as `_CABLE_SCALES`.
 """
@@ -57,7 +57,11 @@ _ROUNDS = 2
 
 Source: by hand; more rounds gain nothing.
 """
-_NOTHING = 1e-12  # keeps logarithms finite
+_NOTHING = 1e-12
+"""Share that is added to each bin.
+
+Source: numerics; logarithms stay finite.
+"""
 
 
 class ColourModel(ColourTable):

@@ -19,9 +19,21 @@ from dloftbs.config import Stroke
 from dloftbs.errors import ConfigError, InputError
 from dloftbs.segmentation import log_colours
 
-_STEPS = 4  # of a kept count, per doubling
+_STEPS = 4
+"""Number of steps of a kept count in a doubling.
+
+Source: bounds memory; a count is off by a tenth at most, and fits a byte.
+"""
 _MOST_BYTES = 1 << 22
+"""Length of an unpacked sample that is read at most, bytes.
+
+Source: bounds memory; three full histograms have half of it.
+"""
 _SUBPIXEL_BITS = 4
+"""Binary digits of a fraction of a pixel with which strokes are drawn.
+
+Source: by definition, as OpenCV takes them.
+"""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,10 @@ from dloftbs._arrays import check_image
 from dloftbs.segmentation.kernels import colour_table as kernels
 
 LEVELS = 256
+"""Levels of a channel.
+
+Source: by definition.
+"""
 
 
 class ColourTable:

@@ -8,9 +8,21 @@ import numpy.typing as npt
 
 from dloftbs._arrays import check_image
 
-_SIDE_PX = 640  # of the picture that is looked at
-_GROUND_PX = 41  # wider than a cable there, by far
-_LEAST_LENGTH = 8.0  # area over the square of the width
+_SIDE_PX = 640
+"""Longest side of the picture that is looked at, px.
+
+Source: bounds time.
+"""
+_GROUND_PX = 41
+"""Side of the square whose median is the ground, px.
+
+Source: by hand; wider than a cable there, by far.
+"""
+_LEAST_LENGTH = 8.0
+"""Least length of a part, as a multiple of its width: area over the square of the width.
+
+Source: by hand; tools on a bench have less.
+"""
 
 
 def suggest_mask(image: npt.ArrayLike) -> npt.NDArray[np.uint8]:

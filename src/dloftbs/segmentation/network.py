@@ -14,6 +14,10 @@ from dloftbs.config import NetworkConfig
 from dloftbs.errors import ConfigError
 
 _CHANNELS = 3
+"""Number of channels of an image.
+
+Source: by definition.
+"""
 _PROVIDERS = ("CUDAExecutionProvider", "CPUExecutionProvider")  # those that start at once
 
 

@@ -23,8 +23,16 @@ _TRIALS = 100
 
 Source: derived; where the plane has half of the pixels, all fail once in 600,000 times.
 """
-_SEED = 0  # the same frames give the same masks
-_FITS = 3  # of the plane to its own pixels: the second changes a little, the third nothing
+_SEED = 0
+"""Number that the trials are drawn from: the same frames give the same masks.
+
+Source: by definition.
+"""
+_FITS = 3
+"""Times that a plane is fitted to its own pixels.
+
+Source: by hand; the second changes a little, the third nothing.
+"""
 _HELD = 0.5
 """Weight of a new frame in the plane of a stream.
 
@@ -42,7 +50,7 @@ Source: derived; a round cable on the plane has half of its height at its silhou
 and the plane, which a depth camera makes up, have less than half, mostly.
 """
 _NOISE = 4.0
-"""Least height over the noise of the height.
+"""Least height, as a multiple of the noise of the height.
 
 Source: derived; 30 pixels of a million on the plane have more.
 """
@@ -63,7 +71,11 @@ _MAD_TO_SIGMA = 1.4826
 
 Source: by definition.
 """
-_NOTHING = 1e-12  # keeps a plane through nothing finite
+_NOTHING = 1e-12
+"""Least length of a plane's vector, one over metres.
+
+Source: numerics; distances from a plane through nothing stay finite.
+"""
 
 
 class PlaneSegmenter:
