@@ -54,7 +54,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     cv2.imwrite("mask.png", mask_of(0.0))
     cv2.imwrite("depth.png", np.full(SIZE, 600, np.uint16))
     Path("camera_info.yaml").write_text(CAMERA)
-    Path("cable.yaml").write_text("segmentation: {hsv: '170:10'}")
     return tmp_path
 
 
