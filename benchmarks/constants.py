@@ -32,7 +32,7 @@ LINKING = ROOT / "docs" / "linking.md"
 PAGE = ROOT / "docs" / "constants.md"
 RUNNER = Path(__file__).with_name("constants_run.py")
 
-ROOMS = ("skeleton", "evidence", "linking", "lifting", "crossings", "tracking")
+ROOMS = ("segmentation", "skeleton", "evidence", "linking", "lifting", "crossings", "tracking")
 """Rooms whose constants each have a unit and a source."""
 
 LINKED = ("skeleton", "evidence/kernels", "linking")

@@ -48,6 +48,8 @@ RESULT = dloftbs.Pipeline().process(FRAME)
 TRACE = dloftbs.Pipeline().trace(FRAME)
 FOUND = dloftbs.Detection(RESULT[0].centerline, RESULT[0].curve, SPACE, camera=CAMERA)
 EVIDENCE = OcclusionEvidence(occluders=MASK)
+STROKE = dloftbs.Stroke(points=[(9, 22), (50, 22)])
+COLOUR = dloftbs.ColourModel.fit(np.repeat(MASK[..., None], 3, axis=2).astype(np.uint8) * 200, [STROKE]).to_config()
 POINTS = np.array([(0.0, 0.0), (1.0, 2.0), (5.0, 1.0)])
 CURVES = [line((0, 0), (9, 0)), line((0, 0), (1, 9))]
 
@@ -64,6 +66,7 @@ def calls(folder: Path) -> dict[str, Call]:
     instances = {
         "BSplineCurve": CURVES[0],
         "Config": dloftbs.Config(),
+        "ColourModel": dloftbs.ColourModel(COLOUR),
         "DepthRegistration": DepthRegistration(CAMERA, CAMERA, np.eye(3), np.zeros(3)),
         "Detection": FOUND,
         "OcclusionEvidence": EVIDENCE,
@@ -72,6 +75,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "Segment": TRACE.segments[0],
         "Track": dloftbs.Track(1, track.state, track.curve, SPACE, 1, 0, None, camera=CAMERA),
         "Tracker": dloftbs.Tracker(),
+        "config.SegmentationConfig": dloftbs.config.SegmentationConfig(),
         "evaluation.Matching": dloftbs.evaluation.match_curves(CURVES, CURVES),
         "evaluation.TrackingScorer": scores,
         "viz.Style": dloftbs.viz.Style(),
@@ -92,6 +96,11 @@ def calls(folder: Path) -> dict[str, Call]:
         "Config.from_yaml": {"text": ""},
         "Config.paper": {"objects": 1},
         "Config.replace": {"changes": {"fitting.knots": 9}},
+        "ColourModel": {"config": COLOUR},
+        "ColourModel.__call__": {"image": image()},
+        "ColourModel.fit": {"image": image(), "strokes": [STROKE], "source": "a"},
+        "ColourModel.pictures_of": {"pictures": [(image(), [STROKE], "a")]},
+        "ColourModel.fit_many": {"pictures": [(image(), [STROKE], "a")]},
         "Crossing": {"position": (1.0, 2.0), "passes": ((0, 0.1), (0, 0.9)), "top": 0, "confidence": 0.5},
         "DepthRegistration": {
             "depth_camera": CAMERA,
@@ -129,6 +138,8 @@ def calls(folder: Path) -> dict[str, Call]:
         "Pipeline.detect": {"frame": MASK},
         "Pipeline.process": {"frame": MASK},
         "Pipeline.trace": {"frame": MASK},
+        "Stroke": {"points": POINTS, "cable": True, "radius_px": 2.0},
+        "Stroke.parse": {"text": "1,2", "cable": True, "radius_px": 2.0},
         "Segment": {"points": POINTS, "radius": np.ones(3)},
         "Track": {
             "id": 1,
@@ -145,8 +156,12 @@ def calls(folder: Path) -> dict[str, Call]:
         "Tracker.predict": {"stamp": 1.0},
         "Tracker.prior": {"stamp": 1.0},
         "Tracker.update": {"detections": [FOUND], "stamp": 1.0, "size": (40, 60), "widths": None, "override": 0.0},
+        "config.SegmentationConfig.with_hsv": {"colour": "1:2"},
         "detect": {"x": MASK, "image": image(), "depth": np.ones((40, 60)), "camera": CAMERA, "objects": 1},
         "track": {"frames": [MASK], "hsv": "1:2", "objects": 1},
+        "config.ColourPicture": {
+            **{name: getattr(COLOUR.pictures[0], name) for name in ("source", "size", "cable", "ground", "sample")},
+        },
         "config.choose_config": {"config": None, "hsv": None, "objects": None},
         "config.read_colour": {"colour": "1:2"},
         "evaluation.TrackingScorer": {"gate": 1.0},
@@ -177,11 +192,12 @@ def calls(folder: Path) -> dict[str, Call]:
         "viz.draw": {"image_or_frame": FRAME, "result": RESULT, "style": dloftbs.viz.Style()},
         "viz.draw_3d": {"frame": FRAME, "result": RESULT, "style": dloftbs.viz.Style()},
         "viz.draw_stages": {"trace": TRACE, "style": dloftbs.viz.Style()},
+        "viz.show": {"result": RESULT, "image_or_frame": FRAME},
     }
     for name in dloftbs.config.__all__:
         kind = getattr(dloftbs.config, name)
         if name.endswith("Config") and name != "Config":
-            defaults = kind()
+            defaults = kind(**NEEDED.get(name, {}))
             given[f"config.{name}"] = {field: getattr(defaults, field) for field in kind.__struct_fields__}
     found: dict[str, Call] = {}
     for name, arguments in given.items():
@@ -194,6 +210,14 @@ def calls(folder: Path) -> dict[str, Call]:
                 home = getattr(home, part)
         found[name] = (getattr(home, last), arguments)
     return found
+
+
+NEEDED: dict[str, dict[str, Any]] = {
+    "ColourConfig": {"pictures": COLOUR.pictures},
+    "ColourPicture": {},
+    "NetworkConfig": {"file": "model.onnx"},
+}
+"""Arguments of those sections that have no default."""
 
 
 LEFT_OUT = {

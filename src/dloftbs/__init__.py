@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
     from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-    from dloftbs.config import Config, HsvRange
+    from dloftbs.config import Config, HsvRange, Stroke
     from dloftbs.curve import BSplineCurve
     from dloftbs.detection import Crossing, Detection
     from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from dloftbs.frame_result import FrameResult
     from dloftbs.pipeline import Pipeline
     from dloftbs.prior import Prediction
-    from dloftbs.stage_order import Segmenter
+    from dloftbs.segmentation import ColourModel, Segmenter
     from dloftbs.stage_trace import StageTrace
     from dloftbs.tracking import Tracker
     from dloftbs.tracks import EndKind, Track, TrackState
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _HOME = {
     "PinholeCamera": "camera",
     **dict.fromkeys(("Centerline", "Joint", "JointKind", "Segment"), "centerline"),
-    **dict.fromkeys(("Config", "HsvRange"), "config"),
+    **dict.fromkeys(("Config", "HsvRange", "Stroke"), "config"),
     "BSplineCurve": "curve",
     **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
     **dict.fromkeys(("Crossing", "Detection"), "detection"),
@@ -54,7 +54,7 @@ _HOME = {
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
     "Prediction": "prior",
-    "Segmenter": "stage_order",
+    **dict.fromkeys(("ColourModel", "Segmenter"), "segmentation"),
     "StageTrace": "stage_trace",
     "DepthRegistration": "camera",
     "Tracker": "tracking",
@@ -64,6 +64,7 @@ _SUBMODULES = ("config", "evaluation", "ros", "sinks", "sources", "viz")
 __all__ = [
     "BSplineCurve",
     "Centerline",
+    "ColourModel",
     "Config",
     "ConfigError",
     "Crossing",
@@ -86,6 +87,7 @@ __all__ = [
     "SinkError",
     "SourceError",
     "StageTrace",
+    "Stroke",
     "Track",
     "TrackState",
     "Tracker",

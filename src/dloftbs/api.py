@@ -19,8 +19,8 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
+from dloftbs.segmentation import Segmenter
 from dloftbs.sources import Source, Where
-from dloftbs.stage_order import Segmenter
 
 
 def detect(
@@ -34,6 +34,7 @@ def detect(
     occluders: npt.ArrayLike | None = None,
     objects: int | None = None,
     config: Config | None = None,
+    segmenter: Segmenter | None = None,
 ) -> FrameResult:
     """Find the objects in one frame, without memory.
 
@@ -57,6 +58,8 @@ def detect(
     objects : int, optional
         Number of objects, if it is known: only the longest are kept.
     config : Config, optional
+    segmenter : callable, optional
+        From an image (H, W, 3) to a mask (H, W), a `ColourModel` say, in the place of a colour.
 
     Returns
     -------
@@ -85,7 +88,9 @@ def detect(
         raise InputError(f"with an image beside it, x must be a mask (H, W), got shape {frame.image.shape}")
     if hsv is not None and frame.mask is not None and not isinstance(x, Frame):
         raise InputError("hsv makes a mask of an image (H, W, 3), and x is a mask already; leave out one of them")
-    return Pipeline(config, hsv=hsv, objects=objects).detect(replace(frame, **given))
+    if segmenter is not None and frame.mask is not None:
+        raise InputError("a segmenter makes a mask of an image (H, W, 3), and x has a mask; leave out one of them")
+    return Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter).detect(replace(frame, **given))
 
 
 Stream = Where | Iterable[Frame | AnyArray]

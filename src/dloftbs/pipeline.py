@@ -16,8 +16,8 @@ from dloftbs.inspection import Segments, graph_segments, trace_stages
 from dloftbs.lifting import DepthEdges
 from dloftbs.plausibility import warn_of_mask
 from dloftbs.published import NearestTracker, make_segments
-from dloftbs.segmentation import HsvSegmenter
-from dloftbs.stage_order import Segmenter, StageRun, run_stages
+from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
+from dloftbs.stage_order import StageRun, run_stages
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
@@ -66,9 +66,9 @@ class Pipeline:
             raise InputError(f"segmenter must be a function from an image to a mask, got {shown(segmenter)}")
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
-        if segmenter is None and self._config.segmentation.hsv:
-            segmenter = HsvSegmenter(self._config.segmentation)
-        self._segmenter = segmenter
+        self._segmenter = (
+            make_segmenter(self._config.segmentation) if segmenter is None else FrameSegmenter([segmenter])
+        )
         self._tracker = make_tracker(self._config.tracking)
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
@@ -105,6 +105,8 @@ class Pipeline:
         if frame.size != self._size:  # another camera
             self._size = frame.size
             self._depth_edges.reset()
+            if self._segmenter is not None:
+                self._segmenter.reset()
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
         self._doubted = self._doubted or warn_of_mask(run.mask, frame.name)  # once in a stream
         since = perf_counter()
@@ -135,6 +137,8 @@ class Pipeline:
         self._doubted = False
         self._tracker.reset()
         self._depth_edges.reset()
+        if self._segmenter is not None:
+            self._segmenter.reset()
 
     def trace(self, frame: Frame | npt.ArrayLike) -> StageTrace:
         """Run the stages on a frame and keep what each of them made; the tracks stay as they are.

@@ -25,13 +25,23 @@ Source: by hand; 4,800 of 640 x 480 tell the share to a percent.
 
 def warn_of_mask(mask: AnyArray, name: str) -> bool:
     """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
+    doubt = doubt_mask(mask, name)
+    if doubt is not None:
+        _log.warning("%s", doubt)
+    return doubt is not None
+
+
+def doubt_mask(mask: AnyArray, name: str = "") -> str | None:
+    """Return why a mask is hardly one of cables: too much of it is set; None if it may be."""
     some = mask[::_GRID_PX, ::_GRID_PX]
     if np.count_nonzero(some) <= _MOST_SET * some.size:
-        return False
+        return None
     percent = 100.0 * np.count_nonzero(mask) / mask.size
     what = f" of {name}" if name else ""
-    _log.warning("%.0f %% of the mask%s is set: inverted, a photograph, or too wide a range of colours?", percent, what)
-    return True
+    return (
+        f"{percent:.0f} % of the mask{what} is set: inverted, a photograph, or too wide a range of colours? "
+        "Strokes on what is no cable (dloftbs tune, dloftbs colour --not) narrow a learned colour"
+    )
 
 
 def unit_hint(depth: AnyArray, config: DepthConfig) -> str:

@@ -6,14 +6,13 @@ Importing this module loads the compiled kernels, and compiles them if this mach
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
-import numpy.typing as npt
 
-from dloftbs._arrays import LARGEST, AnyArray, check_mask
+from dloftbs._arrays import LARGEST, AnyArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline
 from dloftbs.cleaning import clean
@@ -33,10 +32,8 @@ from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.plausibility import unit_hint
 from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
+from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
-
-Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
-"""Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
 
 _KNOTS_PER_FREEDOM = 2.0
 
@@ -74,7 +71,7 @@ class _Clock:
 def run_stages(
     frame: Frame,
     config: Config,
-    segmenter: Segmenter | None,
+    segmenter: FrameSegmenter | None,
     predicted: Sequence[Prediction] = (),
     depth_edges: DepthEdges | None = None,
 ) -> StageRun:
@@ -94,7 +91,7 @@ def run_stages(
     run.crop = clean(run.mask, config.cleaning)
     clock.lap("cleaning")
     if run.crop is None:
-        run.reason = _why_nothing_is_left(run.mask, config)
+        run.reason = _why_nothing_is_left(run.mask, config, segmented=frame.mask is None)
         return run
     run.skeleton = skeletonize(run.crop)
     clock.lap("skeleton")
@@ -163,19 +160,15 @@ def _link_by_bending(
     return linked.centerlines
 
 
-def _mask(frame: Frame, segmenter: Segmenter | None) -> AnyArray:
+def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:
     if frame.mask is not None:
         return frame.mask
     if segmenter is None:
         raise InputError(
             "nothing says what in the image is cable: give its colour, such as hsv='170:10,80:255,60:255' for red, "
-            "a segmenter, or the frame a mask"
+            "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask"
         )
-    assert frame.image is not None  # a frame has one or the other
-    mask = check_mask(segmenter(frame.image))
-    if mask.shape != frame.size:
-        raise InputError(f"the segmenter's mask must have the frame's size {frame.size}, got {mask.shape}")
-    return mask
+    return segmenter(frame)
 
 
 def _lift(
@@ -247,9 +240,9 @@ def _with_curve_3d(
     return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred, camera=camera)
 
 
-def _why_nothing_is_left(mask: AnyArray, config: Config) -> str:
+def _why_nothing_is_left(mask: AnyArray, config: Config, *, segmented: bool) -> str:
     if not mask.any():
-        return "the mask is empty"
+        return "the mask is empty" + ": the segmentation finds no cable in the image" * segmented
     side = config.cleaning.open_px
     return f"nothing of the mask is left after the opening by {side} x {side} px"
 

@@ -206,7 +206,7 @@ def test_replace_takes_ranges_as_values_and_as_plain_data():
     assert Config().replace({"segmentation.hsv": [{"hue": [20, 40]}]}) == expected
     assert Config().replace({"segmentation.hsv": "20:40"}) == expected
     assert Config().replace({"segmentation.hsv": ["20:40,40:255"]}) == expected
-    assert expected.to_dict()["segmentation"] == {"hsv": ["20:40,40:255,40:255"]}
+    assert expected.to_dict()["segmentation"]["hsv"] == ["20:40,40:255,40:255"]
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,14 @@ import click
 
 from dloftbs._version import __version__
 from dloftbs.cli.commands.batch import batch
+from dloftbs.cli.commands.colour import colour
 from dloftbs.cli.commands.config import config
 from dloftbs.cli.commands.demo import demo
 from dloftbs.cli.commands.detect import detect
 from dloftbs.cli.commands.evaluate import evaluate
 from dloftbs.cli.commands.track import track
+from dloftbs.cli.commands.tune import tune
+from dloftbs.cli.commands.view import view
 from dloftbs.cli.commands.warmup import warmup
 from dloftbs.cli.shell import Shell, messages_to_stderr
 
@@ -33,5 +36,5 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, batch, demo, evaluate, config, warmup):
+for command in (detect, track, batch, tune, view, colour, demo, evaluate, config, warmup):
     main.add_command(command)

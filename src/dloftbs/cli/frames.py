@@ -23,6 +23,8 @@ _log = logging.getLogger("dloftbs.cli")
 NO_COLOUR = (
     "{name} is a colour image, and nothing says what in it is cable: "
     "give its colour, e.g. --hsv 170:10,80:255,60:255 for red (hue 0..179, saturation and value 0..255), "
+    "or learn it from a stroke on the cable (dloftbs colour {name} --at X,Y:X,Y --out cable.yaml, then "
+    "--config cable.yaml), "
     "or masks with --masks, or, if the image is a mask itself, --kind mask"
 )
 
@@ -47,7 +49,7 @@ class UsableFrames:
     def __init__(self, source: Source, config: Config, inputs: InputOptions, every: int = 1) -> None:
         self._source = source
         self._every = every
-        self._has_colour = bool(config.segmentation.hsv)
+        self._has_colour = config.segmentation.is_given
         self._has_masks = inputs.masks is not None
         self._without_mask = 0
 

@@ -116,7 +116,7 @@ def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:
     from dloftbs.pipeline import Pipeline
 
     process = Pipeline(config).process
-    return functools.partial(_by_colour, process) if config.segmentation.hsv else process
+    return functools.partial(_by_colour, process) if config.segmentation.is_given else process
 
 
 def _by_colour(process: Callable[[Frame], FrameResult], frame: Frame) -> FrameResult:

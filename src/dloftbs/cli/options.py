@@ -127,13 +127,15 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
     ConfigError
         If the file cannot be read, or a key or a value is wrong.
     """
+    import msgspec
+
     from dloftbs.config import Config
 
     stated = {} if file is None else stated_in(file)
     # The published method has a form of its own for one cable: without a threshold, unless one is stated, too.
     one = {**stated, **changes}.get("linking.objects") == 1
     config = (Config.paper(objects=1 if one else None) if paper else Config()).replace(stated).replace(changes)
-    return config.replace({"segmentation.hsv": hsv}) if hsv else config
+    return msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv)) if hsv else config
 
 
 def stated_in(file: Path) -> dict[str, Any]:

@@ -7,9 +7,9 @@ from collections import Counter
 from time import perf_counter
 
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
-from dloftbs.cli.steadiness import Steadiness
 from dloftbs.detection import NO_DEPTH
 from dloftbs.frame_result import FrameResult
+from dloftbs.steadiness import Steadiness
 
 _MOST_REASONS = 20
 _OTHER = "other reasons"

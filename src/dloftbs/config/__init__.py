@@ -13,8 +13,17 @@ from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
 from dloftbs.config.section import Section
-from dloftbs.config.segmentation import HUE_MAX, Colour, HsvRange, SegmentationConfig, read_colour
+from dloftbs.config.segmentation import (
+    HUE_MAX,
+    Colour,
+    HsvRange,
+    NetworkConfig,
+    PlaneConfig,
+    SegmentationConfig,
+    read_colour,
+)
 from dloftbs.config.skeleton import SegmentsConfig
+from dloftbs.config.strokes import ColourConfig, ColourPicture, Stroke
 from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
 
 __all__ = [
@@ -23,6 +32,8 @@ __all__ = [
     "NEAREST_M",
     "CleaningConfig",
     "Colour",
+    "ColourConfig",
+    "ColourPicture",
     "Config",
     "DepthConfig",
     "FittingConfig",
@@ -31,11 +42,14 @@ __all__ = [
     "LiftingConfig",
     "LinkingConfig",
     "NearestTrackingConfig",
+    "NetworkConfig",
     "ObjectsConfig",
     "PixelLiftingConfig",
+    "PlaneConfig",
     "Section",
     "SegmentationConfig",
     "SegmentsConfig",
+    "Stroke",
     "TrackingConfig",
     "choose_config",
     "read_colour",

@@ -16,7 +16,7 @@ from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig
 from dloftbs.config.section import Section, require
-from dloftbs.config.segmentation import Colour, HsvRange, SegmentationConfig, read_colour
+from dloftbs.config.segmentation import Colour, HsvRange, SegmentationConfig
 from dloftbs.config.skeleton import SegmentsConfig
 from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
 from dloftbs.errors import ConfigError, InputError
@@ -27,6 +27,9 @@ _METHODS: dict[str, tuple[type[Section], ...]] = {
     "tracking": (TrackingConfig, NearestTrackingConfig),
 }
 """Sections with several methods, the default one first."""
+
+_WITHIN = ("segmentation.plane", "segmentation.onnx")
+"""Sections within one, which are left out by default."""
 
 
 class Config(Section, frozen=True, kw_only=True):
@@ -184,6 +187,8 @@ class Config(Section, frozen=True, kw_only=True):
         for path, value in changes.items():
             *parents, key = path.split(".")
             section: Any = data
+            if ".".join(parents) in _WITHIN and data[parents[0]][parents[1]] is None:
+                data[parents[0]][parents[1]] = {key: value}
             for parent in parents:
                 section = section.get(parent) if isinstance(section, dict) else None
             if not isinstance(section, dict) or key not in section:
@@ -204,7 +209,7 @@ def choose_config(config: Config | None, hsv: Colour | None, objects: int | None
     """
     config = Config() if config is None else _checked(config)
     if hsv is not None:
-        config = msgspec.structs.replace(config, segmentation=SegmentationConfig(hsv=read_colour(hsv)))
+        config = msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv))
     return config if objects is None else config.replace({"linking.objects": objects})
 
 

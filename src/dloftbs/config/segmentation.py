@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dloftbs._values import shown
-from dloftbs.config.section import Section, keep_range, require
+import msgspec
+
+from dloftbs._values import as_float, as_integer, shown
+from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, require
+from dloftbs.config.strokes import ColourConfig
 from dloftbs.errors import ConfigError
 
 HUE_MAX = 179
@@ -13,6 +16,8 @@ HUE_MAX = 179
 LEAST_COLOURED = 40
 """Least saturation and value, of 255, where a range gives none. At both, the channels differ by 6 counts, and a count
 of noise turns the hue by 5, a third of a usual range's half: below, hue says little."""
+
+_MOST_INPUT_PX = 10_000  # of a side of a network's input
 
 
 class HsvRange(Section, frozen=True, kw_only=True):
@@ -66,22 +71,134 @@ class HsvRange(Section, frozen=True, kw_only=True):
         return cls(**dict(zip(names, bounds, strict=False)))
 
 
+class PlaneConfig(Section, frozen=True, kw_only=True):
+    """Pixels that stand above the plane on which most of the depth lies, as a table's top.
+
+    Parameters
+    ----------
+    height_m : float
+        Height above the plane from which on a pixel is cable, in metres; usual is somewhat less than half
+        of a cable's thickness.
+    join : "and" or "or"
+        With a colour or a network beside it: whether a pixel must be found by both, or by one of them.
+    """
+
+    height_m: float = 0.002
+    join: str = "and"
+
+    def __post_init__(self) -> None:
+        keep_number(self, "height_m", 1e-5, 100.0)
+        require(isinstance(self.join, str) and self.join in ("and", "or"), "join", "'and' or 'or'", self.join)
+
+
+class NetworkConfig(Section, frozen=True, kw_only=True):
+    """A network of the user's own, in an ONNX file, from an image to scores of its pixels.
+
+    Parameters
+    ----------
+    file : str
+        Path of the model.
+    size : (int, int) or None
+        Rows and columns of the image that the network gets; None: what the model states, or else the image's own.
+    multiple : int
+        The sides that the network gets are padded to multiples of so many pixels; networks that halve an image four
+        times need 16.
+    threshold : float
+        Score from which on a pixel is cable.
+    channel : int or None
+        Number of the cable's channel among several of the output; None: a pixel is cable unless channel 0, the
+        ground's, has the largest score. With a single channel it counts for nothing.
+    order : "rgb" or "bgr"
+        Order of the input's channels.
+    scale : float
+        Factor of the image's counts, before mean and std.
+    mean, std : tuple of float
+        Subtracted from, and divisor of, each channel, in the order of the channels.
+    """
+
+    file: str
+    size: tuple[int, int] | None = None
+    multiple: int = 1
+    threshold: float = 0.5
+    channel: int | None = None
+    order: str = "rgb"
+    scale: float = 1.0 / 255.0
+    mean: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    std: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        require(isinstance(self.file, str) and bool(self.file), "file", "the path of an ONNX model", self.file)
+        if self.size is not None:
+            sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
+            valid = len(sides) == 2 and all(side is not None and 0 < side <= _MOST_INPUT_PX for side in sides)
+            require(valid, "size", f"two integers in 1..{_MOST_INPUT_PX}: rows and columns", self.size)
+        keep_integer(self, "multiple", 1, 1024)
+        keep_number(self, "threshold", -1e6, 1e6)
+        if self.channel is not None:
+            keep_integer(self, "channel", 0, 10_000)
+        require(isinstance(self.order, str) and self.order in ("rgb", "bgr"), "order", "'rgb' or 'bgr'", self.order)
+        keep_number(self, "scale", 1e-9, 1e9)
+        for name, least in (("mean", -1e6), ("std", 1e-9)):
+            given = getattr(self, name)
+            numbers = [as_float(number) for number in given] if isinstance(given, (tuple, list)) else []
+            valid = len(numbers) == 3 and all(number is not None and least <= number <= 1e6 for number in numbers)
+            require(valid, name, f"three numbers in {least:g}..1e+06, one a channel", given)
+            msgspec.structs.force_setattr(self, name, tuple(numbers))
+
+
 class SegmentationConfig(Section, frozen=True, kw_only=True):
-    """Colour image to mask.
+    """Image to mask: by ranges of hue, a colour from strokes, the user's network, the depth above a plane.
+
+    A pixel is cable where the ranges, the colour or the network say so; the plane is joined with them as it says.
+    Where nothing is given, frames must bring a mask, or the pipeline a segmenter.
 
     Parameters
     ----------
     hsv : tuple of HsvRange
         Colours of cables, in OpenCV's 8-bit hue (0..179, half degrees), saturation and value (0..255); as text
         ``"170:10,80:255,60:255"``, the first being a hue that wraps around 0. A pixel is cable where any of the ranges
-        holds it. Empty: frames must bring a mask, or the pipeline a segmenter.
+        holds it.
+    colour : ColourConfig or None
+        Colours learned from strokes on a picture, as `dloftbs colour` prints them.
+    plane : PlaneConfig or None
+        ``{height_m: 0.002}``: what stands above the dominant plane of the depth by more is cable; joined with the
+        others by ``join: and`` or ``or``.
+    onnx : NetworkConfig or None
+        ``{file: model.onnx}``: a network of your own; further settings are its size, multiple, threshold, channel,
+        order, scale, mean and std.
     """
 
     hsv: tuple[HsvRange, ...] = ()
+    colour: ColourConfig | None = None
+    plane: PlaneConfig | None = None
+    onnx: NetworkConfig | None = None
 
     def __post_init__(self) -> None:
         valid = isinstance(self.hsv, tuple) and all(isinstance(box, HsvRange) for box in self.hsv)
         require(valid, "hsv", "a tuple of HsvRange, such as (HsvRange.parse('170:10,80:255'),)", self.hsv)
+        for name, kind in (("colour", ColourConfig), ("plane", PlaneConfig), ("onnx", NetworkConfig)):
+            given = getattr(self, name)
+            require(given is None or isinstance(given, kind), name, f"a {kind.__name__} or None", given)
+
+    @property
+    def needs_image(self) -> bool:
+        """True if a mask is made of the colour image."""
+        return bool(self.hsv) or self.colour is not None or self.onnx is not None
+
+    @property
+    def is_given(self) -> bool:
+        """True if there is any way from a frame to a mask."""
+        return self.needs_image or self.plane is not None
+
+    def with_hsv(self, colour: Colour) -> SegmentationConfig:
+        """Return the section with other ranges of hue, in the place of its colour from strokes, too.
+
+        Raises
+        ------
+        ConfigError
+            As `read_colour`.
+        """
+        return msgspec.structs.replace(self, hsv=read_colour(colour), colour=None)
 
 
 Colour = str | HsvRange | Sequence[str | HsvRange]

@@ -2,6 +2,18 @@
 
 from __future__ import annotations
 
+from dloftbs.config import Stroke
+from dloftbs.segmentation.colour_model import ColourModel
 from dloftbs.segmentation.colour_ranges import HsvSegmenter
+from dloftbs.segmentation.first_guess import suggest_mask
+from dloftbs.segmentation.frame_segmenter import FrameSegmenter, Segmenter, make_segmenter
 
-__all__ = ["HsvSegmenter"]
+__all__ = [
+    "ColourModel",
+    "FrameSegmenter",
+    "HsvSegmenter",
+    "Segmenter",
+    "Stroke",
+    "make_segmenter",
+    "suggest_mask",
+]

@@ -8,12 +8,10 @@ import numpy.typing as npt
 
 from dloftbs.config import HUE_MAX, HsvRange, SegmentationConfig
 from dloftbs.errors import ConfigError
-from dloftbs.segmentation.kernels import colour_table as kernels
-
-_LEVELS = 256
+from dloftbs.segmentation.colour_table import LEVELS, ColourTable
 
 
-class HsvSegmenter:
+class HsvSegmenter(ColourTable):
     """A callable ``image -> mask`` that holds one bit for each of the 16.7 million colours.
 
     The table comes from OpenCV's own conversion, so the mask is what ``cv2.cvtColor`` and ``cv2.inRange`` give, at a
@@ -33,49 +31,22 @@ class HsvSegmenter:
     def __init__(self, config: SegmentationConfig) -> None:
         if not config.hsv:
             raise ConfigError("segmentation.hsv is empty: a colour needs one range or more")
-        table = _color_table(config.hsv)
-        self._fine = table.ravel()
-        self._coarse = _coarse_table(table)
-
-    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-        """Segment an image.
-
-        Parameters
-        ----------
-        image : numpy.ndarray, shape (H, W, 3), uint8
-            BGR.
-
-        Returns
-        -------
-        numpy.ndarray, shape (H, W), uint8
-            1 where the colour is in a range, else 0.
-        """
-        mask = np.empty(image.shape[0] * image.shape[1], dtype=np.uint8)
-        kernels.look_up(np.ascontiguousarray(image).reshape(-1), self._coarse, self._fine, mask)
-        return mask.reshape(image.shape[:2])
+        super().__init__(_colour_bits(config.hsv))
 
 
-def _color_table(ranges: tuple[HsvRange, ...]) -> npt.NDArray[np.uint8]:
+def _colour_bits(ranges: tuple[HsvRange, ...]) -> npt.NDArray[np.uint8]:
     """Return the bit of every colour, shape (256 red, 256 green, 32 bytes of 8 blues)."""
     boxes = [box for hsv_range in ranges for box in _opencv_boxes(hsv_range)]
-    plane = np.empty((_LEVELS, _LEVELS, 3), dtype=np.uint8)  # all colours of one red: fits the cache
-    plane[..., 0] = np.arange(_LEVELS)
-    plane[..., 1] = np.arange(_LEVELS)[:, None]
-    table = np.zeros((_LEVELS, _LEVELS, _LEVELS // 8), dtype=np.uint8)
-    for red in range(_LEVELS):
+    plane = np.empty((LEVELS, LEVELS, 3), dtype=np.uint8)  # all colours of one red: fits the cache
+    plane[..., 0] = np.arange(LEVELS)
+    plane[..., 1] = np.arange(LEVELS)[:, None]
+    table = np.zeros((LEVELS, LEVELS, LEVELS // 8), dtype=np.uint8)
+    for red in range(LEVELS):
         plane[..., 2] = red
         hsv = cv2.cvtColor(plane, cv2.COLOR_BGR2HSV)
         for low, high in boxes:
             table[red] |= np.packbits(cv2.inRange(hsv, low, high), axis=1, bitorder="little")
     return table
-
-
-def _coarse_table(table: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Say of each cell of 8 reds, 4 greens and 8 blues whether none, all or some are in the table, shape (65536,)."""
-    cells = table.reshape(32, 8, 64, 4, 32)
-    common, any_of = np.bitwise_and.reduce(cells, axis=(1, 3)), np.bitwise_or.reduce(cells, axis=(1, 3))
-    coarse = np.where(common == 0xFF, kernels.ALL, np.where(any_of != 0, kernels.MIXED, kernels.NONE))
-    return coarse.astype(np.uint8).ravel()
 
 
 def _opencv_boxes(hsv_range: HsvRange) -> list[tuple[tuple[int, int, int], tuple[int, int, int]]]:

@@ -258,9 +258,9 @@ def paint_items(picture: Picture, items: Sequence[Item], pen: Style, *, control_
     if control_points:
         drawn += [shape for item in items for shape in _control_polygon(item, pen)]
     for item, path in zip(items, paths, strict=True):
-        drawn += _line(item, path, pen)
+        drawn += line_shapes(item, path, pen)
     for item, path in zip(items, paths, strict=True):
-        drawn += _markers(item, path, pen)
+        drawn += marker_shapes(item, path, pen)
     shapes.paint(picture, drawn, pen)
     _labels(picture, items, paths, drawn, pen)
 
@@ -275,7 +275,8 @@ def _line_width(item: Item, pen: Style) -> float:
     return pen.line_px if item.width is None else max(1.0, min(pen.line_px, item.width / 3.0))
 
 
-def _line(item: Item, path: Path, pen: Style) -> list[Shape]:
+def line_shapes(item: Item, path: Path, pen: Style) -> list[Shape]:
+    """Return the pieces of a curve's line, with its dashes and its interruptions."""
     width = _line_width(item, pen)
     unseen = [(0.0, path.length)] if item.hidden else _unseen(item, path)
     # The ring at the end stays hollow.
@@ -307,7 +308,8 @@ def _unseen(item: Item, path: Path) -> list[Span]:
     return merged
 
 
-def _markers(item: Item, path: Path, pen: Style) -> list[Shape]:
+def marker_shapes(item: Item, path: Path, pen: Style) -> list[Shape]:
+    """Return a curve's ends, arrows, and marks of junctions and crossings."""
     width = _line_width(item, pen)
     junctions = _junctions(item, path)
     markers = [shapes.diamond(path.point(s), 1.6 * pen.marker_px, item.colour, width) for s in junctions]

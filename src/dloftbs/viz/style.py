@@ -122,6 +122,12 @@ def dimmed(colour: Colour, towards: Colour, share: float) -> Colour:
     return b, g, r
 
 
+def as_css(colour: Colour) -> str:
+    """Return a colour as a style sheet or an SVG writes it."""
+    blue, green, red = colour
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
 def is_light(colour: Colour) -> bool:
     """Return whether dark text reads better on the colour than light text."""
     blue, green, red = colour

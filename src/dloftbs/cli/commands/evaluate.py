@@ -152,7 +152,7 @@ def _check_colours(suites: list[Suite], methods: list[str], settings: MethodSett
     from dloftbs.evaluation.suites import SUITES
 
     configs = {name: config for name in methods if (config := config_of(name, settings)) is not None}
-    colourless = [name for name, config in configs.items() if not config.segmentation.hsv]
+    colourless = [name for name, config in configs.items() if not config.segmentation.is_given]
     for suite in suites:
         if not suite.frames or (suite.name in SUITES and not settings.hsv):
             continue

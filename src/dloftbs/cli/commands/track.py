@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -22,12 +23,16 @@ from dloftbs.cli.options import (
     stages_option,
     with_input_option,
 )
+from dloftbs.cli.page import LOOK_EVERY_S, PageOptions, page_options, require_page, served
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 
 if TYPE_CHECKING:
     from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
+    from dloftbs.frame import Frame
+    from dloftbs.frame_result import FrameResult
     from dloftbs.sinks import Sink
+    from dloftbs.sources import Source
 
 
 @click.command(short_help="Follow the cables through a stream.")
@@ -45,8 +50,12 @@ if TYPE_CHECKING:
 @limit_option
 @every_option
 @fps_option
+@click.option(
+    "--view", is_flag=True, help="Show the curves live on a page while tracking; a recording waits until it is open."
+)
 @input_options
 @config_options
+@page_options
 @click.pass_context
 def track(
     context: click.Context,
@@ -58,8 +67,10 @@ def track(
     limit: int | None,
     every: int,
     fps: float | None,
+    view: bool,
     inputs: InputOptions,
     config: Config,
+    page: PageOptions,
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
@@ -85,6 +96,8 @@ def track(
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stream_run import StreamOptions, StreamRun
 
+    if view:
+        require_page()
     if not outs and overlay is None and stages is None:
         outs = (STANDARD_OUTPUT,)
     if with_input and not any(is_recording(path) for path in outs):
@@ -103,13 +116,36 @@ def track(
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
-            run.follow(sink.write, shown=progress.tick, stop=stop)
+            show = _open_page(stack, run.source, page, stop) if view else None
+
+            def write(frame: Frame, result: FrameResult) -> None:
+                sink.write(frame, result)
+                if show is not None:
+                    show(frame, result)
+
+            run.follow(write, shown=progress.tick, stop=stop)
     finally:
         if report.frames:
             click.echo(report.summary(), err=True)
     run.check_frames()
     if report.skipped and not run.source.live:  # a camera now and then has a frame that cannot be decoded
         context.exit(BAD_INPUT)
+
+
+def _open_page(
+    stack: ExitStack, source: Source, page: PageOptions, stop: Callable[[], bool]
+) -> Callable[[Frame, FrameResult], None]:
+    """Serve a page until the stack is closed; of a recording nothing is tracked before somebody looks."""
+    from dloftbs.ui.view_session import ViewFeed
+
+    feed = ViewFeed(source.name, length=source.length, live=source.live)
+    stack.enter_context(served(feed, page))
+    stack.callback(feed.end)
+    if not source.live:
+        click.echo("waiting until the page is open", err=True)
+        while not feed.visited.wait(LOOK_EVERY_S) and not stop():
+            pass
+    return feed.publish
 
 
 def _open_sink(outputs: Outputs, fps: float | None, config: Config, with_input: bool) -> Sink:

@@ -9,11 +9,26 @@ from numba import uint8
 from dloftbs.kernels.compiler import inlined, kernel, read, write
 
 NONE, ALL, MIXED = 0, 1, 2
-"""Share of a coarse cell's 256 colours that are in range."""
+"""Share of a coarse cell's 256 colours that are in range: none, all, or some.
 
-_BLOCK = 1024  # pixels that are looked up together
+Source: by definition.
+"""
+
+_BLOCK = 1024
+"""Pixels that are looked up together.
+
+Source: bounds time; their cells stay in the fastest cache.
+"""
 _WORD = 8
+"""Pixels that are tested at once.
+
+Source: by definition, the bytes of a word.
+"""
 _ANY_MIXED = sum(MIXED << (8 * k) for k in range(_WORD))
+"""Code of a word of pixels that are all mixed.
+
+Source: derived.
+"""
 
 
 @inlined

@@ -5,8 +5,8 @@ from __future__ import annotations
 from builders import line
 
 from dloftbs import Track, TrackState
-from dloftbs.cli import steadiness as module
-from dloftbs.cli.steadiness import Steadiness
+from dloftbs import steadiness as module
+from dloftbs.steadiness import Steadiness
 
 
 def tracks(*ids, state=TrackState.CONFIRMED):

@@ -1,0 +1,118 @@
+"""Files of ``dloftbs colour``: pictures that are drawn on, settings that are gone on from, the mask as a picture."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs import sources, viz
+from dloftbs._documents import parse_yaml, read_text
+from dloftbs.config import ColourPicture, Config, Stroke
+from dloftbs.errors import InputError, SinkError, SourceError
+from dloftbs.frame import Frame
+from dloftbs.sinks.sink import identity_of
+
+_CYAN = np.array([255.0, 230.0, 0.0])
+_TINT = 0.6  # of the mask over the picture
+_SIGNATURES = (b"# A colour learned by dloftbs colour",)
+_TILE_PX = 960  # of several pictures in one
+_PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
+
+Image = npt.NDArray[np.uint8]
+
+
+def check_places(where: Sequence[str], config_file: Path | None, out: str | None, overlay: str | None) -> None:
+    """Let no output take the place of an input, of the other output, or of a file of somebody else.
+
+    Raises
+    ------
+    click.UsageError
+        If one would.
+    SinkError
+        If there are settings in the place of --out that this command did not write.
+    """
+    inputs = {identity_of(text): text for text in (*where, *([] if config_file is None else [str(config_file)]))}
+    outputs = {"--out": out, "--overlay": overlay}
+    for option, path in outputs.items():
+        if path is not None and identity_of(path) in inputs:
+            replaced = inputs[identity_of(path)]
+            raise click.UsageError(f"{option} {path} would replace the input {replaced}; choose another name")
+    if out is not None and overlay is not None and identity_of(out) == identity_of(overlay):
+        raise click.UsageError(f"--out {out} and --overlay {overlay} are the same place; choose two")
+    if out is not None and os.path.exists(out):
+        with open(out, "rb") as file:
+            if not file.read(100).startswith(_SIGNATURES):
+                raise SinkError(f"{out} is there and not by dloftbs colour: it is not replaced; choose another name")
+
+
+def stated_settings(file: Path | None) -> tuple[dict[str, Any], tuple[ColourPicture, ...]]:
+    """Return what a file of settings states, and the pictures of its colour.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read.
+    """
+    if file is None:
+        return {}, ()
+    colour = Config.from_file(file).segmentation.colour
+    (sections,) = parse_yaml(read_text(file)) or ({},)
+    return sections, () if colour is None else colour.pictures
+
+
+def read_frame(where: str, index: int) -> Frame:
+    """Return a frame of a source, which has an image.
+
+    Raises
+    ------
+    SourceError, InputError
+        If it cannot be read, or is a mask.
+    """
+    with sources.open(where, kind="image") as source:
+        frame = next((one for one in source if one.index >= index), None)
+    if frame is None or frame.index > index:
+        raise SourceError(f"{where}: there is no frame {index} that can be read")
+    if frame.image is None:
+        raise InputError(f"{where} is a mask already, which needs no colour")
+    return frame
+
+
+def source_of(where: str, frame: Frame) -> str:
+    """Return where a frame comes from, as the configuration keeps it: without folders, which are nobody's business."""
+    name = Path(where).name or where
+    return name if name.lower().endswith(_PICTURE_SUFFIXES) else f"{name} frame {frame.index}"
+
+
+def overlay_of(images: Sequence[Image], masks: Sequence[Image], strokes: Sequence[Sequence[Stroke]]) -> Image:
+    """Return the pictures with their masks in cyan, and the strokes: white on cables, black on others."""
+    drawn = [_overlay(*one) for one in zip(images, masks, strokes, strict=True)]
+    return drawn[0] if len(drawn) == 1 else viz.contact_sheet(drawn, columns=2, tile_width=_TILE_PX)
+
+
+def _overlay(image: Image, mask: Image, strokes: Sequence[Stroke]) -> Image:
+    picture = image.copy()
+    found = mask > 0
+    picture[found] = ((1.0 - _TINT) * picture[found] + _TINT * _CYAN).round().astype(np.uint8)
+    for stroke in strokes:
+        points = np.rint(np.array(stroke.points)).astype(np.int32).reshape(-1, 1, 2)
+        ink = (255, 255, 255) if stroke.cable else (0, 0, 0)
+        cv2.polylines(picture, [points], False, ink, max(1, round(stroke.radius_px)), cv2.LINE_AA)
+    return picture
+
+
+def next_command(where: Sequence[str], out: str | None) -> str:
+    """Return the command that uses the colour."""
+    settings = "cable.yaml" if out is None else out
+    pictures = all(text.lower().endswith(_PICTURE_SUFFIXES) for text in where)
+    words = ["dloftbs", "detect" if pictures else "track", *where, "--config", settings]
+    return shlex.join(
+        [*words, "--overlay", ("overlays" if len(where) > 1 else "overlay.png") if pictures else "overlay.mp4"]
+    )

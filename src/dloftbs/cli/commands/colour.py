@@ -1,0 +1,163 @@
+"""``dloftbs colour``: strokes on a picture in, the section of the configuration that finds their colour out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import MAX_FRAMES, FilledPath, file_path
+from dloftbs.cli.options import check_pictures
+
+if TYPE_CHECKING:
+    from dloftbs.config import Stroke
+
+SIGNATURE = "# A colour learned by dloftbs colour; dloftbs config print explains all settings"
+_MOST_SET = 0.5  # of a picture, as in `plausibility`
+_MAX_RADIUS_PX = 1000.0
+
+Numbered = tuple[int, str]
+
+
+def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> list[Numbered]:
+    """Read ``[N@]X,Y[:X,Y...]`` as the number of the picture and the stroke; all else is bad usage."""
+    found = []
+    for text in texts:
+        number, at, line = text.rpartition("@")
+        if at and not (number.isdecimal() and 0 < int(number) <= MAX_FRAMES):
+            raise click.BadParameter(f"expected the number of a picture before the @, got {text!r}", context, parameter)
+        found.append((int(number) if at else 1, line))
+    return found
+
+
+@click.command(short_help="Learn a cable's colour from strokes on a picture.")
+@click.argument("where", metavar="PICTURE...", nargs=-1, required=True, type=FilledPath())
+@click.option(
+    "--at",
+    "cable",
+    multiple=True,
+    metavar="[N@]X,Y[:X,Y...]",
+    callback=parse_strokes,
+    help="A click on a cable, or a stroke along it, in pixels; of the second picture as 2@X,Y. Repeatable; a stroke "
+    "says more than a click.",
+)
+@click.option(
+    "--not",
+    "ground",
+    multiple=True,
+    metavar="[N@]X,Y[:X,Y...]",
+    callback=parse_strokes,
+    help="The same on what looks like the cable and is none.",
+)
+@click.option(
+    "--radius",
+    type=click.FloatRange(0.5, _MAX_RADIUS_PX),
+    default=2.0,
+    show_default=True,
+    metavar="PX",
+    help="Half the width of the strokes.",
+)
+@click.option("--frame", type=click.IntRange(0, MAX_FRAMES), default=0, metavar="N", help="Frame of a video or folder.")
+@click.option(
+    "--config",
+    "config_file",
+    type=file_path(),
+    metavar="FILE",
+    help="Go on from a colour that was learned before: its strokes count, too, and the file's other settings are kept.",
+)
+@click.option(
+    "--out", "-o", type=FilledPath(), metavar="YAML", help="Write the settings to a file instead of standard output."
+)
+@click.option(
+    "--overlay",
+    type=FilledPath(),
+    metavar="PNG",
+    callback=check_pictures(video=False),
+    help="Draw the mask over the pictures: cyan is what counts as cable.",
+)
+def colour(
+    where: tuple[str, ...],
+    cable: list[Numbered],
+    ground: list[Numbered],
+    radius: float,
+    frame: int,
+    config_file: Path | None,
+    out: str | None,
+    overlay: str | None,
+) -> None:
+    """Learn a cable's colour from strokes on a picture, for --config of `detect` and `track`.
+
+    PICTURE is an image, or what `dloftbs track` takes, of which --frame says the number. The settings go
+    to standard output, messages to standard error. They hold the strokes and a count of the picture's
+    colours, and need the picture no more.
+
+    \b
+    dloftbs colour photo.jpg --at 321,200:360,214:390,240 --overlay mask.png --out cable.yaml
+    dloftbs colour other.jpg --at 90,55:130,70 --not 20,40 --config cable.yaml --out better.yaml
+    """
+    import msgspec
+
+    from dloftbs.cli.colour_files import check_places, next_command, overlay_of, read_frame, source_of, stated_settings
+    from dloftbs.config import ColourConfig, Config
+    from dloftbs.segmentation import ColourModel
+    from dloftbs.sinks._safe_files import write_whole
+    from dloftbs.viz import as_png
+
+    check_places(where, config_file, out, overlay)
+    stated, before = stated_settings(config_file)
+    strokes = _strokes(cable, ground, radius, len(where))
+    if not before and not any(stroke.cable for given in strokes for stroke in given):
+        raise click.UsageError("say where a cable is: --at X,Y, or along it, --at X,Y:X,Y:X,Y")
+    frames = [read_frame(text, frame) for text in where]
+    images = [one.image for one in frames if one.image is not None]
+    sources = [source_of(text, one) for text, one in zip(where, frames, strict=True)]
+    drawn_on = [entry for entry in zip(images, strokes, sources, strict=True) if entry[1]]
+    learned = ColourConfig(pictures=(*before, *ColourModel.pictures_of(drawn_on)))
+    settings = {**stated, "segmentation": {**stated.get("segmentation", {}), "colour": msgspec.to_builtins(learned)}}
+    Config.from_dict(settings)  # before it is written
+    text = f"{SIGNATURE}\n{msgspec.yaml.encode(settings).decode()}"
+    if out is None:
+        click.echo(text, nl=False)
+    else:
+        write_whole(Path(out), text.encode())
+    model = ColourModel(learned)
+    masks = [model(image) for image in images]
+    for source, mask in zip(sources, masks, strict=True):
+        _report(source, float(mask.mean()))
+    if overlay is not None:
+        write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
+    click.echo(f"next: {next_command(where, out)}", err=True)
+
+
+def _strokes(cable: list[Numbered], ground: list[Numbered], radius: float, pictures: int) -> list[list[Stroke]]:
+    """Return the strokes on each picture.
+
+    Raises
+    ------
+    click.BadParameter
+        If one is no stroke, or on a picture that is not there.
+    """
+    from dloftbs.config import Stroke
+    from dloftbs.errors import ConfigError
+
+    found: list[list[Stroke]] = [[] for _ in range(pictures)]
+    for option, is_cable, given in (("--at", True, cable), ("--not", False, ground)):
+        for number, line in given:
+            if number > pictures:
+                raise click.BadParameter(f"{number}@{line}: there is no picture {number}", param_hint=option)
+            try:
+                found[number - 1].append(Stroke.parse(line, cable=is_cable, radius_px=radius))
+            except ConfigError as error:
+                raise click.BadParameter(str(error), param_hint=option) from error
+    return found
+
+
+def _report(source: str, share: float) -> None:
+    """Say how much of a picture counts as cable, and what to do where it is nothing or most."""
+    hint = ""
+    if share == 0.0:
+        hint = ": nothing; draw along the cable, --at X,Y:X,Y, rather than click on it"
+    elif share > _MOST_SET:
+        hint = ": the ground comes in; add strokes on it with --not"
+    click.echo(f"{source}: {100.0 * share:.1f} % of the picture is cable{hint}", err=True)

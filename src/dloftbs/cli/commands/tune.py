@@ -1,0 +1,78 @@
+"""``dloftbs tune``: strokes and sliders on a page say what in a source is cable."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from time import sleep
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import FilledPath
+from dloftbs.cli.options import InputOptions, config_options, input_options
+from dloftbs.cli.page import (
+    LOOK_EVERY_S,
+    PageOptions,
+    check_yaml_path,
+    page_options,
+    require_page,
+    served,
+    source_arguments,
+)
+from dloftbs.cli.shell import interrupted
+
+if TYPE_CHECKING:
+    from dloftbs.config import Config
+
+
+@click.command(short_help="Say on a page what in the picture is cable.")
+@click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
+@click.option(
+    "--out",
+    "-o",
+    type=FilledPath(),
+    metavar="FILE",
+    callback=check_yaml_path,
+    help="YAML file that Save writes, for --config; read first, if it is there. By default the one of --config.",
+)
+@input_options
+@config_options
+@page_options
+@click.pass_context
+def tune(
+    context: click.Context,
+    where: tuple[str, ...],
+    out: str | None,
+    inputs: InputOptions,
+    config: Config,
+    page: PageOptions,
+) -> None:
+    """Serve a page on which strokes, or sliders, say what is cable.
+
+    INPUT is what `dloftbs track` takes. The page shows picture, mask and curves while you draw, and the number of
+    objects over the whole video. Save writes the settings that --config reads. The page can read and write nothing
+    else, and only this machine can open it, unless --host says otherwise.
+
+    \b
+    dloftbs tune cable.mp4 --out cable.yaml
+    dloftbs track cable.mp4 --config cable.yaml --overlay overlay.mp4
+    """
+    require_page()
+    from dloftbs.cli.frames import in_natural_order
+    from dloftbs.config import Config
+    from dloftbs.ui.frame_store import FrameStore
+    from dloftbs.ui.tune_session import TuneSession
+
+    target = Path(out) if out is not None else context.params.get("config_file")
+    if out is not None and Path(out).exists():
+        config = Config.from_file(out)  # which replaces no file that is not one
+    source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs))
+    config_file = shlex.quote("cable.yaml" if target is None else str(target))
+    verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")
+    named = source_arguments(where, context)
+    command = f"dloftbs {verb} {named} --config {config_file} --out curves.jsonl --overlay {overlay}"
+    session = TuneSession(FrameStore(source), config, target, command)
+    with served(session, page), interrupted() as stop:
+        while not stop():
+            sleep(LOOK_EVERY_S)

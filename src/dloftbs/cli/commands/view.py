@@ -1,0 +1,57 @@
+"""``dloftbs view``: curves live over their video, on a page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import FilledPath
+from dloftbs.cli.options import InputOptions, config_options, every_option, input_options
+from dloftbs.cli.page import LOOK_EVERY_S, PageOptions, check_colour, page_options, require_page, served
+from dloftbs.cli.shell import interrupted
+
+if TYPE_CHECKING:
+    from dloftbs.config import Config
+
+
+@click.command(short_help="Look at the curves live, on a page.")
+@click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
+@every_option
+@input_options
+@config_options
+@page_options
+def view(
+    where: tuple[str, ...],
+    every: int,
+    inputs: InputOptions,
+    config: Config,
+    page: PageOptions,
+) -> None:
+    """Serve a page with the curves over the video, as they are tracked.
+
+    INPUT is what `dloftbs track` takes. A recording plays at its own pace, and waits until the page is open; of a
+    camera the newest frame is taken. Pause, step and loop; with depth, turn the curves in space.
+
+    \b
+    dloftbs view cable.mp4 --config cable.yaml
+    dloftbs view 0 --hsv 170:10
+    """
+    require_page()
+    from dloftbs.cli.frames import UsableFrames, in_natural_order
+    from dloftbs.pipeline import Pipeline
+    from dloftbs.ui.view_session import ViewSession
+
+    with inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs)) as source:
+        check_colour(source, config, inputs)
+        session = ViewSession(
+            UsableFrames(source, config, inputs, every),
+            lambda: Pipeline(config).process,
+            source.name,
+            length=source.length,
+            live=source.live,
+            fps=source.fps and source.fps / every,
+        )
+        with served(session, page), interrupted() as stop:
+            while session.wait(LOOK_EVERY_S) and not stop():
+                pass

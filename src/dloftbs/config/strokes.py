@@ -1,0 +1,151 @@
+"""Strokes on pictures that say what is cable, and the sections that keep them."""
+
+from __future__ import annotations
+
+import msgspec
+
+from dloftbs._values import MOST_PX, as_float, as_integer, shown
+from dloftbs.config.section import Section, keep_number, require
+from dloftbs.errors import ConfigError
+
+_MOST_POINTS = 10_000  # of a stroke: an hour of a mouse's reports is none
+_MOST_PICTURES = 1000
+_FORM = "X,Y[:X,Y...][/RADIUS], such as 330,220:360,240"
+
+
+class Stroke(Section, frozen=True, kw_only=True):
+    """A line that somebody drew on a picture to say that what lies beneath it is cable, or is not.
+
+    Parameters
+    ----------
+    points : sequence of (float, float)
+        Pixels x, y of the picture, in the order of drawing; a single one is a click. Kept as tuples.
+    cable : bool
+        Whether the colours beneath are the cable's; otherwise they are of what is not cable.
+    radius_px : float
+        Half the width of the line. It may reach over the cable's border: colours that the rest of the picture is made
+        of are left out.
+
+    Examples
+    --------
+    >>> Stroke.parse("330,220:360,240/4")
+    Stroke(points=((330.0, 220.0), (360.0, 240.0)), radius_px=4.0)
+    >>> str(Stroke(points=[(321, 200)]))
+    '321,200'
+    """
+
+    points: tuple[tuple[float, float], ...]
+    cable: bool = True
+    radius_px: float = 2.0
+
+    def __post_init__(self) -> None:
+        given = self.points
+        pairs = _items(given)
+        valid = 0 < len(pairs) <= _MOST_POINTS
+        points = tuple(_as_point(pair) for pair in pairs) if valid else ()
+        expected = f"1 to {_MOST_POINTS} points (x, y), in pixels"
+        require(valid and all(point is not None for point in points), "points", expected, given)
+        require(isinstance(self.cable, bool), "cable", "True or False", self.cable)
+        msgspec.structs.force_setattr(self, "points", points)
+        keep_number(self, "radius_px", 0.5, 1000.0)
+
+    def __str__(self) -> str:
+        """Return the notation that `parse` reads."""
+        line = ":".join(f"{x:.8g},{y:.8g}" for x, y in self.points)
+        return line if self.radius_px == _USUAL_RADIUS_PX else f"{line}/{self.radius_px:.8g}"
+
+    @classmethod
+    def parse(cls, text: str, *, cable: bool = True, radius_px: float | None = None) -> Stroke:
+        """Read ``"X,Y[:X,Y...][/RADIUS]"``, as the command line and the configuration have it.
+
+        Raises
+        ------
+        ConfigError
+            If the text has another form, or a number is out of range.
+        """
+        line, slash, radius = text.partition("/") if isinstance(text, str) else ("", "", "")
+        parts = [part.split(",") for part in line.split(":")]
+        try:
+            points = tuple((float(x), float(y)) for x, y in parts)
+            width = float(radius) if slash else _USUAL_RADIUS_PX if radius_px is None else radius_px
+        except ValueError:
+            raise ConfigError(f"expected a stroke {_FORM}, got {shown(text)}") from None
+        return cls(points=points, cable=cable, radius_px=width)
+
+
+_USUAL_RADIUS_PX: float = msgspec.structs.fields(Stroke)[2].default
+
+
+class ColourPicture(Section, frozen=True, kw_only=True):
+    """Strokes on one picture, and the colours that they were drawn on.
+
+    Parameters
+    ----------
+    source : str
+        Origin of the picture, for people to find it again.
+    size : (int, int)
+        Rows and columns of the picture.
+    cable, ground : tuple of str
+        Strokes on cables, and on what is none, as ``"X,Y:X,Y"``; after a slash half their width in pixels.
+    sample : str
+        Colours beneath the strokes and in the rest of the picture, counted; the model is fitted to it without the
+        picture. Written by `dloftbs colour`.
+    """
+
+    source: str = ""
+    size: tuple[int, int]
+    cable: tuple[str, ...]
+    ground: tuple[str, ...] = ()
+    sample: str
+
+    def __post_init__(self) -> None:
+        require(isinstance(self.source, str), "source", "text", self.source)
+        require(isinstance(self.sample, str), "sample", "text, as `dloftbs colour` writes it", self.sample)
+        sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
+        valid = len(sides) == 2 and all(side is not None and 0 < side <= MOST_PX for side in sides)
+        require(valid, "size", "two positive integers: rows and columns", self.size)
+        for name in ("cable", "ground"):
+            given = getattr(self, name)
+            valid = isinstance(given, tuple) and all(isinstance(text, str) for text in given)
+            require(valid, name, "a tuple of strokes as text, such as ('330,220:360,240',)", given)
+        _ = self.strokes  # reads each
+
+    @property
+    def strokes(self) -> tuple[Stroke, ...]:
+        """The strokes, those on cables first."""
+        named = ((True, self.cable), (False, self.ground))
+        return tuple(Stroke.parse(text, cable=cable) for cable, texts in named for text in texts)
+
+
+class ColourConfig(Section, frozen=True, kw_only=True):
+    """Colours of cables, learned from strokes that somebody drew.
+
+    Parameters
+    ----------
+    pictures : tuple of ColourPicture
+        The pictures that were drawn on, one or several.
+    """
+
+    pictures: tuple[ColourPicture, ...]
+
+    def __post_init__(self) -> None:
+        given = self.pictures
+        valid = isinstance(given, tuple) and all(isinstance(picture, ColourPicture) for picture in given)
+        require(valid and 0 < len(given) <= _MOST_PICTURES, "pictures", "a tuple of ColourPicture, at least one", given)
+        strokes = any(picture.cable for picture in given)
+        require(strokes, "pictures", "of which one has a stroke on a cable at least", given)
+
+
+def _as_point(pair: object) -> tuple[float, float] | None:
+    """Return two numbers as a point; None for all else."""
+    numbers = [as_float(number) for number in _items(pair)]
+    known = [number for number in numbers if number is not None and abs(number) <= MOST_PX]
+    return (known[0], known[1]) if len(known) == len(numbers) == 2 else None
+
+
+def _items(value: object) -> list[object]:
+    """Return what is in a list, a tuple or an array; nothing for all else."""
+    if isinstance(value, (list, tuple)):
+        return list(value)
+    listed = value.tolist() if callable(getattr(value, "tolist", None)) else None  # type: ignore[attr-defined]
+    return listed if isinstance(listed, list) else []

@@ -1,0 +1,170 @@
+"""Sections of the configuration made of what is edited, and the way back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from itertools import groupby
+
+import numpy as np
+
+from dloftbs._arrays import AnyArray
+from dloftbs._text import readable
+from dloftbs.config import ColourConfig, ColourPicture, HsvRange, PlaneConfig, SegmentationConfig, Stroke
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.segmentation import ColourModel, FrameSegmenter, make_segmenter, suggest_mask
+from dloftbs.ui.tune_document import RANGES, STROKES, ColourRange, DrawnStroke, Point, TuneDocument
+
+Segment = Callable[[Frame], AnyArray]
+
+_BRUSH_SHARE = 0.3
+"""Radius of the brush of a suggested stroke, as a share of the cable's width.
+
+Source: by hand; within the cable, also where its curve is off by a fifth of its width.
+"""
+_MOST_POINTS = 400
+
+
+class Translator:
+    """Turns documents about one source into sections, and a section into the document to begin with.
+
+    Parameters
+    ----------
+    name : str
+        Of the source; pictures of a model are named by it and the frame.
+    frame_of : callable
+        From an index to the frame.
+    section : SegmentationConfig
+        To begin with: its network and the strokes on other pictures are kept.
+    """
+
+    def __init__(self, name: str, frame_of: Callable[[int], Frame], section: SegmentationConfig) -> None:
+        self._name, self._frame_of = readable(name), frame_of
+        self._network = section.onnx
+        self.first = self._document_of(section)
+        self._pictures: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
+
+    def _document_of(self, section: SegmentationConfig) -> TuneDocument:
+        strokes: list[DrawnStroke] = []
+        others: list[ColourPicture] = []
+        for picture in () if section.colour is None else section.colour.pictures:
+            index = self._index_in(picture.source)
+            if index is None:
+                others.append(picture)
+            else:
+                strokes += [DrawnStroke(index, one.points, one.cable, one.radius_px) for one in picture.strokes]
+        ranges = tuple((*box.hue, *box.saturation, *box.value) for box in section.hsv)
+        plane = section.plane
+        return TuneDocument(
+            method=RANGES if ranges and section.colour is None else STROKES,
+            strokes=tuple(strokes),
+            ranges=ranges,
+            height_m=None if plane is None else plane.height_m,
+            join="and" if plane is None else plane.join,
+            others=tuple(others),
+            network=self._network is not None,
+        )
+
+    def _source_of(self, index: int) -> str:
+        return f"{self._name}, frame {index}"
+
+    def _index_in(self, source: str) -> int | None:
+        found = re.fullmatch(re.escape(self._name) + r", frame (\d{1,9})", source)
+        return None if found is None else int(found[1])
+
+    def section_of(self, document: TuneDocument) -> SegmentationConfig:
+        """Return the section that says what a document does.
+
+        Raises
+        ------
+        SourceError
+            If a frame that was drawn on cannot be read again.
+        """
+        plane = None if document.height_m is None else PlaneConfig(height_m=document.height_m, join=document.join)
+        if document.method == RANGES:
+            hsv = tuple(map(_as_range, document.ranges))
+            return SegmentationConfig(hsv=hsv, plane=plane, onnx=self._network)
+        pictures = (*document.others, *self._drawn(document.strokes))
+        colour = ColourConfig(pictures=pictures) if any(picture.cable for picture in pictures) else None
+        return SegmentationConfig(colour=colour, plane=plane, onnx=self._network)
+
+    def _drawn(self, strokes: tuple[DrawnStroke, ...]) -> list[ColourPicture]:
+        """Return a picture for each frame with strokes; those that are as they were are not looked at again."""
+        ordered = sorted(strokes, key=lambda stroke: stroke.frame)
+        groups = [tuple(group) for _, group in groupby(ordered, key=lambda stroke: stroke.frame)]
+        self._pictures = {group: found for group in groups if (found := self._picture(group)) is not None}
+        return list(self._pictures.values())
+
+    def _picture(self, strokes: tuple[DrawnStroke, ...]) -> ColourPicture | None:
+        if strokes in self._pictures:
+            return self._pictures[strokes]
+        frame = self._frame_of(strokes[0].frame)
+        if frame.image is None:
+            raise InputError("these frames are masks already: there is nothing to tune")
+        inside = [kept for stroke in strokes for kept in _within(stroke, frame.size)]
+        if not inside:
+            return None
+        return make_picture(frame.image, inside, self._source_of(frame.index))
+
+    def segmenter_of(self, document: TuneDocument) -> FrameSegmenter:
+        """Return what makes a mask of a frame.
+
+        Raises
+        ------
+        DloftbsError
+            If the document says nothing, or what it names cannot be read.
+        """
+        segmenter = make_segmenter(self.section_of(document))
+        if segmenter is None:
+            raise InputError("nothing says yet what is cable: draw a stroke along one first")
+        return segmenter
+
+
+def make_picture(image: AnyArray, strokes: list[Stroke], source: str) -> ColourPicture:
+    """Return strokes with the colours that they were drawn on."""
+    (picture,) = ColourModel.pictures_of([(image, strokes, source)])
+    return picture
+
+
+def suggestion(frame: Frame) -> AnyArray:
+    """Return a mask of what may be cable in a frame, without being told anything."""
+    assert frame.image is not None  # whoever asks saw to it
+    return suggest_mask(frame.image)
+
+
+def strokes_along(index: int, result: FrameResult) -> list[DrawnStroke]:
+    """Return strokes along the seen parts of curves, narrower than the cables, as a careful hand would draw them."""
+    strokes = []
+    for detection in result:
+        radius = max(1.0, _BRUSH_SHARE * detection.width)
+        count = min(max(2, round(detection.curve.length / detection.width) + 1), _MOST_POINTS)
+        u = np.linspace(0.0, 1.0, count)
+        seen = np.ones(count, np.bool_)
+        for low, high in detection.inferred:
+            seen &= (u < low) | (u > high)
+        for part in np.split(np.arange(count), np.flatnonzero(np.diff(seen.astype(np.int8))) + 1):
+            if seen[part[0]]:
+                points = tuple((round(float(x), 1), round(float(y), 1)) for x, y in detection.curve(u[part]))
+                strokes.append(DrawnStroke(index, points, True, radius))
+    return strokes
+
+
+def _within(stroke: DrawnStroke, size: tuple[int, int]) -> list[Stroke]:
+    """Return the parts of a stroke that lie within an image of a size ``(H, W)``."""
+    height, width = size
+
+    def is_inside(point: Point) -> bool:
+        return 0.0 <= point[0] <= width - 1 and 0.0 <= point[1] <= height - 1
+
+    return [
+        Stroke(points=tuple(points), cable=stroke.cable, radius_px=stroke.radius_px)
+        for inside, points in groupby(stroke.points, key=is_inside)
+        if inside
+    ]
+
+
+def _as_range(bounds: ColourRange) -> HsvRange:
+    h0, h1, s0, s1, v0, v1 = bounds
+    return HsvRange(hue=(h0, h1), saturation=(min(s0, s1), max(s0, s1)), value=(min(v0, v1), max(v0, v1)))

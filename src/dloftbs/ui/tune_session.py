@@ -1,0 +1,316 @@
+"""A segmentation that is tuned on the frames of a source, for `dloftbs tune`."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from dloftbs._arrays import AnyArray
+from dloftbs._text import readable
+from dloftbs._version import __version__
+from dloftbs.config import Config, SegmentationConfig
+from dloftbs.errors import DloftbsError, InputError
+from dloftbs.frame import Frame
+from dloftbs.pipeline import Pipeline
+from dloftbs.plausibility import doubt_mask
+from dloftbs.segmentation import FrameSegmenter
+from dloftbs.sinks._safe_files import write_whole
+from dloftbs.ui.audience import Audience
+from dloftbs.ui.frame_store import FrameStore
+from dloftbs.ui.messages import (
+    Accept,
+    Ack,
+    Clear,
+    Draw,
+    Erase,
+    Redo,
+    Save,
+    Seek,
+    SetHeight,
+    SetMethod,
+    SetRanges,
+    TuneMessage,
+    Undo,
+    ViewMessage,
+)
+from dloftbs.ui.payload import describe
+from dloftbs.ui.strip import Counts, Strip
+from dloftbs.ui.tune_document import DrawnStroke, History, TuneDocument, edited
+from dloftbs.ui.tune_segmentation import Segment, Translator, strokes_along, suggestion
+from dloftbs.ui.viewer import Viewer
+from dloftbs.ui.wire import encode_jpeg, encode_picture, encode_runs, encode_text
+from dloftbs.viz.overlay import as_picture
+from dloftbs.viz.style import Style
+
+_LIVE_PERIOD_S = 0.04  # from one look at a camera to the next
+T = TypeVar("T")
+
+
+@dataclass
+class _Look:
+    """One browser's part: the frame it looks at, what it is just drawing, and the image that it has."""
+
+    index: int | None
+    draft: TuneDocument | None = None
+    image: int | None = None
+    number: int = 0
+
+
+class TuneSession:
+    """One document for all browsers, each with a frame of its own.
+
+    Parameters
+    ----------
+    store : FrameStore
+        Started and closed with the session.
+    config : Config
+        To begin with; all but the segmentation stays as it is.
+    target : Path, optional
+        File that is written on saving, and no other; without it the page shows the text.
+    command : str
+        Command to run next.
+    """
+
+    def __init__(self, store: FrameStore, config: Config, target: Path | None, command: str) -> None:
+        self._store, self._config, self._target, self._command = store, config, target, command
+        self._translator = Translator(store.source.name, store.frame, config.segmentation)
+        self._history = History(self._translator.first)
+        self._saved = self._history.document
+        self._audience = Audience()
+        self._looks: dict[Viewer, _Look] = {}
+        self._pool = ThreadPoolExecutor(1, "dloftbs-tuning")
+        self._rest = msgspec.structs.replace(config, segmentation=SegmentationConfig())
+        self._pipeline: Pipeline | None = None
+        self._segmenter: tuple[TuneDocument, FrameSegmenter] | None = None
+        self._strip = Strip(store, self._new_segmenter, lambda: Pipeline(self._rest), self._tell_counts)
+        self._counts = Counts()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    def open(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Begin to read the source."""
+        self._loop = loop
+        self._audience.open(loop)
+        self._store.start()
+        self._strip.start(self._history.document)
+        if self._store.source.live:
+            self._follow_camera()
+
+    def close(self) -> None:
+        """End."""
+        self._audience.close()
+        self._strip.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._store.close()
+
+    def join(self, viewer: Viewer) -> None:
+        """Take a browser in."""
+        self._audience.add(viewer)
+        self._looks[viewer] = _Look(None if self._store.source.live else 0)
+        viewer.post("state", encode_text("state", **self._state()))
+        viewer.post("strip", self._strip_text(self._counts))
+        viewer.refresh()
+
+    def leave(self, viewer: Viewer) -> None:
+        """Forget a browser."""
+        self._audience.remove(viewer)
+        self._looks.pop(viewer, None)
+
+    def handle(self, viewer: Viewer, message: TuneMessage | ViewMessage) -> None:
+        """Do what a message asks.
+
+        Raises
+        ------
+        DloftbsError
+            If that cannot be.
+        """
+        look, document = self._looks[viewer], self._history.document
+        match message:
+            case Ack():
+                return
+            case Seek():
+                if message.index is None and not self._store.source.live:
+                    raise InputError("only a camera has a newest frame")
+                look.index = message.index
+                viewer.refresh()
+            case Draw() | Erase() | SetRanges() | SetHeight() | SetMethod() | Clear():
+                self._edit(viewer, look, edited(document, message), done=getattr(message, "done", True))
+            case Undo() | Redo():
+                self._history.undo() if isinstance(message, Undo) else self._history.redo()
+                self._changed()
+            case Accept():
+                self._do(viewer, self._accept(message.frame))
+            case Save():
+                self._do(viewer, self._save())
+            case _:
+                raise InputError(f"this page does not take the message {type(message).__name__}")
+
+    def _edit(self, viewer: Viewer, look: _Look, document: TuneDocument, *, done: bool) -> None:
+        """Show a draft to the browser that makes it, or take a change over for all."""
+        look.draft = None if done else document
+        if done:
+            self._history.change(document)
+            self._changed()
+        viewer.refresh()
+
+    def _changed(self) -> None:
+        self._strip.ask(self._history.document)
+        self._audience.tell("state", **self._state())
+        self._audience.refresh()
+
+    def _state(self) -> dict[str, Any]:
+        history, source = self._history, self._store.source
+        return {
+            "mode": "tune",
+            "name": readable(source.name),
+            "live": source.live,
+            "length": self._store.length,
+            "fps": source.fps,
+            "target": None if self._target is None else readable(str(self._target)),
+            "command": self._command,
+            "can_undo": history.can_undo,
+            "can_redo": history.can_redo,
+            "saved": history.document == self._saved,
+            **history.document.to_dict(),
+        }
+
+    def _do(self, viewer: Viewer, work: Coroutine[Any, Any, None]) -> None:
+        """Do something that takes time, and tell the browser that asked if it fails."""
+
+        async def done() -> None:
+            try:
+                await work
+            except DloftbsError as error:
+                viewer.post("error", encode_text("error", kind=type(error).__name__, message=str(error)))
+
+        task = asyncio.ensure_future(done())
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _accept(self, index: int) -> None:
+        """Take the suggestion for a frame over as strokes along its curves."""
+        strokes = await self._in_pool(lambda: self._suggested_strokes(index))
+        if not strokes:
+            raise InputError("nothing in this frame looks like a cable: draw a stroke along it")
+        document = self._history.document
+        for stroke in strokes:
+            document = document.with_stroke(stroke)
+        self._history.change(document)
+        self._changed()
+
+    async def _save(self) -> None:
+        """Write the configuration, or show it where no file was named."""
+        document = self._history.document
+        if document.is_empty:
+            raise InputError("nothing says yet what is cable: draw a stroke along one first")
+        text = await self._in_pool(lambda: self._text_of(document))
+        if self._target is not None:
+            target = self._target
+            await self._in_pool(lambda: write_whole(target, text.encode()))
+        self._saved = document
+        self._audience.tell("saved", text=text, command=self._command)
+        self._audience.tell("state", **self._state())
+
+    def _text_of(self, document: TuneDocument) -> str:
+        section = self._translator.section_of(document)
+        config = msgspec.structs.replace(self._config, segmentation=section)
+        name = readable(self._store.source.name)
+        return f"# The configuration of dloftbs {__version__}, tuned on {name}\n{config.to_yaml()}"
+
+    async def _in_pool(self, function: Callable[[], T]) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._pool, function)
+
+    async def render(self, viewer: Viewer) -> tuple[int, bytes] | None:
+        """Return the frame that a browser looks at, with the mask and the curves of the moment."""
+        look = self._looks.get(viewer)
+        if look is None:
+            return None
+        document, index, image = look.draft or self._history.document, look.index, look.image
+        self._strip.idle.clear()
+        try:
+            frame, header, parts = await self._in_pool(lambda: self._picture(document, index, image))
+        except DloftbsError as error:
+            viewer.post("error", encode_text("error", kind=type(error).__name__, message=str(error)))
+            return None
+        finally:
+            self._strip.idle.set()
+        look.image, look.number = frame.index, look.number + 1
+        return look.number, encode_picture({**header, "number": look.number}, parts)
+
+    def _picture(
+        self, document: TuneDocument, index: int | None, image: int | None
+    ) -> tuple[Frame, dict[str, Any], dict[str, bytes]]:
+        frame = self._store.frame(index)
+        self._store.keep(frame)
+        mask, is_suggested = self._mask(document, frame)
+        result = self._detector().detect(replace(frame, mask=mask))
+        header = {
+            **describe(result),
+            "index": frame.index,
+            "name": readable(frame.name),
+            "has_depth": frame.depth is not None,
+            "suggested": is_suggested,
+            "doubt": None if is_suggested else doubt_mask(mask),
+        }
+        parts = {"mask": encode_runs(mask)}
+        if frame.index != image:
+            parts["image"] = encode_jpeg(as_picture(frame, Style()))
+        return frame, header, parts
+
+    def _mask(self, document: TuneDocument, frame: Frame) -> tuple[AnyArray, bool]:
+        """Return the mask of a frame, and whether it is but a suggestion."""
+        if frame.image is None:
+            assert frame.mask is not None  # a frame has one or the other
+            return frame.mask, False
+        if document.is_empty:
+            return suggestion(frame), True
+        if self._segmenter is None or self._segmenter[0] != document:
+            self._segmenter = document, self._translator.segmenter_of(document)
+        segmenter = self._segmenter[1]
+        segmenter.reset()  # of frames in any order
+        return segmenter(frame), False
+
+    def _detector(self) -> Pipeline:
+        if self._pipeline is None:  # loads the kernels, in the thread that uses it
+            self._pipeline = Pipeline(self._rest)
+        return self._pipeline
+
+    def _suggested_strokes(self, index: int) -> list[DrawnStroke]:
+        frame = self._store.frame(index)
+        if frame.image is None:
+            raise InputError("these frames are masks already: there is nothing to tune")
+        mask = suggestion(frame)
+        return strokes_along(frame.index, self._detector().detect(replace(frame, mask=mask)))
+
+    def _new_segmenter(self, document: TuneDocument) -> Segment | None:
+        """Return what makes masks in the strip; None where nothing says yet what is cable."""
+        return None if document.is_empty else self._translator.segmenter_of(document)
+
+    def _tell_counts(self, counts: Counts) -> None:
+        self._counts = counts
+        self._audience.tell("strip", **self._strip_fields(counts))
+
+    def _strip_text(self, counts: Counts) -> str:
+        return encode_text("strip", **self._strip_fields(counts))
+
+    def _strip_fields(self, counts: Counts) -> dict[str, Any]:
+        return {
+            "objects": list(counts.objects),
+            "length": self._store.length,
+            "done": counts.done,
+            "warnings": counts.warnings,
+        }
+
+    def _follow_camera(self) -> None:
+        """Show the newest frame to all who look at no other, again and again."""
+        assert self._loop is not None
+        for viewer, look in self._looks.items():
+            if look.index is None:
+                viewer.refresh()
+        self._loop.call_later(_LIVE_PERIOD_S, self._follow_camera)

@@ -1,0 +1,300 @@
+"""Curves live over their video, for `dloftbs view` and `dloftbs track --view`."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from threading import Event, Thread
+from time import monotonic
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.errors import InputError
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.overlap import Ahead
+from dloftbs.steadiness import Steadiness
+from dloftbs.ui.audience import Audience
+from dloftbs.ui.messages import Ack, Loop, Pause, Restart, Step, TuneMessage, ViewMessage
+from dloftbs.ui.payload import describe
+from dloftbs.ui.playback import Playback
+from dloftbs.ui.viewer import Viewer
+from dloftbs.ui.wire import encode_jpeg, encode_picture
+from dloftbs.viz.overlay import as_picture
+from dloftbs.viz.style import Style
+
+DEFAULT_FPS = 30.0
+"""Rate at which a recording that does not tell its own is shown, frames/s."""
+_RATE_OVER = 30  # frames
+_PATIENCE_S = 2.0
+
+Process = Callable[[Frame], FrameResult]
+
+
+class ViewFeed:
+    """Shows what is published: the newest frame and its curves, to each browser at its own pace.
+
+    Parameters
+    ----------
+    name : str
+        Of the source.
+    length : int, optional
+        Number of frames, if known.
+    live : bool
+        Whether frames come at their own pace.
+    """
+
+    has_controls = False
+
+    def __init__(self, name: str, *, length: int | None = None, live: bool = False) -> None:
+        self._name, self._length, self._live = name, length, live
+        self.audience = Audience()
+        self.visited = Event()
+        self._shown: _Shown | None = None
+        self._count = 0
+        self._ended = False
+        self._error: str | None = None
+        self._steadiness = Steadiness()
+        self._warning: str | None = None
+        self._times: deque[float] = deque(maxlen=_RATE_OVER)
+        self._sent: dict[Viewer, tuple[int, float]] = {}
+        self._delays: dict[Viewer, float] = {}
+        self._pool = ThreadPoolExecutor(1, "dloftbs-encoding")
+
+    def publish(self, frame: Frame, result: FrameResult) -> None:
+        """Show a frame with its curves. Takes no time: pictures are encoded elsewhere, and only those that are sent."""
+        self._times.append(monotonic())
+        self._count += 1
+        self._steadiness.add(result.tracks)
+        self._shown = _Shown(self._count, frame, result, monotonic() - 1e-3 * result.total_ms, self._rate())
+        warning = self._steadiness.warning() if self._count % _RATE_OVER == 0 else self._warning
+        if warning != self._warning:
+            self._warning = warning
+            self.tell_state()
+        self.audience.refresh()
+
+    def end(self, error: str | None = None) -> None:
+        """Say that nothing follows, and why, if something went wrong."""
+        self._ended, self._error = True, error
+        self.tell_state()
+
+    def _rate(self) -> float:
+        if len(self._times) < 2:
+            return 0.0
+        return (len(self._times) - 1) / max(self._times[-1] - self._times[0], 1e-6)
+
+    def state(self) -> dict[str, Any]:
+        """Return how things stand, as the page shows it."""
+        return {
+            "mode": "view",
+            "name": self._name,
+            "live": self._live,
+            "length": self._length,
+            "controls": self.has_controls,
+            "paused": False,
+            "loop": False,
+            "ended": self._ended,
+            "error": self._error,
+            "warning": self._warning,
+        }
+
+    def tell_state(self) -> None:
+        """Send all browsers how things stand."""
+        self.audience.tell("state", **self.state())
+
+    def open(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Begin, see `Session`."""
+        self.audience.open(loop)
+
+    def join(self, viewer: Viewer) -> None:
+        """Show a browser what is there."""
+        self.audience.add(viewer)
+        self.visited.set()
+        self.tell_state()
+        viewer.refresh()
+
+    def leave(self, viewer: Viewer) -> None:
+        """Forget a browser."""
+        self.audience.remove(viewer)
+        self._sent.pop(viewer, None)
+        self._delays.pop(viewer, None)
+
+    def handle(self, viewer: Viewer, message: TuneMessage | ViewMessage) -> None:
+        """Do what a message asks.
+
+        Raises
+        ------
+        InputError
+            If this page cannot do that.
+        """
+        if not isinstance(message, Ack):
+            raise InputError(f"this page does not take the message {type(message).__name__}")
+        number, since = self._sent.get(viewer, (-1, 0.0))
+        if number == message.number:
+            self._delays[viewer] = 1e3 * (monotonic() - since)
+        if self._shown is not None and self._shown.number != number:  # a newer one has come meanwhile
+            viewer.refresh()
+
+    async def render(self, viewer: Viewer) -> tuple[int, bytes] | None:
+        """Return the newest picture, unless this browser has it."""
+        shown = self._shown
+        if shown is None or self._sent.get(viewer, (-1, 0.0))[0] == shown.number:
+            return None
+        self._sent[viewer] = (shown.number, shown.since)
+        extra = {"delay_ms": self._delays.get(viewer), "viewers": len(self.audience)}
+        data = await asyncio.get_running_loop().run_in_executor(self._pool, shown.encode, extra)
+        return shown.number, data
+
+    def close(self) -> None:
+        """End."""
+        self.audience.close()
+        self._pool.shutdown(wait=False)
+
+
+class _Shown:
+    """One published frame; encoded once, in the encoding thread, when the first browser asks for it."""
+
+    def __init__(self, number: int, frame: Frame, result: FrameResult, since: float, rate: float) -> None:
+        self.number, self.since = number, since
+        self._frame, self._result, self._rate = frame, result, rate
+        self._made: tuple[dict[str, Any], bytes] | None = None
+
+    def encode(self, extra: dict[str, Any]) -> bytes:
+        """Return the picture with what concerns one browser alone."""
+        if self._made is None:
+            picture: npt.NDArray[np.uint8] = as_picture(self._frame, Style())
+            header = {
+                **describe(self._result),
+                "number": self.number,
+                "rate": round(self._rate, 1),
+                "name": self._frame.name,
+            }
+            self._made = header, encode_jpeg(picture)
+        header, image = self._made
+        return encode_picture({**header, **extra}, {"image": image})
+
+
+class ViewSession(ViewFeed):
+    """Runs frames through a pipeline at the pace of their source, and shows them; pause, step, loop.
+
+    A recording waits until somebody looks. Of a camera the newest frame is taken.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+        Iterated again to begin anew, unless live.
+    make_process : callable
+        Makes what turns a frame into its result: a pipeline's `process`, a new one for each pass.
+    name, length, live
+        As for `ViewFeed`.
+    fps : float, optional
+        Of a recording.
+    """
+
+    has_controls = True
+
+    def __init__(
+        self,
+        frames: Iterable[Frame],
+        make_process: Callable[[], Process],
+        name: str,
+        *,
+        length: int | None = None,
+        live: bool = False,
+        fps: float | None = None,
+    ) -> None:
+        super().__init__(name, length=length, live=live)
+        self._frames, self._make_process = frames, make_process
+        self._playback = Playback(None if live else fps or DEFAULT_FPS, needs_viewers=not live)
+        self._failure: BaseException | None = None
+        self._thread = Thread(target=self._run, name="dloftbs-view", daemon=True)
+
+    def state(self) -> dict[str, Any]:
+        """Return how things stand, as the page shows it."""
+        return {**super().state(), "paused": self._playback.paused, "loop": self._playback.loop}
+
+    def open(self, loop: asyncio.AbstractEventLoop) -> None:
+        """Begin to read."""
+        super().open(loop)
+        self._thread.start()
+
+    def join(self, viewer: Viewer) -> None:
+        """Show a browser what is there, and go on if it is the first."""
+        super().join(viewer)
+        self._playback.steer(viewers=len(self.audience))
+
+    def leave(self, viewer: Viewer) -> None:
+        """Forget a browser, and wait if it was the last."""
+        super().leave(viewer)
+        self._playback.steer(viewers=len(self.audience))
+
+    def handle(self, viewer: Viewer, message: TuneMessage | ViewMessage) -> None:
+        """Do what a message asks.
+
+        Raises
+        ------
+        InputError
+            If this page cannot do that.
+        """
+        match message:
+            case Pause():
+                self._playback.steer(paused=message.paused)
+            case Step():
+                self._playback.steer(steps=1)
+            case Loop():
+                self._playback.steer(loop=message.loop)
+            case Restart():
+                if self._live:
+                    raise InputError("a camera has no beginning")
+                self._playback.restart()
+            case _:
+                super().handle(viewer, message)
+                return
+        self.tell_state()
+
+    def close(self) -> None:
+        """End, and wait for the frame at hand."""
+        self._playback.close()
+        if self._thread.is_alive():
+            self._thread.join(_PATIENCE_S)
+        super().close()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for some time; False once nothing can follow. Raises what ended the run, if anything did."""
+        self._thread.join(timeout_s)
+        if self._failure is not None:
+            raise self._failure
+        return self._thread.is_alive()
+
+    def _run(self) -> None:
+        try:
+            while True:
+                self._ended = False
+                whole = self._one_pass()
+                if whole and (self._live or not self._playback.loop):
+                    self.end()
+                if self._live or not self._playback.wait_for_restart():
+                    return
+                self.tell_state()
+        except BaseException as error:  # noqa: BLE001 - it is raised by `wait`
+            self._failure = error
+            self.end(str(error))
+
+    def _one_pass(self) -> bool:
+        """Show the frames from the first on; False if that was interrupted."""
+        process = self._make_process()
+        with Ahead(_all_of(self._frames), newest=self._live) as read, closing(_all_of(read)) as frames:
+            for frame in frames:
+                if not self._playback.wait_turn():
+                    return False
+                self.publish(frame, process(frame))
+        return True
+
+
+def _all_of(frames: Iterable[Frame]) -> Generator[Frame, None, None]:
+    yield from frames

@@ -1,0 +1,100 @@
+"""``dloftbs colour``: from strokes to settings that detect and track read."""
+
+import cv2
+import numpy as np
+import pytest
+from cli.cli_inputs import mask, photo, run, save
+
+from dloftbs.config import Config
+
+ALONG = "40,50:150,50"
+
+
+@pytest.fixture
+def picture(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "photo.png", photo())
+    return "photo.png"
+
+
+def test_the_settings_go_to_standard_output_and_find_the_cable(picture, tmp_path):
+    result = run("colour", picture, "--at", ALONG, "--radius", 1)
+    config = Config.from_yaml(result.stdout)
+    (kept,) = config.segmentation.colour.pictures
+    assert (kept.source, kept.cable, kept.size) == ("photo.png", ("40,50:150,50/1",), (100, 200))
+    assert result.stderr.splitlines() == [
+        "photo.png: 4.0 % of the picture is cable",
+        "next: dloftbs detect photo.png --config cable.yaml --overlay overlay.png",
+    ]
+    (tmp_path / "cable.yaml").write_text(result.stdout)
+    assert '"detections":[{' in run("detect", picture, "--config", "cable.yaml").stdout
+
+
+def test_the_mask_is_drawn_and_the_settings_are_written(picture, tmp_path):
+    result = run("colour", picture, "--at", ALONG, "--not", "10,10", "--out", "c.yaml", "--overlay", "mask.png")
+    assert result.stdout == ""
+    assert "--config c.yaml" in result.stderr
+    drawn = cv2.imread(str(tmp_path / "mask.png")).astype(int)
+    changed = np.abs(drawn - photo()).sum(axis=2) > 60
+    assert np.count_nonzero(changed & (mask() > 0)) > 600
+    assert np.count_nonzero(changed & (mask() == 0)) < 60
+    assert Config.from_file("c.yaml").segmentation.colour.pictures[0].ground == ("10,10",)
+    run("colour", picture, "--at", ALONG, "--out", "c.yaml")  # what it wrote it may replace
+
+
+def test_a_second_picture_adds_to_what_was_learned(picture, tmp_path):
+    save(tmp_path / "other.png", photo(colour=(200, 60, 20)))
+    run("colour", picture, "--at", ALONG, "--out", "one.yaml")
+    (tmp_path / "one.yaml").write_text((tmp_path / "one.yaml").read_text() + "linking: {objects: 1}\n")
+    run("colour", "other.png", "--at", ALONG, "--config", "one.yaml", "--out", "two.yaml")
+    config = Config.from_file("two.yaml")
+    assert [kept.source for kept in config.segmentation.colour.pictures] == ["photo.png", "other.png"]
+    assert config.linking.objects == 1
+    both = run("colour", picture, "other.png", "--at", ALONG, "--at", f"2@{ALONG}", "--overlay", "both.png")
+    assert Config.from_yaml(both.stdout).segmentation == config.segmentation
+    assert "next: dloftbs detect photo.png other.png --config cable.yaml --overlay overlays" in both.stderr
+
+
+def test_a_frame_of_a_video_is_drawn_on(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    video = cv2.VideoWriter("cable.mp4", cv2.VideoWriter_fourcc(*"mp4v"), 30.0, (200, 100))
+    for y in (30, 50, 70):
+        video.write(photo(y))
+    video.release()
+    result = run("colour", "cable.mp4", "--frame", 2, "--at", "40,70:150,70")
+    assert Config.from_yaml(result.stdout).segmentation.colour.pictures[0].source == "cable.mp4 frame 2"
+    assert "next: dloftbs track cable.mp4 --config cable.yaml" in result.stderr
+    assert "there is no frame 3" in run("colour", "cable.mp4", "--frame", 3, "--at", "1,1", code=1).stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        ([], 2, "say where a cable is"),
+        (["--not", "5,5"], 2, "say where a cable is"),
+        (["--at", "200,50"], 1, "must lie in the picture of 200 x 100 px, got the point 200,50"),
+        (["--at", "5"], 2, "expected a stroke"),
+        (["--at", "2@5,5"], 2, "there is no picture 2"),
+        (["--at", "x@5,5"], 2, "number of a picture"),
+        (["--at", ALONG, "--overlay", "photo.png"], 2, "would replace the input photo.png"),
+        (["--at", ALONG, "--out", "mine.yaml"], 1, "is not replaced"),
+        (["--at", ALONG, "--config", "mine.yaml", "--out", "mine.yaml"], 2, "would replace the input mine.yaml"),
+        (["--at", ALONG, "--out", "x.png", "--overlay", "x.png"], 2, "the same place"),
+    ],
+)
+def test_bad_usage_is_answered(picture, tmp_path, arguments, code, message):
+    (tmp_path / "mine.yaml").write_text("linking: {objects: 1}\n")
+    assert message in run("colour", picture, *arguments, code=code).stderr
+    assert (tmp_path / "mine.yaml").read_text() == "linking: {objects: 1}\n"
+
+
+def test_a_colour_of_nothing_or_of_most_is_hinted_at(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "flat.png", np.full((60, 80, 3), (20, 30, 200), np.uint8))
+    told = {radius: run("colour", "flat.png", "--at", "10,10:70,50", "--radius", radius).stderr for radius in (2, 100)}
+    assert "0.0 % of the picture is cable: nothing; draw along the cable" in told[2]
+    assert "100.0 % of the picture is cable: the ground comes in; add strokes on it with --not" in told[100]
+
+
+def test_an_image_without_a_colour_points_at_the_command(picture):
+    assert "dloftbs colour photo.png --at X,Y:X,Y --out cable.yaml" in run("detect", picture, code=1).stderr

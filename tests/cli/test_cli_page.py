@@ -1,0 +1,119 @@
+"""`dloftbs tune`, `view` and `track --view` as commands, with a client in the place of a browser."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import signal
+import sys
+
+import click
+import pytest
+from cli.cli_inputs import photo, run, save, start
+from ui.page_client import Client
+
+from dloftbs import Config
+from dloftbs.cli.page import source_arguments
+from dloftbs.ui.server import Address
+
+RED = "170:10,80:255,60:255"
+
+
+def opened(process):
+    """Return a connection to the page that a command serves, and what it printed about that."""
+    text = ""
+    while "Ctrl-C ends it" not in text:
+        line = process.stderr.readline()
+        assert line, text
+        text += line
+    host, port, token = re.search(r"http://([\d.]+):(\d+)/([\w-]+)/", text).groups()
+    return Client(Address(host, int(port), token)), text
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for index in range(6):
+        save(tmp_path / "in" / f"{index}.png", photo(40 + index))
+    return tmp_path / "in"
+
+
+def test_view_shows_and_ctrl_c_ends_it(folder):
+    process = start("view", folder, "--hsv", RED, "--port", 0, "--no-browser")
+    client, told = opened(process)
+    try:
+        assert client.picture()[0]["curves"][0]["label"] == "#1"
+        process.send_signal(signal.SIGINT)
+        _, messages = process.communicate(timeout=20)
+        assert process.returncode == 0, messages
+        assert re.search(r"ssh -L (\d+):127.0.0.1:\1 \S+@\S+", told)
+    finally:
+        client.close()
+
+
+def test_track_waits_for_the_page_and_writes_what_it_writes_without(folder, tmp_path):
+    out = tmp_path / "curves.csv"
+    process = start("track", folder, "--hsv", RED, "--out", out, "--view", "--port", 0, "--no-browser")
+    client, _ = opened(process)
+    try:
+        assert client.text("state")["controls"] is False
+        assert client.picture()[0]["size"] == [200, 100]
+        _, messages = process.communicate(timeout=60)
+        assert process.returncode == 0, messages
+    finally:
+        client.close()
+    run("track", folder, "--hsv", RED, "--out", tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_bytes() == out.read_bytes()
+
+
+def test_tune_saves_to_the_file_that_was_named_and_names_the_next_command(folder, tmp_path, monkeypatch):
+    target = tmp_path / "red cable.yaml"
+    process = start("tune", folder, "--out", target, "--port", 0, "--no-browser")
+    client, _ = opened(process)
+    try:
+        client.send(type="draw", frame=0, points=[[30, 40], [170, 40]], cable=True, radius_px=2, done=True)
+        client.send(type="save")
+        command = shlex.split(client.text("saved")["command"])
+    finally:
+        client.close()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    outputs = ["--out", "curves.jsonl", "--overlay", "overlay.mp4"]
+    assert command == ["dloftbs", "track", str(folder), "--config", str(target), *outputs]
+    monkeypatch.chdir(tmp_path)
+    run(*command[1:])
+    assert (tmp_path / "curves.jsonl").stat().st_size > 100
+    assert Config.from_file(target).segmentation.colour is not None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (("tune", "IN", "--out", "cable.txt"), 2, "must end in .yaml"),
+        (("tune", "nowhere.mp4"), 1, "nowhere.mp4"),
+        (("view", "IN"), 1, "nothing says what in it is cable"),
+        (("view", "IN", "--hsv", RED, "--host", "203.0.113.7"), 1, "cannot serve the page at 203.0.113.7"),
+        (("view", "IN", "--hsv", RED, "--port", "99999"), 2, "--port"),
+    ],
+)
+def test_what_cannot_be_is_said_at_once(folder, arguments, code, message):
+    result = run(*(str(folder) if one == "IN" else one for one in arguments), code=code)
+    assert message in result.stderr
+
+
+def test_a_file_that_is_no_configuration_is_not_replaced(folder, tmp_path):
+    (tmp_path / "notes.yaml").write_text("my: notes")
+    result = run("tune", folder, "--out", tmp_path / "notes.yaml", code=1)
+    assert "notes.yaml" in result.stderr
+    assert (tmp_path / "notes.yaml").read_text() == "my: notes"
+
+
+@pytest.mark.parametrize("command", [("tune",), ("view", "--hsv", RED), ("track", "--view", "--hsv", RED)])
+def test_without_the_extra_the_line_that_installs_it_is_told(folder, monkeypatch, command):
+    monkeypatch.setitem(sys.modules, "aiohttp", None)
+    assert "pip install 'dloftbs[ui]'" in run(*command, folder, code=1).stderr
+
+
+def test_the_arguments_of_a_source_are_told_as_a_shell_takes_them():
+    context = click.Context(click.Command("tune"))
+    context.params = {"kind": "auto", "depth": "my depth/", "depth_unit": 0.0001, "camera": None}
+    assert source_arguments(("a b.mp4",), context) == "'a b.mp4' --depth 'my depth/' --depth-unit 0.0001"

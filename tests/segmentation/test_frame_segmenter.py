@@ -1,0 +1,83 @@
+"""Ways to a mask that are chosen together."""
+
+import numpy as np
+import pytest
+
+import dloftbs
+from dloftbs.config import Config, HsvRange, PlaneConfig, SegmentationConfig
+from dloftbs.errors import InputError
+from dloftbs.segmentation import ColourModel, Stroke, make_segmenter, suggest_mask
+
+RED, GREEN = (30, 20, 210), (40, 190, 40)
+CAMERA = dloftbs.PinholeCamera(300.0, 300.0, 99.5, 49.5)
+
+
+def picture():
+    image = np.full((100, 200, 3), (120, 130, 140), np.uint8)
+    image[28:33, 20:180], image[68:73, 20:180] = RED, GREEN
+    return image
+
+
+def raised(rows):
+    depth = np.full((100, 200), 0.6, np.float32)
+    depth[rows, 20:180] = 0.59
+    return depth
+
+
+def test_where_nothing_is_configured_there_is_no_segmenter():
+    assert make_segmenter(SegmentationConfig()) is None
+    assert not SegmentationConfig().is_given
+
+
+def test_ranges_and_a_colour_find_what_either_finds():
+    image = picture()
+    colour = ColourModel.fit(image, [Stroke(points=[(30, 70), (150, 70)], radius_px=1)]).to_config()
+    mask = make_segmenter(SegmentationConfig(hsv=(HsvRange.parse("170:10"),), colour=colour))(
+        dloftbs.Frame(image=image)
+    )
+    assert mask[30, 100]
+    assert mask[70, 100]
+    assert np.count_nonzero(mask) == 2 * 5 * 160
+
+
+@pytest.mark.parametrize(("join", "rows"), [("and", {30}), ("or", {30, 50, 70})])
+def test_a_plane_is_joined_with_a_colour(join, rows):
+    plane = PlaneConfig(join=join, height_m=0.004)
+    both = (HsvRange.parse("170:10"), HsvRange.parse("50:70"))
+    depth = np.minimum(raised(slice(28, 33)), raised(slice(48, 53)))
+    frame = dloftbs.Frame(image=picture(), depth=depth, camera=CAMERA)
+    mask = make_segmenter(SegmentationConfig(hsv=both, plane=plane))(frame)
+    assert {row for row in (30, 50, 70) if mask[row, 100]} == rows
+
+
+@pytest.mark.parametrize("beside", [{}, {"depth": raised(slice(28, 33))}])
+def test_a_plane_without_depth_or_camera_is_refused(beside):
+    pipeline = dloftbs.Pipeline(Config(segmentation=SegmentationConfig(plane=PlaneConfig())))
+    with pytest.raises(InputError, match="needs frames with depth and a camera"):
+        pipeline.process(dloftbs.Frame(image=picture(), **beside))
+
+
+def test_settings_of_a_section_within_one_can_be_set_alone():
+    config = Config().replace({"segmentation.plane.height_m": 0.01}).replace({"segmentation.plane.join": "or"})
+    assert config.segmentation.plane == PlaneConfig(height_m=0.01, join="or")
+
+
+def test_another_colour_takes_the_place_of_the_learned_one_alone():
+    colour = ColourModel.fit(picture(), [Stroke(points=[(30, 70)])]).to_config()
+    section = SegmentationConfig(colour=colour, plane=PlaneConfig()).with_hsv("170:10")
+    assert section == SegmentationConfig(hsv=(HsvRange.parse("170:10"),), plane=PlaneConfig())
+
+
+def test_an_empty_mask_of_a_segmentation_is_said_to_be_one():
+    result = dloftbs.detect(picture(), hsv="110:120")
+    assert result.reason == "the mask is empty: the segmentation finds no cable in the image"
+
+
+def test_the_first_guess_is_what_is_long_and_differs():
+    image = picture()
+    image[40:60, 90:110] = (255, 255, 255)  # a square
+    mask = suggest_mask(image)
+    assert mask.dtype == np.uint8
+    assert mask[30, 100] == mask[70, 100] == 1
+    assert mask[50, 100] == mask[10, 10] == 0
+    assert not suggest_mask(np.zeros((0, 5, 3), np.uint8)).any()

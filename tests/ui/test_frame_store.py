@@ -1,0 +1,95 @@
+import logging
+
+import numpy as np
+import pytest
+from ui.page_client import SIZE, CableSource
+
+from dloftbs import sources
+from dloftbs.errors import SourceError
+from dloftbs.ui.frame_store import MOST_SAMPLES, FrameStore
+
+FRAME_BYTES = 3 * SIZE[0] * SIZE[1]
+
+
+@pytest.fixture
+def opened():
+    stores = []
+
+    def make(source, budget=1 << 28, *, started=True):
+        stores.append(FrameStore(source, budget))
+        if started:
+            stores[-1].start()
+        return stores[-1]
+
+    yield make
+    for store in stores:
+        store.close()
+
+
+def all_samples(store):
+    while not store.ended:
+        store.wait_for_samples(10**9, 0.05)
+    return [frame.index for frame in store.samples()]
+
+
+@pytest.mark.parametrize(
+    ("count", "budget_frames", "known", "expected"),
+    [
+        (12, 100, True, list(range(12))),
+        (12, 4, True, [0, 3, 6, 9]),
+        (12, 5, True, [0, 3, 6, 9]),
+        (12, 5, False, [0, 4, 8]),
+        (3 * MOST_SAMPLES, 10**4, True, list(range(0, 3 * MOST_SAMPLES, 3))),
+    ],
+)
+def test_a_sample_is_even_and_within_memory(opened, count, budget_frames, known, expected):
+    store = opened(CableSource(count, known_length=known), budget_frames * FRAME_BYTES)
+    assert all_samples(store) == expected
+    assert store.length == count
+
+
+def test_any_frame_of_a_recording_can_be_had(opened):
+    source = CableSource(12)
+    store = opened(source, 2 * FRAME_BYTES, started=False)
+    for index in (0, 7, 3, 11, 11, 2, 0):
+        frame = store.frame(index)
+        assert frame.index == index
+        assert np.array_equal(frame.image, source.frame(index).image)
+    assert store.frame(None).index == 0
+    assert store.frame(400).index == 11
+
+
+def test_looking_on_does_not_begin_anew(opened):
+    source = CableSource(12)
+    store = opened(source, started=False)
+    for index in (*range(12), *range(11, -1, -1)):
+        assert store.frame(index).index == index
+    assert source.passes == 1
+
+
+def test_a_frame_that_cannot_be_read_gives_way_to_the_next(opened, tmp_path, caplog):
+    import cv2
+
+    for index in range(4):
+        cv2.imwrite(str(tmp_path / f"{index}.png"), np.full((*SIZE, 3), 9 * index, np.uint8))
+    (tmp_path / "1.png").write_bytes(b"nothing")
+    with caplog.at_level(logging.ERROR):
+        store = opened(sources.open(tmp_path))
+        assert store.frame(1).index == 2
+        assert all_samples(store) == [0, 2, 3]
+
+
+def test_of_a_camera_the_newest_frame_is_had_and_what_was_kept(opened):
+    store = opened(CableSource(12, live=True), 4 * FRAME_BYTES)
+    all_samples(store)
+    assert store.frame(None).index == 11
+    assert store.frame(5).index in (4, 6)
+    store.keep(CableSource().frame(5))
+    assert store.frame(5).index == 5
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_a_source_without_frames_says_so(opened, live):
+    store = opened(CableSource(0, live=live))
+    with pytest.raises(SourceError, match="no frame could be read"):
+        store.frame(None)

@@ -1,0 +1,200 @@
+"""The page in a real browser: strokes, sliders, saving, two viewers, sources that end, slow browsers."""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+
+import pytest
+from ui.page_client import SIZE, CableSource
+from ui.test_tune_session import along
+
+from dloftbs import Config, Pipeline
+from dloftbs.ui.frame_store import FrameStore
+from dloftbs.ui.server import serve
+from dloftbs.ui.tune_session import TuneSession
+from dloftbs.ui.view_session import ViewSession
+
+HSV = "5:20,80:255,60:255"
+
+
+@pytest.fixture(autouse=True)
+def one_worker(chromium):
+    """Ask for the browser before anything is served."""
+
+
+@contextmanager
+def tuning(target=None, source=None):
+    command = "dloftbs track cable.mp4 --config cable.yaml"
+    with serve(TuneSession(FrameStore(source or CableSource(12)), Config(), target, command), port=0) as address:
+        yield address
+
+
+@contextmanager
+def viewing(source, fps=60.0):
+    make = lambda: Pipeline(hsv=HSV).process  # noqa: E731 - a new pipeline for each pass
+    session = ViewSession(source, make, source.name, length=source.length, live=source.live, fps=fps)
+    with serve(session, port=0) as address:
+        yield session, address
+
+
+def on_screen(page, points):
+    """Return where pixels of the frame are shown, in a view that shows it as a whole."""
+    box = page.locator("#canvas").bounding_box()
+    scale = min(box["width"] / SIZE[1], box["height"] / SIZE[0])
+    left = box["x"] + (box["width"] - SIZE[1] * scale) / 2
+    top = box["y"] + (box["height"] - SIZE[0] * scale) / 2
+    return [(left + (x + 0.5) * scale, top + (y + 0.5) * scale) for x, y in points]
+
+
+def drag(page, points, *, lift=True):
+    first, *rest = on_screen(page, points)
+    page.mouse.move(*first)
+    page.mouse.down()
+    for place in rest:
+        page.mouse.move(*place)
+    if lift:
+        page.mouse.up()
+
+
+def text_of(page, element):
+    return page.locator(element).inner_text()
+
+
+def wait_for_text(page, element, text):
+    page.locator(element, has_text=text).wait_for()
+
+
+def test_from_strokes_to_a_saved_configuration(open_page, tmp_path):
+    target = tmp_path / "cable.yaml"
+    with tuning(target) as address:
+        page = open_page(address)
+        wait_for_text(page, "#hint", "Draw along a cable")
+        drag(page, along())
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        page.locator("#hint").wait_for(state="hidden")  # a curve was found
+        page.keyboard.press("n")
+        assert page.locator("#tool-not").get_attribute("aria-pressed") == "true"
+        drag(page, [(20, 8), (120, 8)])
+        wait_for_text(page, "#stroke-count", "2 strokes")
+        page.keyboard.press("z")
+        wait_for_text(page, "#stroke-count", "1 stroke ")
+        page.keyboard.press("Shift+Z")
+        wait_for_text(page, "#stroke-count", "2 strokes")
+        page.keyboard.press("e")
+        drag(page, [(20, 8), (120, 8)])
+        wait_for_text(page, "#stroke-count", "1 stroke ")
+        page.keyboard.press("ArrowRight")
+        wait_for_text(page, "#position", "2 / 12")
+        page.keyboard.press("End")
+        wait_for_text(page, "#position", "12 / 12")
+        page.click("#save")
+        wait_for_text(page, "#saved-where", "cable.yaml")
+        assert text_of(page, "#command") == "dloftbs track cable.mp4 --config cable.yaml"
+    config = Config.from_file(target)
+    found = [len(Pipeline(config).detect(CableSource().frame(index))) for index in range(12)]
+    assert found == [1] * 12
+
+
+def test_sliders_and_a_click_on_the_cable(open_page):
+    with tuning() as address:
+        page = open_page(address)
+        page.click("#method-ranges")
+        wait_for_text(page, "#hint", "Click on a cable")
+        drag(page, [along()[9]])
+        page.locator(".range").wait_for()
+        page.locator("#hint").wait_for(state="hidden")
+        low = page.get_by_label("Value from, range 1")
+        before = int(low.input_value())
+        low.focus()
+        for _ in range(3):
+            page.keyboard.press("ArrowRight")
+        wait_for_text(page, ".bounds:nth-of-type(4)", f"{before + 3} to 255")
+        assert page.locator("#position").inner_text() == "1 / 12"  # the arrows moved the slider alone
+        low.fill("250")
+        wait_for_text(page, "#hint", "No curve")
+        page.click("text=Remove")
+        page.locator(".range").wait_for(state="detached")
+        page.click("#undo")
+        page.locator(".range").wait_for()
+
+
+def test_the_guess_the_help_sheet_and_the_layers(open_page):
+    with tuning() as address:
+        page = open_page(address)
+        page.locator("#accept").wait_for()
+        page.keyboard.press("?")
+        wait_for_text(page, "#keys", "Brush smaller, larger")
+        page.keyboard.press("Escape")
+        page.keyboard.press("g")
+        wait_for_text(page, "#stroke-count", "on 1 frame")
+        page.keyboard.press("2")
+        assert page.locator("#show-mask").get_attribute("aria-pressed") == "false"
+        size = page.locator("#brush-size").inner_text()
+        page.keyboard.press("]")
+        assert page.locator("#brush-size").inner_text() != size
+        page.keyboard.press("+")
+        page.keyboard.press("0")
+
+
+def test_two_browsers_see_the_same_strokes(open_page):
+    with tuning() as address:
+        one, two = open_page(address), open_page(address)
+        wait_for_text(two, "#hint", "Draw along")
+        drag(one, along())
+        wait_for_text(two, "#stroke-count", "1 stroke")
+        two.close()
+        drag(one, [(20, 110), (60, 110)])
+        wait_for_text(one, "#stroke-count", "2 strokes")
+
+
+def test_a_finger_draws_on_a_phone(open_page):
+    with tuning() as address:
+        page = open_page(address, viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        wait_for_text(page, "#hint", "Draw along")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        touch = page.context.new_cdp_session(page)
+        places = [{"x": x, "y": y} for x, y in on_screen(page, along())]
+        touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": places[:1]})
+        for place in places[1:]:
+            touch.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [place]})
+        touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+
+
+def test_a_recording_that_ends_can_be_stepped_looped_and_begun_again(open_page):
+    with viewing(CableSource(30)) as (session, address):
+        page = open_page(address)
+        wait_for_text(page, "#hint", "The source has ended")
+        wait_for_text(page, "#objects", "#1")
+        wait_for_text(page, "#position", "30 / 30")
+        wait_for_text(page, "#legend", "tracking")
+        page.keyboard.press("ArrowRight")  # the step waits for the beginning
+        page.click("#restart")
+        wait_for_text(page, "#position", "1 / 30")
+        page.click("#next")
+        wait_for_text(page, "#position", "2 / 30")
+        page.keyboard.press("l")
+        page.keyboard.press("Space")
+        page.locator("#loop[aria-pressed=true]").wait_for()
+        page.locator("#hint").wait_for(state="hidden")
+        page.close()
+        time.sleep(0.2)
+        assert len(session.audience) == 0
+
+
+def test_a_slow_browser_sees_the_newest_frame_and_holds_nobody_up(open_page):
+    with viewing(CableSource(90)) as (_, address):
+        slow = open_page(address)
+        slow.context.new_cdp_session(slow).send("Emulation.setCPUThrottlingRate", {"rate": 20})
+        fast = open_page(address)
+        for page in (fast, slow):
+            wait_for_text(page, "#position", "90 / 90")
+            wait_for_text(page, "#hint", "ended")
+
+
+def test_a_command_that_ends_is_told(open_page):
+    with viewing(CableSource(5)) as (_, address):
+        page = open_page(address)
+        wait_for_text(page, "#hint", "ended")
+    wait_for_text(page, "#offline", "Not connected")

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+from drawings import draw_cable, wave
+from ui.page_client import SIZE, CableSource
+
+import dloftbs
+from dloftbs.config import HsvRange, NetworkConfig, PlaneConfig, SegmentationConfig
+from dloftbs.errors import InputError
+from dloftbs.ui.tune_document import DrawnStroke, TuneDocument
+from dloftbs.ui.tune_segmentation import Translator, strokes_along
+
+CABLE = DrawnStroke(2, ((90.0, 60.0), (110.0, 60.0)), True, 2.0)
+GROUND = DrawnStroke(3, ((5.0, 5.0), (60.0, 5.0)), False, 2.0)
+
+
+def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None):  # noqa: B008 - frozen
+    def frame_of(index):
+        if looked_at is not None:
+            looked_at.append(index)
+        return CableSource().frame(index)
+
+    return Translator(name, frame_of, section)
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        SegmentationConfig(),
+        SegmentationConfig(hsv=(HsvRange.parse("170:10"), HsvRange.parse("20:35,0:9,3:4"))),
+        SegmentationConfig(plane=PlaneConfig(height_m=0.004, join="or")),
+        SegmentationConfig(onnx=NetworkConfig(file="net.onnx")),
+    ],
+)
+def test_a_section_comes_back_as_it_was(section):
+    there = translator(section)
+    assert there.section_of(there.first) == section
+    assert there.first.is_empty == (not section.is_given)
+
+
+def test_strokes_come_back_with_their_frames_and_the_same_colours():
+    document = TuneDocument(strokes=(CABLE, GROUND))
+    section = translator().section_of(document)
+    assert [picture.source for picture in section.colour.pictures] == ["cable.mp4, frame 2", "cable.mp4, frame 3"]
+    again = translator(section)
+    assert again.first == document
+    assert again.section_of(again.first) == section
+    other = translator(section, "other.mp4")
+    assert (other.first.strokes, len(other.first.others)) == ((), 2)
+    assert other.section_of(other.first) == section
+
+
+def test_frames_whose_strokes_stay_are_not_looked_at_again():
+    looked_at = []
+    there = translator(looked_at=looked_at)
+    there.section_of(TuneDocument(strokes=(CABLE,)))
+    there.section_of(TuneDocument(strokes=(CABLE, GROUND)))
+    assert looked_at == [2, 3]
+
+
+def test_parts_beside_the_image_are_left_out():
+    outside = DrawnStroke(2, ((-5.0, 60.0), (90.0, 60.0), (5e4, 60.0), (110.0, 60.0)), True, 2.0)
+    (picture,) = translator().section_of(TuneDocument(strokes=(outside,))).colour.pictures
+    assert picture.cable == ("90,60", "110,60")
+    assert translator().section_of(TuneDocument(strokes=(DrawnStroke(2, ((-5.0, 0.0),), True, 2.0),))).colour is None
+
+
+def test_a_document_that_says_nothing_makes_no_mask():
+    with pytest.raises(InputError, match="draw a stroke"):
+        translator().segmenter_of(TuneDocument(strokes=(GROUND,)))
+
+
+def test_strokes_along_curves_stay_on_what_is_seen():
+    mask = draw_cable(wave(SIZE), 7, SIZE)
+    mask[:, 95:104] = 0
+    image = np.full((*SIZE, 3), 90, np.uint8)
+    image[mask > 0] = 30
+    image[:, 95:104] = (10, 200, 10)  # hides the cable
+    strokes = strokes_along(4, dloftbs.detect(mask, image=image))
+    assert len(strokes) == 2
+    for stroke in strokes:
+        assert (stroke.frame, stroke.cable) == (4, True)
+        assert 1.0 <= stroke.radius_px < 3.5
+        columns, rows = np.round(stroke.points).astype(int).T
+        assert mask[rows, columns].mean() > 0.9

@@ -1,0 +1,246 @@
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from drawings import wave
+from ui.page_client import SIZE, CableSource, cable_mask, connected, mask_of
+
+from dloftbs import Config, Frame, HsvRange, PinholeCamera, Pipeline
+from dloftbs.config import SegmentationConfig
+from dloftbs.errors import ConfigError
+from dloftbs.ui.frame_store import FrameStore
+from dloftbs.ui.server import serve
+from dloftbs.ui.tune_session import TuneSession
+
+COMMAND = "dloftbs track cable.mp4 --config cable.yaml"
+
+
+@contextmanager
+def tuning(source=None, config=None, target=None):
+    session = TuneSession(FrameStore(source or CableSource(12)), config or Config(), target, COMMAND)
+    with serve(session, port=0) as address, connected(address) as client:
+        yield client, address
+
+
+def along(shift=0.0, count=20):
+    """Points along the cable, as a hand draws them: a pixel off now and then."""
+    points = wave(SIZE, 1.0, shift)[:: max(1, len(wave(SIZE, 1.0, shift)) // count)]
+    jitter = np.random.default_rng(1).uniform(-1.0, 1.0, points.shape)
+    return np.round(points + jitter, 1).tolist()
+
+
+def draw(client, frame=0, *, cable=True, done=True, points=None):
+    points = along(0.03 * frame) if points is None else points
+    client.send(type="draw", frame=frame, points=points, cable=cable, radius_px=2.0, done=done)
+
+
+def overlap(parts, frame):
+    found, true = mask_of(parts), cable_mask(0.03 * frame)
+    return (found & true).sum() / (found | true).sum()
+
+
+def test_a_stroke_makes_the_mask_while_it_is_drawn_and_undo_takes_it_back():
+    with tuning() as (client, _):
+        assert client.text("state")["strokes"] == []
+        assert client.picture()[0]["suggested"]
+        draw(client, done=False)
+        header, parts = client.picture(lambda header: not header["suggested"])
+        assert overlap(parts, 0) > 0.8
+        assert "image" not in parts  # the browser has it
+        assert len(header["curves"]) == 1
+        draw(client)
+        state = client.text("state", lambda state: state["strokes"])
+        assert (state["can_undo"], state["saved"], state["method"]) == (True, False, "strokes")
+        client.send(type="undo")
+        assert client.picture(lambda header: header["suggested"])
+        client.send(type="redo")
+        assert overlap(client.picture(lambda header: not header["suggested"])[1], 0) > 0.8
+        client.send(type="clear")
+        assert client.picture(lambda header: header["suggested"])
+
+
+def test_frames_can_be_looked_at_in_any_order():
+    with tuning() as (client, _):
+        client.picture()
+        for index in (7, 3, 11):
+            client.send(type="seek", index=index)
+            _header, parts = client.picture(lambda header, index=index: header["index"] == index)
+            assert "image" in parts
+        client.send(type="seek", index=None)
+        assert client.text("error")["message"] == "only a camera has a newest frame"
+
+
+def test_the_strip_counts_the_objects_of_all_frames():
+    with tuning() as (client, _):
+        draw(client)
+        strip = client.text("strip", lambda strip: strip["done"] and strip["objects"])
+        assert strip["objects"] == [[index, 1] for index in range(12)]
+        assert (strip["length"], strip["warnings"]) == (12, [])
+
+
+def test_what_is_saved_is_what_the_pipeline_does(tmp_path):
+    target = tmp_path / "cable.yaml"
+    with tuning(target=target) as (client, _):
+        draw(client)
+        shown = mask_of(client.picture(lambda header: not header["suggested"])[1])
+        client.send(type="save")
+        saved = client.text("saved")
+        assert saved["command"] == COMMAND
+        assert client.text("state", lambda state: state["strokes"] and state["saved"])
+    assert target.read_text() == saved["text"]
+    config = Config.from_file(target)
+    frame = CableSource().frame(0)
+    assert np.array_equal(Pipeline(config).trace(frame).mask, shown)
+    assert [path.name for path in tmp_path.iterdir()] == ["cable.yaml"]
+
+
+def test_tuning_goes_on_where_it_was_saved(tmp_path):
+    with tuning(target=tmp_path / "a.yaml") as (client, _):
+        draw(client)
+        draw(client, 4, cable=False, points=[[5, 5], [60, 5]])
+        client.text("state", lambda state: len(state["strokes"]) == 2)
+        client.send(type="save")
+        text = client.text("saved")["text"]
+    config = Config.from_file(tmp_path / "a.yaml")
+    with tuning(config=config, target=tmp_path / "b.yaml") as (client, _):
+        strokes = client.text("state")["strokes"]
+        assert [(stroke["frame"], stroke["cable"]) for stroke in strokes] == [(0, True), (4, False)]
+        assert not client.picture()[0]["suggested"]
+        client.send(type="save")
+        assert client.text("saved")["text"] == text
+    other = CableSource(3)
+    other.name = "other.mp4"
+    with tuning(other, config=config) as (client, _):  # strokes on another picture count, and are kept
+        state = client.text("state")
+        assert (state["strokes"], state["others"]) == ([], 2)
+        assert not client.picture()[0]["suggested"]
+        client.send(type="save")
+        assert Config.from_yaml(client.text("saved")["text"]).segmentation == config.segmentation
+
+
+def test_without_a_stroke_nothing_is_saved_and_without_a_file_the_text_is_shown(tmp_path):
+    with tuning(target=tmp_path / "cable.yaml") as (client, _):
+        client.send(type="save")
+        assert "draw a stroke" in client.text("error")["message"]
+    assert list(tmp_path.iterdir()) == []
+    with tuning() as (client, _):
+        assert client.text("state")["target"] is None
+        draw(client)
+        client.send(type="save")
+        assert Config.from_yaml(client.text("saved")["text"]).segmentation.colour is not None
+
+
+def test_a_file_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "folder.yaml").mkdir()
+    with tuning(target=tmp_path / "folder.yaml") as (client, _):
+        draw(client)
+        client.send(type="save")
+        assert client.text("error")["kind"] == "SinkError"
+
+
+def test_the_guess_is_taken_over_as_strokes():
+    with tuning() as (client, _):
+        assert client.picture()[0]["curves"]
+        client.send(type="accept", frame=0)
+        state = client.text("state", lambda state: state["strokes"])
+        assert all(stroke["cable"] for stroke in state["strokes"])
+        _header, parts = client.picture(lambda header: not header["suggested"])
+        assert overlap(parts, 0) > 0.8
+
+
+def test_ranges_follow_the_sliders_and_are_warned_of_where_too_wide():
+    config = Config(segmentation=SegmentationConfig(hsv=(HsvRange.parse("100:110"),)))
+    with tuning(config=config) as (client, _):
+        state = client.text("state")
+        assert (state["method"], state["ranges"]) == ("ranges", [[100, 110, 40, 255, 40, 255]])
+        assert client.picture()[0]["reason"] == "the mask is empty"
+        client.send(type="ranges", ranges=[[5, 20, 80, 255, 60, 255]], done=False)
+        assert overlap(client.picture(lambda header: header["curves"])[1], 0) > 0.9
+        client.send(type="ranges", ranges=[[0, 179, 0, 255, 0, 255]], done=True)
+        header, _ = client.picture(lambda header: header["doubt"])
+        assert header["doubt"].startswith("100 % of the mask is set")
+        assert client.text("strip", lambda strip: strip["warnings"])["warnings"][0].startswith("100 % of the mask")
+
+
+def test_two_browsers_share_the_document_and_each_has_its_frame():
+    with tuning() as (one, address), connected(address) as two:
+        two.send(type="seek", index=5)
+        assert two.picture(lambda header: header["index"] == 5)
+        draw(one)
+        assert one.picture(lambda header: not header["suggested"])[0]["index"] == 0
+        header, parts = two.picture(lambda header: not header["suggested"])
+        assert header["index"] == 5
+        assert overlap(parts, 5) > 0.8
+        assert two.text("state", lambda state: state["strokes"])["strokes"][0]["frame"] == 0
+
+
+@pytest.mark.parametrize("points", [[[-50, -50], [-20, -30]], [[5000, 5000]]])
+def test_strokes_beside_the_image_are_no_error(points):
+    with tuning() as (client, _):
+        draw(client)
+        client.picture(lambda header: not header["suggested"])
+        draw(client, points=points)
+        state = client.text("state", lambda state: len(state["strokes"]) == 2)
+        assert client.picture()[0]["curves"]
+        assert state["can_undo"]
+
+
+def test_a_stroke_that_lies_wholly_beside_the_image_says_nothing():
+    with tuning() as (client, _):
+        client.picture()
+        draw(client, points=[[-50, -50]])
+        assert "draw a stroke" in client.text("error")["message"]
+
+
+def test_what_stands_above_the_ground_is_cable_where_there_is_depth():
+    camera = PinholeCamera(150.0, 150.0, 99.5, 59.5)
+    depth = np.where(cable_mask(0.0), 0.49, 0.5)
+
+    class DepthSource(CableSource):
+        def frame(self, index):
+            return Frame(image=np.full((*SIZE, 3), 90, np.uint8), depth=depth, camera=camera, index=index)
+
+    with tuning(DepthSource(3)) as (client, _):
+        assert client.picture()[0]["has_depth"]
+        client.send(type="height", height_m=0.004, join="and", done=True)
+        header, parts = client.picture(lambda header: not header["suggested"])
+        assert overlap(parts, 0) > 0.9
+        assert header["curves"][0]["space"]
+
+
+def test_a_camera_is_followed_until_somebody_looks_at_a_frame():
+    with tuning(CableSource(30, live=True)) as (client, _):
+        assert client.text("state")["live"]
+        _newest, _ = client.picture(lambda header: header["index"] == 29)
+        client.send(type="seek", index=3)
+        assert client.picture(lambda header: header["index"] == 3)
+        draw(client, 3)
+        assert client.picture(lambda header: not header["suggested"])[0]["index"] == 3
+        client.send(type="seek", index=None)
+        assert client.picture(lambda header: header["index"] == 29)
+
+
+def test_masks_have_nothing_to_tune():
+    class MaskSource(CableSource):
+        def frame(self, index):
+            return Frame(mask=cable_mask(0.0), index=index)
+
+    with tuning(MaskSource(3)) as (client, _):
+        header, _ = client.picture()
+        assert not header["suggested"]
+        client.send(type="accept", frame=0)
+        assert "masks already" in client.text("error")["message"]
+
+
+def test_messages_of_the_other_page_are_refused():
+    with tuning() as (client, _):
+        client.send(type="pause", paused=True)
+        assert "does not take the message Pause" in client.text("error")["message"]
+
+
+def test_the_written_file_is_checked_as_any_other(tmp_path):
+    (tmp_path / "bad.yaml").write_text("segmentation: {hue: 3}")
+    with pytest.raises(ConfigError):
+        Config.from_file(tmp_path / "bad.yaml")

@@ -1,0 +1,152 @@
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager
+
+import cv2
+import numpy as np
+import pytest
+from ui.page_client import SIZE, CableSource, connected
+
+from dloftbs import Frame, PinholeCamera, Pipeline
+from dloftbs.errors import SourceError
+from dloftbs.ui.server import serve
+from dloftbs.ui.view_session import ViewFeed, ViewSession
+
+HSV = "5:20,80:255,60:255"
+
+
+@contextmanager
+def viewing(source, fps=200.0):
+    session = ViewSession(
+        source, lambda: Pipeline(hsv=HSV).process, source.name, length=source.length, live=source.live, fps=fps
+    )
+    with serve(session, port=0) as address, connected(address) as client:
+        yield session, address, client
+
+
+def test_a_recording_is_shown_with_its_curves():
+    with viewing(CableSource(8), fps=30.0) as (_, _, client):
+        state = client.text("state")
+        assert (state["mode"], state["name"], state["length"], state["controls"]) == ("view", "cable.mp4", 8, True)
+        header, parts = client.picture()
+        assert header["size"] == [SIZE[1], SIZE[0]]
+        image = cv2.imdecode(np.frombuffer(parts["image"], np.uint8), cv2.IMREAD_COLOR)
+        assert image.shape == (*SIZE, 3)
+        (curve,) = header["curves"]
+        assert curve["label"] == "#1"
+        assert len(curve["points"]) > 40
+        assert curve["length"] > 150
+        assert next(name for name, _ in header["stages"]) == "segmentation"
+        last, _ = client.picture(lambda header: header["index"] == 7)
+        assert last["delay_ms"] is None or last["delay_ms"] > 0.0
+        assert client.text("state", lambda state: state["ended"])["error"] is None
+
+
+def test_pause_step_restart_and_loop():
+    with viewing(CableSource(40), fps=50.0) as (_, _, client):
+        client.picture()
+        client.send(type="pause", paused=True)
+        client.text("state", lambda state: state["paused"])
+        while (rest := client.receive(0.3)) is not None:  # what was on its way
+            if isinstance(rest, tuple):
+                client.send(type="ack", number=rest[0]["number"])
+        client.send(type="restart")
+        client.send(type="step")
+        assert client.picture()[0]["index"] == 0
+        client.send(type="step")
+        assert client.picture()[0]["index"] == 1
+        client.send(type="loop", loop=True)
+        client.send(type="pause", paused=False)
+        assert client.text("state", lambda state: not state["paused"])["loop"]
+        client.picture(lambda header: header["index"] > 2)
+        client.picture(lambda header: header["index"] < 2)  # from the beginning
+        client.send(type="loop", loop=False)
+        client.text("state", lambda state: state["ended"])
+
+
+def test_a_viewer_that_does_not_acknowledge_gets_nothing_more_and_holds_nobody_up():
+    with viewing(CableSource(40)) as (_, address, slow), connected(address) as fast:
+        first, _ = slow.picture(ack=False)
+        assert fast.picture(lambda header: header["index"] == 39)
+        fast.text("state", lambda state: state["ended"])
+        assert all(isinstance(message, dict) for message in iter(lambda: slow.receive(0.2), None))
+        slow.send(type="ack", number=77)  # of a picture that was never sent
+        assert slow.receive(0.2) is None
+        slow.send(type="ack", number=first["number"])
+        assert slow.picture()[0]["index"] == 39
+
+
+def test_a_browser_that_goes_is_forgotten_and_the_recording_waits():
+    source = CableSource(200)
+    with viewing(source, fps=100.0) as (session, address, client):
+        client.picture()
+        client.close()
+        time.sleep(0.2)
+        assert len(session.audience) == 0
+        with connected(address) as again:
+            header, _ = again.picture()
+            assert header["index"] < 150
+            again.picture(lambda later: later["index"] > header["index"])
+        client.__init__(address)  # closed again at the end
+
+
+def test_a_camera_begins_by_itself_and_the_newest_frame_is_shown():
+    class Camera(CableSource):
+        def __iter__(self):
+            for frame in super().__iter__():
+                time.sleep(0.005)
+                yield frame
+
+    session = ViewSession(Camera(60, live=True), lambda: Pipeline(hsv=HSV).process, "camera", live=True)
+    with serve(session, port=0) as address:
+        while session.wait(0.01):
+            pass
+        with connected(address) as client:
+            assert client.picture()[0]["index"] == 59
+            assert client.text("state")["ended"]
+            client.send(type="restart")
+            assert "no beginning" in client.text("error")["message"]
+
+
+def test_an_error_of_the_source_is_told_to_the_page_and_to_the_command():
+    class Broken(CableSource):
+        def __iter__(self):
+            yield self.frame(0)
+            raise SourceError("the disk is gone")
+
+    with viewing(Broken()) as (session, _, client):
+        assert client.text("state", lambda state: state["ended"])["error"] == "the disk is gone"
+        with pytest.raises(SourceError, match="the disk is gone"):
+            session.wait(5.0)
+
+
+def test_curves_in_metres_and_masks_without_an_image():
+    mask = np.zeros(SIZE, np.uint8)
+    mask[58:64, 20:180] = 1
+    camera = PinholeCamera(150.0, 150.0, 99.5, 59.5)
+    frame = Frame(mask=mask, depth=np.full(SIZE, 0.5), camera=camera)
+    feed = ViewFeed("masks")
+    with serve(feed, port=0) as address, connected(address) as client:
+        feed.publish(frame, Pipeline().process(frame))
+        (curve,) = client.picture()[0]["curves"]
+        space = np.reshape(curve["space"], (-1, 3))
+        assert np.allclose(space[:, 2], 0.5, atol=0.02)
+        assert curve["length_m"] == pytest.approx(160 / 300, rel=0.05)
+        feed.end()
+        assert client.text("state", lambda state: state["ended"])["controls"] is False
+        client.send(type="pause", paused=True)
+        assert "does not take the message Pause" in client.text("error")["message"]
+
+
+def test_a_broken_mask_is_warned_of():
+    feed = ViewFeed("noise")
+    with serve(feed, port=0) as address, connected(address) as client:
+        pipeline = Pipeline()
+        for index in range(60):
+            mask = np.zeros(SIZE, np.uint8)
+            for row in range(1 + index % 3):
+                mask[20 + 30 * row : 26 + 30 * row, 20:180] = 1
+            frame = Frame(mask=mask, index=index)
+            feed.publish(frame, pipeline.process(frame))
+        assert "the mask is probably broken" in client.text("state", lambda state: state["warning"])["warning"]
