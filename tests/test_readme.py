@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from pathlib import Path
@@ -48,6 +49,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         cv2.imwrite(f"frames/{i}.png", photo_of(shift))
         cv2.imwrite(f"depth/{i}.png", np.full(SIZE, 600, np.uint16))
     video.release()
+    Path("recordings/day1").mkdir(parents=True)
+    os.link("cable.mp4", "recordings/day1/cable.mp4")
     cv2.imwrite("photo.jpg", photo_of(0.0))
     cv2.imwrite("mask.png", mask_of(0.0))
     cv2.imwrite("depth.png", np.full(SIZE, 600, np.uint16))
@@ -74,7 +77,15 @@ def test_the_commands_run(folder: Path) -> None:
     for text in (*(line.removeprefix("dloftbs ") for line in commands), *inline):
         run(*shlex.split(text, comments=True))
     assert len(commands) >= 5
-    for written in ("overlay.png", "stages.png", "curves.jsonl", "overlay.mp4", "curves.npz", "points.csv"):
+    for written in (
+        "overlay.png",
+        "stages.png",
+        "curves.jsonl",
+        "overlay.mp4",
+        "curves.npz",
+        "points.csv",
+        "results/day1/cable.mp4.jsonl",
+    ):
         assert (folder / written).stat().st_size > 100, written
     assert len(list((folder / "cable").glob("*.ply"))) == 4  # one a frame
 
