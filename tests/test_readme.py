@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from pathlib import Path
@@ -53,6 +54,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     video.release()
     images = [raw_image(photo_of(0.05 * i), "bgr8", stamp_of(i)) for i in range(4)]
     write_mcap(tmp_path / "run.mcap", [(COLOUR_TOPIC, stamp_of(i), image) for i, image in enumerate(images)])
+    Path("recordings/day1").mkdir(parents=True)
+    os.link("cable.mp4", "recordings/day1/cable.mp4")
     cv2.imwrite("photo.jpg", photo_of(0.0))
     cv2.imwrite("mask.png", mask_of(0.0))
     cv2.imwrite("depth.png", np.full(SIZE, 600, np.uint16))
@@ -89,6 +92,7 @@ def test_the_commands_run(folder: Path) -> None:
         "curves.npz",
         "curves.mcap",
         "points.csv",
+        "results/day1/cable.mp4.jsonl",
     ):
         assert (folder / written).stat().st_size > 100, written
     assert len(list((folder / "cable").glob("*.ply"))) == 4  # one a frame
