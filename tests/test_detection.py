@@ -24,9 +24,9 @@ class TestDetection:
         assert detection_of(wave(), radius=2.5).width == 5.0
 
     @pytest.mark.parametrize(
-        ("joints", "confidence"), [((), 1.0), ((CROSSING,), 0.8), ((CROSSING, GAP), 0.5), ((ALONE,), 1.0)]
+        ("joints", "confidence"), [((), 1.0), ((CROSSING,), 0.8), ((CROSSING, GAP), 0.4), ((ALONE,), 1.0)]
     )
-    def test_confidence_is_that_of_the_least_certain_joint(self, joints, confidence):
+    def test_confidence_is_the_probability_that_all_joints_are_right(self, joints, confidence):
         assert detection_of(wave(), joints=joints).confidence == pytest.approx(confidence)
 
     def test_what_lies_under_gaps_was_inferred(self):

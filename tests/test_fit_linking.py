@@ -15,9 +15,10 @@ from benchmarks.fit_linking.scenes import Scene, list_scenes
 from linking_examples import cross, draw, graph_of
 
 from dloftbs import Frame
-from dloftbs.graph import FREE
+from dloftbs.graph import FREE, POSITION, TANGENT
 from dloftbs.linking import calibration
 from dloftbs.linking.kernels import joint_features, weights
+from dloftbs.synthetic import FreeEnd, draw_cable_mask
 
 EVERY = np.concatenate((weights.JOINT, weights.OPEN))
 
@@ -55,6 +56,26 @@ def test_labels_tell_the_same_as_curves() -> None:
     at_node = graph.nodes >= 0
     np.testing.assert_array_equal(by_labels[at_node], true_partners(scene, crop, graph)[at_node])
     assert (by_labels[~at_node] == UNKNOWN).all()
+
+
+def test_a_cable_goes_on_in_the_straightest_of_its_strands() -> None:
+    """A frayed end near the camera: wires that are no spurs, since they are as wide as the cable is elsewhere."""
+    body, tip = np.column_stack((np.arange(60.0, 220.0), np.full(160, 120.0))), (220.0, 120.0)
+    mask = draw_cable_mask(body, np.linspace(8.0, 40.0, len(body)), (240, 320), (FreeEnd("round"), FreeEnd("flat")))
+    for angle in (-0.5, 0.05, 0.6):
+        wire = np.array(tip) + np.outer(np.arange(-10.0, 40.0, 0.5), (np.cos(angle), np.sin(angle)))
+        mask |= draw_cable_mask(wire, np.full(len(wire), 6.0), mask.shape)
+    scene = Scene("drawn", Frame(mask=mask), (body,))
+    crop, graph = graph_of(scene.frame.mask)
+    partner, nodes = true_partners(scene, crop, graph), graph.nodes
+    places = crop.to_image(graph.end_states[:, POSITION])
+    (cable,) = [end for end in np.flatnonzero(nodes >= 0).tolist() if places[end ^ 1, 0] < 100.0]
+    strand = int(partner[cable])
+    assert int(partner[strand]) == cable
+    assert graph.end_states[cable, TANGENT] @ graph.end_states[strand, TANGENT] < -0.95
+    others = [end for end in range(len(nodes)) if end not in (cable, strand)]
+    assert (partner[others] < 0).all()
+    assert (partner[others] == OPEN).sum() >= 4
 
 
 def test_a_crossing_has_ten_readings_and_the_true_one_costs_the_least() -> None:

@@ -63,10 +63,10 @@ confidence`, of other scenes than the [weights](linking-weights.md).
 
 The confidence of a joint is the probability that it is right. Its log-odds go with its margin m and its cost c, nats:
 {lines}.
-Those of a gap are at most the margin. That of a cable is the least of its joints and ends; a right cable lies on one
-true curve. Each joint counts alike. The table has the mean of what is stated, of joints with the source left out of the
-fit, the share that is right, the mean distance between the two, over bins, and how many of those stated between .9 and
-.95 are right.
+Those of a gap are at most the margin. That of a cable is the product of its joints' and its ends'; a right cable lies
+on one true curve. Each joint counts alike. The table has the mean of what is stated, of joints with the source left out
+of the fit, the share that is right, the mean distance between the two, over bins, and how many of those stated between
+.9 and .95 are right.
 
 With a mask alone, a gap between two ends that face each other looks the same whether something hides the cable or two
 cables end there. Of the drawn ones none is right, of those behind discs nearly all are: no number serves both.

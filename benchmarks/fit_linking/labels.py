@@ -16,7 +16,7 @@ _BEFORE_WIDTHS = 4.0  # of a branch before its end, compared with the true curve
 _OFF_WIDTHS, _OFF_PX = 0.35, 2.0  # of the mean distance from the true curve, the larger of both
 _ALONG = 0.7  # cosine of the angle to the true curve, at least
 _BACK_WIDTHS = 1.0  # by which the next end may lie behind on its curve
-_STRAND_RADIUS, _STRAND_WIDTHS = 0.375, 5.0  # strands of frayed ends are thinner and shorter, widths
+_STRAND_WIDTHS = 5.0  # strands of frayed ends reach no farther beyond the tip of a true curve
 _PURE = 0.9  # share of a branch that has one label
 
 Ints = npt.NDArray[np.int64]
@@ -37,6 +37,7 @@ def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
     off = max(_OFF_WIDTHS * width, _OFF_PX) + scene.off_px
     partner = np.full(len(places), UNKNOWN)
     on: dict[int, list[tuple[float, int, int]]] = {}
+    strands: list[int] = []
     for end in range(len(places)):
         start, stop = graph.spans[branch_of(end)]
         if stop - start < 2:
@@ -50,8 +51,9 @@ def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
             along = float(tangent @ directions[end]) / max(float(np.hypot(*tangent)), 1e-9)
             if abs(along) > _ALONG or not directions[end].any():
                 on.setdefault(passing[0], []).append((float(at), end, 1 if along > 0.0 else -1))
-        elif not passing and _is_strand(graph, end):
+        elif not passing and _is_strand(trees, points[start:stop], _STRAND_WIDTHS * width):
             partner[end] = OPEN
+            strands.append(end)
     for ends in on.values():
         for here, end, way in ends:
             ahead = [
@@ -62,6 +64,7 @@ def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
                 and way * (place - here) > -_BACK_WIDTHS * width
             ]
             partner[end] = min(ahead)[1] if ahead else OPEN
+    _lead_into_strands(graph, partner, strands)
     mutual = (partner < 0) | (partner[np.maximum(partner, 0)] == np.arange(len(partner)))
     return np.where(mutual, partner, UNKNOWN)
 
@@ -77,10 +80,22 @@ def _passes(tree: cKDTree, near: Points, off: float) -> bool:
     return bool(distances.mean() < off and distances.max() < 2.0 * off)
 
 
-def _is_strand(graph: Graph, end: int) -> bool:
-    start, stop = graph.spans[branch_of(end)]
-    thin = float(np.median(graph.radius[start:stop])) < _STRAND_RADIUS * graph.width
-    return thin and stop - start < _STRAND_WIDTHS * graph.width
+def _is_strand(trees: list[tuple[Points, cKDTree]], points: Points, reach: float) -> bool:
+    """Tell whether most points of a branch are nearest to the tip of a true curve: nothing but its wires is there."""
+    asked = [(*tree.query(points), len(curve) - 1) for curve, tree in trees]
+    off, nearest, last = min(asked, key=lambda found: float(found[0].max()))
+    return bool(((nearest == 0) | (nearest == last)).mean() > 0.5 and off.max() < reach)
+
+
+def _lead_into_strands(graph: Graph, partner: Ints, strands: list[int]) -> None:
+    """Let a cable that ends at a junction go on in the straightest of its strands."""
+    for node in {int(graph.nodes[end]) for end in strands if graph.nodes[end] >= 0}:
+        own = [end for end in strands if graph.nodes[end] == node]
+        (ending,) = np.nonzero((graph.nodes == node) & (partner == OPEN) & ~np.isin(np.arange(len(partner)), strands))
+        if len(ending) == 1:
+            tangents = graph.end_states[:, TANGENT]
+            straightest = min(own, key=lambda end: float(tangents[end] @ tangents[ending[0]]))
+            partner[straightest], partner[ending[0]] = ending[0], straightest
 
 
 def _by_labels(labels: npt.NDArray[np.uint8], crop: MaskCrop, graph: Graph) -> Ints:

@@ -17,11 +17,11 @@ from dloftbs.sources import KnownSequence
 from dloftbs.truth import Truth
 
 SOURCES = {
-    "generated": "cables of the kinds and of tracking sequences, crossing and noisy, from 5 px on",
+    "generated": "cables of the kinds and of tracking sequences, noisy, from 5 px on; two that touch, in poor depth",
     "covered": "one and three cables of the kinds behind discs, the mask alone",
     "hidden": "one, three and five cables behind moving discs and bars, with mask, image, depth and occluders",
     "simulated": "a cable moved by MuJoCo, in perspective",
-    "drawn": "edge cases: sharp bends, ends that face each other, T, Y, cables side by side, crossed rings",
+    "drawn": "edge cases: sharp bends, ends that face each other, T, Y, cables side by side, crossed rings, near frays",
     "broken": "drawn cables whose masks are broken in places, and ends of two that are as near to each other",
     "photographs": "of cables, with points along each or labelled pixels; nothing of them is kept",
     "masks": "of single cables in photographs, by the authors of DLOFTBs, with gaps; nothing of them is kept",
@@ -104,6 +104,7 @@ def _sequences(source: str, seed: int, amount: float) -> Iterator[tuple[KnownSeq
                 for number in range(many)
             )
         yield from ((sequence, 5) for sequence in synthetic.several_cables(0.5 * amount, seed=seed))
+        yield synthetic.DepthCameraSequence("crossing", "all", 30 * many, seed=seed), 1
     else:
         yield from (
             (synthetic.TrackingSequence("occluded", cables, number, seed=seed, evidence=_ALL), 17)

@@ -253,8 +253,8 @@ class Centerline:
 
     @property
     def confidence(self) -> float:
-        """That of the joint or of the open ends that the linking is least sure of, in 0..1."""
-        return min([self.ends_confidence, *(joint.confidence for joint in self.joints)])
+        """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
+        return math.prod((joint.confidence for joint in self.joints), start=self.ends_confidence)
 
     @cached_property
     def u(self) -> FloatArray:

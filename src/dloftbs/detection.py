@@ -114,7 +114,7 @@ class Detection:
 
     @property
     def confidence(self) -> float:
-        """That of the joint or of the open ends that the linking is least sure of, in 0..1."""
+        """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
         return self.centerline.confidence
 
     @property

@@ -5,13 +5,13 @@ docs/linking-confidence.md has what they were fitted to, and the results on each
 
 from __future__ import annotations
 
-CROSSING = (3.59, 0.78, -1.16)
+CROSSING = (3.36, 0.81, -0.77)
 """Log-odds that a joint through a junction is right, without margin and cost, per nat of margin and per nat of cost.
 
 Source: fitted; see docs/linking-confidence.md.
 """
 
-GAP = (1.54, 0.60, -0.55)
+GAP = (1.49, 0.62, -0.47)
 """Log-odds that a joint across a gap is right, without margin and cost, per nat of margin and per nat of cost.
 
 Source: fitted; see docs/linking-confidence.md.

@@ -17,13 +17,8 @@ from dloftbs.graph import (
     start_of,
     stop_of,
 )
-from dloftbs.linking.kernels.joint_features import turn_costs
-
-_OPEN_INSIDE = 1.6
-"""Cost of an end left open inside of a branch that two cables share, nats.
-
-Source: by hand; less than in a junction, since nothing is seen to go on.
-"""
+from dloftbs.linking.kernels.joint_features import OPEN_FREE, turn_costs
+from dloftbs.linking.kernels.weights import OPEN
 
 _DIRECTION_WIDTHS = 1.0
 """Length to both sides of a hidden end over which its direction is taken, widths.
@@ -57,7 +52,7 @@ def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float)
     positions = branches.end_states[:, POSITION]
     distance = np.hypot(*(positions[pairs[:, 0]] - positions[pairs[:, 1]]).T)
     costs = turn_costs(branches.end_states, pairs, np.ones(len(pairs), np.bool_), graph.width)
-    open_cost = _OPEN_INSIDE + np.array(branches.open_cost)[pairs[:, 1]]
+    open_cost = OPEN[OPEN_FREE] + np.array(branches.open_cost)[pairs[:, 1]]
     gains = np.where(distance <= max_gap_widths * graph.width, open_cost - costs, 0.0)
     for gain, cost, (i, j) in sorted(zip(gains.tolist(), costs.tolist(), pairs.tolist(), strict=True), key=_best_first):
         if gain <= 0.0:

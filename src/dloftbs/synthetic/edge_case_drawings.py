@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -24,6 +24,8 @@ _CLOSEST_WIDTHS = 2.0  # distance of two ends with ground in sight between them,
 _NEAR_WIDTHS = (1.5, 8.0)  # distance of two tips
 _OUTSIDE_PX = 60.0  # how far a cable goes on beyond the border
 _RING_POINTS = 64
+_WIDENING = (1.2, 3.5)
+_TURNING = 4.0  # of a cable that turns about, radians at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,8 @@ class Drawn:
         Whether it is a loop without ends.
     gaps : tuple of (int, int, FreeEnd, FreeEnd)
         Points between which the mask is broken, and the look of the ends there.
+    widening : float
+        Width at the last point over that at the first, of a cable that comes near the camera.
     """
 
     points: FloatArray
@@ -48,13 +52,17 @@ class Drawn:
     corner: int | None = None
     ring: bool = False
     gaps: tuple[tuple[int, int, FreeEnd, FreeEnd], ...] = ()
+    widening: float = 1.0
 
     @property
-    def pieces(self) -> list[tuple[FloatArray, tuple[FreeEnd, FreeEnd]]]:
-        """The points of each piece of the mask, and the look of its ends."""
+    def pieces(self) -> list[tuple[FloatArray, FloatArray, tuple[FreeEnd, FreeEnd]]]:
+        """The points of each piece of the mask, its width over that at the first point, and the look of its ends."""
+        widths = np.linspace(1.0, self.widening, len(self.points))
         starts = [(0, self.ends[0]), *((stop, end) for _, stop, _, end in self.gaps)]
         stops = [*((start, end) for start, _, end, _ in self.gaps), (len(self.points), self.ends[1])]
-        return [(self.points[a:b], (first, last)) for (a, first), (b, last) in zip(starts, stops, strict=True)]
+        return [
+            (self.points[a:b], widths[a:b], (first, last)) for (a, first), (b, last) in zip(starts, stops, strict=True)
+        ]
 
     def curve(self) -> BSplineCurve:
         """Return the centre line."""
@@ -221,6 +229,14 @@ def crossed_ring(rng: np.random.Generator, sheet: Sheet) -> list[Drawn]:
     ring, straight = sheet.place(rng, [ring, straight])
     drawn = [Drawn(ring, ring=True), Drawn(straight, _two(rng))]
     return drawn if rng.random() < 0.5 else drawn[::-1]
+
+
+def frayed(rng: np.random.Generator, sheet: Sheet) -> list[Drawn]:
+    """Return a cable that turns about and comes near the camera with a frayed end."""
+    widening = float(rng.uniform(*_WIDENING))
+    line = _line(rng, sheet.side * rng.uniform(0.8, 1.6), _TURNING)
+    (points,) = replace(sheet, width_px=widening * sheet.width_px).place(rng, [line.points])
+    return [Drawn(points, (FreeEnd.draw(rng), FreeEnd.draw(rng, "frayed")), widening=widening)]
 
 
 def _line(rng: np.random.Generator, length_px: float, bending: float) -> Strand:

@@ -65,12 +65,14 @@ _KINDS: Mapping[str, _Kind] = {
     "ends near each other": _Kind(lambda rng, sheet, _: drawings.nearby(rng, sheet)),
     "broken, picture": _Kind(lambda rng, sheet, _: drawings.broken(rng, sheet), picture=True),
     "close ends, picture": _Kind(lambda rng, sheet, _: drawings.close(rng, sheet), picture=True),
+    "frayed near the camera": _Kind(lambda rng, sheet, _: drawings.frayed(rng, sheet)),
 }
 
 EDGE_CASES = tuple(_KINDS)
 """Drawings: sharp bends, ends that face each other, a cable that ends under another at 90 degrees or less, cables
 side by side, two that the border cuts, a ring with a cable across it, a cable whose mask is broken where its picture is
-not, ends of two cables that lie near each other and lead elsewhere, and such that face each other across a break."""
+not, ends of two cables that lie near each other and lead elsewhere, and such that face each other across a break; a
+cable that comes near the camera with a frayed end."""
 
 
 class EdgeCaseSequence(GeneratedSequence):
@@ -134,8 +136,8 @@ class EdgeCaseSequence(GeneratedSequence):
         """Return the number of the uppermost cable at each pixel, shape (H, W); -1 for none."""
         owner = np.full(self.size, -1, np.int16)
         for number, cable in enumerate(cables):
-            for points, ends in cable.pieces:
-                owner[draw_cable_mask(points, np.full(len(points), width), self.size, ends)] = number
+            for points, widths, ends in cable.pieces:
+                owner[draw_cable_mask(points, width * widths, self.size, ends)] = number
         return owner
 
     def _rng(self, index: int, purpose: int) -> np.random.Generator:

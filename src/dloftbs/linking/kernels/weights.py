@@ -8,14 +8,14 @@ from __future__ import annotations
 import numpy as np
 
 JOINT = np.array([
-    8.94,  # LINK_TURN
-    3.59,  # LINK_SWERVE
-    21.99,  # GAP_ENERGY
-    0.24,  # GAP_LENGTH
-    1.70,  # GAP_ROUND
-    14.45,  # GAP_GROUND
-    -0.29,  # GAP_HIDDEN
-    5.86,  # DEPTH_SWERVE
+    9.32,  # LINK_TURN
+    3.66,  # LINK_SWERVE
+    22.01,  # GAP_ENERGY
+    0.25,  # GAP_LENGTH
+    1.78,  # GAP_ROUND
+    17.66,  # GAP_GROUND
+    -0.21,  # GAP_HIDDEN
+    11.11,  # DEPTH_SWERVE
 ])  # fmt: skip
 """What each column of a joint costs.
 
@@ -23,9 +23,9 @@ Source: fitted; see docs/linking-weights.md.
 """
 
 OPEN = np.array([
-    4.02,  # OPEN_JUNCTION
-    8.70,  # OPEN_KINK
-    2.72,  # OPEN_FREE
+    4.13,  # OPEN_JUNCTION
+    8.87,  # OPEN_KINK
+    2.79,  # OPEN_FREE
 ])  # fmt: skip
 """What each column of an end that stays open costs.
 
