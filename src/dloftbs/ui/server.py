@@ -158,6 +158,9 @@ async def _send(viewer: Viewer, socket: web.WebSocketResponse) -> None:
     except (ConnectionError, RuntimeError) as error:  # the browser has gone, which aiohttp tells by either
         _log.debug("a browser has gone: %s", error)
         await socket.close()
+    except Exception:  # noqa: BLE001 - a defect is told to whoever runs the command; the browser connects again
+        _log.exception("a picture could not be made")
+        await socket.close(code=1011, message=b"a picture could not be made")
 
 
 @contextmanager
