@@ -108,7 +108,9 @@ def make_app(session: Session, access: Access) -> web.Application:
         return web.Response(body=data, content_type=kind, charset="utf-8", headers=headers)
 
     async def socket(request: web.Request) -> web.WebSocketResponse:
-        answer = web.WebSocketResponse(heartbeat=_HEARTBEAT_S, max_msg_size=MOST_BYTES, compress=False)
+        answer = web.WebSocketResponse(
+            timeout=_CLOSING_S, heartbeat=_HEARTBEAT_S, max_msg_size=MOST_BYTES, compress=False
+        )
         await answer.prepare(request)
         sockets.add(answer)
         try:
