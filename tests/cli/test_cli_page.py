@@ -56,7 +56,7 @@ def test_track_waits_for_the_page_and_writes_what_it_writes_without(folder, tmp_
     client, _ = opened(process)
     try:
         assert client.text("state")["controls"] is False
-        assert client.picture()[0]["size"] == [200, 100]
+        assert client.picture(ack=False)[0]["size"] == [200, 100]
         _, messages = process.communicate(timeout=60)
         assert process.returncode == 0, messages
     finally:

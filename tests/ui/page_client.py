@@ -101,6 +101,13 @@ class Client:
 
         return self._next(wanted, "no picture", tuple)
 
+    def drain(self, silence_s=0.3):
+        """Acknowledge all that was on its way, until nothing more comes."""
+        kept, self.kept = self.kept, []
+        while (one := kept.pop(0) if kept else self.receive(silence_s)) is not None:
+            if isinstance(one, tuple):
+                self.send(type="ack", number=one[0]["number"])
+
     def _next(self, wanted, otherwise, kind):
         kept, self.kept = self.kept, []
         while kept:

@@ -103,6 +103,20 @@ def test_a_message_that_is_too_large_ends_that_connection_alone(address):
         assert other.picture()[0]["curves"]
 
 
+def test_a_picture_that_cannot_be_made_ends_the_connection_and_is_told(caplog):
+    class Broken(ViewFeed):
+        async def render(self, viewer):
+            raise ZeroDivisionError
+
+    with serve(Broken("cable.mp4"), port=0) as address:
+        for _ in range(2):
+            with connected(address) as client:
+                while client.receive() is not None:
+                    pass
+                assert client.socket.closed
+    assert [record.message for record in caplog.records] == ["a picture could not be made"] * 2
+
+
 def test_a_port_that_is_taken_is_an_error_where_it_was_asked_for():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import time
 from contextlib import contextmanager
+from threading import Thread
 
 import cv2
 import numpy as np
@@ -48,9 +49,7 @@ def test_pause_step_restart_and_loop():
         client.picture()
         client.send(type="pause", paused=True)
         client.text("state", lambda state: state["paused"])
-        while (rest := client.receive(0.3)) is not None:  # what was on its way
-            if isinstance(rest, tuple):
-                client.send(type="ack", number=rest[0]["number"])
+        client.drain()
         client.send(type="restart")
         client.send(type="step")
         assert client.picture()[0]["index"] == 0
@@ -137,6 +136,20 @@ def test_curves_in_metres_and_masks_without_an_image():
         assert client.text("state", lambda state: state["ended"])["controls"] is False
         client.send(type="pause", paused=True)
         assert "does not take the message Pause" in client.text("error")["message"]
+
+
+def test_the_last_picture_is_painted_before_the_command_ends():
+    frames = list(CableSource(5))
+    feed, pipeline = ViewFeed("cable.mp4"), Pipeline(hsv=HSV)
+    with serve(feed, port=0) as address, connected(address) as client:
+        client.text("state")
+        for frame in frames:
+            feed.publish(frame, pipeline.process(frame))
+        finishing = Thread(target=feed.finish)
+        finishing.start()
+        assert client.picture(lambda header: header["index"] == 4)
+        finishing.join(10.0)
+        assert not finishing.is_alive()
 
 
 def test_a_broken_mask_is_warned_of():

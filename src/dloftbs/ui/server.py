@@ -108,7 +108,9 @@ def make_app(session: Session, access: Access) -> web.Application:
         return web.Response(body=data, content_type=kind, charset="utf-8", headers=headers)
 
     async def socket(request: web.Request) -> web.WebSocketResponse:
-        answer = web.WebSocketResponse(heartbeat=_HEARTBEAT_S, max_msg_size=MOST_BYTES, compress=False)
+        answer = web.WebSocketResponse(
+            timeout=_CLOSING_S, heartbeat=_HEARTBEAT_S, max_msg_size=MOST_BYTES, compress=False
+        )
         await answer.prepare(request)
         sockets.add(answer)
         try:
@@ -158,6 +160,9 @@ async def _send(viewer: Viewer, socket: web.WebSocketResponse) -> None:
     except (ConnectionError, RuntimeError) as error:  # the browser has gone, which aiohttp tells by either
         _log.debug("a browser has gone: %s", error)
         await socket.close()
+    except Exception:  # noqa: BLE001 - a defect is told to whoever runs the command; the browser connects again
+        _log.exception("a picture could not be made")
+        await socket.close(code=1011, message=b"a picture could not be made")
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from threading import Event, Thread
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ DEFAULT_FPS = 30.0
 """Rate at which a recording that does not tell its own is shown, frames/s."""
 _RATE_OVER = 30  # frames
 _PATIENCE_S = 2.0
+_POLL_S = 0.02
 
 Process = Callable[[Frame], FrameResult]
 
@@ -64,6 +65,7 @@ class ViewFeed:
         self._times: deque[float] = deque(maxlen=_RATE_OVER)
         self._sent: dict[Viewer, tuple[int, float]] = {}
         self._delays: dict[Viewer, float] = {}
+        self._painted: dict[Viewer, int] = {}
         self._pool = ThreadPoolExecutor(1, "dloftbs-encoding")
 
     def publish(self, frame: Frame, result: FrameResult) -> None:
@@ -82,6 +84,15 @@ class ViewFeed:
         """Say that nothing follows, and why, if something went wrong."""
         self._ended, self._error = True, error
         self.tell_state()
+
+    def finish(self) -> None:
+        """Say that nothing follows, and give the browsers a moment to paint the last picture."""
+        self.end()
+        until = monotonic() + _PATIENCE_S
+        while self._shown is not None and monotonic() < until:
+            if all(self._painted.get(viewer) == self._shown.number for viewer in list(self._sent)):
+                return
+            sleep(_POLL_S)
 
     def _rate(self) -> float:
         if len(self._times) < 2:
@@ -123,6 +134,7 @@ class ViewFeed:
         self.audience.remove(viewer)
         self._sent.pop(viewer, None)
         self._delays.pop(viewer, None)
+        self._painted.pop(viewer, None)
 
     def handle(self, viewer: Viewer, message: TuneMessage | ViewMessage) -> None:
         """Do what a message asks.
@@ -134,6 +146,7 @@ class ViewFeed:
         """
         if not isinstance(message, Ack):
             raise InputError(f"this page does not take the message {type(message).__name__}")
+        self._painted[viewer] = message.number
         number, since = self._sent.get(viewer, (-1, 0.0))
         if number == message.number:
             self._delays[viewer] = 1e3 * (monotonic() - since)

@@ -140,7 +140,7 @@ def _open_page(
 
     feed = ViewFeed(source.name, length=source.length, live=source.live)
     stack.enter_context(served(feed, page))
-    stack.callback(feed.end)
+    stack.callback(feed.finish)
     if not source.live:
         click.echo("waiting until the page is open", err=True)
         while not feed.visited.wait(LOOK_EVERY_S) and not stop():
