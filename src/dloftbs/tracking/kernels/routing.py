@@ -277,14 +277,16 @@ def _may_reappear(
 
 
 @inlined
-def _may_switch(signed: int, other: int, heading: _Floats, samples: _Floats, part: _Ints, spacing: float) -> bool:
+def _may_switch(
+    signed: int, other: int, ahead_x: float, ahead_y: float, samples: _Floats, part: _Ints, spacing: float
+) -> bool:
     """Return True if a track may change from one sample to another one, that is not the next along its curve."""
     i, j, way = abs(signed) - 1, abs(other) - 1, 1 if signed > 0 else -1
     if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= _MAX_STEP:
         return False
     dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
     near = dx * dx + dy * dy <= (_MAX_SWITCH_STEP * spacing) ** 2
-    return near and dx * heading[0] + dy * heading[1] >= _MIN_SWITCH_ADVANCE * spacing
+    return near and dx * ahead_x + dy * ahead_y >= _MIN_SWITCH_ADVANCE * spacing
 
 
 @helper
@@ -325,7 +327,7 @@ def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: _Ints, h
             place[abs(former[p]) - 1] = p
         limit = min(hidden_total, cheapest) + _PRUNE_COST
         for c in range(sizes[k]):
-            signed = found[k, c]
+            signed, ahead_x, ahead_y = found[k, c], headings[k, 0], headings[k, 1]
             least, source = _follow_curve(signed, part, bounds, place, former, former_total, limit)
             cost = hidden_total + _hiding_cost(signed, False, part, bounds, room)
             if cost < least and _may_reappear(signed, k, last_signed, last_node, nodes, samples, part, spacing, slack):
@@ -335,7 +337,7 @@ def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: _Ints, h
                     cost = former_total[p] + _SWITCH_COST
                     if cost > least or former_total[p] > limit or (cost == least and 0 <= source <= p):
                         continue
-                    if _may_switch(signed, former[p], headings[k], samples, part, spacing):
+                    if _may_switch(signed, former[p], ahead_x, ahead_y, samples, part, spacing):
                         least, source = cost, p
             total[k, c], back[k, c] = least + costs[k, c], source
         for p in range(former_size):
