@@ -183,8 +183,8 @@ def write_weights(found: Fit) -> str:
         _module("The weights of the columns of `joint_features`, nats a unit", "weights", "\nimport numpy as np\n")
     ]
     for name, what, own in (
-        ("JOINT", "What each column of a joint costs", slice(0, count)),
-        ("OPEN", "What each column of an end that stays open costs", slice(count, None)),
+        ("JOINT", "Cost of each column of a joint, nats a unit", slice(0, count)),
+        ("OPEN", "Cost of each column of an end that stays open, nats a unit", slice(count, None)),
     ):
         figures = zip(names[own], found.weights[own], strict=True)
         rows = "".join(f"    {weight:.2f},  # {column}\n" for column, weight in figures)

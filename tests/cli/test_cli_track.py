@@ -89,6 +89,21 @@ def test_skipped_frames_are_counted_and_do_not_end_the_run(tmp_path):
     assert "frames     3, 1 skipped" in result.stderr
 
 
+def test_a_frame_without_the_depth_that_the_plane_needs_is_skipped_and_does_not_end_the_run(tmp_path):
+    table = np.full((100, 200), 700, np.uint16)
+    for index in range(4):
+        save(tmp_path / "frames" / f"{index}.png", photo(50 + index))
+        if index != 2:
+            save(tmp_path / "frames" / f"{index}_d.png", np.where(mask(50 + index) > 0, 680, table).astype(np.uint16))
+    (tmp_path / "plane.yaml").write_text("segmentation: {plane: {height_m: 0.01}}")
+    place = ("--depth", "{stem}_d.png", "--camera", "300,300,99.5,49.5", "--config", tmp_path / "plane.yaml")
+    result = run("track", tmp_path / "frames", *place, "--out", tmp_path / "c.jsonl", code=1)
+    lines = [json.loads(line) for line in (tmp_path / "c.jsonl").read_text().splitlines()]
+    assert [line["index"] for line in lines] == [0, 1, 3]
+    assert all(len(line["detections"]) == 1 for line in lines)
+    assert "skipped frame 2 (2.png): it has no depth, which the plane needs" in result.stderr
+
+
 def test_stages_of_a_stream_are_pictures_in_a_folder(tmp_path):
     stack = masks(tmp_path / "masks.npy", 9)
     result = run(

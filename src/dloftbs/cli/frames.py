@@ -30,7 +30,9 @@ NO_COLOUR = (
 
 
 class UsableFrames:
-    """Iterates over a source, and leaves out frames that have neither a mask nor a colour to make one from.
+    """Iterates over a source, and leaves out frames that lack what a mask is made from.
+
+    A frame lacks a mask where there is no way to make one, and depth where masks are made from it and others have it.
 
     Parameters
     ----------
@@ -50,22 +52,28 @@ class UsableFrames:
         self._source = source
         self._every = every
         self._has_colour = config.segmentation.is_given
+        self._asks_depth = config.segmentation.plane is not None
+        self._had_depth = False
         self._has_masks = inputs.masks is not None
-        self._without_mask = 0
+        self._unusable = 0
 
     @property
     def skipped(self) -> int:
         """Frames left out so far, the ones that the source could not read included."""
-        return self._source.skipped + self._without_mask
+        return self._source.skipped + self._unusable
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self._source:
             if frame.index % self._every:
                 continue
-            if frame.mask is not None or self._has_colour:
+            self._had_depth = self._had_depth or frame.depth is not None
+            if frame.mask is None and self._asks_depth and self._had_depth and frame.depth is None:
+                self._unusable += 1
+                _log.warning("skipped frame %d (%s): it has no depth, which the plane needs", frame.index, frame.name)
+            elif frame.mask is not None or self._has_colour:
                 yield frame
             elif self._has_masks:
-                self._without_mask += 1
+                self._unusable += 1
                 _log.warning("skipped frame %d (%s): it has no mask, and there is no --hsv", frame.index, frame.name)
             else:
                 raise Failure(NO_COLOUR.format(name=frame.name))

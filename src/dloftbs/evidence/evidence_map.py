@@ -88,7 +88,7 @@ class EndEvidence:
 
     @property
     def tells_swerves(self) -> bool:
-        """Whether there is depth, and a camera that tells how steep it is."""
+        """True if there is depth, and a camera that tells how steep it is."""
         return self.frame.depth is not None and self.frame.camera is not None
 
     def swerves(self, pairs: _Ints, lengths: FloatArray) -> FloatArray:
@@ -113,7 +113,7 @@ class EndEvidence:
 
     @property
     def has_depth(self) -> npt.NDArray[np.bool_]:
-        """Whether depth tells how each end goes on."""
+        """True for each end where depth tells how it goes on."""
         depths = self._depths
         known: npt.NDArray[np.bool_] = (
             np.zeros(len(self.graph.nodes), np.bool_) if depths is None else ~np.isnan(depths[:, 2])

@@ -146,7 +146,7 @@ class OcclusionEvidence:
 
     @property
     def has_image(self) -> bool:
-        """Whether there is an image to sample."""
+        """True if there is an image to sample."""
         return self._image is not None
 
     def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width: float) -> Appearance | None:

@@ -1,4 +1,4 @@
-"""Where robots keep their frames: messages of ROS and recordings of them, without ROS installed.
+"""Messages of ROS and recordings of them, which is where robots keep their frames; ROS itself is not needed.
 
 >>> for frame in dloftbs.sources.open("run.mcap", topic="/camera/color/image_raw"):  # doctest: +SKIP
 ...     print(frame.index, frame.stamp, frame.frame_id)

@@ -56,7 +56,7 @@ class FrameSegmenter:
         above = self._plane(frame)
         if found is None:
             return above
-        return _either(found, above) if self._join == "or" else (found != 0) & above
+        return _either(found, above) if self._join == "or" else (found != 0) & (above != 0)
 
     def reset(self) -> None:
         """Forget the frames before."""

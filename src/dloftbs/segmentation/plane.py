@@ -12,6 +12,7 @@ from dloftbs.config import DepthConfig, PlaneConfig
 from dloftbs.depth import to_metres
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
+from dloftbs.segmentation.kernels import plane_heights as kernels
 
 _SAMPLES = 4000
 """Pixels that a plane is fitted to.
@@ -97,8 +98,8 @@ class PlaneSegmenter:
         self._rays: npt.NDArray[np.float32] | None = None
         self._seen_by: PinholeCamera | None = None
 
-    def __call__(self, frame: Frame) -> npt.NDArray[np.bool_]:
-        """Return the pixels above the plane by more than the height, shape (H, W); none where there is no plane.
+    def __call__(self, frame: Frame) -> npt.NDArray[np.uint8]:
+        """Return 1 for the pixels above the plane by more than the height, shape (H, W); none where there is no plane.
 
         Raises
         ------
@@ -113,9 +114,11 @@ class PlaneSegmenter:
             self._rays, self._seen_by = _rays(frame.camera, frame.size), frame.camera
         depth_m = to_metres(frame.depth, frame.depth_unit_m, DepthConfig()).astype(np.float32)
         self._follow(depth_m, self._rays)
-        if self._plane is None:
-            return np.zeros(frame.size, bool)
-        return above(heights(depth_m, self._rays, self._plane), np.isfinite(depth_m), self._config.height_m)
+        if self._plane is None or not self._plane.any():
+            return np.zeros(frame.size, np.uint8)
+        heights = np.empty(frame.size, np.uint16)
+        kernels.measure_heights(depth_m.ravel(), self._rays.reshape(3, -1), self._plane, heights.ravel())
+        return above(heights, self._config.height_m)
 
     def _follow(self, depth_m: npt.NDArray[np.float32], rays: npt.NDArray[np.float32]) -> None:
         step = max(1, int(np.sqrt(depth_m.size / _SAMPLES)))
@@ -135,55 +138,46 @@ class PlaneSegmenter:
         self._plane, self._share = plane, float(np.mean(_near(directions, inverse, plane, tolerance)))
 
 
-def heights(
-    depth_m: npt.NDArray[np.float32], rays: npt.NDArray[np.float32], plane: FloatArray
-) -> npt.NDArray[np.float32]:
-    """Return the height of each pixel above a plane, towards the camera, in metres; 0 where there is no depth.
-
-    Parameters
-    ----------
-    depth_m : numpy.ndarray, shape (H, W)
-        NaN where missing.
-    rays : numpy.ndarray, shape (3, H, W)
-        Point seen by each pixel, over its depth.
-    plane : numpy.ndarray, shape (3,)
-        Its product with a point of the plane is 1.
-    """
-    a, b, c = (np.float32(part) for part in plane)
-    inverse = a * rays[0] + b * rays[1] + c * rays[2]
-    height = (1.0 - depth_m * inverse) / np.float32(np.linalg.norm(plane))
-    return np.nan_to_num(height, copy=False, nan=0.0)
-
-
-def above(height: npt.NDArray[np.float32], seen: npt.NDArray[np.bool_], least_m: float) -> npt.NDArray[np.bool_]:
-    """Return where a height (H, W) is more than the least, and more than noise, with holes in depth closed.
+def above(heights: npt.NDArray[np.uint16], least_m: float) -> npt.NDArray[np.uint8]:
+    """Return 1 where a height (H, W) is more than the least, and more than noise, with holes in depth closed, else 0.
 
     The height is smoothed by a median of 3 px, or of 5 where its noise asks for it; borders of holes are as high as the
     highest beside them.
+
+    Parameters
+    ----------
+    heights : numpy.ndarray, shape (H, W)
+        As `kernels.plane_heights` has them.
+    least_m : float
     """
-    filled = np.where(seen, height, cv2.dilate(height, np.ones((3, 3), np.uint8)))
+    missing = heights == kernels.MISSING
+    filled = cv2.dilate(heights, np.ones((3, 3), np.uint8))
+    np.copyto(filled, heights, where=~missing)
+    filled[filled == kernels.MISSING] = kernels.ON_PLANE
     for side in (3, 5):
         smooth = cv2.medianBlur(filled, side)
-        least = max(least_m, _NOISE * _noise(smooth, seen))
-        if least == least_m:
+        least = max(least_m / kernels.QUANTUM_M, _NOISE * _noise(smooth, missing))
+        if least <= least_m / kernels.QUANTUM_M:
             break
     beside = cv2.dilate(smooth, np.ones((5, 5), np.uint8))
-    found = (smooth > least) & (smooth > _NEIGHBOUR * beside)
+    mask = np.empty(heights.shape, np.uint8)
+    limit = np.uint16(min(kernels.ON_PLANE + least, np.iinfo(np.uint16).max))
+    kernels.mark_standing(smooth.ravel(), beside.ravel(), limit, _NEIGHBOUR, mask.ravel())
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (_HOLE_PX, _HOLE_PX))
-    closed = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_CLOSE, disc)
-    return np.asarray(found | ((closed > 0) & ~seen))
+    return np.asarray(mask | (cv2.morphologyEx(mask, cv2.MORPH_CLOSE, disc) & missing))
 
 
-def _noise(height: npt.NDArray[np.float32], seen: npt.NDArray[np.bool_]) -> float:
-    """Return the standard deviation of the height of the plane, which most pixels lie on."""
-    some = height[::4, ::4][seen[::4, ::4]]
+def _noise(heights: npt.NDArray[np.uint16], missing: npt.NDArray[np.bool_]) -> float:
+    """Return the standard deviation of the height of the plane, which most pixels lie on, as the heights count it."""
+    some = heights[::8, ::8][~missing[::8, ::8]].astype(np.float64)
     return _MAD_TO_SIGMA * float(np.median(np.abs(some - np.median(some)))) if some.size else 0.0
 
 
 def _rays(camera: PinholeCamera, size: tuple[int, int]) -> npt.NDArray[np.float32]:
     rows, columns = np.mgrid[: size[0], : size[1]]
     pixels = np.column_stack((columns.ravel(), rows.ravel())).astype(np.float64)
-    return camera.deproject(pixels, np.ones(len(pixels))).T.reshape(3, *size).astype(np.float32)
+    rays = camera.deproject(pixels, np.ones(len(pixels))).T
+    return np.ascontiguousarray(rays, dtype=np.float32).reshape(3, *size)
 
 
 def _found(directions: FloatArray, inverse: FloatArray, tolerance_m: float) -> FloatArray:

@@ -30,7 +30,7 @@ class PriorGate:
 
     @property
     def is_open(self) -> bool:
-        """Whether the next frame is linked with the prior."""
+        """True if the next frame is linked with the prior."""
         return self._frames_without == 0
 
     def count(self, override: float) -> None:

@@ -27,7 +27,7 @@ from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
 
 IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
-"""What is at a place of a way, codes; 0 is unknown.
+"""Codes of the places of a way; 0 is unknown.
 
 Source: by definition.
 """

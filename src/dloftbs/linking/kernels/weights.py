@@ -17,7 +17,7 @@ JOINT = np.array([
     -0.21,  # GAP_HIDDEN
     11.11,  # DEPTH_SWERVE
 ])  # fmt: skip
-"""What each column of a joint costs.
+"""Cost of each column of a joint, nats a unit.
 
 Source: fitted; see docs/linking-weights.md.
 """
@@ -27,7 +27,7 @@ OPEN = np.array([
     8.87,  # OPEN_KINK
     2.79,  # OPEN_FREE
 ])  # fmt: skip
-"""What each column of an end that stays open costs.
+"""Cost of each column of an end that stays open, nats a unit.
 
 Source: fitted; see docs/linking-weights.md.
 """
