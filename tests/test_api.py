@@ -125,8 +125,7 @@ class TestDoubts:
             dloftbs.detect(Frame(mask=~mask_of(), name="a.png"))
         share = round(100 * (~mask_of()).mean())
         assert caplog.messages == [
-            f"{share} % of the mask of a.png is set: inverted, a photograph, or too wide a range of colours? "
-            "Strokes on what is no cable (dloftbs colour --not) narrow a learned colour"
+            f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
         ]
 
     def test_a_stream_says_so_once(self, caplog: pytest.LogCaptureFixture) -> None:

@@ -38,10 +38,7 @@ def doubt_mask(mask: AnyArray, name: str = "") -> str | None:
         return None
     percent = 100.0 * np.count_nonzero(mask) / mask.size
     what = f" of {name}" if name else ""
-    return (
-        f"{percent:.0f} % of the mask{what} is set: inverted, a photograph, or too wide a range of colours? "
-        "Strokes on what is no cable (dloftbs tune, dloftbs colour --not) narrow a learned colour"
-    )
+    return f"{percent:.0f} % of the mask{what} is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
 
 
 def unit_hint(depth: AnyArray, config: DepthConfig) -> str:

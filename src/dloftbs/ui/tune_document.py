@@ -44,7 +44,7 @@ class TuneDocument(msgspec.Struct, frozen=True):
     others: tuple[ColourPicture, ...] = ()
     """Strokes on pictures of other sources."""
     network: bool = False
-    """Whether a network of the user's own says what is cable, too."""
+    """True if a network of the user's own says what is cable, too."""
 
     @property
     def is_empty(self) -> bool:
