@@ -96,5 +96,12 @@ def test_a_colour_of_nothing_or_of_most_is_hinted_at(tmp_path, monkeypatch):
     assert "100.0 % of the picture is cable: the ground comes in; add strokes on it with --not" in told[100]
 
 
+def test_strokes_beside_what_they_mean_are_named(picture):
+    missed = run("colour", picture, "--at", ALONG, "--at", "60,49:70,90", "--not", "160,50:175,50").stderr
+    assert "photo.png: only 10 % of the stroke 60,49:70,90 counts as cable; does it lie beside the cable?" in missed
+    assert "photo.png: 100 % of the stroke 160,50:175,50 still counts as cable; does it lie on the cable?" in missed
+    assert "does it lie" not in run("colour", picture, "--at", ALONG, "--not", "10,10:50,20").stderr
+
+
 def test_an_image_without_a_colour_points_at_the_command(picture):
     assert "dloftbs colour photo.png --at X,Y:X,Y --out cable.yaml" in run("detect", picture, code=1).stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dloftbs.config import Stroke
 from dloftbs.segmentation.colour_model import ColourModel
 from dloftbs.segmentation.colour_ranges import HsvSegmenter
+from dloftbs.segmentation.colour_samples import pixels_of
 from dloftbs.segmentation.first_guess import suggest_mask
 from dloftbs.segmentation.frame_segmenter import FrameSegmenter, Segmenter, make_segmenter
 
@@ -15,5 +16,6 @@ __all__ = [
     "Segmenter",
     "Stroke",
     "make_segmenter",
+    "pixels_of",
     "suggest_mask",
 ]

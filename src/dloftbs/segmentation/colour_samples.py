@@ -60,8 +60,8 @@ class ColourSample:
             If a stroke leaves the picture.
         """
         cells = log_colours.cells_of(image)
-        cable = drawn(image.shape[:2], [stroke for stroke in strokes if stroke.cable])
-        ground = drawn(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])
+        cable = pixels_of(image.shape[:2], [stroke for stroke in strokes if stroke.cable])
+        ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])
         return cls(*(_rounded(log_colours.count(cells[where])) for where in (cable, ground, ~(cable | ground))))
 
     def to_text(self) -> str:
@@ -92,7 +92,7 @@ class ColourSample:
         return cls(*parts)
 
 
-def drawn(size: tuple[int, ...], strokes: Sequence[Stroke]) -> npt.NDArray[np.bool_]:
+def pixels_of(size: tuple[int, ...], strokes: Sequence[Stroke]) -> npt.NDArray[np.bool_]:
     """Return the pixels beneath strokes, shape (H, W).
 
     Raises

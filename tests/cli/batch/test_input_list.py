@@ -64,6 +64,16 @@ def test_another_match_changes_no_other_name():
     assert names("rec/day3/*.npy") == ["a.npy"]
 
 
+@pytest.mark.parametrize("pattern", ["bags/**/*.mcap", "bags/*/run_*.mcap"])
+def test_files_of_a_rosbag2_stand_for_their_folder_once(pattern):
+    for name in ("bags/a/run_0.mcap", "bags/a/run_1.mcap", "bags/a/metadata.yaml", "bags/b/run_0.mcap"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).write_bytes(b"")
+    assert names(pattern) == ["a", "b/run_0.mcap"]
+    assert names("bags/a/*.mcap") == ["a"]  # the folder that the glob begins from
+    assert names("bags/a/run_0.mcap") == ["run_0.mcap"]  # which is asked for by name
+
+
 def test_a_file_whose_name_has_brackets_is_itself():
     Path("rec/a[1].npy").write_bytes(b"")
     assert names("rec/a[1].npy") == ["a[1].npy"]

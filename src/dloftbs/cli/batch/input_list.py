@@ -11,6 +11,7 @@ from pathlib import Path
 from dloftbs.errors import InputError, SinkError, SourceError
 from dloftbs.sinks.sink import identity_of
 from dloftbs.sources.image_files import glob_matches, is_glob, natural_key
+from dloftbs.sources.recordings import METADATA, is_recording_file
 
 STATUS = ".status.json"
 MAX_NAME_BYTES = 240
@@ -59,8 +60,9 @@ class _Argument:
 def list_inputs(where: Sequence[str], out: Path, suffix: str, settings_files: Iterable[Path] = ()) -> list[BatchInput]:
     """Return the inputs in natural order, each with a name of its own.
 
-    A file or a folder is one input, and each match of a glob is. The names of results are the paths of the inputs below
-    the common folder of all arguments, as far as these are without wildcards: a new match changes no other's name.
+    A file or a folder is one input, and each match of a glob is; where a glob matches files of a rosbag2, their folder
+    is, once. The names of results are the paths of the inputs below the common folder of all arguments, as far as these
+    are without wildcards: a new match changes no other's name.
 
     Parameters
     ----------
@@ -88,7 +90,7 @@ def list_inputs(where: Sequence[str], out: Path, suffix: str, settings_files: It
     )
     _check_apart(paths)
     try:
-        root = os.path.commonpath([argument.root for argument in arguments])
+        root = os.path.commonpath([*(argument.root for argument in arguments), *map(os.path.dirname, paths)])
     except ValueError as error:  # two drives of Windows
         raise InputError(f"the inputs have no folder in common: {error}") from error
     out = Path(os.path.realpath(out))
@@ -117,10 +119,17 @@ def _paths(argument: _Argument) -> Iterator[str]:
     for path in map(os.path.abspath, found):
         if os.path.isfile(path) or os.path.isdir(path):
             count += 1
-            yield path
+            yield _recording_of(path) if argument.pattern else path
     if not count:
         what = "nothing matches the pattern" if argument.pattern else "neither a file nor a folder:"
         raise SourceError(f"{what} {argument.text!r}")
+
+
+def _recording_of(path: str) -> str:
+    """Return the folder of a rosbag2 for one of its files, and any other path as it is."""
+    folder = os.path.dirname(path)
+    is_part = is_recording_file(Path(path)) and os.path.isfile(os.path.join(folder, METADATA))
+    return folder if is_part else path
 
 
 def _check_apart(paths: Sequence[str]) -> None:

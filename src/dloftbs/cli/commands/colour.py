@@ -11,10 +11,16 @@ from dloftbs.cli.limits import MAX_FRAMES, FilledPath, file_path
 from dloftbs.cli.options import check_pictures
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+    import numpy.typing as npt
+
     from dloftbs.config import Stroke
 
 SIGNATURE = "# A colour learned by dloftbs colour; dloftbs config print explains all settings"
 _MOST_SET = 0.5  # of a picture, as in `plausibility`
+_MISSED = 0.5  # of a stroke: more than the third that may lie beside what it means
 _MAX_RADIUS_PX = 1000.0
 
 Numbered = tuple[int, str]
@@ -123,8 +129,9 @@ def colour(
         write_whole(Path(out), text.encode())
     model = ColourModel(learned)
     masks = [model(image) for image in images]
-    for source, mask in zip(sources, masks, strict=True):
+    for source, mask, given in zip(sources, masks, strokes, strict=True):
         _report(source, float(mask.mean()))
+        _report_missed(source, mask, given)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
     click.echo(f"next: {next_command(where, out)}", err=True)
@@ -161,3 +168,18 @@ def _report(source: str, share: float) -> None:
     elif share > _MOST_SET:
         hint = ": the ground comes in; add strokes on it with --not"
     click.echo(f"{source}: {100.0 * share:.1f} % of the picture is cable{hint}", err=True)
+
+
+def _report_missed(source: str, mask: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> None:
+    """Say which strokes the mask contradicts: they probably lie beside what they mean."""
+    from dloftbs.segmentation import pixels_of
+
+    for stroke in strokes:
+        share = float((mask[pixels_of(mask.shape, [stroke])] != 0).mean())
+        if stroke.cable and share < _MISSED:
+            told = f"only {100.0 * share:.0f} % of the stroke {stroke} counts as cable; does it lie beside the cable?"
+        elif not stroke.cable and share > _MISSED:
+            told = f"{100.0 * share:.0f} % of the stroke {stroke} still counts as cable; does it lie on the cable?"
+        else:
+            continue
+        click.echo(f"{source}: {told}", err=True)
