@@ -14,7 +14,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/launch", ["launch/track.launch.py"]),
+        (f"share/{NAME}/launch", ["launch/track_launch.py"]),
         (f"share/{NAME}/config", ["config/dloftbs.yaml"]),
         (f"share/{NAME}/rviz", ["rviz/dloftbs.rviz"]),
     ],

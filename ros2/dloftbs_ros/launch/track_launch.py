@@ -1,4 +1,4 @@
-"""The node with its parameter file: ``ros2 launch dloftbs_ros track.launch.py image:=/camera/color/image_raw``."""
+"""The node with its parameter file: ``ros2 launch dloftbs_ros track_launch.py image:=/camera/color/image_raw``."""
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
