@@ -62,17 +62,28 @@ class Peer:
         policy = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
         return self.node.create_publisher(kind, topic, QoSProfile(depth=depth, reliability=policy))
 
-    def wait(self, what: str, until: Callable[[], object], seconds: float = PATIENCE_S) -> None:
-        """Listen until something holds; fail, with the node's log, if it does not."""
+    def holds_within(self, seconds: float, until: Callable[[], object]) -> bool:
+        """Listen until something holds, and return whether it came to that."""
         end = monotonic() + seconds
         while not until():
             if monotonic() > end:
-                pytest.fail(f"{what}: not within {seconds:g} s; heard {self.counts()}; the node said:\n{self.log()}")
+                return False
             self._executor.spin_once(timeout_sec=0.05)
+        return True
+
+    def wait(self, what: str, until: Callable[[], object]) -> None:
+        """Listen until something holds; fail, with the node's log, if it does not."""
+        if not self.holds_within(PATIENCE_S, until):
+            pytest.fail(f"{what}: not within {PATIENCE_S:g} s; heard {self.counts()}; the node said:\n{self.log()}")
 
     def wait_matched(self, *publishers: Any) -> None:
-        """Listen until the node has subscribed, and is subscribed to here."""
+        """Listen until the node has subscribed, and a moment longer, in which it learns who listens here."""
         self.wait("subscribed", lambda: all(publisher.get_subscription_count() for publisher in publishers))
+        self.listen(0.5)
+
+    def listen(self, seconds: float) -> None:
+        """Listen for a while."""
+        self.holds_within(seconds, lambda: False)
 
     def stamps(self, output: str) -> list[int]:
         """Return the times of what was heard, in nanoseconds."""

@@ -85,6 +85,10 @@ def main() -> None:
     for what, ms in (("image sent -> image received", transport), ("image sent -> curves received", curves)):
         print(f"{what}: median {np.median(ms):.1f} ms, 99 % {np.percentile(ms, 99):.1f} ms")
     print(f"beyond the transport's own: median {np.median(beyond):.1f} ms, 99 % {np.percentile(beyond, 99):.1f} ms")
+    computed = [
+        float(pair.value) for said in diagnostics for pair in said.status[0].values if pair.key == "pipeline ms"
+    ]
+    print(f"of these the pipeline: median {np.median(computed):.1f} ms, 99 % {np.percentile(computed, 99):.1f} ms")
     some = memory_kib[:: max(1, len(memory_kib) // 8)]
     print(f"memory of the node, MiB: {', '.join(f'{kib / 1024:.0f}' for kib in some)}")
 

@@ -7,7 +7,6 @@ import signal
 import cv2
 import numpy as np
 import pytest
-import rclpy
 from conftest import FRAME_ID, MAKE, PERIOD_NS, T0_NS, header, rows_of, values_of
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Empty
@@ -36,12 +35,13 @@ def jpeg(index: int, shift: int = 0) -> CompressedImage:
     return picture_message(MAKE, header(index), cv2.imencode(".jpg", red(shift))[1].tobytes())
 
 
-def answered_to(peer, publisher, index: int) -> bool:
-    """Send a frame and wait for its curves."""
-    publisher.publish(jpeg(index))
-    stamp = T0_NS + index * PERIOD_NS
-    peer.wait(f"curves of frame {index}", lambda: stamp in peer.stamps("points_px"))
-    return True
+def send_until_answered(peer, publisher, index: int) -> None:
+    """Send a frame, and the next ones, since best effort may lose one, until there are the curves of one."""
+    for number in range(index, index + 20):
+        publisher.publish(jpeg(number))
+        if peer.holds_within(2.0, lambda stamp=T0_NS + number * PERIOD_NS: stamp in peer.stamps("diagnostics")):
+            return
+    pytest.fail(f"no answer to twenty frames; the node said:\n{peer.log()}")
 
 
 def test_curves_in_metres_come_back_with_time_frame_and_id(peer):
@@ -54,7 +54,7 @@ def test_curves_in_metres_come_back_with_time_frame_and_id(peer):
     peer.wait_matched(image, depth, info)
     sent = []
     info.publish(camera_message(MAKE, header(0), sequence.camera, SIZE))
-    peer.wait("the camera's message goes first", lambda: True)
+    peer.listen(0.5)  # so that it goes first
     for index in range(FRAMES):
         frame = sequence.frame(index)
         info.publish(camera_message(MAKE, header(index), sequence.camera, SIZE))
@@ -132,7 +132,10 @@ def test_names_topics_and_parameters_are_those_that_were_asked_for(peer, tmp_pat
     peer.wait("curves", lambda: peer.heard["points_px"])
     assert peer.heard["points_px"][0].header.frame_id == "base/pixels"
     assert len(rows_of(peer.heard["points_px"][0])) == 100
-    peer.wait("the next second", lambda: False if peer.heard["points_px"][1:] else not image.publish(jpeg(9)))
+    peer.listen(1.0)  # half a second is the least between two
+    image.publish(jpeg(3))
+    peer.wait("the next curves", lambda: T0_NS + 3 * PERIOD_NS in peer.stamps("points_px"))
+    assert int(values_of(peer.heard["diagnostics"][-1])["over max_rate"]) > 0
 
 
 @pytest.mark.parametrize(
@@ -165,12 +168,11 @@ def test_of_more_frames_than_can_be_answered_the_others_are_counted(peer):
     image = peer.publisher(CompressedImage, "/image", reliable=False)
     peer.start("-p", "hsv:=170:10")
     peer.wait_matched(image)
-    answered_to(peer, image, 0)
     sent = 300
-    for index in range(1, sent):
+    for index in range(sent):
         image.publish(jpeg(index, index % 40))
-        rclpy.spin_once(peer.node, executor=peer._executor, timeout_sec=0.001)
-    peer.wait("the last frame", lambda: T0_NS + (sent - 1) * PERIOD_NS in peer.stamps("diagnostics"))
+    peer.listen(1.0)  # until all are answered, or lost
+    send_until_answered(peer, image, sent)
     last = {key: int(value) for key, value in values_of(peer.heard["diagnostics"][-1]).items() if value.isdigit()}
     assert last["dropped"] > 0
     assert last["received"] == last["answered"] + last["dropped"]
@@ -182,9 +184,9 @@ def test_a_publisher_that_comes_back_otherwise_is_heard_again(peer):
     image = peer.publisher(CompressedImage, "/image")
     peer.start("-p", "hsv:=170:10")
     peer.wait_matched(image)
-    assert answered_to(peer, image, 0)
+    send_until_answered(peer, image, 0)
     peer.node.destroy_publisher(image)
     image = peer.publisher(CompressedImage, "/image", reliable=False)
     peer.wait("subscribed anew", lambda: "best effort" in peer.log())
     peer.wait_matched(image)
-    assert answered_to(peer, image, 1)
+    send_until_answered(peer, image, 20)
