@@ -38,7 +38,7 @@ def talk(seconds: float) -> None:
     publisher = node.create_publisher(Image, "/image", QOS)
     while publisher.get_subscription_count() < 2:
         sleep(0.1)
-    sleep(1.0)
+    sleep(3.0)  # until the node knows who listens to it
     since = monotonic()
     for index in range(round(seconds * RATE)):
         sleep(max(0.0, since + index / RATE - monotonic()))
