@@ -5,7 +5,7 @@ BIN := .venv/bin
 MINUTES ?= 10
 SEED ?= 1
 
-.PHONY: demo test lint fuzz bench results clean
+.PHONY: demo test test-ros lint fuzz bench results clean
 
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
@@ -13,6 +13,11 @@ demo: .venv/installed
 # In as many processes as there are cores; one that is done early takes tests over from another.
 test: .venv/installed-dev
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 8 --dist worksteal
+
+# The node of ROS 2, with a ROS that comes from pip, in an environment of its own.
+test-ros: .venv-ros/installed
+	.venv-ros/bin/python -m pip install --quiet ./ros2/dloftbs_ros
+	.venv-ros/bin/python -m pytest ros2/dloftbs_ros/test
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .
@@ -42,7 +47,7 @@ results: .venv/installed-dev
 	$(BIN)/python -m dloftbs.evaluation.report.docs_page build/results docs/results.md
 
 clean:
-	rm -rf .venv demo dist build
+	rm -rf .venv .venv-ros demo dist build
 
 .venv/bin/python:
 	$(PYTHON) -m venv .venv
@@ -54,3 +59,10 @@ clean:
 .venv/installed-dev: .venv/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
 	touch $@ .venv/installed
+
+# Builds of ROS by third parties, so pinned, and for tests alone: robots have a ROS of their own.
+.venv-ros/installed: pyproject.toml
+	$(PYTHON) -m venv .venv-ros
+	.venv-ros/bin/python -m pip install --quiet "ros-jazzy-rclpy[fastrtps]==7.1.6" ros-jazzy-sensor-msgs \
+		ros-jazzy-visualization-msgs ros-jazzy-diagnostic-msgs ros-jazzy-std-srvs "pytest>=7.4" --editable .
+	touch $@

@@ -40,7 +40,9 @@ def test_every_path_of_the_page_exists(path):
 def test_every_file_of_code_that_a_page_names_exists(page):
     code = [path for path in paths_in(page.read_text(encoding="utf-8")) if path.endswith(".py")]
     files = [
-        f"/{file.relative_to(ROOT)}" for top in ("src", "tests", "benchmarks") for file in (ROOT / top).rglob("*.py")
+        f"/{file.relative_to(ROOT)}"
+        for top in ("src", "tests", "benchmarks", "ros2")
+        for file in (ROOT / top).rglob("*.py")
     ]
     assert [path for path in code if not any(file.endswith(f"/{path}") for file in files)] == []
 

@@ -1,0 +1,355 @@
+"""The node: images, depth and camera in, curves out.
+
+``image``, ``depth`` and ``camera_info`` are remapped to what the camera publishes. A topic is subscribed once somebody
+publishes it, with its type, raw or compressed, and its reliability. Results go to ``~/points``, ``~/markers``,
+``~/points_px``, ``~/overlay/compressed``, ``~/mask`` and ``~/diagnostics``, as in recordings (docs/ros.md).
+"""
+
+from __future__ import annotations
+
+import logging
+import signal
+import sys
+import threading
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic
+from typing import Any, TypeVar
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_srvs.srv import Empty
+from visualization_msgs.msg import MarkerArray
+
+from dloftbs import viz
+from dloftbs.cli.commands.warmup import load_kernels
+from dloftbs.errors import ConfigError, DloftbsError
+from dloftbs.frame import Frame
+from dloftbs.frame_result import FrameResult
+from dloftbs.ros import (
+    FrameMaker,
+    Header,
+    MarkerWriter,
+    RclpyFactory,
+    diagnostics_message,
+    header_of,
+    mask_message,
+    objects_of,
+    picture_message,
+    points_message,
+    sample_px,
+    sampled_m,
+)
+from dloftbs.ros.bag_file import Topic
+from dloftbs.ros.message_fields import stamp_ns_of
+from dloftbs.ros.result_messages import PIXELS
+from dloftbs.ros.stamp_pairing import StampPairing
+from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, IMAGE_TYPES, INFO_TYPE, Topics
+from dloftbs.sinks._images import encode
+from dloftbs_ros.newest import Newest
+from dloftbs_ros.parameters import as_type, make_pipeline
+from dloftbs_ros.publishers import RELIABILITIES, Publisher, choose, silence_text
+
+LOOK_S = 0.5
+"""Time between looks at who publishes what."""
+SILENT_S = 5.0
+"""Time without an image after which that is said, and said again."""
+DEPTH = 10
+"""Messages that the transport keeps for a subscription or a publisher."""
+
+_CLASSES: dict[str, Any] = {IMAGE_TYPE: Image, COMPRESSED_TYPE: CompressedImage, INFO_TYPE: CameraInfo}
+_INPUTS = {"image": IMAGE_TYPES, "depth": IMAGE_TYPES, "camera_info": (INFO_TYPE,)}
+_OUTPUTS: dict[str, Any] = {
+    "points": PointCloud2,
+    "markers": MarkerArray,
+    "points_px": PointCloud2,
+    "overlay/compressed": CompressedImage,
+    "mask": Image,
+    "diagnostics": DiagnosticArray,
+}
+_WARN, _ERROR = 1, 2
+
+T = TypeVar("T", str, int, float)
+
+
+@dataclass(frozen=True)
+class _Arrived:
+    """A message, and when it came."""
+
+    message: Any
+    stamp_ns: int
+
+
+Pair = tuple[_Arrived, "_Arrived | None"]
+
+
+class TrackNode(Node):
+    """Receives in the executor's thread and computes in one of its own, always the newest frame.
+
+    Attributes
+    ----------
+    ended : threading.Event
+        Set when the node is to end.
+    failure : Exception, optional
+        What ended the computing thread, other than `close`.
+
+    Raises
+    ------
+    DloftbsError
+        If a parameter is wrong, or the configuration cannot be read.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("dloftbs")
+        self._pipeline = make_pipeline(
+            self._parameter("config", ""), self._parameter("hsv", ""), self._parameter("objects", 0)
+        )
+        self._reliability = self._parameter("reliability", "auto")
+        if self._reliability not in RELIABILITIES:
+            raise ConfigError(f"reliability must be {', '.join(RELIABILITIES)}, got {self._reliability!r}")
+        self._frame_id = self._parameter("frame_id", "")
+        max_rate = self._parameter("max_rate", 0.0)
+        if not 0.0 <= max_rate < float("inf"):
+            raise ConfigError(f"max_rate must be at least 0 frames a second, got {max_rate}")
+        topic = self.resolve_topic_name("image")
+        self._maker = FrameMaker(
+            topic,
+            rectified=Topics(Topic(topic, IMAGE_TYPE)).is_rectified,
+            depth_unit_m=self._parameter("depth_unit", 0.001),
+        )
+        load_kernels()  # before the first frame waits for them
+        self._make = RclpyFactory()
+        self._markers = MarkerWriter(self._make)
+        self._newest: Newest[Pair] = Newest(max_rate)
+        self._pairing: StampPairing[_Arrived] = StampPairing()
+        self._inputs: dict[str, tuple[tuple[str, bool], Any]] = {}
+        self._problems: dict[str, str] = {}
+        self._outputs = {name: self.create_publisher(kind, f"~/{name}", DEPTH) for name, kind in _OUTPUTS.items()}
+        self._received = self._unreadable = self._answered = 0
+        self._heard = self._said = monotonic()
+        self._lock = threading.Lock()  # of the pipeline and the markers: reset comes from another thread
+        self.create_service(Empty, "~/reset", self._reset)
+        self.create_timer(LOOK_S, self._look)
+        self.ended = threading.Event()
+        self.failure: Exception | None = None
+        self._thread = threading.Thread(target=self._work, name="dloftbs", daemon=True)
+        self._thread.start()
+        self._look()
+        self.get_logger().info(f"kernels are ready; images are awaited on {topic}")
+
+    def close(self) -> None:
+        """End the computing thread, after the frame that it is at."""
+        self._newest.close()
+        self._thread.join()
+
+    def _parameter(self, name: str, default: T) -> T:
+        descriptor = ParameterDescriptor(read_only=True, dynamic_typing=True)  # the types are checked here
+        return as_type(name, self.declare_parameter(name, default, descriptor).value, default)
+
+    # In the executor's thread
+
+    def _look(self) -> None:
+        """Subscribe to what is published, anew where its publisher has changed, and say so if nothing comes."""
+        for name, types in _INPUTS.items():
+            wanted, problem = choose(self._offers(self.resolve_topic_name(name)), types, self._reliability)
+            if problem is not None and self._problems.get(name) != problem:
+                self.get_logger().error(problem)
+            self._problems[name] = problem or ""
+            if wanted is not None and wanted != self._inputs.get(name, (None,))[0]:
+                self._subscribe(name, *wanted)
+        now = monotonic()
+        if now - max(self._heard, self._said) >= SILENT_S:
+            self._said = now
+            topic = self.resolve_topic_name("image")
+            text = silence_text(topic, now - self._heard, self._present(), self._problems["image"] or None)
+            self.get_logger().warning(text)
+            self._report(_WARN, text)
+
+    def _offers(self, topic: str) -> list[Publisher]:
+        return [
+            Publisher(topic, found.topic_type, found.qos_profile.reliability == ReliabilityPolicy.RELIABLE)
+            for found in self.get_publishers_info_by_topic(topic)
+        ]
+
+    def _present(self) -> list[Publisher]:
+        own = f"{self.get_fully_qualified_name()}/"
+        topics = [name for name, _ in self.get_topic_names_and_types() if not name.startswith(own)]
+        return [publisher for topic in topics for publisher in self._offers(topic)]
+
+    def _subscribe(self, name: str, type_name: str, reliable: bool) -> None:
+        if name in self._inputs:
+            self.destroy_subscription(self._inputs.pop(name)[1])
+        policy = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
+        subscription = self.create_subscription(
+            _CLASSES[type_name],
+            name,
+            partial(self._take, name),
+            QoSProfile(depth=DEPTH, reliability=policy),
+        )
+        self._inputs[name] = (type_name, reliable), subscription
+        self.get_logger().info(f"subscribed to {Publisher(self.resolve_topic_name(name), type_name, reliable)}")
+
+    def _take(self, name: str, message: Any) -> None:
+        try:
+            if name == "camera_info":
+                self._maker.take_info(message)
+                return
+            arrived = _Arrived(message, stamp_ns_of(message) or self.get_clock().now().nanoseconds)
+        except DloftbsError as error:
+            self._complain(f"a message of {self.resolve_topic_name(name)}: {error}")
+            return
+        if name == "depth":
+            for pair in self._pairing.add_depth(arrived.stamp_ns, arrived):
+                self._newest.put(pair)
+            return
+        self._received += 1
+        self._heard = monotonic()
+        if "depth" not in self._inputs or not self.count_publishers("depth"):
+            for pair in self._pairing.rest():
+                self._newest.put(pair)
+            self._newest.put((arrived, None))
+            return
+        for pair in self._pairing.add_image(arrived.stamp_ns, arrived):
+            self._newest.put(pair)
+
+    def _reset(self, _request: Any, response: Any) -> Any:
+        with self._lock:
+            self._pipeline.reset()
+            header = Header(self.get_clock().now().nanoseconds, self._frame_id or "camera")
+            self._outputs["markers"].publish(self._markers.clear(header.message(self._make)))
+        self.get_logger().info("tracking begins anew")
+        return response
+
+    # In the computing thread
+
+    def _work(self) -> None:
+        try:
+            while (pair := self._newest.take()) is not None:
+                try:
+                    with self._lock:
+                        self._process(*pair)
+                except DloftbsError as error:
+                    self._unreadable += 1
+                    self._complain(f"a frame is left out: {error}")
+        except Exception as error:  # noqa: BLE001 - the main thread raises it
+            self.failure = error
+        self.ended.set()
+
+    def _process(self, image: _Arrived, depth: _Arrived | None) -> None:
+        pixels = self._maker.pixels(image.message)
+        frame = self._maker.make(
+            image.message,
+            pixels,
+            None if depth is None else depth.message,
+            index=self._answered,
+            stamp_ns=image.stamp_ns,
+            name=self.resolve_topic_name("image"),
+        )
+        self._answered += 1
+        self._publish(frame, self._pipeline.process(frame))
+
+    def _publish(self, frame: Frame, result: FrameResult) -> None:
+        known, make, outputs = header_of(frame), self._make, self._outputs
+        header = Header(known.stamp_ns, self._frame_id or known.frame_id)
+        metres, pixels = header.message(make), header.message(make, PIXELS)
+        in_space = list(sampled_m(result))
+        outputs["points"].publish(points_message(make, metres, in_space, 3))
+        outputs["markers"].publish(self._markers.message(metres, in_space))
+        in_image = [sample_px(track) for track in objects_of(result)]
+        outputs["points_px"].publish(points_message(make, pixels, in_image, 2))
+        diagnostics = diagnostics_message(make, metres, result, self.get_name())
+        diagnostics.status[0].values.extend(self._counts())
+        outputs["diagnostics"].publish(diagnostics)
+        if frame.mask is not None:
+            outputs["mask"].publish(mask_message(make, metres, frame.mask))
+        if outputs["overlay/compressed"].get_subscription_count():  # drawn for those who look
+            picture = encode(viz.draw(frame, result), ".jpg")
+            outputs["overlay/compressed"].publish(picture_message(make, metres, picture))
+
+    # In both
+
+    def _complain(self, text: str) -> None:
+        self.get_logger().error(text, throttle_duration_sec=SILENT_S)
+        self._report(_ERROR, text)
+
+    def _report(self, level: int, text: str) -> None:
+        """Publish diagnostics that go with no result."""
+        make = self._make
+        header = Header(self.get_clock().now().nanoseconds, self._frame_id).message(make)
+        status = make(
+            "diagnostic_msgs/msg/DiagnosticStatus",
+            level=level,
+            name=self.get_name(),
+            message=text,
+            values=self._counts(),
+        )
+        message = make("diagnostic_msgs/msg/DiagnosticArray", header=header, status=[status])
+        self._outputs["diagnostics"].publish(message)
+
+    def _counts(self) -> list[Any]:
+        counts = {
+            "received": self._received,
+            "answered": self._answered,
+            "dropped": self._newest.dropped,
+            "over max_rate": self._newest.skipped,
+            "unreadable": self._unreadable,
+        }
+        return [self._make("diagnostic_msgs/msg/KeyValue", key=key, value=str(count)) for key, count in counts.items()]
+
+
+class _ToRos(logging.Handler):
+    """Hands the package's warnings to the node's log."""
+
+    def __init__(self, node: Node) -> None:
+        super().__init__(logging.WARNING)
+        self._node = node
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log a record."""
+        self._node.get_logger().warning(record.getMessage())
+
+
+def main() -> None:
+    """Run the node until it is interrupted."""
+    # Its own handlers would end the context in the midst of a callback.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = None
+    code = 0
+    try:
+        node = TrackNode()
+        logging.getLogger("dloftbs").addHandler(_ToRos(node))
+        run(node)
+    except KeyboardInterrupt:  # while it starts
+        pass
+    except DloftbsError as error:
+        rclpy.logging.get_logger("dloftbs").fatal(str(error))
+        code = 2
+    finally:
+        if node is not None:
+            node.close()
+            node.destroy_node()
+        rclpy.shutdown()
+    sys.exit(code)
+
+
+def run(node: TrackNode) -> None:
+    """Receive until the node has ended, by a signal or by an error, which is raised."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: node.ended.set())
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not node.ended.is_set():
+        executor.spin_once(timeout_sec=LOOK_S)
+    executor.shutdown()
+    if node.failure is not None:
+        raise node.failure
+
+
+if __name__ == "__main__":
+    main()
