@@ -6,6 +6,7 @@ import re
 import shlex
 import signal
 import sys
+from dataclasses import fields
 
 import click
 import pytest
@@ -13,6 +14,9 @@ from cli.cli_inputs import photo, run, save, start
 from ui.page_client import Client
 
 from dloftbs import Config
+from dloftbs.cli.commands.track import track
+from dloftbs.cli.commands.tune import tune
+from dloftbs.cli.options import InputOptions
 from dloftbs.cli.page import source_arguments
 from dloftbs.ui.server import Address
 
@@ -117,3 +121,15 @@ def test_the_arguments_of_a_source_are_told_as_a_shell_takes_them():
     context = click.Context(click.Command("tune"))
     context.params = {"kind": "auto", "depth": "my depth/", "depth_unit": 0.0001, "camera": None}
     assert source_arguments(("a b.mp4",), context) == "'a b.mp4' --depth 'my depth/' --depth-unit 0.0001"
+
+
+def test_the_next_command_reads_the_source_as_this_one_did(tmp_path):
+    """Every option of reading that a command has stands in the next one, too."""
+    shared = {parameter.name for parameter in tune.params} & {parameter.name for parameter in track.params}
+    given = {name: f"{name} x" for name in shared & {field.name for field in fields(InputOptions)}}
+    context = click.Context(tune)
+    context.params = {**given, "depth_unit": 0.001}
+    words = shlex.split(source_arguments(("a b.mcap",), context))
+    assert words[0] == "a b.mcap"
+    assert {"--topic", "--depth-topic", "--info-topic"} <= set(words)
+    assert set(words[1::2]) == {f"--{name.replace('_', '-')}" for name in (*given, "depth_unit")}

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
     from dloftbs.ui.server import Address, Session
 
 HOST = "127.0.0.1"
-_READING = ("kind", "depth", "masks", "occluders", "camera", "registration", "depth_unit")
+_READING = (
+    *("kind", "depth", "masks", "occluders", "camera", "registration", "depth_unit"),
+    *("topic", "depth_topic", "info_topic"),
+)
+"""Options that say how a source is read: the next command needs them as well."""
 LOOK_EVERY_S = 0.2
 """Seconds from one look whether a page's work has ended, or Ctrl-C was pressed, to the next."""
 
