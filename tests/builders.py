@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from typing import Any
@@ -56,6 +57,12 @@ def wave(shift: tuple[float, float] = (0.0, 0.0), phase: float = 0.0) -> BSpline
     """Return an open cable of about 550 px, from left to right."""
     x = np.linspace(0.0, 500.0, 60)
     return curve_through(np.stack((x, 50.0 * np.sin(x / 80.0 + phase)), axis=1) + shift)
+
+
+def bent(*corners: tuple[float, float]) -> BSplineCurve:
+    """Return a curve along the sides between corners."""
+    sides = [np.linspace(a, b, 30, endpoint=False) for a, b in itertools.pairwise(corners)]
+    return curve_through(np.vstack([*sides, corners[-1:]]))
 
 
 def part(curve: BSplineCurve, start: float, stop: float) -> BSplineCurve:

@@ -6,18 +6,20 @@ import pickle
 
 import numpy as np
 import pytest
-from builders import detection_of, line, part, wave
+from builders import bent, detection_of, line, part, wave
 from tracked_curves import level
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import make_observations
+from dloftbs.observation import SAMPLES, make_observations
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.prediction import predict_points
 from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.track_model import TrackModel
+from dloftbs.tracks import EndKind
 
 
 def rows(count: int, shift: float) -> list:
@@ -62,7 +64,6 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
         for _ in range(10):
             models[-1].update_whole(one, one.points, np.zeros_like(one.points))
             models[-1].count_hit(1)
-        assert models[-1].lengths.is_usual(models[-1].length, 1.0)  # which remembers its median
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
     predicted = predict_points(models, 0.0)
     observations = make_observations([detection_of(curve) for curve in seen])
@@ -71,3 +72,39 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
     assert pickle.dumps(models) == before
     assert len(association.shown) == len(resolved) == 2
     assert any(one.matches for one in resolved) == bool(seen)
+
+
+def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
+    """Two cables pass each other at a small angle; each is seen from end to end, and as long as ever."""
+    first, second = bent((0.0, 0.0), (250.0, 0.0), (400.0, 0.0)), bent((50.0, -260.0), (250.0, 0.0), (440.0, 40.0))
+    seen = [detection_of(first), detection_of(second)]
+    models = []
+    for number, one in enumerate(make_observations(seen), start=1):
+        models.append(TrackModel.from_observation(number, one))
+        for _ in range(10):
+            models[-1].update_whole(one, one.points, np.zeros_like(one.points))
+            models[-1].count_hit(1)
+    swapped = bent((0.0, 0.0), (250.0, 0.0), (440.0, 40.0)), bent((50.0, -260.0), (250.0, 0.0), (400.0, 0.0))
+    predicted = np.array([one.sample(SAMPLES) for one in swapped])
+    for order in (1, -1):
+        observations = make_observations(seen[::order])
+        shown = associate(models, predicted, observations, View((600, 900)), TrackingConfig(), 1 / 30).shown
+        assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
+        assert [one.matches[0].observation.detection for one in shown] == seen
+
+
+@pytest.mark.parametrize("kind", EndKind)
+def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_seen_apart(kind):
+    models = []
+    for number, curve in enumerate((line((0.0, 100.0), (300.0, 100.0)), line((340.0, 100.0), (500.0, 100.0))), start=1):
+        (one,) = make_observations([detection_of(curve)])
+        models.append(TrackModel.from_observation(number, one))
+        for _ in range(10):
+            models[-1].update_whole(one, one.points, np.zeros_like(one.points))
+            models[-1].count_hit(1)
+            models[-1].record((EndKind.BORDER, kind) if number == 1 else (EndKind.FREE, EndKind.HIDDEN))
+    came = line((0.0, 100.0), (300.0, 100.0)), line((305.0, 100.0), (465.0, 100.0))
+    predicted = np.array([one.sample(SAMPLES) for one in came])
+    seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
+    shown = associate(models, predicted, seen, View((600, 900)), TrackingConfig(), 1 / 30).shown
+    assert [(one.known_separate, one.merged) for one in shown] == [(kind is EndKind.FREE, kind is not EndKind.FREE)] * 2

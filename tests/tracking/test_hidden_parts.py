@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
-from builders import curve_through, detection_of, line, loop, part, wave
+from builders import bent, detection_of, line, loop, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, SHAPES, error_px, ids, level, runs_like, see, shown_for
 
 from dloftbs.centerline import Joint, JointKind
@@ -250,12 +248,6 @@ class TestNeverSeen:
 def turned(curve: BSplineCurve, angle: float) -> BSplineCurve:
     c, s = np.cos(angle), np.sin(angle)
     return curve.transformed([[c, -s], [s, c]], [200.0 * angle, 100.0 * angle])
-
-
-def bent(*corners: tuple[float, float]) -> BSplineCurve:
-    """Return a curve along the sides between corners."""
-    sides = [np.linspace(a, b, 30, endpoint=False) for a, b in itertools.pairwise(corners)]
-    return curve_through(np.vstack([*sides, corners[-1:]]))
 
 
 class TestSplitAndMerge:

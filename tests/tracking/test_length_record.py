@@ -54,7 +54,7 @@ def test_a_clearly_different_full_length_starts_it_anew():
 def test_another_scale_changes_all_lengths_in_the_image_and_none_in_space():
     record = in_space()
     record.rescale(250.0, 3.0)
-    assert (record.px, record.usual(), record.full_width) == (200.0, 200.0, 3.0)
+    assert (record.px, record.usual_px, record.full_width) == (200.0, 200.0, 3.0)
     assert record.metres == pytest.approx(0.8)
 
 
@@ -62,7 +62,7 @@ def test_an_unknown_scale_changes_nothing():
     record = in_space()
     record.rescale(math.nan, 3.0)
     record.rescale(250.0, 3.0)
-    assert (record.px, record.usual(), record.full_width) == (400.0, 400.0, 6.0)
+    assert (record.px, record.usual_px, record.full_width) == (400.0, 400.0, 6.0)
 
 
 def test_from_a_mask_alone_the_length_follows_the_width():
@@ -70,7 +70,7 @@ def test_from_a_mask_alone_the_length_follows_the_width():
     for _ in range(30):
         record.follow_width(9.0)
     assert record.px == pytest.approx(600.0)
-    assert record.usual() == pytest.approx(600.0)
+    assert record.usual_px == pytest.approx(600.0)
     record.follow_width(math.nan)
     assert record.px == pytest.approx(600.0)
 

@@ -55,6 +55,15 @@ class TestWholeObjects:
         (track,) = see(tracker, NOWHERE, CABLE)
         assert (track.id, track.state) == (1, CONFIRMED)
 
+    def test_two_sides_of_an_occluder_were_never_seen_apart(self):
+        tracker, sides = Tracker(AT_ONCE), (part(CABLE, 0.0, 0.3), part(CABLE, 0.7, 1.0))
+        for _ in range(20):
+            tracks = see(tracker, between(250, 450), *sides)
+        assert ids(tracks) == [1, 2]
+        for _ in range(20):
+            tracks = see(tracker, NOWHERE, CABLE)
+        assert [track.curve for track in tracks] == [CABLE]
+
     @pytest.mark.parametrize("part_first", [False, True])
     @pytest.mark.parametrize("backwards", [False, True])
     def test_one_that_moved_far_under_an_occluder_has_its_id_again(self, backwards, part_first):

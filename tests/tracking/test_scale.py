@@ -75,3 +75,24 @@ class TestPartlyHidden:
     def test_from_a_mask_alone_what_is_between_two_ends_follows_them(self, motion, body):
         """How far each of the two parts tilts is not seen: places along the cable are off by some pixels."""
         assert worst_px(motion, "middle", body, with_depth=False) < 16.0
+
+
+@pytest.mark.parametrize("body", bodies())
+def test_a_part_whose_depth_jumps_makes_its_track_no_shorter(body):
+    """Beside an occluder a part may have another thing's depth: it is too long in space, with what is between them."""
+    tracker, points = Tracker(), posed(body, "stays", 0.0)
+    seen = CAMERA.project(points)
+    visible = np.split(np.arange(len(points)), np.flatnonzero(np.diff((seen[:, 0] < 600) | (seen[:, 0] >= 680))) + 1)
+    depth = np.full(SIZE, 1.9)
+    depth[:, 600:680] = 0.3
+    evidence = OcclusionEvidence(depth=depth, camera=CAMERA)
+    for _ in range(12):
+        tracker.update([detection_of(curve_through(seen[::2]), curve_through(points[::2]))], size=SIZE)
+    length = tracker.tracks[0].curve.length
+    for jump_m in (0.0, 0.25, 0.25, 0.0):
+        wrong = points.copy()
+        last = visible[0][-40:]
+        wrong[last] *= (1.0 - jump_m * np.linspace(0.0, 1.0, 40) / points[last, 2])[:, None]  # along the rays
+        parts = [detection_of(curve_through(seen[k][::2]), curve_through(wrong[k][::2])) for k in visible[::2]]
+        (track,) = tracker.update(parts, size=SIZE, occlusion=evidence)
+        assert track.curve.length == pytest.approx(length, rel=0.02)

@@ -40,6 +40,12 @@ _MARGIN_RATIO = 3.0
 Source: by hand.
 """
 
+_CLEAR_CONFIDENCE = 0.9
+"""Least confidence of a detection that reads clearly.
+
+Source: by hand; confidences are calibrated, so that nine of ten are one whole object.
+"""
+
 _MISFIT_CAP = 1.5
 """Largest distance of a sample that counts, as a multiple of the gate.
 
@@ -104,6 +110,40 @@ def match_unambiguous(
             if other or differ[t, abs(p) - 1]:
                 partner[t] = 0
     return partner
+
+
+def match_by_length(
+    models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation], gate: float
+) -> list[int]:
+    """Return the same for tracks that no observation is unambiguously near: those as long as a clear one.
+
+    An object that a frame shows clearly and without a gap, from end to end, and as long as it usually is, has not
+    exchanged a part with another one, wherever its track was routed before. `gate` is a share of the length.
+    """
+    length = np.array([one.length for one in observations])
+    clear = [
+        one.detection is not None and one.contiguous and one.detection.confidence >= _CLEAR_CONFIDENCE
+        for one in observations
+    ]
+    usual = np.array([m.lengths.usual_px for m in models])[:, None]
+    in_view = np.multiply.outer([m.lengths.metres for m in models], [one.px_per_m for one in observations])
+    expected = np.where(np.isnan(in_view), usual, in_view)
+    tolerance = np.array([m.length_tolerance_px for m in models])[:, None]
+    as_long = (np.abs(expected - length) <= tolerance) & np.array(clear) & ~np.isnan(usual)
+    as_long &= ~colours_differ(models, observations)
+    if not as_long.any():
+        return [0] * len(models)
+    partner = kernels.match_unambiguous(
+        predicted,
+        np.array([m.length for m in models]),
+        as_long.any(axis=1) & np.array([not m.curve.closed for m in models]),
+        np.array([one.points for one in observations]),
+        np.array([one.curve.closed for one in observations]),
+        gate,
+        np.inf,
+        _MARGIN_RATIO,
+    )
+    return [p if p and as_long[t, abs(p) - 1] else 0 for t, p in enumerate(partner.tolist())]
 
 
 def assign(

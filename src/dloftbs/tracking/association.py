@@ -14,7 +14,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
-from dloftbs.tracking.assignment import assign, match_unambiguous
+from dloftbs.tracking.assignment import assign, match_by_length, match_unambiguous
 from dloftbs.tracking.emerging_parts import match_emerging
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
@@ -75,6 +75,14 @@ def associate(
                 matched.add(d)
     ambiguous = [one for d, one in enumerate(observations) if d not in matched]
     rows = [t for t, one in enumerate(shown) if not one.matches]
+    if rows and ambiguous:
+        found = match_by_length([models[t] for t in rows], predicted[rows], ambiguous, config.gate)
+        for t, partner in zip(rows, found, strict=True):
+            if partner:
+                one = ambiguous[abs(partner) - 1]
+                shown[t] = _match_alone(models, predicted, t, one if partner > 0 else one.reversed(), view, config, dt)
+        ambiguous = [one for d, one in enumerate(ambiguous, 1) if d not in found and -d not in found]
+        rows = [t for t in rows if not shown[t].matches]
     unassigned = parts = ambiguous
     if rows:
         rest = [models[t] for t in rows]
@@ -93,6 +101,20 @@ def _match_near(
         return TrackObservation((PartialMatch(near, WHOLE, WHOLE),), is_unambiguous=True)
     assigned = assign([model], predicted[[t]], [near], config, view)
     return TrackObservation(tuple(match for _, match in assigned.values()))
+
+
+def _match_alone(
+    models: Sequence[TrackModel],
+    predicted: FloatArray,
+    t: int,
+    one: Observation,
+    view: View,
+    config: TrackingConfig,
+    dt: float,
+) -> TrackObservation:
+    """Match a track, the t-th, with an observation that is all of it: its length says nothing of its own crossings."""
+    matches = route_tracks(models, predicted, [t], [one], dt, view).matches if _is_well_known(models[t], config) else {}
+    return TrackObservation(tuple(matches.get(t, [PartialMatch(one, WHOLE, WHOLE)])))
 
 
 def _associate_ambiguous(
@@ -150,13 +172,17 @@ def _find_merged(models: Sequence[TrackModel], shown: Sequence[TrackObservation]
 
 
 def _were_separate(one: TrackModel, other: TrackModel) -> bool:
-    """Return True if two tracks, as long as now, ever had their ends apart; parts that grow together are one object."""
+    """Return True if the ends where two tracks meet were ever seen apart, the tracks being as long as now.
+
+    Parts that grow together are one object, and an end that was hidden may have gone on.
+    """
     back = np.arange(min(one.hits, other.hits, HISTORY_FRAMES - 1))
     if not len(back):
         return False
     first, second = (one.hits - back) % HISTORY_FRAMES, (other.hits - back) % HISTORY_FRAMES
-    ends = one.lengths.recent_ends[first][:, :, None], other.lengths.recent_ends[second][:, None, :]
-    distances = np.linalg.norm(ends[0] - ends[1], axis=3).min(axis=(1, 2))
+    now = one.ends[:, None] - other.ends[None]
+    i, j = np.unravel_index(np.linalg.norm(now, axis=2).argmin(), (2, 2))
+    distances = np.linalg.norm(one.lengths.recent_ends[first, i] - other.lengths.recent_ends[second, j], axis=1)
     as_now = np.abs(one.lengths.recent_px[first] - one.length) < one.position_tolerance_px
     as_now &= np.abs(other.lengths.recent_px[second] - other.length) < other.position_tolerance_px
     return bool((distances[as_now] > one.position_tolerance_px + other.position_tolerance_px).any())

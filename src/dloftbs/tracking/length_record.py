@@ -46,13 +46,13 @@ class LengthRecord:
     recent_px : numpy.ndarray, shape (HISTORY_FRAMES,)
         In the last frames, by the number of hits; NaN where empty.
     recent_ends : numpy.ndarray, shape (HISTORY_FRAMES, 2, 2)
-        Both ends of the curve in these.
+        Both ends of the curve in these; NaN where one was not seen.
     full_px : list of float
         In the last frames, `HISTORY_FRAMES` at most, that showed the whole object without long gaps.
     full_m : list of float
         The same in space, metres, as far as it is known.
-    usual_px, usual_m : float or None
-        Medians of these, NaN if they are too few; None until they are computed.
+    usual_px, usual_m : float
+        Length in most frames that showed the whole object, px and metres: medians of these, NaN if they are too few.
     full_width : float
         Width of the object in the last of these, px; NaN if it is not known.
     px_per_m : float
@@ -64,21 +64,19 @@ class LengthRecord:
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
     full_px: list[float] = field(default_factory=list)
     full_m: list[float] = field(default_factory=list)
-    usual_px: float | None = None
-    usual_m: float | None = None
+    usual_px: float = math.nan
+    usual_m: float = math.nan
     full_width: float = math.nan
     px_per_m: float = math.nan
 
     @property
     def metres(self) -> float:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
-        if self.usual_m is None:
-            self.usual_m = _median(self.full_m, 1)
         return self.px / self.px_per_m if math.isnan(self.usual_m) else self.usual_m
 
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
-        self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], None
+        self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], share * self.usual_m
 
     def rescale(self, px_per_m: float, width: float) -> None:
         """Take all lengths to the scale of another view, which shows the object this wide; NaN is an unknown scale."""
@@ -95,7 +93,7 @@ class LengthRecord:
             self.full_width *= ratio
 
     def _multiply(self, ratio: float) -> None:
-        self.px, self.recent_px, self.usual_px = ratio * self.px, ratio * self.recent_px, None
+        self.px, self.recent_px, self.usual_px = ratio * self.px, ratio * self.recent_px, ratio * self.usual_px
         self.full_px = [ratio * one for one in self.full_px]
 
     def follow_tilt(self, length: float) -> None:
@@ -119,7 +117,7 @@ class LengthRecord:
         self.full_px = [*self.full_px[1 - HISTORY_FRAMES :], length]
         if not math.isnan(self.px_per_m):
             self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
-        self.usual_px = self.usual_m = None
+        self.usual_px, self.usual_m = _median(self.full_px, MIN_SEEN_FRAMES), _median(self.full_m, 1)
 
     def record(self, ends: FloatArray, hits: int) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""
@@ -128,13 +126,7 @@ class LengthRecord:
 
     def is_usual(self, length: float, tolerance: float) -> bool:
         """Return True if a length agrees with most frames that showed the whole object."""
-        return abs(length - self.usual()) <= tolerance
-
-    def usual(self) -> float:
-        """Return the length in most frames that showed the whole object, px; NaN if they are too few."""
-        if self.usual_px is None:
-            self.usual_px = _median(self.full_px, MIN_SEEN_FRAMES)
-        return self.usual_px
+        return abs(length - self.usual_px) <= tolerance
 
     def is_torn(self, visible: float, hidden: float, width: float, tolerance: float) -> bool:
         """Return True if visible parts lie farther apart, by `hidden` px in all, than the object's length allows.
@@ -142,8 +134,7 @@ class LengthRecord:
         An object that came nearer is wider, and longer by as much.
         """
         nearer = width / self.full_width
-        usual = self.usual()
-        length = (self.px if math.isnan(usual) else usual) * (nearer if nearer > 1.0 else 1.0)
+        length = (self.px if math.isnan(self.usual_px) else self.usual_px) * (nearer if nearer > 1.0 else 1.0)
         return hidden > MAX_BRIDGE * max(length - visible, 0.0) + tolerance
 
 

@@ -19,7 +19,7 @@ from dloftbs.tracking.length_record import LengthRecord
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.sight import Sight, Spans
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
-from dloftbs.tracks import TrackState
+from dloftbs.tracks import EndKind, TrackState
 
 WIDENING_PER_S = 4.0
 """Growth of the gate and of the reach of an unseen track, multiples per second.
@@ -108,6 +108,11 @@ class TrackModel:
     def length(self) -> float:
         """Filtered length, px."""
         return self.lengths.px
+
+    @property
+    def ends(self) -> FloatArray:
+        """Ends, shape (2, 2), px."""
+        return self.points[:: SAMPLES - 1]
 
     @property
     def width_or_0(self) -> float:
@@ -200,13 +205,17 @@ class TrackModel:
             self.curve_3d = self.curve_3d.transformed(np.eye(3), duration * motion.velocity_3d[0])
 
     def count_hit(self, min_hits: int) -> None:
-        """Count a frame in which a part of the object was seen, and record its ends and its length."""
+        """Count a frame in which a part of the object was seen."""
         self.hits += 1
         self.misses = 0
         self.missing_s = 0.0
         if self.state is not TrackState.TENTATIVE or self.hits >= min_hits:
             self.state = TrackState.CONFIRMED
-        self.lengths.record(self.points[:: SAMPLES - 1], self.hits)
+
+    def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
+        """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
+        free = [kinds is not None and kind is EndKind.FREE for kind in kinds or (None, None)]
+        self.lengths.record(np.where(np.array(free)[:, None], self.ends, np.nan), self.hits)
 
     def cut_to(self, scope: tuple[float, float]) -> None:
         """Give up what lies beyond a span of ``u``."""

@@ -74,8 +74,11 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in shown.matches]
     metres = model.lengths.metres
-    model.curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
-    placed = None if model.curve_3d is None else place_by_space(model.curve_3d, metres, matches, parts, view)
+    curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
+    placed = None
+    if curve_3d is None or curve_3d.length <= metres + model.position_tolerance_px / model.lengths.px_per_m:
+        model.curve_3d = curve_3d
+        placed = None if curve_3d is None else place_by_space(curve_3d, metres, matches, parts, view)
     if placed is None:
         _follow_view(model, matches)
         curve = reconstruct(model.curve, shown.scope, visible_parts(matches), model.length)

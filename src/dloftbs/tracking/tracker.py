@@ -165,6 +165,9 @@ class Tracker:
                 model.motion.measure_in_space(model.curve_3d, dt)
         self._filters = {m.id: self._filters[m.id] for m in published if m.id in self._filters}
         self._tracks = tuple(self._publish(model, dt) for model in published)
+        for model, track in zip(published, self._tracks, strict=True):
+            if not model.misses:
+                model.record(track.ends)
         self._lost = tuple(to_track(m, self._view) for m in self._models if m.misses and m.visible is None)
         return self._tracks
 
