@@ -79,8 +79,9 @@ def associate(
         found = match_by_length([models[t] for t in rows], predicted[rows], ambiguous, config.gate)
         for t, partner in zip(rows, found, strict=True):
             if partner:
-                one = ambiguous[abs(partner) - 1]
-                shown[t] = _match_alone(models, predicted, t, one if partner > 0 else one.reversed(), view, config, dt)
+                near = ambiguous[abs(partner) - 1]
+                near = near if partner > 0 else near.reversed()
+                shown[t] = _match_alone(models, predicted, t, near, view, config, dt)
         ambiguous = [one for d, one in enumerate(ambiguous, 1) if d not in found and -d not in found]
         rows = [t for t in rows if not shown[t].matches]
     unassigned = parts = ambiguous

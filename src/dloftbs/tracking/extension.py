@@ -55,18 +55,21 @@ def _nearest_nodes(graph: SampleGraph, model: TrackModel, low: float, high: floa
 
 
 def extend_to_ends(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[Interval]:
-    """Return intervals extended to the ends of their parts: anywhere by a little, and fully at the track's ends.
+    """Return intervals extended to the ends of their parts: by a little, and outwards by what is hidden of the track.
 
     Samples of other tracks end an extension, and so do neighbours of consecutive nodes.
     """
+    last_node = graph.last_node(model)
     result: list[Interval] = []
     for n, one in enumerate(intervals):
         start, end = one.start, one.end
         if n == 0 or one.first > intervals[n - 1].last + 1:
-            limit = _SHORT_EXTENSION if one.first else len(graph.points)
+            limit = _SHORT_EXTENSION + (kernels.SAMPLES_PER_NODE * one.first if n == 0 else 0)
+            limit = limit if one.first else len(graph.points)
             start = _extend_edge(graph, one, -one.direction, start, limit)
         if n == len(intervals) - 1 or intervals[n + 1].first > one.last + 1:
-            limit = len(graph.points) if one.last == graph.last_node(model) else _SHORT_EXTENSION
+            hidden = kernels.SAMPLES_PER_NODE * (last_node - one.last) if n == len(intervals) - 1 else 0
+            limit = _SHORT_EXTENSION + hidden if one.last < last_node else len(graph.points)
             end = _extend_edge(graph, one, one.direction, end, limit)
         result.append(one._replace(start=start, end=end))
         graph.claimed[result[-1].samples] = True
