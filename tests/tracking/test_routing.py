@@ -453,3 +453,14 @@ def test_whatever_is_shown_tracks_are_well_formed(shown_frames, sized):
             assert edges == sorted(edges)
             assert all(low < high for low, high in track.inferred)
             assert all(-1e-9 <= edge <= 1.0 + 1e-9 for edge in edges)
+
+
+def test_a_track_follows_its_detection_as_far_as_it_is_long_where_another_one_shares_it():
+    """Its tail swings away faster than expected while the detector joins its other end with another cable."""
+    still, other = line((0.0, 200.0), (400.0, 200.0)), line((-300.0, 350.0), (-12.0, 206.0))
+    swung = rounded((0.0, 200.0), (200.0, 200.0), (385.0, 270.0))
+    tracker = tracked(still, other)
+    first, second = see(tracker, joined(other, swung))
+    assert (first.inferred, second.inferred) == ((), ())
+    assert far(first.curve, swung) < WIDTH
+    assert far(second.curve, other) < WIDTH
