@@ -338,6 +338,16 @@ class TestWrongPast:
         assert ids(tracks) == [1, 2]
         assert {track.curve for track in tracks} <= {a, b, a.reversed(), b.reversed()}
 
+    def test_that_grew_by_a_part_of_another_is_not_believed_in_once_frames_are_right(self):
+        first, second = ((0.0, 0.0), (200.0, 200.0)), ((-100.0, 400.0), (200.0, 200.0))
+        a, b = bent(*first, (400.0, 400.0)), bent(*second, (520.0, 120.0))
+        longer, shorter = bent(*first, (520.0, 120.0)), bent(*second, (400.0, 400.0))
+        tracker = Tracker()
+        shown_for(tracker, 12, a, b)
+        shown_for(tracker, 12, longer, shorter)
+        tracks = shown_for(tracker, 2, a, b)
+        assert {track.curve for track in tracks} <= {a, b, a.reversed(), b.reversed()}
+
 
 class TestComingOut:
     """Of a cable that was covered as a whole, or for the most part, and bent or moved meanwhile."""
