@@ -1,16 +1,22 @@
-"""The newest frame on its way from the thread that receives to the one that computes."""
+"""The newest frames on their way from the thread that receives to the one that computes."""
 
 from __future__ import annotations
 
 import threading
+from collections import deque
 from time import monotonic
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
+PATIENCE_S = 0.02
+"""Longest wait of an item behind which a newer one has come. Transports deliver in bursts: where computing keeps up
+with the camera on average, each frame of a burst is answered; where it does not, curves are no older than this for the
+waiting. It is less than the period of a camera at 30 frames a second."""
+
 
 class Newest(Generic[T]):
-    """Holds one item: a newer one takes its place, and that is counted.
+    """Hands over items in their order; the newest waits for as long as it takes, an older one gives way in time.
 
     Parameters
     ----------
@@ -20,7 +26,7 @@ class Newest(Generic[T]):
     Attributes
     ----------
     dropped : int
-        Items whose place a newer one took before anybody asked for them.
+        Items that waited for longer than `PATIENCE_S` while a newer one was there.
     skipped : int
         Items that came sooner than the rate allows.
     """
@@ -28,7 +34,7 @@ class Newest(Generic[T]):
     def __init__(self, max_rate: float = 0.0) -> None:
         self._period = 1.0 / max_rate if max_rate else 0.0
         self._due = 0.0
-        self._item: T | None = None
+        self._items: deque[tuple[float, T]] = deque()
         self._closed = False
         self._changed = threading.Condition()
         self.dropped = 0
@@ -43,19 +49,27 @@ class Newest(Generic[T]):
                 return
             # From when it was due, so that a camera of 30 a second gives 10 of 10 and not 7.5; never from long ago.
             self._due = max(self._due + self._period, now)
-            self.dropped += self._item is not None
-            self._item = item
+            self._items.append((now, item))
+            self._drop(now)
             self._changed.notify()
 
-    def take(self) -> T | None:
+    def take(self, now: float | None = None) -> T | None:
         """Wait for an item and return it; None once it is closed."""
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._item is not None)
-            item, self._item = self._item, None
-            return None if self._closed else item
+            self._changed.wait_for(lambda: self._closed or self._items)
+            if self._closed:
+                return None
+            self._drop(monotonic() if now is None else now)
+            return self._items.popleft()[1]
 
     def close(self) -> None:
         """Let whoever waits go on."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
+
+    def _drop(self, now: float) -> None:
+        """Drop what waited for too long, but for the newest."""
+        while len(self._items) > 1 and now - self._items[0][0] > PATIENCE_S:
+            self._items.popleft()
+            self.dropped += 1

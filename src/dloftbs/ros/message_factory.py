@@ -70,15 +70,26 @@ _DEFAULTS: dict[str, Any] = {"string": "", "bool": False, "float32": 0.0, "float
 class RclpyFactory:
     """Makes messages of the classes that ROS 2 has installed, which take fields by name alone."""
 
+    def __init__(self) -> None:
+        self._kinds: dict[str, tuple[Any, frozenset[str]]] = {}
+
     def __call__(self, type_name: str, **fields: Any) -> Any:
         """Return a message; fields that are not given have the defaults of their types."""
-        package, _, name = type_name.split("/")
-        kind = getattr(needed(f"{package}.msg", f"ROS 2's package {package} (source ROS's setup.bash)"), name)
-        return kind(**{key: _as_rclpy(kind, key, value) for key, value in fields.items()})
+        known = self._kinds.get(type_name)
+        if known is None:
+            known = self._kinds[type_name] = _class_of(type_name)
+        kind, octets = known
+        return kind(**{key: _as_rclpy(value, key in octets) for key, value in fields.items()})
 
 
-def _as_rclpy(kind: Any, name: str, value: Any) -> Any:
+def _class_of(type_name: str) -> tuple[Any, frozenset[str]]:
+    """Return the class of a type, and the names of its fields of a single byte."""
+    package, _, name = type_name.split("/")
+    kind = getattr(needed(f"{package}.msg", f"ROS 2's package {package} (source ROS's setup.bash)"), name)
+    return kind, frozenset(key for key, of in kind.get_fields_and_field_types().items() if of == "octet")
+
+
+def _as_rclpy(value: Any, is_octet: bool) -> Any:
     if isinstance(value, np.ndarray):
         return array("B", value.tobytes()) if value.dtype == np.uint8 else value.tolist()
-    # A byte is an integer to all others.
-    return bytes([value]) if kind.get_fields_and_field_types()[name] == "octet" else value
+    return bytes([value]) if is_octet else value  # a byte is an integer to all others
