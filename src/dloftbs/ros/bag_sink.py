@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from dloftbs._values import check_flag, check_text
 from dloftbs.errors import SinkError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
@@ -62,7 +63,7 @@ class BagSink(PathSink):
     Raises
     ------
     InputError
-        In `write`, if a frame's time is none that messages can have.
+        If an argument is of another type; in `write`, if a frame's time is none that messages can have.
     SinkError
         If the file cannot be written, or packages are missing.
     """
@@ -71,7 +72,8 @@ class BagSink(PathSink):
         self, path: str | Path, *, overlay: bool = True, with_input: bool = False, frame_id: str = "camera"
     ) -> None:
         super().__init__(path)
-        self._overlay, self._with_input, self._frame_id = overlay, with_input, frame_id
+        self._overlay, self._with_input = check_flag("overlay", overlay), check_flag("with_input", with_input)
+        self._frame_id = check_text("frame_id", frame_id)
         self._types = MessageTypes(error=SinkError)
         self._make = RosbagsFactory(self._types.store)
         self._markers = MarkerWriter(self._make)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dloftbs._values import MILLIMETRE_M
+from dloftbs._values import LONGEST_S, MILLIMETRE_M, check_flag, check_number, check_text
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
@@ -67,6 +67,8 @@ class BagSource(Source):
 
     Raises
     ------
+    InputError
+        If an argument is of another type or out of range.
     SourceError
         If it cannot be read, has no images, or has several and none is named; or if packages are missing.
     """
@@ -86,24 +88,29 @@ class BagSource(Source):
         guess_depth: bool = True,
         tolerance_s: float = TOLERANCE_S,
     ) -> None:
-        self.name = str(path)
+        for name, text in (("topic", topic), ("depth_topic", depth_topic), ("info_topic", info_topic)):
+            if text is not None:
+                check_text(name, text)
+        self.fps = None if fps is None else check_number("fps", fps, 1e-9, 1e9)
+        check_flag("guess_depth", guess_depth)
+        self._tolerance_s = check_number("tolerance_s", tolerance_s, 0.0, LONGEST_S)
         self._recording = Recording(path)
+        self.name = str(path)
+        self._kind: Kind = kind
+        self._camera = camera
+        self._registration = registration
+        self._depth_unit_m = depth_unit_m
         try:
             self._types = MessageTypes(is_ros1=self._recording.is_ros1)
             self.topics = choose_topics(
                 self.name, self._recording.topics, topic, depth_topic, info_topic, guess_depth=guess_depth
             )
+            self._maker()  # wrong arguments are refused here, not at the first frame
         except BaseException:
             self._recording.close()
             raise
         self.length = self.topics.image.count
-        self.fps = fps
         self.has_depth = self.topics.depth is not None
-        self._kind: Kind = kind
-        self._camera = camera
-        self._registration = registration
-        self._depth_unit_m = depth_unit_m
-        self._tolerance_s = tolerance_s
 
     def close(self) -> None:
         """Let go of what was unpacked."""
@@ -124,9 +131,9 @@ class BagSource(Source):
         self._begin()
         return self._frames()
 
-    def _frames(self) -> Iterator[Frame]:
+    def _maker(self) -> FrameMaker:
         topics = self.topics
-        maker = FrameMaker(
+        return FrameMaker(
             self.name,
             kind=self._kind,
             rectified=topics.is_rectified,
@@ -137,6 +144,9 @@ class BagSource(Source):
             info_is_meant=topics.info_is_meant,
             depth_is_registered=topics.depth_is_registered,
         )
+
+    def _frames(self) -> Iterator[Frame]:
+        topics, maker = self.topics, self._maker()
         count = 0
         for image, depth in self._with_camera(maker):
             try:

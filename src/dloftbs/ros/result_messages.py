@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray
+from dloftbs._arrays import AnyArray, FloatArray, as_array, as_points, as_vector, check_depth, check_image, check_mask
 from dloftbs._text import readable
+from dloftbs._values import check_integer, check_size, check_text, check_type, set_fields, shown
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
@@ -40,6 +41,7 @@ _FIELD_TYPES: dict[str, tuple[str, int]] = {
 _DEPTH_ENCODINGS = {"uint16": "16UC1", "float32": "32FC1", "float64": "64FC1"}
 _PLUMB_BOB = 5
 """Most coefficients of the distortion model of that name."""
+_MOST_NS = 2**63 - 1
 _LAST_S = 2**31 - 1
 """Latest time of a message, in 2038."""
 _OK, _WARN = 0, 1
@@ -54,10 +56,19 @@ class Header:
     ----------
     stamp_ns : int
     frame_id : str
+
+    Raises
+    ------
+    InputError
+        If one is of another type, or the time has more than 64 bits.
     """
 
     stamp_ns: int
     frame_id: str
+
+    def __post_init__(self) -> None:
+        stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_MOST_NS, _MOST_NS)
+        set_fields(self, stamp_ns=stamp_ns, frame_id=check_text("frame_id", self.frame_id))
 
     def message(self, make: MessageFactory, ending: str = "") -> Any:
         """Return a ``std_msgs/Header``, with an ending of the frame's name.
@@ -67,6 +78,8 @@ class Header:
         InputError
             If the time is none that a message can have: seconds from 0 on, of 31 bits.
         """
+        check_type("make", make, MessageFactory)
+        check_text("ending", ending)
         seconds, nanoseconds = divmod(self.stamp_ns, NS_PER_S)
         if not 0 <= seconds <= _LAST_S:
             raise InputError(f"the time of a message must be 0 to {_LAST_S} s, got {self.stamp_ns / NS_PER_S:g} s")
@@ -83,7 +96,13 @@ def header_of(frame: Frame, frame_id: str = "camera") -> Header:
         Without a time it is said to be at its index in seconds.
     frame_id : str
         Name of the camera's frame where the frame knows none.
+
+    Raises
+    ------
+    InputError
+        If it is no frame, or the name no text.
     """
+    check_type("frame", frame, Frame)
     if isinstance(frame, RosFrame) and frame.stamp_ns is not None:
         return Header(frame.stamp_ns, frame.frame_id or frame_id)
     seconds = float(frame.index) if frame.stamp is None else frame.stamp
@@ -103,6 +122,11 @@ class SampledTrack:
         Length from the start, in the unit of the points.
     inferred : numpy.ndarray, shape (n,), bool
         Points that the frame does not show.
+
+    Raises
+    ------
+    InputError
+        If one is of another type, or there are not as many of each.
     """
 
     track: Track
@@ -110,9 +134,18 @@ class SampledTrack:
     s: FloatArray
     inferred: npt.NDArray[np.bool_]
 
+    def __post_init__(self) -> None:
+        check_type("track", self.track, Track)
+        points = as_points("points", self.points)
+        inferred = as_array("inferred", self.inferred)
+        if inferred.shape != (len(points),) or inferred.dtype != np.bool_:
+            raise InputError(f"inferred must be {len(points)} of bool, got {inferred.shape} of {inferred.dtype}")
+        set_fields(self, points=points, s=as_vector("s", self.s, len(points)), inferred=inferred)
+
 
 def objects_of(result: FrameResult) -> tuple[Track, ...]:
     """Return the tracks of a result; where it has none, its detections as such, numbered from 1."""
+    check_type("result", result, FrameResult)
     if result.tracks:
         return result.tracks
     return tuple(
@@ -134,13 +167,27 @@ def objects_of(result: FrameResult) -> tuple[Track, ...]:
 
 
 def sample_px(track: Track) -> SampledTrack:
-    """Return points along a track in the image."""
+    """Return points along a track in the image.
+
+    Raises
+    ------
+    InputError
+        If it is no track.
+    """
+    check_type("track", track, Track)
     u = np.linspace(0.0, 1.0, SAMPLES)
     return SampledTrack(track, track.curve(u), u * track.curve.length, _is_inferred(track, u))
 
 
 def sample_m(track: Track) -> SampledTrack | None:
-    """Return points along a track in space; None where it has no curve there."""
+    """Return points along a track in space; None where it has no curve there.
+
+    Raises
+    ------
+    InputError
+        If it is no track.
+    """
+    check_type("track", track, Track)
     curve = track.curve_3d
     if curve is None:
         return None
@@ -161,7 +208,15 @@ def points_message(make: MessageFactory, header: Any, samples: Iterable[SampledT
     samples : iterable of SampledTrack
     dims : int
         2 for points in pixels, without z; 3 for points in metres.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type, or points have other dimensions.
     """
+    check_type("make", make, MessageFactory)
+    dims = check_integer("dims", dims, 2, 3)
+    samples = checked_samples(samples, dims)
     names = [*"xyz"[:dims], "id", "s", "confidence", "inferred"]
     row = np.dtype([(name, _FIELD_TYPES[name][0]) for name in names], align=True)
     parts = [_rows(sample, row, dims) for sample in samples]
@@ -186,8 +241,15 @@ def points_message(make: MessageFactory, header: Any, samples: Iterable[SampledT
 
 
 def mask_message(make: MessageFactory, header: Any, mask: AnyArray) -> Any:
-    """Return a mask (H, W) as a ``sensor_msgs/Image`` of mono8, in which cable is 255."""
-    pixels = np.where(mask != 0, 255, 0).astype(np.uint8)
+    """Return a mask (H, W) as a ``sensor_msgs/Image`` of mono8, in which cable is 255.
+
+    Raises
+    ------
+    InputError
+        If it is no mask.
+    """
+    check_type("make", make, MessageFactory)
+    pixels = np.where(check_mask(mask) != 0, 255, 0).astype(np.uint8)
     return make(
         "sensor_msgs/msg/Image",
         header=header,
@@ -206,8 +268,11 @@ def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
     Raises
     ------
     InputError
-        If messages have no encoding of that type.
+        If it is neither, or messages have no encoding of that type.
     """
+    check_type("make", make, MessageFactory)
+    pixels = as_array("pixels", pixels)
+    pixels = check_image(pixels) if pixels.ndim == 3 else check_depth(pixels)
     kind = "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS.get(pixels.dtype.name)
     if kind is None:
         raise InputError(f"depth must be of {', '.join(_DEPTH_ENCODINGS)} for a message, got {pixels.dtype}")
@@ -225,7 +290,16 @@ def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
 
 
 def camera_message(make: MessageFactory, header: Any, camera: PinholeCamera, size: tuple[int, int]) -> Any:
-    """Return a camera as a ``sensor_msgs/CameraInfo`` of images of a size (H, W)."""
+    """Return a camera as a ``sensor_msgs/CameraInfo`` of images of a size (H, W).
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("camera", camera, PinholeCamera)
+    size = check_size("size", size)
     k = camera.matrix
     model = {"fisheye": "equidistant"}.get(camera.model)
     return make(
@@ -242,12 +316,29 @@ def camera_message(make: MessageFactory, header: Any, camera: PinholeCamera, siz
 
 
 def picture_message(make: MessageFactory, header: Any, jpeg: bytes) -> Any:
-    """Return a picture as a ``sensor_msgs/CompressedImage``."""
+    """Return a picture as a ``sensor_msgs/CompressedImage``.
+
+    Raises
+    ------
+    InputError
+        If it is not of bytes.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("jpeg", jpeg, bytes)
     return make("sensor_msgs/msg/CompressedImage", header=header, format="jpeg", data=np.frombuffer(jpeg, np.uint8))
 
 
 def diagnostics_message(make: MessageFactory, header: Any, result: FrameResult, name: str = "dloftbs") -> Any:
-    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning with the reason where nothing was found."""
+    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning with the reason where nothing was found.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("result", result, FrameResult)
+    check_text("name", name)
     values = {
         "frame": str(result.index),
         "detections": str(len(result.detections)),
@@ -263,6 +354,24 @@ def diagnostics_message(make: MessageFactory, header: Any, result: FrameResult, 
         values=[make("diagnostic_msgs/msg/KeyValue", key=key, value=value) for key, value in values.items()],
     )
     return make("diagnostic_msgs/msg/DiagnosticArray", header=header, status=[status])
+
+
+def checked_samples(samples: Iterable[SampledTrack], dims: int) -> tuple[SampledTrack, ...]:
+    """Return the points of tracks as a tuple.
+
+    Raises
+    ------
+    InputError
+        If they are something else, or have other dimensions.
+    """
+    if not isinstance(samples, Iterable):
+        raise InputError(f"samples must be some of SampledTrack, got {shown(samples)}")
+    checked = tuple(samples)
+    for sample in checked:
+        check_type("a sample", sample, SampledTrack)
+        if sample.points.shape[1] != dims:
+            raise InputError(f"the points of a sample must have {dims} dimensions, got {sample.points.shape[1]}")
+    return checked
 
 
 def _rows(sample: SampledTrack, row: np.dtype[Any], dims: int) -> npt.NDArray[Any]:
@@ -288,7 +397,13 @@ def _inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[
 
 
 def sampled_m(result: FrameResult) -> Iterator[SampledTrack]:
-    """Yield the points of all objects of a result that have a curve in space."""
+    """Yield the points of all objects of a result that have a curve in space.
+
+    Raises
+    ------
+    InputError
+        If it is no result.
+    """
     for track in objects_of(result):
         sample = sample_m(track)
         if sample is not None:

@@ -28,7 +28,7 @@ from dloftbs.sources.cameras import camera_index
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
-from dloftbs.sources.pixels import KINDS, Kind
+from dloftbs.sources.pixels import Kind, check_kind
 from dloftbs.sources.recorded import open_labelled
 from dloftbs.sources.recordings import is_recording
 from dloftbs.sources.source import KnownSequence, Source
@@ -320,8 +320,7 @@ def _path_text(what: str, where: object) -> str:
 
 
 def _check_options(kind: object, masks: object, fps: object, jobs: object) -> None:
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
+    check_kind(kind)
     if masks is not None and kind == "mask":
         raise InputError("kind must be 'image' where masks are given, got 'mask'")
     rate = as_float(fps)
