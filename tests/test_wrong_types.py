@@ -205,7 +205,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.BagSource": {
             **{"path": RECORDING.path, "topic": "/dloftbs/mask", "depth_topic": "/dloftbs/mask"},
             **{"info_topic": "/dloftbs/camera_info", "kind": "mask", "camera": CAMERA, "registration": None},
-            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1},
+            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1, "keep_messages": False},
         },
         "ros.FrameMaker": {
             **{"where": "a", "kind": "auto", "rectified": False, "camera": CAMERA, "registration": None},
@@ -225,7 +225,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.RclpyFactory.__call__": {"type_name": "no_msgs/msg/Thing"},
         "ros.Recording": {"path": RECORDING.path},
         "ros.Recording.messages": {"wanted": ["/dloftbs/mask"]},
-        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1},
+        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1, "recorded": ()},
         "ros.RosbagsFactory": {"store": STORE},
         "ros.RosbagsFactory.__call__": {"type_name": "std_msgs/msg/Header", "frame_id": "a"},
         "ros.SampledTrack": {name: getattr(in_space, name) for name in ("track", "points", "s", "inferred")},
@@ -246,7 +246,14 @@ def calls(folder: Path) -> dict[str, Call]:
         "sinks.open": {"path": folder / "a.csv"},
         "sinks.read_json_lines": {"path": folder / "a.jsonl"},
         "sinks.read_npz": {"path": folder / "a.npz"},
-        "sources.open": {"where": MASK[None], "kind": "auto", "camera": CAMERA, "fps": 5.0, "jobs": 1},
+        "sources.open": {
+            "where": MASK[None],
+            "kind": "auto",
+            "camera": CAMERA,
+            "fps": 5.0,
+            "jobs": 1,
+            "keep_messages": False,
+        },
         "sources.open_labelled": {"folder": folder, "layout": "auto"},
         "viz.Style": {"ink": (1, 2, 3), "line_px": 1.0, "panel_px": 100},
         "viz.Style.colour": {"order": 1},

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from statistics import median
 from time import monotonic
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
 PATIENCE_S = 0.02
-"""Longest wait of an item behind which a newer one has come. Transports deliver in bursts: where computing keeps up
-with the camera on average, each frame of a burst is answered; where it does not, curves are no older than this for the
-waiting. It is less than the period of a camera at 30 frames a second."""
+"""Longest wait of the newest item for older ones. Transports deliver in bursts: where computing is faster than the
+camera, each frame of a burst is answered; where it is not, the newest does not wait."""
+MOST_WAITING = 10
+"""Items that wait behind the newest at most, however fast they are computed: 28 MB of HD."""
+_REMEMBERED = 9
+"""Computations of which the median is the time that one takes: a stall of the machine is not taken for it."""
 
 
 class Newest(Generic[T]):
-    """Hands over items in their order; the newest waits for as long as it takes, an older one gives way in time.
+    """Hands over items in their order, and drops older ones where the newest would wait for them too long.
+
+    The time between two calls of `take` is what an item takes; as long as that is not known, the newest wins.
 
     Parameters
     ----------
@@ -26,7 +32,7 @@ class Newest(Generic[T]):
     Attributes
     ----------
     dropped : int
-        Items that waited for longer than `PATIENCE_S` while a newer one was there.
+        Items that nobody got, since a newer one would have waited for longer than `PATIENCE_S`.
     skipped : int
         Items that came sooner than the rate allows.
     """
@@ -34,7 +40,10 @@ class Newest(Generic[T]):
     def __init__(self, max_rate: float = 0.0) -> None:
         self._period = 1.0 / max_rate if max_rate else 0.0
         self._due = 0.0
-        self._items: deque[tuple[float, T]] = deque()
+        self._items: deque[T] = deque()
+        self._taken: float | None = None
+        self._busy_s: deque[float] = deque(maxlen=_REMEMBERED)
+        self._most_waiting = 0
         self._closed = False
         self._changed = threading.Condition()
         self.dropped = 0
@@ -49,18 +58,22 @@ class Newest(Generic[T]):
                 return
             # From when it was due, so that a camera of 30 a second gives 10 of 10 and not 7.5; never from long ago.
             self._due = max(self._due + self._period, now)
-            self._items.append((now, item))
-            self._drop(now)
+            self._items.append(item)
+            self._drop()
             self._changed.notify()
 
     def take(self, now: float | None = None) -> T | None:
-        """Wait for an item and return it; None once it is closed."""
+        """Wait for an item and return it; None once it is closed. `now` is as in `put`."""
         with self._changed:
+            if self._taken is not None:
+                self._busy_s.append((monotonic() if now is None else now) - self._taken)
+                self._most_waiting = min(MOST_WAITING, int(PATIENCE_S / max(median(self._busy_s), 1e-6)))
             self._changed.wait_for(lambda: self._closed or self._items)
             if self._closed:
                 return None
-            self._drop(monotonic() if now is None else now)
-            return self._items.popleft()[1]
+            self._drop()
+            self._taken = monotonic() if now is None else now
+            return self._items.popleft()
 
     def close(self) -> None:
         """Let whoever waits go on."""
@@ -68,8 +81,7 @@ class Newest(Generic[T]):
             self._closed = True
             self._changed.notify_all()
 
-    def _drop(self, now: float) -> None:
-        """Drop what waited for too long, but for the newest."""
-        while len(self._items) > 1 and now - self._items[0][0] > PATIENCE_S:
+    def _drop(self) -> None:
+        while len(self._items) - 1 > self._most_waiting:
             self._items.popleft()
             self.dropped += 1

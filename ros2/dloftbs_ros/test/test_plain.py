@@ -14,34 +14,45 @@ from dloftbs.errors import ConfigError
 IMAGE, JPEG = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
-def test_of_a_burst_each_item_is_answered():
+def taken_every(busy_s: float) -> tuple[Newest[int], float]:
+    """Return one from which an item was taken every so many seconds, and the time after that."""
+    newest: Newest[int] = Newest()
+    for turn in range(20):
+        newest.put(-1, turn * busy_s)
+        newest.take(turn * busy_s)
+    return newest, 20 * busy_s
+
+
+def test_at_first_the_newest_wins():
     newest: Newest[int] = Newest()
     for item in range(3):
-        newest.put(item, 1.0 + 0.001 * item)
-    assert [newest.take(1.0 + 0.005 * turn) for turn in range(1, 4)] == [0, 1, 2]
-    assert (newest.dropped, newest.skipped) == (0, 0)
+        newest.put(item)
+    assert (newest.take(), newest.dropped, newest.skipped) == (2, 2, 0)
 
 
-def test_an_item_that_waited_for_long_gives_way_to_newer_ones():
-    newest: Newest[int] = Newest()
+def test_of_a_burst_each_item_is_answered_if_that_is_quickly_done():
+    newest, now = taken_every(0.005)
     for item in range(4):
-        newest.put(item, 1.0 + 0.008 * item)
-    assert newest.dropped == 1  # the first, when the last came
-    assert (newest.take(1.045), newest.dropped) == (3, 3)
+        newest.put(item, now)
+    assert [newest.take(now + 0.005 * turn) for turn in range(4)] == [0, 1, 2, 3]
+    assert newest.dropped == 0
 
 
-def test_the_newest_item_waits_for_as_long_as_it_takes():
-    newest: Newest[int] = Newest()
-    newest.put(7, 1.0)
-    assert (newest.take(9.0), newest.dropped) == (7, 0)
+def test_a_stall_is_not_taken_for_the_time_that_an_item_takes():
+    newest, now = taken_every(0.005)
+    now += 0.5
+    for item in range(4):
+        newest.put(item, now)
+    assert [newest.take(now + 0.005 * turn) for turn in range(4)] == [0, 1, 2, 3]
 
 
-def test_beside_computing_that_is_too_slow_few_items_wait():
-    newest: Newest[int] = Newest()
+@pytest.mark.parametrize(("busy_s", "waiting"), [(0.0001, 10), (0.0045, 4), (0.009, 2), (0.015, 1), (0.05, 0)])
+def test_the_newest_waits_for_no_longer_than_it_may(busy_s, waiting):
+    newest, now = taken_every(busy_s)
     for item in range(1000):
-        newest.put(item, item / 30)
-        assert item + 1 - newest.dropped <= 2
-    assert (newest.take(1000 / 30), newest.dropped) == (999, 999)
+        newest.put(item, now)
+    assert newest.take(now) == 999 - waiting
+    assert newest.dropped == 999 - waiting
 
 
 @pytest.mark.parametrize(("rate", "taken"), [(0.0, 300), (10.0, 100), (20.0, 200), (29.0, 290), (60.0, 300)])
@@ -50,6 +61,7 @@ def test_a_rate_is_kept_on_the_whole(rate, taken):
     for item in range(300):
         newest.put(item, 1000.0 + item / 30)
     assert abs(300 - newest.skipped - taken) <= 1
+    assert newest.dropped == 300 - newest.skipped - 1
 
 
 def test_after_a_pause_no_burst_is_let_through():

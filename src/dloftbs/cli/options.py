@@ -185,8 +185,10 @@ class InputOptions:
     depth_topic: str | None = None
     info_topic: str | None = None
 
-    def open(self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1) -> Source:
-        """Open an input with these options; `jobs` is that of `sources.open`.
+    def open(
+        self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1, keep_messages: bool = False
+    ) -> Source:
+        """Open an input with these options; `jobs` and `keep_messages` are those of `sources.open`.
 
         Raises
         ------
@@ -209,6 +211,7 @@ class InputOptions:
             topic=self.topic,
             depth_topic=self.depth_topic,
             info_topic=self.info_topic,
+            keep_messages=keep_messages,
         )
 
     @property
@@ -353,7 +356,8 @@ stages_option = click.option(
 with_input_option = click.option(
     "--with-input",
     is_flag=True,
-    help="Write the images, depth and camera into recordings of ROS, too, so that one file shows all.",
+    help="Write the input into recordings of ROS, too, so that one file shows all: the messages of all topics of a "
+    "recording of ROS 2 as they are, else images, depth and camera.",
 )
 limit_option = click.option(
     "--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames that were used."

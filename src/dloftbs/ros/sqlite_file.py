@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Collection, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from urllib.parse import quote
 
-from dloftbs.ros.bag_file import BagFile, CutError, RawMessage, Topic, ros2_name
+from dloftbs.ros.bag_file import BagFile, Channel, CutError, RawMessage, Topic, ros2_name
+
+_METADATA = {"offered_qos_profiles": "offered_qos_profiles", "topic_type_hash": "type_description_hash"}
+"""Keys of a channel's metadata in MCAP, as rosbag2 names them, and its columns for the same."""
 
 
 class SqliteFile(BagFile):
@@ -69,9 +72,33 @@ class SqliteFile(BagFile):
                 names = dict(database.execute("SELECT id, name FROM topics").fetchall())
                 numbers = [number for number, name in names.items() if name in wanted]
                 marks = ",".join("?" * len(numbers))
+                channels = _channels(database)
                 query = f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks})"
                 for number, stamp_ns, data in database.execute(query, numbers):
                     if isinstance(data, bytes) and isinstance(stamp_ns, int):
-                        yield RawMessage(names[number], stamp_ns, data)
+                        yield RawMessage(names[number], stamp_ns, data, stamp_ns, 0, channels.get(number))
         except sqlite3.Error as error:
             raise CutError(str(error)) from error
+
+
+def _channels(database: sqlite3.Connection) -> dict[int, Channel]:
+    """Return what copies of messages need by the numbers of their topics; what a recorder did not write is left out."""
+    definitions: dict[str, tuple[bytes, str]] = {}
+    with suppress(sqlite3.Error):  # recorders before Iron wrote none
+        query = "SELECT topic_type, encoded_message_definition, encoding FROM message_definitions"
+        for kind, text, encoding in database.execute(query):
+            if isinstance(text, str) and isinstance(encoding, str):
+                definitions[kind] = text.encode(), encoding
+    found = database.execute("SELECT * FROM topics")
+    columns = [column[0] for column in found.description]
+    channels: dict[int, Channel] = {}
+    for row in found.fetchall():
+        fields = dict(zip(columns, row, strict=True))
+        if fields.get("serialization_format") != "cdr":
+            continue
+        kind = str(fields["type"])
+        metadata = tuple(
+            (key, fields[column]) for key, column in _METADATA.items() if isinstance(fields.get(column), str)
+        )
+        channels[fields["id"]] = Channel(str(fields["name"]), kind, *definitions.get(kind, (b"", "")), metadata)
+    return channels
