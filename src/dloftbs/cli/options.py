@@ -225,6 +225,20 @@ class InputOptions:
         return [where for where in (self.depth, self.masks, self.occluders) if where is not None]
 
 
+def topic_options(command: Command) -> Command:
+    """Add the options that name the topics of a recording: `topic`, `depth_topic`, `info_topic`."""
+    options = (
+        click.option(
+            "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
+        ),
+        click.option("--depth-topic", metavar="NAME", help="Topic of depth in a recording, registered to the images."),
+        click.option("--info-topic", metavar="NAME", help="Topic of the images' camera (CameraInfo) in a recording."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
 def input_options(command: Command) -> Command:
     """Add the options that say how frames are read; the command gets them as `inputs`, an `InputOptions`."""
 
@@ -274,11 +288,7 @@ def input_options(command: Command) -> Command:
         help="What a count of an integer depth image is worth; 0.001 where nobody says: millimetres. Floating-point "
         "depth is in metres.",
     )
-    @click.option(
-        "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
-    )
-    @click.option("--depth-topic", metavar="NAME", help="Topic of depth in a recording, registered to the images.")
-    @click.option("--info-topic", metavar="NAME", help="Topic of the images' camera (CameraInfo) in a recording.")
+    @topic_options
     @functools.wraps(command)
     def with_inputs(
         *args: Any,
