@@ -17,6 +17,7 @@ from dloftbs.ros.bag_file import (
     CutError,
     RawMessage,
     Topic,
+    check_magic,
     decompressed,
     ros2_name,
     unpack,
@@ -50,35 +51,20 @@ class _Schema(NamedTuple):
 
 
 class McapFile(BagFile):
-    """An MCAP file. The summary at its end lists its topics; without it they are looked for in its first part.
+    """An MCAP file. The summary at its end lists its topics; without it they are looked for in its first part."""
 
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    SourceError
-        If it is no such file.
-    """
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        try:
-            with path.open("rb") as file:
-                if file.read(len(MAGIC)) != MAGIC:
-                    raise self._not_a_bag("it does not begin as an MCAP file does")
-                channels, counts = self._listed(file)
-        except OSError as error:
-            raise self._not_a_bag(error.strerror or error) from error
-        self.topics = tuple(
+    def _listed(self) -> tuple[Topic, ...]:
+        with self.path.open("rb") as file:
+            check_magic(file, MAGIC, "an MCAP file")
+            channels, counts = self._channels(file)
+        self.is_ros1 = any(channel.encoding == "ros1" for channel in channels.values())
+        return tuple(
             Topic(channel.topic, channel.type_name, None if counts is None else counts.get(number, 0))
             for number, channel in channels.items()
             if channel.encoding in _ENCODINGS
         )
-        self.is_ros1 = any(channel.encoding == "ros1" for channel in channels.values())
 
-    def _listed(self, file: IO[bytes]) -> tuple[dict[int, _Channel], dict[int, int] | None]:
+    def _channels(self, file: IO[bytes]) -> tuple[dict[int, _Channel], dict[int, int] | None]:
         """Return the channels by their numbers, and how many messages each has, if the file says so."""
         try:
             return self._summary(file)

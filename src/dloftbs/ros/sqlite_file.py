@@ -5,7 +5,6 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Collection, Iterator
 from contextlib import closing, suppress
-from pathlib import Path
 from urllib.parse import quote
 
 from dloftbs.ros.bag_file import BagFile, Channel, CutError, RawMessage, Topic, ros2_name
@@ -18,26 +17,16 @@ class SqliteFile(BagFile):
     """A ``.db3`` file.
 
     Messages come in the order in which they were written, which is that of the pages in the file.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    SourceError
-        If it is no such file.
     """
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
+    def _listed(self) -> tuple[Topic, ...]:
         try:
             with closing(self._connect()) as database:
                 names = database.execute("SELECT id, name, type FROM topics ORDER BY id").fetchall()
                 counts = self._counts(database)
         except sqlite3.Error as error:
-            raise self._not_a_bag(error) from error
-        self.topics = tuple(
+            raise CutError(str(error)) from error
+        return tuple(
             Topic(str(name), ros2_name(str(kind)), None if counts is None else counts.get(number, 0))
             for number, name, kind in names
         )
