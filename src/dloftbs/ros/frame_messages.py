@@ -90,7 +90,8 @@ class FrameMaker:
         out with one warning.
     depth_is_registered : bool
         Whether the name of its topic says that depth is in the pixels of the images. Depth that nobody meant, and that
-        comes in another coordinate frame than the images, is that of another sensor, and is left out.
+        comes in another coordinate frame than the images, is that of another sensor, and is left out; depth that
+        was meant is taken, with a warning.
 
     Raises
     ------
@@ -125,7 +126,7 @@ class FrameMaker:
         self._depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
         self._depth_is_meant = check_flag("depth_is_meant", depth_is_meant)
         self._info_is_meant = check_flag("info_is_meant", info_is_meant)
-        self._is_of_image = depth_is_meant or check_flag("depth_is_registered", depth_is_registered)
+        self._depth_is_registered = check_flag("depth_is_registered", depth_is_registered)
         self._warned: set[str] = set()
 
     @property
@@ -225,10 +226,12 @@ class FrameMaker:
     def _depth(self, message: Any, image: Any, size: tuple[int, int]) -> AnyArray | None:
         try:
             frames = frame_id_of(message), frame_id_of(image)
-            if self._registration is None and not self._is_of_image and frames[0] != frames[1]:
+            if self._registration is None and not self._depth_is_registered and frames[0] != frames[1]:
                 why = f"it is in the frame {frames[0]!r}, the images are in {frames[1]!r}"
-                self._warn("depth", f"frames go without depth, which is not registered to the images: {why}")
-                return None
+                if not self._depth_is_meant:
+                    self._warn("depth", f"frames go without depth, which is not registered to the images: {why}")
+                    return None
+                self._warn("depth", f"depth is taken for registered to the images, as its topic was named, but {why}")
             depth = pixels_of(message)
             if depth.ndim != 2 or depth.dtype == np.uint8:
                 raise InputError(f"it must have one channel of more than 8 bits, got {depth.shape} of {depth.dtype}")
