@@ -10,9 +10,12 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-PATIENCE_S = 0.02
-"""Longest wait of the newest item for older ones. Transports deliver in bursts: where computing is faster than the
-camera, each frame of a burst is answered; where it is not, the newest does not wait."""
+KEEPS_UP_S = 0.02
+"""Longest time of a computation that catches up with a camera of 30 a second after a burst; with a longer one, the
+newest item does not wait."""
+PATIENCE_S = 0.05
+"""Longest wait of the newest item for older ones. Transports deliver in bursts, of ten after a stall of a third of
+a second: each frame of these is answered where that takes no longer."""
 MOST_WAITING = 10
 """Items that wait behind the newest at most, however fast they are computed: 28 MB of HD."""
 _REMEMBERED = 9
@@ -67,7 +70,8 @@ class Newest(Generic[T]):
         with self._changed:
             if self._taken is not None:
                 self._busy_s.append((monotonic() if now is None else now) - self._taken)
-                self._most_waiting = min(MOST_WAITING, int(PATIENCE_S / max(median(self._busy_s), 1e-6)))
+                busy_s = max(median(self._busy_s), 1e-6)
+                self._most_waiting = min(MOST_WAITING, int(PATIENCE_S / busy_s)) if busy_s <= KEEPS_UP_S else 0
             self._changed.wait_for(lambda: self._closed or self._items)
             if self._closed:
                 return None
