@@ -300,6 +300,17 @@ class TestStream:
         pipeline.reset()
         assert [t.id for t in pipeline.process(self.frames()[1]).tracks] == [2]
 
+    def test_the_mask_that_was_segmented_can_be_asked_for(self) -> None:
+        image = np.zeros((*SIZE, 3), np.uint8)
+        image[draw_cable(wave(SIZE), 9, SIZE) > 0] = (0, 0, 255)
+        pipeline = Pipeline(hsv="170:10")
+        assert pipeline.mask is None
+        pipeline.process(image)
+        assert pipeline.mask is not None
+        assert np.array_equal(pipeline.mask != 0, image.any(axis=2))
+        pipeline.reset()
+        assert pipeline.mask is None
+
     def test_detecting_gives_the_same_objects_and_leaves_the_tracks_alone(self) -> None:
         frames, pipeline = self.frames(), Pipeline()
         published = pipeline.process(frames[0]).tracks

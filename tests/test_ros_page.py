@@ -6,6 +6,7 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 from cli.cli_inputs import run
 from ros import bag_examples as bags
@@ -53,6 +54,7 @@ def test_the_encodings_of_the_page_are_those_that_there_are():
 def test_the_topics_of_the_page_are_those_that_are_written(folder):
     from dloftbs.ros import Recording
 
-    run("track", "run.mcap", "--hsv", "170:10", "--out", "curves.mcap", "--with-input")
+    np.savez("run.npz", images=[bags.photo_of(0)], depth=np.ones((1, *bags.SIZE)), camera=[150.0, 150.0, 80.0, 60.0])
+    run("track", "run.npz", "--hsv", "170:10", "--out", "curves.mcap", "--with-input")
     named = set(re.findall(r"`(/dloftbs/[\w/]+)`", PAGE)) | {"/dloftbs/depth", "/dloftbs/camera_info"}
     assert {topic.name for topic in Recording(Path("curves.mcap")).topics} | {"/dloftbs/mask"} == named

@@ -7,6 +7,7 @@ import inspect
 import itertools
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,12 @@ import pytest
 from builders import line
 
 import dloftbs
-from dloftbs import DloftbsError
+from dloftbs import DloftbsError, ros
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.evidence import OcclusionEvidence
+from dloftbs.ros.message_types import MessageTypes
 
-ROOMS = ("config", "evaluation", "sinks", "sources", "viz")
+ROOMS = ("config", "evaluation", "ros", "sinks", "sources", "viz")
 WRONG: dict[str, object] = {
     "nothing": None,
     "a number": 5,
@@ -53,6 +55,18 @@ COLOUR = dloftbs.ColourModel.fit(np.repeat(MASK[..., None], 3, axis=2).astype(np
 POINTS = np.array([(0.0, 0.0), (1.0, 2.0), (5.0, 1.0)])
 CURVES = [line((0, 0), (9, 0)), line((0, 0), (1, 9))]
 
+STORE = MessageTypes().store
+MAKE = ros.RosbagsFactory(STORE)
+HEADER = ros.Header(1, "camera")
+STD_HEADER = HEADER.message(MAKE)
+_FOLDER = TemporaryDirectory()
+with ros.BagSink(Path(_FOLDER.name, "a.mcap"), with_input=True) as _sink:
+    _sink.write(FRAME, RESULT)
+RECORDING = ros.Recording(_sink.path)
+ROS_MASK = ros.mask_message(MAKE, STD_HEADER, MASK)
+ROS_DEPTH = ros.image_message(MAKE, STD_HEADER, np.ones((40, 60), np.uint16))
+ROS_INFO = ros.camera_message(MAKE, STD_HEADER, CAMERA, (40, 60))
+
 Call = tuple[Callable[..., Any], dict[str, Any]]
 
 
@@ -78,8 +92,17 @@ def calls(folder: Path) -> dict[str, Call]:
         "config.SegmentationConfig": dloftbs.config.SegmentationConfig(),
         "evaluation.Matching": dloftbs.evaluation.match_curves(CURVES, CURVES),
         "evaluation.TrackingScorer": scores,
+        "ros.FrameMaker": ros.FrameMaker("a"),
+        "ros.Header": HEADER,
+        "ros.MarkerWriter": ros.MarkerWriter(MAKE),
+        "ros.RclpyFactory": ros.RclpyFactory(),
+        "ros.Recording": RECORDING,
+        "ros.RosbagsFactory": MAKE,
         "viz.Style": dloftbs.viz.Style(),
     }
+    in_image = ros.sample_px(track)
+    in_space = ros.SampledTrack(track, np.ones((100, 3)), in_image.s, in_image.inferred)
+    message = {"make": MAKE, "header": STD_HEADER}
     given: dict[str, dict[str, Any]] = {
         "BSplineCurve": {"knots": CURVES[0].knots, "control_points": CURVES[0].control_points},
         "BSplineCurve.__call__": {"u": 0.5, "derivative": 0, "extrapolate": False},
@@ -178,11 +201,59 @@ def calls(folder: Path) -> dict[str, Call]:
         "evaluation.match_curves": {"found": CURVES, "true": CURVES, "samples": 50, "gate_px": 5.0},
         "evaluation.mmd": {"x": POINTS, "y": POINTS},
         "evaluation.point_error": {"found": CURVES[0], "true": CURVES[1], "samples": 50},
+        "ros.BagSink": {"path": folder / "b.mcap", "overlay": True, "with_input": True, "frame_id": "a"},
+        "ros.BagSource": {
+            **{"path": RECORDING.path, "topic": "/dloftbs/mask", "depth_topic": "/dloftbs/mask"},
+            **{"info_topic": "/dloftbs/camera_info", "kind": "mask", "camera": CAMERA, "registration": None},
+            **{"depth_unit_m": 0.001, "fps": 5.0, "guess_depth": True, "tolerance_s": 0.1, "keep_messages": False},
+        },
+        "ros.FrameMaker": {
+            **{"where": "a", "kind": "auto", "rectified": False, "camera": CAMERA, "registration": None},
+            **{"depth_unit_m": 0.001, "depth_is_meant": True, "info_is_meant": True, "depth_is_registered": False},
+        },
+        "ros.FrameMaker.make": {
+            **{"image": ROS_MASK, "pixels": (None, MASK), "depth": ROS_DEPTH, "index": 1, "stamp": 1.0},
+            **{"stamp_ns": 1, "name": "a"},
+        },
+        "ros.FrameMaker.pixels": {"image": ROS_MASK},
+        "ros.FrameMaker.take_info": {"info": ROS_INFO},
+        "ros.Header": {"stamp_ns": 1, "frame_id": "a"},
+        "ros.Header.message": {"make": MAKE, "ending": "a"},
+        "ros.MarkerWriter": {"make": MAKE},
+        "ros.MarkerWriter.clear": {"header": STD_HEADER},
+        "ros.MarkerWriter.message": {"header": STD_HEADER, "samples": [in_space]},
+        "ros.RclpyFactory.__call__": {"type_name": "no_msgs/msg/Thing"},
+        "ros.Recording": {"path": RECORDING.path},
+        "ros.Recording.messages": {"wanted": ["/dloftbs/mask"]},
+        "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1, "recorded": ()},
+        "ros.RosbagsFactory": {"store": STORE},
+        "ros.RosbagsFactory.__call__": {"type_name": "std_msgs/msg/Header", "frame_id": "a"},
+        "ros.SampledTrack": {name: getattr(in_space, name) for name in ("track", "points", "s", "inferred")},
+        "ros.camera_message": {**message, "camera": CAMERA, "size": (40, 60)},
+        "ros.camera_of": {"message": ROS_INFO, "rectified": False},
+        "ros.diagnostics_message": {**message, "result": RESULT, "name": "a"},
+        "ros.header_of": {"frame": FRAME, "frame_id": "a"},
+        "ros.image_message": {**message, "pixels": image()},
+        "ros.mask_message": {**message, "mask": MASK},
+        "ros.objects_of": {"result": RESULT},
+        "ros.picture_message": {**message, "jpeg": b"a"},
+        "ros.pixels_of": {"message": ROS_MASK},
+        "ros.points_message": {**message, "samples": [in_space], "dims": 3},
+        "ros.sample_m": {"track": track},
+        "ros.sample_px": {"track": track},
+        "ros.sampled_m": {"result": RESULT},
         "sinks.kind_of": {"path": "a.csv"},
         "sinks.open": {"path": folder / "a.csv"},
         "sinks.read_json_lines": {"path": folder / "a.jsonl"},
         "sinks.read_npz": {"path": folder / "a.npz"},
-        "sources.open": {"where": MASK[None], "kind": "auto", "camera": CAMERA, "fps": 5.0, "jobs": 1},
+        "sources.open": {
+            "where": MASK[None],
+            "kind": "auto",
+            "camera": CAMERA,
+            "fps": 5.0,
+            "jobs": 1,
+            "keep_messages": False,
+        },
         "sources.open_labelled": {"folder": folder, "layout": "auto"},
         "viz.Style": {"ink": (1, 2, 3), "line_px": 1.0, "panel_px": 100},
         "viz.Style.colour": {"order": 1},
@@ -226,6 +297,7 @@ LEFT_OUT = {
     "OcclusionEvidence.of", "OcclusionEvidence.project", "OcclusionEvidence.sample", "Segment.cut", "sinks.NpzRow",
     "evaluation.CurveDistances", "evaluation.DiceScore", "evaluation.InstanceScore", "evaluation.Matching",
     "evaluation.Matching.clean", "evaluation.Pair", "evaluation.PointError", "evaluation.TrackingScores",
+    "ros.MessageFactory.__call__",
     "evaluation.TrackingScorer.add", "evaluation.TrackingScorer.track_of", "evaluation.match_distances",
     "sinks.write_sequence",
 }  # fmt: skip

@@ -6,6 +6,7 @@ from time import perf_counter
 
 import numpy.typing as npt
 
+from dloftbs._arrays import AnyArray
 from dloftbs._values import count_of, shown
 from dloftbs.config import Colour, Config, NearestTrackingConfig, TrackingConfig, choose_config
 from dloftbs.errors import InputError
@@ -74,6 +75,7 @@ class Pipeline:
         self._size: tuple[int, int] | None = None
         self._next_index = 0
         self._doubted = False
+        self._mask: AnyArray | None = None
 
     def __repr__(self) -> str:
         return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
@@ -82,6 +84,11 @@ class Pipeline:
     def config(self) -> Config:
         """The configuration."""
         return self._config
+
+    @property
+    def mask(self) -> AnyArray | None:
+        """Mask (H, W) of the last frame that was processed, non-zero where there is cable; None before the first."""
+        return self._mask
 
     def process(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame and follow them from the frames before.
@@ -108,6 +115,7 @@ class Pipeline:
             if self._segmenter is not None:
                 self._segmenter.reset()
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
+        self._mask = run.mask
         self._doubted = self._doubted or warn_of_mask(run.mask, frame.name)  # once in a stream
         since = perf_counter()
         occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
@@ -135,6 +143,7 @@ class Pipeline:
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
         self._doubted = False
+        self._mask = None
         self._tracker.reset()
         self._depth_edges.reset()
         if self._segmenter is not None:

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from cli.cli_inputs import mask, photo, run, save
+from ros import bag_examples as bags
 
 from dloftbs.config import Config
 
@@ -53,6 +54,22 @@ def test_a_second_picture_adds_to_what_was_learned(picture, tmp_path):
     both = run("colour", picture, "other.png", "--at", ALONG, "--at", f"2@{ALONG}", "--overlay", "both.png")
     assert Config.from_yaml(both.stdout).segmentation == config.segmentation
     assert "next: dloftbs detect photo.png other.png --config cable.yaml --overlay overlays" in both.stderr
+
+
+def test_a_recording_with_several_topics_of_images_is_read_by_the_one_that_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    grey = [("/other/image_raw", bags.stamp_of(i), bags.raw_image(bags.photo_of(i) // 4, "bgr8")) for i in range(2)]
+    bags.write_mcap(tmp_path / "run.mcap", [*bags.entries(2), *grey])
+    along = "40,60:120,60"
+    assert "2 topics of images" in run("colour", "run.mcap", "--at", along, code=1).stderr
+    topics = ("--topic", bags.COLOUR_TOPIC, "--info-topic", bags.INFO_TOPIC)
+    result = run("colour", "run.mcap", *topics, "--frame", 1, "--at", along, "--out", "cable.yaml")
+    (kept,) = Config.from_file("cable.yaml").segmentation.colour.pictures
+    assert (kept.source, kept.size) == ("run.mcap frame 1", bags.SIZE)
+    command = result.stderr.splitlines()[-1].removeprefix("next: dloftbs ")
+    assert command == f"track run.mcap {' '.join(topics)} --config cable.yaml --overlay overlay.mp4"
+    run(*command.split(), "--out", "curves.jsonl")
+    assert (tmp_path / "curves.jsonl").stat().st_size > 100
 
 
 def test_a_frame_of_a_video_is_drawn_on(tmp_path, monkeypatch):

@@ -96,7 +96,7 @@ def test_warmup_says_what_it_did():
 
 def test_warmup_loads_every_kernel():
     code = (
-        "from dloftbs.cli.commands.warmup import load_kernels\n"
+        "from dloftbs.kernel_loading import load_kernels\n"
         "load_kernels()\n"
         "from dloftbs.kernels import compiler\n"
         "print(compiler._count._ready, compiler.kernel_count())\n"

@@ -150,6 +150,16 @@ def test_bytes_that_are_damaged_cost_frames_and_no_more(kind, tmp_path):
         assert len(frames) <= COUNT + 1
 
 
+def test_a_damaged_file_of_which_sqlite_says_what_is_no_text(tmp_path):
+    path = only_file(bags.write_ros2(tmp_path / "run", bags.entries(1), "sqlite3"))
+    data = path.read_bytes()
+    damaged = data.replace(b"CREATE TABLE topics(", b"CREATE \x9aABLE topics(")
+    assert damaged != data
+    path.write_bytes(damaged)
+    with pytest.raises(SourceError, match="cannot be read as a recording"):
+        sources.open(path)
+
+
 @pytest.mark.parametrize("suffix", [".mcap", ".db3", ".bag", ".bag.active"])
 @pytest.mark.parametrize("content", [b"", b"rubbish" * 100, b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n", b"SQLite format 3\0"])
 def test_a_file_that_is_no_recording_is_a_typed_error(suffix, content, tmp_path):
@@ -239,6 +249,10 @@ def test_depth_that_was_guessed_is_taken_only_if_it_is_in_the_frame_of_the_image
     assert all(frame.depth is None for frame in read(other)[0])
     assert len(caplog.records) == 1
     assert "not registered to the images: it is in the frame 'depth_optical'" in caplog.text
+    caplog.clear()
+    assert all(frame.depth is not None for frame in read(other, depth_topic="/camera/depth/image_raw")[0])
+    assert len(caplog.records) == 1
+    assert "taken for registered to the images, as its topic was named, but it is in the frame" in caplog.text
     named, _ = read(other, depth_topic="/camera/depth/image_raw")
     assert all((frame.depth == 700).all() for frame in named)
 

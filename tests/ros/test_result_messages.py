@@ -29,7 +29,8 @@ from dloftbs.ros import (
     sample_px,
     sampled_m,
 )
-from dloftbs.ros.result_messages import PIXELS, SAMPLES
+from dloftbs.ros.result_messages import PIXELS
+from dloftbs.ros.track_samples import SAMPLES
 
 CAMERA = PinholeCamera(300.0, 300.0, 160.0, 120.0)
 SPACE = curve_through(np.array([(-0.2, 0.0, 0.6), (-0.1, 0.02, 0.7), (0.1, 0.0, 0.7), (0.2, 0.01, 0.6)]))

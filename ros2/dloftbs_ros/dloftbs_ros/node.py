@@ -28,10 +28,10 @@ from std_srvs.srv import Empty
 from visualization_msgs.msg import MarkerArray
 
 from dloftbs import viz
-from dloftbs.cli.commands.warmup import load_kernels
 from dloftbs.errors import ConfigError, DloftbsError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
+from dloftbs.kernel_loading import load_kernels
 from dloftbs.ros import (
     FrameMaker,
     Header,
@@ -255,22 +255,29 @@ class TrackNode(Node):
         self._publish(frame, self._pipeline.process(frame))
 
     def _publish(self, frame: Frame, result: FrameResult) -> None:
-        known, make, outputs = header_of(frame), self._make, self._outputs
+        """Publish what somebody listens to; nobody waits for messages that nobody gets."""
+        known, make = header_of(frame), self._make
         header = Header(known.stamp_ns, self._frame_id or known.frame_id)
         metres, pixels = header.message(make), header.message(make, PIXELS)
-        in_space = list(sampled_m(result))
-        outputs["points"].publish(points_message(make, metres, in_space, 3))
-        outputs["markers"].publish(self._markers.message(metres, in_space))
-        in_image = [sample_px(track) for track in objects_of(result)]
-        outputs["points_px"].publish(points_message(make, pixels, in_image, 2))
+        in_space = list(sampled_m(result)) if self._is_heard("points") or self._is_heard("markers") else []
+        if self._is_heard("points"):
+            self._outputs["points"].publish(points_message(make, metres, in_space, 3))
+        if self._is_heard("markers"):
+            self._outputs["markers"].publish(self._markers.message(metres, in_space))
+        if self._is_heard("points_px"):
+            in_image = [sample_px(track) for track in objects_of(result)]
+            self._outputs["points_px"].publish(points_message(make, pixels, in_image, 2))
+        if self._pipeline.mask is not None and self._is_heard("mask"):
+            self._outputs["mask"].publish(mask_message(make, metres, self._pipeline.mask))
+        if self._is_heard("overlay/compressed"):
+            picture = encode(viz.draw(frame, result), ".jpg")
+            self._outputs["overlay/compressed"].publish(picture_message(make, metres, picture))
         diagnostics = diagnostics_message(make, metres, result, self.get_name())
         diagnostics.status[0].values.extend(self._counts())
-        outputs["diagnostics"].publish(diagnostics)
-        if frame.mask is not None:
-            outputs["mask"].publish(mask_message(make, metres, frame.mask))
-        if outputs["overlay/compressed"].get_subscription_count():  # drawn for those who look
-            picture = encode(viz.draw(frame, result), ".jpg")
-            outputs["overlay/compressed"].publish(picture_message(make, metres, picture))
+        self._outputs["diagnostics"].publish(diagnostics)
+
+    def _is_heard(self, output: str) -> bool:
+        return bool(self._outputs[output].get_subscription_count() > 0)
 
     # In both
 

@@ -103,7 +103,7 @@ def test_a_frame_that_cannot_be_read_is_reported_and_tracking_can_begin_anew(pee
     assert "nonsense" in status.message
     assert values_of(peer.heard["diagnostics"][0])["unreadable"] == "1"
     image.publish(image_message(MAKE, header(1), red()))
-    peer.wait("curves", lambda: peer.heard["points_px"])
+    peer.wait("the answer", lambda: len(peer.heard["diagnostics"]) == 2)
     assert len(rows_of(peer.heard["points_px"][0])) == 100
     assert len(rows_of(peer.heard["points"][0])) == 0  # nobody told the camera
 
@@ -134,7 +134,7 @@ def test_names_topics_and_parameters_are_those_that_were_asked_for(peer, tmp_pat
     assert len(rows_of(peer.heard["points_px"][0])) == 100
     peer.listen(1.0)  # half a second is the least between two
     image.publish(jpeg(3))
-    peer.wait("the next curves", lambda: T0_NS + 3 * PERIOD_NS in peer.stamps("points_px"))
+    peer.wait("the next answer", lambda: T0_NS + 3 * PERIOD_NS in peer.stamps("diagnostics"))
     assert int(values_of(peer.heard["diagnostics"][-1])["over max_rate"]) > 0
 
 
@@ -162,6 +162,25 @@ def test_silence_is_explained_by_what_there_is(peer):
     assert "/camera/color/image_raw (sensor_msgs/msg/Image, best effort)" in said
     assert said in peer.log()
     assert other.get_subscription_count() == 0
+
+
+def test_the_mask_that_a_colour_finds_is_published_while_somebody_listens(peer):
+    image = peer.publisher(Image, "/image")
+    masks: list[Image] = []
+    peer.start("-p", "hsv:=170:10")
+    peer.wait_matched(image)
+    image.publish(image_message(MAKE, header(0), red()))
+    peer.wait("curves", lambda: peer.heard["points_px"])
+    listening = peer.node.create_subscription(Image, "/dloftbs/mask", masks.append, 10)
+    peer.wait("the mask's publisher", lambda: peer.node.count_publishers("/dloftbs/mask"))
+    peer.listen(1.0)
+    image.publish(image_message(MAKE, header(1), red(5)))
+    peer.wait("a mask", lambda: masks)
+    peer.node.destroy_subscription(listening)
+    assert len(masks) == 1
+    assert (masks[0].encoding, masks[0].header.stamp) == ("mono8", header(1).stamp)
+    found = np.frombuffer(bytes(masks[0].data), np.uint8).reshape(SIZE)
+    assert np.array_equal(found == 255, red(5).any(axis=2))
 
 
 def test_of_more_frames_than_can_be_answered_the_others_are_counted(peer):

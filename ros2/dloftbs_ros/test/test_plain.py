@@ -14,11 +14,45 @@ from dloftbs.errors import ConfigError
 IMAGE, JPEG = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 
-def test_the_newest_item_takes_the_place_of_one_that_nobody_took():
+def taken_every(busy_s: float) -> tuple[Newest[int], float]:
+    """Return one from which an item was taken every so many seconds, and the time after that."""
+    newest: Newest[int] = Newest()
+    for turn in range(20):
+        newest.put(-1, turn * busy_s)
+        newest.take(turn * busy_s)
+    return newest, 20 * busy_s
+
+
+def test_at_first_the_newest_wins():
     newest: Newest[int] = Newest()
     for item in range(3):
         newest.put(item)
     assert (newest.take(), newest.dropped, newest.skipped) == (2, 2, 0)
+
+
+def test_of_a_burst_each_item_is_answered_if_that_is_quickly_done():
+    newest, now = taken_every(0.005)
+    for item in range(4):
+        newest.put(item, now)
+    assert [newest.take(now + 0.005 * turn) for turn in range(4)] == [0, 1, 2, 3]
+    assert newest.dropped == 0
+
+
+def test_a_stall_is_not_taken_for_the_time_that_an_item_takes():
+    newest, now = taken_every(0.005)
+    now += 0.5
+    for item in range(4):
+        newest.put(item, now)
+    assert [newest.take(now + 0.005 * turn) for turn in range(4)] == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(("busy_s", "waiting"), [(0.0001, 10), (0.0045, 10), (0.009, 5), (0.015, 3), (0.021, 0)])
+def test_the_newest_waits_for_no_longer_than_it_may(busy_s, waiting):
+    newest, now = taken_every(busy_s)
+    for item in range(1000):
+        newest.put(item, now)
+    assert newest.take(now) == 999 - waiting
+    assert newest.dropped == 999 - waiting
 
 
 @pytest.mark.parametrize(("rate", "taken"), [(0.0, 300), (10.0, 100), (20.0, 200), (29.0, 290), (60.0, 300)])

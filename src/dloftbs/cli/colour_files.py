@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -68,15 +68,16 @@ def stated_settings(file: Path | None) -> tuple[dict[str, Any], tuple[ColourPict
     return sections, () if colour is None else colour.pictures
 
 
-def read_frame(where: str, index: int) -> Frame:
-    """Return a frame of a source, which has an image.
+def read_frame(where: str, index: int, topics: Mapping[str, str | None]) -> Frame:
+    """Return a frame of a source, which has an image; `topics` are arguments of `sources.open`.
 
     Raises
     ------
     SourceError, InputError
         If it cannot be read, or is a mask.
     """
-    with sources.open(where, kind="image") as source:
+    topic, depth_topic, info_topic = (topics[name] for name in ("topic", "depth_topic", "info_topic"))
+    with sources.open(where, kind="image", topic=topic, depth_topic=depth_topic, info_topic=info_topic) as source:
         frame = next((one for one in source if one.index >= index), None)
     if frame is None or frame.index > index:
         raise SourceError(f"{where}: there is no frame {index} that can be read")
@@ -108,11 +109,12 @@ def _overlay(image: Image, mask: Image, strokes: Sequence[Stroke]) -> Image:
     return picture
 
 
-def next_command(where: Sequence[str], out: str | None) -> str:
-    """Return the command that uses the colour."""
+def next_command(where: Sequence[str], out: str | None, topics: Mapping[str, str | None]) -> str:
+    """Return the command that uses the colour, and reads a recording by the same topics."""
     settings = "cable.yaml" if out is None else out
     pictures = all(text.lower().endswith(_PICTURE_SUFFIXES) for text in where)
-    words = ["dloftbs", "detect" if pictures else "track", *where, "--config", settings]
+    named = [word for name, topic in topics.items() if topic for word in (f"--{name.replace('_', '-')}", topic)]
+    words = ["dloftbs", "detect" if pictures else "track", *where, *named, "--config", settings]
     return shlex.join(
         [*words, "--overlay", ("overlays" if len(where) > 1 else "overlay.png") if pictures else "overlay.mp4"]
     )

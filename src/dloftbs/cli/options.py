@@ -185,8 +185,10 @@ class InputOptions:
     depth_topic: str | None = None
     info_topic: str | None = None
 
-    def open(self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1) -> Source:
-        """Open an input with these options; `jobs` is that of `sources.open`.
+    def open(
+        self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1, keep_messages: bool = False
+    ) -> Source:
+        """Open an input with these options; `jobs` and `keep_messages` are those of `sources.open`.
 
         Raises
         ------
@@ -209,6 +211,7 @@ class InputOptions:
             topic=self.topic,
             depth_topic=self.depth_topic,
             info_topic=self.info_topic,
+            keep_messages=keep_messages,
         )
 
     @property
@@ -220,6 +223,20 @@ class InputOptions:
     def beside(self) -> list[str]:
         """The paths and naming rules of what goes with the frames."""
         return [where for where in (self.depth, self.masks, self.occluders) if where is not None]
+
+
+def topic_options(command: Command) -> Command:
+    """Add the options that name the topics of a recording: `topic`, `depth_topic`, `info_topic`."""
+    options = (
+        click.option(
+            "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
+        ),
+        click.option("--depth-topic", metavar="NAME", help="Topic of depth in a recording, registered to the images."),
+        click.option("--info-topic", metavar="NAME", help="Topic of the images' camera (CameraInfo) in a recording."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 def input_options(command: Command) -> Command:
@@ -271,11 +288,7 @@ def input_options(command: Command) -> Command:
         help="What a count of an integer depth image is worth; 0.001 where nobody says: millimetres. Floating-point "
         "depth is in metres.",
     )
-    @click.option(
-        "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
-    )
-    @click.option("--depth-topic", metavar="NAME", help="Topic of depth in a recording, registered to the images.")
-    @click.option("--info-topic", metavar="NAME", help="Topic of the images' camera (CameraInfo) in a recording.")
+    @topic_options
     @functools.wraps(command)
     def with_inputs(
         *args: Any,
@@ -353,7 +366,8 @@ stages_option = click.option(
 with_input_option = click.option(
     "--with-input",
     is_flag=True,
-    help="Write the images, depth and camera into recordings of ROS, too, so that one file shows all.",
+    help="Write the input into recordings of ROS, too, so that one file shows all: the messages of all topics of a "
+    "recording of ROS 2 as they are, else images, depth and camera.",
 )
 limit_option = click.option(
     "--limit", type=click.IntRange(1, MAX_FRAMES), metavar="N", help="Stop after N frames that were used."

@@ -32,6 +32,8 @@ class StreamOptions:
         Every so manieth frame is used.
     limit : int, optional
         Number of frames used, at most.
+    keep_messages : bool
+        As `sources.open` has it.
     """
 
     inputs: InputOptions
@@ -39,6 +41,7 @@ class StreamOptions:
     fps: float | None = None
     every: int = 1
     limit: int | None = None
+    keep_messages: bool = False
 
 
 class StreamRun:
@@ -60,7 +63,8 @@ class StreamRun:
 
     def __init__(self, where: str | Sequence[str], options: StreamOptions, *, in_turn: bool = False) -> None:
         self._pipeline = Pipeline(options.config)
-        self.source = options.inputs.open(where, options.fps, jobs=1 if in_turn else cores())
+        jobs = 1 if in_turn else cores()
+        self.source = options.inputs.open(where, options.fps, jobs=jobs, keep_messages=options.keep_messages)
         self._options = options
         self._in_turn = in_turn
         self._frames = UsableFrames(self.source, options.config, options.inputs, options.every)

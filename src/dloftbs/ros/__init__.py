@@ -19,19 +19,15 @@ from dloftbs.ros.message_factory import MessageFactory, RclpyFactory, RosbagsFac
 from dloftbs.ros.recording import Recording
 from dloftbs.ros.result_messages import (
     Header,
-    SampledTrack,
     camera_message,
     diagnostics_message,
     header_of,
     image_message,
     mask_message,
-    objects_of,
     picture_message,
     points_message,
-    sample_m,
-    sample_px,
-    sampled_m,
 )
+from dloftbs.ros.track_samples import SampledTrack, objects_of, sample_m, sample_px, sampled_m
 
 __all__ = [
     "BagSink",

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 from dloftbs.errors import SourceError
 from dloftbs.ros.requirements import needed
@@ -30,12 +30,31 @@ class Topic:
     count: int | None = None
 
 
+class Channel(NamedTuple):
+    """A topic as a recording describes it, for copies of its messages, which are CDR.
+
+    Without a definition the recording does not say what the type is made of; `metadata` has the publishers' QoS.
+    """
+
+    topic: str
+    type_name: str
+    definition: bytes = b""
+    definition_encoding: str = "ros2msg"
+    metadata: tuple[tuple[str, str], ...] = ()
+
+
 class RawMessage(NamedTuple):
-    """A message as it was recorded: where it was published, when it came, in nanoseconds, and its bytes."""
+    """A message as it was recorded: where it was published, when it came, in nanoseconds, and its bytes.
+
+    `channel` is what a copy of it needs, and None where it is not CDR.
+    """
 
     topic: str
     stamp_ns: int
     data: bytes | memoryview
+    published_ns: int = 0
+    sequence: int = 0
+    channel: Channel | None = None
 
 
 class CutError(Exception):
@@ -45,8 +64,11 @@ class CutError(Exception):
 class BagFile(ABC):
     """One file of a recording, read from the beginning to the end, in the order in which it was written.
 
-    A subclass reads its topics in the constructor, and says in `_messages` with a `CutError` where nothing more can be
-    read.
+    A subclass lists its topics in `_listed`, and says in `_messages` with a `CutError` where nothing more can be read.
+
+    Parameters
+    ----------
+    path : Path
 
     Attributes
     ----------
@@ -58,6 +80,11 @@ class BagFile(ABC):
         The file was finished by whoever wrote it, so that its topics are all that there are.
     cut : str or None
         After `messages`: reason why not all of the file could be read.
+
+    Raises
+    ------
+    SourceError
+        If it is no such file.
     """
 
     topics: tuple[Topic, ...]
@@ -67,6 +94,12 @@ class BagFile(ABC):
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        try:
+            self.topics = self._listed()
+        except CutError as error:
+            raise SourceError(f"{path}: cannot be read as a recording: {error}") from error
+        except OSError as error:
+            raise SourceError(f"{path}: cannot be read as a recording: {error.strerror or error}") from error
 
     def messages(self, wanted: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of some topics, as far as they can be read."""
@@ -78,6 +111,16 @@ class BagFile(ABC):
             self.cut = str(error)
 
     @abstractmethod
+    def _listed(self) -> tuple[Topic, ...]:
+        """Return the topics, as far as they can be known without reading all of the file.
+
+        Raises
+        ------
+        CutError, OSError
+            If it is no such file.
+        """
+
+    @abstractmethod
     def _messages(self, wanted: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of some topics.
 
@@ -87,8 +130,17 @@ class BagFile(ABC):
             Where the rest cannot be read.
         """
 
-    def _not_a_bag(self, why: object) -> SourceError:
-        return SourceError(f"{self.path}: cannot be read as a recording: {why}")
+
+def check_magic(file: IO[bytes], magic: bytes, what: str) -> None:
+    """Read the mark at the beginning of a file.
+
+    Raises
+    ------
+    CutError
+        If it is another one.
+    """
+    if file.read(len(magic)) != magic:
+        raise CutError(f"it does not begin as {what} does")
 
 
 def ros2_name(type_name: str) -> str:

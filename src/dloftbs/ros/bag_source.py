@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from dloftbs._values import MILLIMETRE_M
+from dloftbs._values import LONGEST_S, MILLIMETRE_M, check_flag, check_number, check_text
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.ros.frame_messages import FrameMaker
+from dloftbs.ros.bag_file import RawMessage
+from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
 from dloftbs.ros.message_fields import stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
 from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, StampPairing
-from dloftbs.ros.topic_choice import choose_topics
+from dloftbs.ros.topic_choice import OWN_TOPICS, choose_topics
 from dloftbs.sources.pixels import Kind
 from dloftbs.sources.source import Source, logger
 
@@ -31,6 +33,7 @@ class _Item:
 
 
 Pair = tuple[_Item, _Item | None]
+T = TypeVar("T")
 
 
 class BagSource(Source):
@@ -59,6 +62,9 @@ class BagSource(Source):
         Whether depth is looked for where none is named.
     tolerance_s : float
         Largest difference between the stamps of an image and its depth.
+    keep_messages : bool
+        Whether frames carry the messages of all topics of ROS 2 (`RosFrame.recorded`), each exactly once, so that
+        `BagSink` can copy them: all but those of our own results. Where frames are made of these, none is kept.
 
     Attributes
     ----------
@@ -67,6 +73,8 @@ class BagSource(Source):
 
     Raises
     ------
+    InputError
+        If an argument is of another type or out of range.
     SourceError
         If it cannot be read, has no images, or has several and none is named; or if packages are missing.
     """
@@ -85,25 +93,37 @@ class BagSource(Source):
         fps: float | None = None,
         guess_depth: bool = True,
         tolerance_s: float = TOLERANCE_S,
+        keep_messages: bool = False,
     ) -> None:
-        self.name = str(path)
+        for name, text in (("topic", topic), ("depth_topic", depth_topic), ("info_topic", info_topic)):
+            if text is not None:
+                check_text(name, text)
+        self.fps = None if fps is None else check_number("fps", fps, 1e-9, 1e9)
+        check_flag("guess_depth", guess_depth)
+        check_flag("keep_messages", keep_messages)
+        self._tolerance_s = check_number("tolerance_s", tolerance_s, 0.0, LONGEST_S)
         self._recording = Recording(path)
+        self.name = str(path)
+        self._kind: Kind = kind
+        self._camera = camera
+        self._registration = registration
+        self._depth_unit_m = depth_unit_m
         try:
             self._types = MessageTypes(is_ros1=self._recording.is_ros1)
             self.topics = choose_topics(
                 self.name, self._recording.topics, topic, depth_topic, info_topic, guess_depth=guess_depth
             )
+            self._maker()  # wrong arguments are refused here, not at the first frame
         except BaseException:
             self._recording.close()
             raise
+        self._kept: set[str] = set()
+        if keep_messages and not any(name.startswith(OWN_TOPICS) for name in self.topics.names):
+            self._kept = {topic.name for topic in self._recording.topics if not topic.name.startswith(OWN_TOPICS)}
+        if self._recording.is_ros1:
+            self._kept.clear()  # its messages are serialized otherwise
         self.length = self.topics.image.count
-        self.fps = fps
         self.has_depth = self.topics.depth is not None
-        self._kind: Kind = kind
-        self._camera = camera
-        self._registration = registration
-        self._depth_unit_m = depth_unit_m
-        self._tolerance_s = tolerance_s
 
     def close(self) -> None:
         """Let go of what was unpacked."""
@@ -124,9 +144,9 @@ class BagSource(Source):
         self._begin()
         return self._frames()
 
-    def _frames(self) -> Iterator[Frame]:
+    def _maker(self) -> FrameMaker:
         topics = self.topics
-        maker = FrameMaker(
+        return FrameMaker(
             self.name,
             kind=self._kind,
             rectified=topics.is_rectified,
@@ -137,14 +157,17 @@ class BagSource(Source):
             info_is_meant=topics.info_is_meant,
             depth_is_registered=topics.depth_is_registered,
         )
+
+    def _frames(self) -> Iterator[Frame]:
+        topics, maker = self.topics, self._maker()
+        kept: list[RawMessage] = []
+        readable = self._readable(maker, kept)
         count = 0
-        for image, depth in self._with_camera(maker):
-            try:
-                pixels = maker.pixels(image.message)
-            except InputError as error:
-                self._skip(f"message {image.index} of {topics.image.name}", error)
-                continue
+        # A frame late, so that the last one takes what came after it.
+        for (image, depth), pixels in _one_late(readable) if self._kept else readable:
             count += 1
+            recorded = tuple(kept) if self._kept else None
+            kept.clear()
             yield maker.make(
                 image.message,
                 pixels,
@@ -153,17 +176,26 @@ class BagSource(Source):
                 stamp=None if self.fps is None else image.index / self.fps,
                 stamp_ns=image.log_ns,
                 name=f"{self.name}:{topics.image.name}#{image.index}",
+                recorded=recorded,
             )
             if self._closed:
                 return
         if self.length is not None and count + self.skipped < self.length:
             self.skipped = self.length - count  # which the recording has said that it cannot be read to its end
 
-    def _with_camera(self, maker: FrameMaker) -> Iterator[Pair]:
+    def _readable(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[tuple[Pair, ImageAndMask]]:
+        """Yield what has an image that can be read, and add the messages that were come by to those that are kept."""
+        for pair in self._with_camera(maker, kept):
+            try:
+                yield pair, maker.pixels(pair[0].message)
+            except InputError as error:
+                self._skip(f"message {pair[0].index} of {self.topics.image.name}", error)
+
+    def _with_camera(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[Pair]:
         """Yield images and their depth, the first ones only once the camera is known, if one is to come."""
         waiting: list[Pair] = []
         waits = self.topics.info is not None
-        for pair in self._pairs(maker):
+        for pair in self._pairs(maker, kept):
             waits = waits and not maker.knows_camera and len(waiting) < WAITING
             waiting.append(pair)
             if not waits:
@@ -171,12 +203,16 @@ class BagSource(Source):
                 waiting.clear()
         yield from waiting
 
-    def _pairs(self, maker: FrameMaker) -> Iterator[Pair]:
+    def _pairs(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[Pair]:
         topics = self.topics
         pairing: StampPairing[_Item] = StampPairing(self._tolerance_s)
         types = {topic.name: topic.type_name for topic in (topics.image, topics.depth, topics.info) if topic}
         index = -1
-        for raw in self._recording.messages(types):
+        for raw in self._recording.messages(self._kept | types.keys()):
+            if raw.topic in self._kept and raw.channel is not None:
+                kept.append(raw)
+            if raw.topic not in types:
+                continue
             is_image = raw.topic == topics.image.name
             index += is_image
             try:
@@ -198,3 +234,13 @@ class BagSource(Source):
             else:
                 yield from pairing.add_image(stamp_ns, item)
         yield from pairing.rest()
+
+
+def _one_late(items: Iterable[T]) -> Iterator[T]:
+    """Yield items, each after the next one was taken."""
+    waiting: deque[T] = deque()
+    for item in items:
+        waiting.append(item)
+        if len(waiting) > 1:
+            yield waiting.popleft()
+    yield from waiting

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from dloftbs._arrays import as_float_array
+from dloftbs._values import check_flag
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.ros.message_fields import count_in, field_of, text_in
@@ -28,6 +29,7 @@ def camera_of(message: Any, *, rectified: bool = False) -> PinholeCamera | None:
         If fields are missing or wrong, or the camera is not supported (see `PinholeCamera.from_calibration`): an
         unknown distortion model, skew, binning, or a region of interest that is not the whole image.
     """
+    check_flag("rectified", rectified)
     k = _numbers(message, 9, "k", "K")
     if not k.any():
         return None

@@ -7,15 +7,27 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray
-from dloftbs._values import MILLIMETRE_M, check_integer, check_text, set_fields
+from dloftbs._arrays import AnyArray, check_image, check_mask
+from dloftbs._values import (
+    DEPTH_UNITS_M,
+    MILLIMETRE_M,
+    check_all,
+    check_flag,
+    check_integer,
+    check_number,
+    check_text,
+    check_type,
+    set_fields,
+    shown,
+)
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
+from dloftbs.ros.bag_file import RawMessage
 from dloftbs.ros.camera_messages import camera_of
 from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of
 from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, stamp_ns_of
-from dloftbs.sources.pixels import Kind, image_or_mask
+from dloftbs.sources.pixels import Kind, check_kind, image_or_mask
 from dloftbs.sources.source import logger
 
 _LARGEST_STAMP_NS = 2**63 - 1
@@ -33,6 +45,8 @@ class RosFrame(Frame):
         Name of the camera's coordinate frame.
     stamp_ns : int, optional
         Time in nanoseconds; `stamp` has it in seconds, rounded to a float.
+    recorded : tuple of RawMessage, optional
+        Messages of the recording that came since the frame before, whatever their topic; None where they were not kept.
 
     Raises
     ------
@@ -42,6 +56,7 @@ class RosFrame(Frame):
 
     frame_id: str = ""
     stamp_ns: int | None = None
+    recorded: tuple[RawMessage, ...] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -49,6 +64,8 @@ class RosFrame(Frame):
         if self.stamp_ns is not None:
             stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_LARGEST_STAMP_NS, _LARGEST_STAMP_NS)
             set_fields(self, stamp_ns=stamp_ns)
+        if self.recorded is not None:
+            set_fields(self, recorded=check_all("recorded", self.recorded, RawMessage))
 
 
 class FrameMaker:
@@ -73,7 +90,13 @@ class FrameMaker:
         out with one warning.
     depth_is_registered : bool
         Whether the name of its topic says that depth is in the pixels of the images. Depth that nobody meant, and that
-        comes in another coordinate frame than the images, is that of another sensor, and is left out.
+        comes in another coordinate frame than the images, is that of another sensor, and is left out; depth that
+        was meant is taken, with a warning.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type or out of range.
     """
 
     def __init__(
@@ -89,15 +112,21 @@ class FrameMaker:
         info_is_meant: bool = True,
         depth_is_registered: bool = False,
     ) -> None:
-        self._where = where
+        self._where = check_text("where", where)
+        check_kind(kind)
+        if camera is not None:
+            check_type("camera", camera, PinholeCamera)
+        if registration is not None:
+            check_type("registration", registration, DepthRegistration)
         self._kind: Kind = kind
-        self._rectified = rectified
+        self._rectified = check_flag("rectified", rectified)
         self._camera = camera if registration is None else registration.colour_camera
         self._is_fixed = self._camera is not None
         self._registration = registration
-        self._depth_unit_m = depth_unit_m
-        self._depth_is_meant, self._info_is_meant = depth_is_meant, info_is_meant
-        self._is_of_image = depth_is_meant or depth_is_registered
+        self._depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
+        self._depth_is_meant = check_flag("depth_is_meant", depth_is_meant)
+        self._info_is_meant = check_flag("info_is_meant", info_is_meant)
+        self._depth_is_registered = check_flag("depth_is_registered", depth_is_registered)
         self._warned: set[str] = set()
 
     @property
@@ -153,6 +182,7 @@ class FrameMaker:
         stamp: float | None = None,
         stamp_ns: int | None = None,
         name: str = "",
+        recorded: tuple[RawMessage, ...] | None = None,
     ) -> RosFrame:
         """Return a frame.
 
@@ -163,8 +193,8 @@ class FrameMaker:
             As `pixels` gave them.
         depth : sensor_msgs/Image or sensor_msgs/CompressedImage, optional
             A message that cannot be converted is left out with a warning.
-        index, name
-            As `Frame` has them.
+        index, name, recorded
+            As `RosFrame` has them.
         stamp : float, optional
             Time in seconds in place of the message's.
         stamp_ns : int, optional
@@ -173,11 +203,9 @@ class FrameMaker:
         Raises
         ------
         InputError
-            If depth or camera do not go with the image, and were meant to.
+            If depth or camera do not go with the image, and were meant to, or an argument is of another type.
         """
-        shown = pixels[0] if pixels[0] is not None else pixels[1]
-        assert shown is not None  # one of the two is there
-        size = (int(shown.shape[0]), int(shown.shape[1]))
+        size = _size_of(pixels)
         own_ns = stamp_ns_of(image)
         stamp_ns = stamp_ns if own_ns is None else own_ns
         if stamp is None and stamp_ns is not None:
@@ -192,15 +220,18 @@ class FrameMaker:
             depth_unit_m=self._depth_unit_m,
             frame_id=frame_id_of(image),
             stamp_ns=stamp_ns,
+            recorded=recorded,
         )
 
     def _depth(self, message: Any, image: Any, size: tuple[int, int]) -> AnyArray | None:
         try:
             frames = frame_id_of(message), frame_id_of(image)
-            if self._registration is None and not self._is_of_image and frames[0] != frames[1]:
+            if self._registration is None and not self._depth_is_registered and frames[0] != frames[1]:
                 why = f"it is in the frame {frames[0]!r}, the images are in {frames[1]!r}"
-                self._warn("depth", f"frames go without depth, which is not registered to the images: {why}")
-                return None
+                if not self._depth_is_meant:
+                    self._warn("depth", f"frames go without depth, which is not registered to the images: {why}")
+                    return None
+                self._warn("depth", f"depth is taken for registered to the images, as its topic was named, but {why}")
             depth = pixels_of(message)
             if depth.ndim != 2 or depth.dtype == np.uint8:
                 raise InputError(f"it must have one channel of more than 8 bits, got {depth.shape} of {depth.dtype}")
@@ -226,3 +257,20 @@ class FrameMaker:
         if what not in self._warned:
             self._warned.add(what)
             logger.warning("%s: %s", self._where, text)
+
+
+def _size_of(pixels: ImageAndMask) -> tuple[int, int]:
+    """Return the size (H, W) of an image or a mask.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if isinstance(pixels, tuple) and len(pixels) == 2:
+        image, mask = pixels
+        if image is not None:
+            return check_image(image).shape[:2]
+        if mask is not None:
+            return check_mask(mask).shape[:2]
+    raise InputError(f"pixels must be an image and None, or None and a mask, got {shown(pixels)}")

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from dloftbs._values import check_type
 from dloftbs.ros.message_factory import MessageFactory
-from dloftbs.ros.result_messages import SampledTrack
+from dloftbs.ros.track_samples import SampledTrack, checked_samples
 from dloftbs.viz import Style
 
 _LINE_STRIP = 4
@@ -26,9 +27,15 @@ class MarkerWriter:
     Parameters
     ----------
     make : MessageFactory
+
+    Raises
+    ------
+    InputError
+        If it is none.
     """
 
     def __init__(self, make: MessageFactory) -> None:
+        check_type("make", make, MessageFactory)
         self._make = make
         self._shown: set[int] = set()
         self._style = Style()
@@ -41,8 +48,13 @@ class MarkerWriter:
         header : std_msgs/Header
         samples : iterable of SampledTrack
             In metres.
+
+        Raises
+        ------
+        InputError
+            If they are something else.
         """
-        markers = [self._line(header, sample) for sample in samples]
+        markers = [self._line(header, sample) for sample in checked_samples(samples, 3)]
         ids = {marker.id for marker in markers}
         ended = [self._bare(header, number, _DELETE) for number in sorted(self._shown - ids)]
         self._shown = ids

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -12,9 +13,11 @@ from dloftbs.ros.bag_file import (
     MAX_RECORD_BYTES,
     SCAN_BYTES,
     BagFile,
+    Channel,
     CutError,
     RawMessage,
     Topic,
+    check_magic,
     decompressed,
     ros2_name,
     unpack,
@@ -38,38 +41,30 @@ class _Channel(NamedTuple):
     topic: str
     type_name: str
     encoding: str
+    recorded: Channel | None = None
+
+
+class _Schema(NamedTuple):
+    name: str
+    encoding: str
+    data: bytes
 
 
 class McapFile(BagFile):
-    """An MCAP file. The summary at its end lists its topics; without it they are looked for in its first part.
+    """An MCAP file. The summary at its end lists its topics; without it they are looked for in its first part."""
 
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    SourceError
-        If it is no such file.
-    """
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        try:
-            with path.open("rb") as file:
-                if file.read(len(MAGIC)) != MAGIC:
-                    raise self._not_a_bag("it does not begin as an MCAP file does")
-                channels, counts = self._listed(file)
-        except OSError as error:
-            raise self._not_a_bag(error.strerror or error) from error
-        self.topics = tuple(
+    def _listed(self) -> tuple[Topic, ...]:
+        with self.path.open("rb") as file:
+            check_magic(file, MAGIC, "an MCAP file")
+            channels, counts = self._channels(file)
+        self.is_ros1 = any(channel.encoding == "ros1" for channel in channels.values())
+        return tuple(
             Topic(channel.topic, channel.type_name, None if counts is None else counts.get(number, 0))
             for number, channel in channels.items()
             if channel.encoding in _ENCODINGS
         )
-        self.is_ros1 = any(channel.encoding == "ros1" for channel in channels.values())
 
-    def _listed(self, file: IO[bytes]) -> tuple[dict[int, _Channel], dict[int, int] | None]:
+    def _channels(self, file: IO[bytes]) -> tuple[dict[int, _Channel], dict[int, int] | None]:
         """Return the channels by their numbers, and how many messages each has, if the file says so."""
         try:
             return self._summary(file)
@@ -102,13 +97,13 @@ class McapFile(BagFile):
         if not 0 < start <= size - tail:
             raise CutError("it has no summary")
         file.seek(start)
-        schemas: dict[int, str] = {}
+        schemas: dict[int, _Schema] = {}
         channels: dict[int, _Channel] = {}
         counts: dict[int, int] | None = None
         for opcode, body in _records(memoryview(file.read(min(size - tail - start, MAX_RECORD_BYTES)))):
             if opcode == _SCHEMA:
-                number, name = _schema(body)
-                schemas[number] = name
+                number, schema = _schema(body)
+                schemas[number] = schema
             elif opcode == _CHANNEL:
                 number, channel = _channel(body, schemas)
                 channels[number] = channel
@@ -127,7 +122,7 @@ class _Reader:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._schemas: dict[int, str] = {}
+        self._schemas: dict[int, _Schema] = {}
         self.channels: dict[int, _Channel] = {}
         self.ended = False
 
@@ -185,13 +180,14 @@ class _Reader:
         if opcode == _MESSAGE:
             if wanted is None:
                 return
-            number, _, log_ns, _ = unpack(_MESSAGE_START, body)
+            number, sequence, log_ns, published_ns = unpack(_MESSAGE_START, body)
             channel = self.channels.get(number)
             if channel is not None and channel.topic in wanted and channel.encoding in _ENCODINGS:
-                yield RawMessage(channel.topic, log_ns, body[_MESSAGE_START.size :])
+                data = body[_MESSAGE_START.size :]
+                yield RawMessage(channel.topic, log_ns, data, published_ns, sequence, channel.recorded)
         elif opcode == _SCHEMA:
-            number, name = _schema(body)
-            self._schemas[number] = name
+            number, schema = _schema(body)
+            self._schemas[number] = schema
         elif opcode == _CHANNEL:
             number, channel = _channel(body, self._schemas)
             self.channels[number] = channel
@@ -220,16 +216,38 @@ def _read(file: IO[bytes], size: int) -> bytes:
     return data
 
 
-def _schema(body: memoryview) -> tuple[int, str]:
-    name, _ = _text(body, _U16.size)
-    return unpack(_U16, body)[0], name
+def _schema(body: memoryview) -> tuple[int, _Schema]:
+    """Return a schema and its number; where the text of the definition is damaged, it has none."""
+    name, at = _text(body, _U16.size)
+    encoding, data = "", b""
+    with suppress(CutError):
+        encoding, at = _text(body, at)
+        data, _ = _sized(body, at)
+    return unpack(_U16, body)[0], _Schema(name, encoding, data)
 
 
-def _channel(body: memoryview, schemas: dict[int, str]) -> tuple[int, _Channel]:
+def _channel(body: memoryview, schemas: dict[int, _Schema]) -> tuple[int, _Channel]:
     number, schema = unpack(_U16, body)[0], unpack(_U16, body, _U16.size)[0]
     topic, at = _text(body, 2 * _U16.size)
-    encoding, _ = _text(body, at)
-    return number, _Channel(topic, ros2_name(schemas.get(schema, "")), encoding)
+    encoding, at = _text(body, at)
+    kind = schemas.get(schema, _Schema("", "", b""))
+    recorded = None
+    if encoding == "cdr":
+        recorded = Channel(topic, kind.name, kind.data, kind.encoding, _metadata(body, at))
+    return number, _Channel(topic, ros2_name(kind.name), encoding, recorded)
+
+
+def _metadata(body: memoryview, at: int) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of a map of texts as far as they can be read."""
+    pairs: list[tuple[str, str]] = []
+    with suppress(CutError):
+        content, _ = _sized(body, at)
+        view, at = memoryview(content), 0
+        while at < len(view):
+            key, at = _text(view, at)
+            value, at = _text(view, at)
+            pairs.append((key, value))
+    return tuple(pairs)
 
 
 def _counts(body: memoryview) -> dict[int, int]:
@@ -244,8 +262,14 @@ def _counts(body: memoryview) -> dict[int, int]:
 
 def _text(body: memoryview, at: int) -> tuple[str, int]:
     """Return a text and where it ends."""
+    data, end = _sized(body, at)
+    return data.decode("utf-8", "replace"), end
+
+
+def _sized(body: memoryview, at: int) -> tuple[bytes, int]:
+    """Return bytes that stand behind their number, and where they end."""
     size = unpack(_U32, body, at)[0]
     end = at + _U32.size + size
     if end > len(body):
         raise CutError("a record is cut off")
-    return bytes(body[at + _U32.size : end]).decode("utf-8", "replace"), end
+    return bytes(body[at + _U32.size : end]), end

@@ -5,23 +5,26 @@ A factory is called with a type's name and its fields: ``make("std_msgs/msg/Head
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from array import array
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from dloftbs._values import check_text, shown
 from dloftbs.errors import InputError
 from dloftbs.ros.requirements import needed
 
 
-class MessageFactory(Protocol):
+class MessageFactory(ABC):
     """Makes messages by the name of their type."""
 
+    @abstractmethod
     def __call__(self, type_name: str, **fields: Any) -> Any:
         """Return a message; fields that are not given have the defaults of their types."""
 
 
-class RosbagsFactory:
+class RosbagsFactory(MessageFactory):
     """Makes messages of the classes of a ``rosbags`` type store.
 
     Parameters
@@ -31,15 +34,17 @@ class RosbagsFactory:
     Raises
     ------
     InputError
-        When called, if the store has no such type or the type no such field.
+        If it is no such store; when called, if the store has no such type or the type no such field.
     """
 
     def __init__(self, store: Any) -> None:
+        if not hasattr(store, "fielddefs") or not hasattr(store, "types"):
+            raise InputError(f"store must be a type store of rosbags, got {shown(store)}")
         self._store = store
 
     def __call__(self, type_name: str, **fields: Any) -> Any:
         """Return a message; fields that are not given have the defaults of their types."""
-        if type_name not in self._store.types:
+        if check_text("type_name", type_name) not in self._store.types:
             raise InputError(f"there is no type of message {type_name!r}")
         names = [name for name, _ in self._store.fielddefs[type_name][1]]
         unknown = sorted(fields.keys() - set(names))
@@ -67,18 +72,41 @@ class RosbagsFactory:
 _DEFAULTS: dict[str, Any] = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
 
-class RclpyFactory:
-    """Makes messages of the classes that ROS 2 has installed, which take fields by name alone."""
+class RclpyFactory(MessageFactory):
+    """Makes messages of the classes that ROS 2 has installed, which take fields by name alone.
+
+    Raises
+    ------
+    InputError
+        When called, if the name is none of a type.
+    SourceError
+        When called, if its package is not installed.
+    """
+
+    def __init__(self) -> None:
+        self._kinds: dict[str, tuple[Any, frozenset[str]]] = {}
 
     def __call__(self, type_name: str, **fields: Any) -> Any:
         """Return a message; fields that are not given have the defaults of their types."""
-        package, _, name = type_name.split("/")
-        kind = getattr(needed(f"{package}.msg", f"ROS 2's package {package} (source ROS's setup.bash)"), name)
-        return kind(**{key: _as_rclpy(kind, key, value) for key, value in fields.items()})
+        known = self._kinds.get(check_text("type_name", type_name))
+        if known is None:
+            known = self._kinds[type_name] = _class_of(type_name)
+        kind, octets = known
+        return kind(**{key: _as_rclpy(value, key in octets) for key, value in fields.items()})
 
 
-def _as_rclpy(kind: Any, name: str, value: Any) -> Any:
+def _class_of(type_name: str) -> tuple[Any, frozenset[str]]:
+    """Return the class of a type, and the names of its fields of a single byte."""
+    package, _, name = type_name.partition("/msg/")
+    if not package.isidentifier() or not name.isidentifier():
+        raise InputError(f"a type of message is named like std_msgs/msg/Header, got {shown(type_name)}")
+    kind = getattr(needed(f"{package}.msg", f"ROS 2's package {package} (source ROS's setup.bash)"), name, None)
+    if kind is None:
+        raise InputError(f"there is no type of message {type_name!r}")
+    return kind, frozenset(key for key, of in kind.get_fields_and_field_types().items() if of == "octet")
+
+
+def _as_rclpy(value: Any, is_octet: bool) -> Any:
     if isinstance(value, np.ndarray):
         return array("B", value.tobytes()) if value.dtype == np.uint8 else value.tolist()
-    # A byte is an integer to all others.
-    return bytes([value]) if kind.get_fields_and_field_types()[name] == "octet" else value
+    return bytes([value]) if is_octet else value  # a byte is an integer to all others

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from dloftbs._values import check_path
-from dloftbs.errors import SourceError
+from dloftbs._values import check_path, shown
+from dloftbs.errors import InputError, SourceError
 from dloftbs.ros.bag_file import BagFile, RawMessage, Topic
 from dloftbs.ros.mcap_file import McapFile
 from dloftbs.ros.requirements import needed
@@ -68,7 +68,15 @@ class Recording:
         return tuple(Topic(*key, count) for key, count in counts.items())
 
     def messages(self, wanted: Collection[str]) -> Iterator[RawMessage]:
-        """Yield the messages of some topics, and say in a warning where a file cannot be read to its end."""
+        """Yield the messages of some topics, and say in a warning where a file cannot be read to its end.
+
+        Raises
+        ------
+        InputError
+            If the topics are no collection of names.
+        """
+        if isinstance(wanted, (str, bytes)) or not isinstance(wanted, Collection):
+            raise InputError(f"the topics that are wanted must be a collection of names, got {shown(wanted)}")
         for file in self._files:
             count = 0
             for message in file.messages(wanted):

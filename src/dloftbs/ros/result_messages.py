@@ -6,15 +6,16 @@ frame; those in pixels carry a frame of their own, which no transform leads to: 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray
+from dloftbs._arrays import AnyArray, as_array, check_depth, check_image, check_mask
 from dloftbs._text import readable
+from dloftbs._values import check_integer, check_size, check_text, check_type, set_fields
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
@@ -22,13 +23,10 @@ from dloftbs.frame_result import FrameResult
 from dloftbs.ros.frame_messages import RosFrame
 from dloftbs.ros.message_factory import MessageFactory
 from dloftbs.ros.message_fields import NS_PER_S
-from dloftbs.tracks import Track, TrackState
-from dloftbs.u_mapping import is_in_front
+from dloftbs.ros.track_samples import SampledTrack, checked_samples
 
 PIXELS = "/pixels"
 """Ending of the frame's name for points in pixels."""
-SAMPLES = 100
-"""Points a curve, as in tables of points."""
 
 _FLOAT32, _UINT32, _UINT8 = 7, 6, 2
 """Datatypes of ``sensor_msgs/PointField``."""
@@ -40,6 +38,7 @@ _FIELD_TYPES: dict[str, tuple[str, int]] = {
 _DEPTH_ENCODINGS = {"uint16": "16UC1", "float32": "32FC1", "float64": "64FC1"}
 _PLUMB_BOB = 5
 """Most coefficients of the distortion model of that name."""
+_MOST_NS = 2**63 - 1
 _LAST_S = 2**31 - 1
 """Latest time of a message, in 2038."""
 _OK, _WARN = 0, 1
@@ -54,10 +53,19 @@ class Header:
     ----------
     stamp_ns : int
     frame_id : str
+
+    Raises
+    ------
+    InputError
+        If one is of another type, or the time has more than 64 bits.
     """
 
     stamp_ns: int
     frame_id: str
+
+    def __post_init__(self) -> None:
+        stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_MOST_NS, _MOST_NS)
+        set_fields(self, stamp_ns=stamp_ns, frame_id=check_text("frame_id", self.frame_id))
 
     def message(self, make: MessageFactory, ending: str = "") -> Any:
         """Return a ``std_msgs/Header``, with an ending of the frame's name.
@@ -67,6 +75,8 @@ class Header:
         InputError
             If the time is none that a message can have: seconds from 0 on, of 31 bits.
         """
+        check_type("make", make, MessageFactory)
+        check_text("ending", ending)
         seconds, nanoseconds = divmod(self.stamp_ns, NS_PER_S)
         if not 0 <= seconds <= _LAST_S:
             raise InputError(f"the time of a message must be 0 to {_LAST_S} s, got {self.stamp_ns / NS_PER_S:g} s")
@@ -83,72 +93,18 @@ def header_of(frame: Frame, frame_id: str = "camera") -> Header:
         Without a time it is said to be at its index in seconds.
     frame_id : str
         Name of the camera's frame where the frame knows none.
+
+    Raises
+    ------
+    InputError
+        If it is no frame, or the name no text.
     """
+    check_type("frame", frame, Frame)
     if isinstance(frame, RosFrame) and frame.stamp_ns is not None:
         return Header(frame.stamp_ns, frame.frame_id or frame_id)
     seconds = float(frame.index) if frame.stamp is None else frame.stamp
     known = frame.frame_id if isinstance(frame, RosFrame) else ""
     return Header(round(seconds * NS_PER_S), known or frame_id)
-
-
-@dataclass(frozen=True, eq=False)
-class SampledTrack:
-    """Points along a track, evenly spaced by `u`.
-
-    Parameters
-    ----------
-    track : Track
-    points : numpy.ndarray, shape (n, 2) px or (n, 3) m
-    s : numpy.ndarray, shape (n,)
-        Length from the start, in the unit of the points.
-    inferred : numpy.ndarray, shape (n,), bool
-        Points that the frame does not show.
-    """
-
-    track: Track
-    points: FloatArray
-    s: FloatArray
-    inferred: npt.NDArray[np.bool_]
-
-
-def objects_of(result: FrameResult) -> tuple[Track, ...]:
-    """Return the tracks of a result; where it has none, its detections as such, numbered from 1."""
-    if result.tracks:
-        return result.tracks
-    return tuple(
-        Track(
-            number,
-            TrackState.CONFIRMED,
-            found.curve,
-            found.curve_3d,
-            1,
-            0,
-            found,
-            found.inferred,
-            found.confidence,
-            found.width,
-            camera=found.camera,
-        )
-        for number, found in enumerate(result.detections, start=1)
-    )
-
-
-def sample_px(track: Track) -> SampledTrack:
-    """Return points along a track in the image."""
-    u = np.linspace(0.0, 1.0, SAMPLES)
-    return SampledTrack(track, track.curve(u), u * track.curve.length, _is_inferred(track, u))
-
-
-def sample_m(track: Track) -> SampledTrack | None:
-    """Return points along a track in space; None where it has no curve there."""
-    curve = track.curve_3d
-    if curve is None:
-        return None
-    u = np.linspace(0.0, 1.0, SAMPLES)
-    in_image = track.u_2d(u) if track.camera is not None and is_in_front(curve) else u
-    unmeasured = () if track.detection is None else track.detection.inferred_3d
-    inferred = _is_inferred(track, in_image) | _inside(u, unmeasured)
-    return SampledTrack(track, curve(u), u * curve.length, inferred)
 
 
 def points_message(make: MessageFactory, header: Any, samples: Iterable[SampledTrack], dims: int) -> Any:
@@ -161,7 +117,15 @@ def points_message(make: MessageFactory, header: Any, samples: Iterable[SampledT
     samples : iterable of SampledTrack
     dims : int
         2 for points in pixels, without z; 3 for points in metres.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type, or points have other dimensions.
     """
+    check_type("make", make, MessageFactory)
+    dims = check_integer("dims", dims, 2, 3)
+    samples = checked_samples(samples, dims)
     names = [*"xyz"[:dims], "id", "s", "confidence", "inferred"]
     row = np.dtype([(name, _FIELD_TYPES[name][0]) for name in names], align=True)
     parts = [_rows(sample, row, dims) for sample in samples]
@@ -186,8 +150,15 @@ def points_message(make: MessageFactory, header: Any, samples: Iterable[SampledT
 
 
 def mask_message(make: MessageFactory, header: Any, mask: AnyArray) -> Any:
-    """Return a mask (H, W) as a ``sensor_msgs/Image`` of mono8, in which cable is 255."""
-    pixels = np.where(mask != 0, 255, 0).astype(np.uint8)
+    """Return a mask (H, W) as a ``sensor_msgs/Image`` of mono8, in which cable is 255.
+
+    Raises
+    ------
+    InputError
+        If it is no mask.
+    """
+    check_type("make", make, MessageFactory)
+    pixels = np.where(check_mask(mask) != 0, 255, 0).astype(np.uint8)
     return make(
         "sensor_msgs/msg/Image",
         header=header,
@@ -206,8 +177,11 @@ def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
     Raises
     ------
     InputError
-        If messages have no encoding of that type.
+        If it is neither, or messages have no encoding of that type.
     """
+    check_type("make", make, MessageFactory)
+    pixels = as_array("pixels", pixels)
+    pixels = check_image(pixels) if pixels.ndim == 3 else check_depth(pixels)
     kind = "bgr8" if pixels.ndim == 3 else _DEPTH_ENCODINGS.get(pixels.dtype.name)
     if kind is None:
         raise InputError(f"depth must be of {', '.join(_DEPTH_ENCODINGS)} for a message, got {pixels.dtype}")
@@ -225,7 +199,16 @@ def image_message(make: MessageFactory, header: Any, pixels: AnyArray) -> Any:
 
 
 def camera_message(make: MessageFactory, header: Any, camera: PinholeCamera, size: tuple[int, int]) -> Any:
-    """Return a camera as a ``sensor_msgs/CameraInfo`` of images of a size (H, W)."""
+    """Return a camera as a ``sensor_msgs/CameraInfo`` of images of a size (H, W).
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("camera", camera, PinholeCamera)
+    size = check_size("size", size)
     k = camera.matrix
     model = {"fisheye": "equidistant"}.get(camera.model)
     return make(
@@ -242,12 +225,29 @@ def camera_message(make: MessageFactory, header: Any, camera: PinholeCamera, siz
 
 
 def picture_message(make: MessageFactory, header: Any, jpeg: bytes) -> Any:
-    """Return a picture as a ``sensor_msgs/CompressedImage``."""
+    """Return a picture as a ``sensor_msgs/CompressedImage``.
+
+    Raises
+    ------
+    InputError
+        If it is not of bytes.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("jpeg", jpeg, bytes)
     return make("sensor_msgs/msg/CompressedImage", header=header, format="jpeg", data=np.frombuffer(jpeg, np.uint8))
 
 
 def diagnostics_message(make: MessageFactory, header: Any, result: FrameResult, name: str = "dloftbs") -> Any:
-    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning with the reason where nothing was found."""
+    """Return a ``diagnostic_msgs/DiagnosticArray``: a warning with the reason where nothing was found.
+
+    Raises
+    ------
+    InputError
+        If an argument is of another type.
+    """
+    check_type("make", make, MessageFactory)
+    check_type("result", result, FrameResult)
+    check_text("name", name)
     values = {
         "frame": str(result.index),
         "detections": str(len(result.detections)),
@@ -272,24 +272,3 @@ def _rows(sample: SampledTrack, row: np.dtype[Any], dims: int) -> npt.NDArray[An
     rows["id"], rows["s"] = sample.track.id, sample.s
     rows["confidence"], rows["inferred"] = sample.track.confidence, sample.inferred
     return rows
-
-
-def _is_inferred(track: Track, u: FloatArray) -> npt.NDArray[np.bool_]:
-    if track.state is TrackState.HIDDEN:
-        return np.ones(len(u), np.bool_)
-    return _inside(u, track.inferred)
-
-
-def _inside(u: FloatArray, spans: Iterable[tuple[float, float]]) -> npt.NDArray[np.bool_]:
-    inside: npt.NDArray[np.bool_] = np.zeros(len(u), np.bool_)
-    for low, high in spans:
-        inside |= (low <= u) & (u <= high)
-    return inside
-
-
-def sampled_m(result: FrameResult) -> Iterator[SampledTrack]:
-    """Yield the points of all objects of a result that have a curve in space."""
-    for track in objects_of(result):
-        sample = sample_m(track)
-        if sample is not None:
-            yield sample

@@ -15,6 +15,7 @@ from dloftbs.ros.bag_file import (
     CutError,
     RawMessage,
     Topic,
+    check_magic,
     decompressed,
     ros2_name,
     unpack,
@@ -30,35 +31,17 @@ Fields = dict[str, bytes]
 
 
 class Ros1File(BagFile):
-    """A ``.bag`` file. The index at its end lists its topics; without it they are looked for in its first part.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    SourceError
-        If it is no such file.
-    """
+    """A ``.bag`` file. The index at its end lists its topics; without it they are looked for in its first part."""
 
     is_ros1 = True
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        try:
-            with path.open("rb") as file:
-                if file.read(len(MAGIC)) != MAGIC:
-                    raise self._not_a_bag("it does not begin as a bag of ROS 1, format 2.0, does")
-                self.topics = self._listed(file)
-        except OSError as error:
-            raise self._not_a_bag(error.strerror or error) from error
-
-    def _listed(self, file: IO[bytes]) -> tuple[Topic, ...]:
-        try:
-            return _index(file)
-        except CutError:
-            self.is_whole = False
+    def _listed(self) -> tuple[Topic, ...]:
+        with self.path.open("rb") as file:
+            check_magic(file, MAGIC, "a bag of ROS 1, format 2.0,")
+            try:
+                return _index(file)
+            except CutError:
+                self.is_whole = False
         reader = _Reader(self.path)
         try:
             for _ in reader.messages(None, SCAN_BYTES):

@@ -88,9 +88,9 @@ class PathSink(Sink):
     """
 
     def __init__(self, path: str | Path) -> None:
-        if path == "":
-            raise InputError("the path of a result is empty; the current folder is '.'")
         self._path = check_path("path", path)
+        if isinstance(path, str) and not path:
+            raise InputError("the path of a result is empty; the current folder is '.'")
         self._closed = False
 
     def __repr__(self) -> str:

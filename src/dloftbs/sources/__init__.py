@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_number, shown
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, shown
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
@@ -28,7 +28,7 @@ from dloftbs.sources.cameras import camera_index
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
-from dloftbs.sources.pixels import KINDS, Kind
+from dloftbs.sources.pixels import Kind, check_kind
 from dloftbs.sources.recorded import open_labelled
 from dloftbs.sources.recordings import is_recording
 from dloftbs.sources.source import KnownSequence, Source
@@ -73,6 +73,7 @@ def open(
     topic: str | None = None,
     depth_topic: str | None = None,
     info_topic: str | None = None,
+    keep_messages: bool = False,
 ) -> Source:
     """Open whatever frames come from.
 
@@ -118,6 +119,9 @@ def open(
     topic, depth_topic, info_topic : str, optional
         Topics of a recording: images, depth registered to them, and their camera. Where one is left out and there is
         one choice, it is taken; several topics of images are listed in the error.
+    keep_messages : bool
+        Frames of a recording of ROS 2 carry the messages of all of its topics, for a `dloftbs.ros.BagSink` that copies
+        its input. Makes no difference to other frames.
 
     Returns
     -------
@@ -132,6 +136,7 @@ def open(
         If there is nothing there, it cannot be opened, or depth, masks or occluders differ from the frames in number.
     """
     _check_options(kind, masks, fps, jobs)
+    check_flag("keep_messages", keep_messages)
     for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
         if isinstance(path, str) and not path:
             raise InputError(f"{name} is an empty text; the current folder is '.'")
@@ -161,7 +166,9 @@ def open(
     if recording is None:
         source = _open_recorded(where, kind, camera, fps, rules, own_registration, depth_unit_m, jobs)
     else:
-        source = _open_ros(recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None)
+        source = _open_ros(
+            recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
+        )
     if registration is not None and depth is None and not source.has_depth:
         source.close()
         raise InputError("a registration needs depth to be registered; there is none")
@@ -189,6 +196,7 @@ def _open_ros(
     depth_unit_m: float,
     fps: float | None,
     guess_depth: bool,
+    keep_messages: bool,
 ) -> Source:
     from dloftbs.ros import BagSource
 
@@ -203,6 +211,7 @@ def _open_ros(
         depth_unit_m=depth_unit_m,
         fps=fps,
         guess_depth=guess_depth,
+        keep_messages=keep_messages,
     )
 
 
@@ -320,8 +329,7 @@ def _path_text(what: str, where: object) -> str:
 
 
 def _check_options(kind: object, masks: object, fps: object, jobs: object) -> None:
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
+    check_kind(kind)
     if masks is not None and kind == "mask":
         raise InputError("kind must be 'image' where masks are given, got 'mask'")
     rate = as_float(fps)

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._npy import BROKEN, File, open_mapped, opened
-from dloftbs.errors import SourceError
+from dloftbs._values import shown
+from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.image_header import FORMATS, JPEG, is_lossy, read_durations, read_size
 from dloftbs.sources.palette_png import as_grey, holds_labels, indices_of, is_indexed
 from dloftbs.sources.source import logger
@@ -25,6 +26,12 @@ MAX_BYTES = 1 << 30
 """Size of the largest image file; `MAX_PIXELS` in colour of 16 bits take less, uncompressed."""
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
+
+
+def check_kind(kind: object) -> None:
+    """Raise an `InputError` if a value is no kind of frames."""
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
 
 
 def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:

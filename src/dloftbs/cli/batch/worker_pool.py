@@ -16,9 +16,9 @@ from dloftbs.cli.batch.input_list import BatchInput
 from dloftbs.cli.batch.input_run import record_death, run_input
 from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.batch.status_file import Event, Status
-from dloftbs.cli.commands.warmup import load_kernels
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.errors import DloftbsError, SinkError
+from dloftbs.kernel_loading import load_kernels
 from dloftbs.worker_process import begin_worker, starting_workers
 
 TICK_S = 0.2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.limits import MAX_FRAMES, FilledPath, file_path
-from dloftbs.cli.options import check_pictures
+from dloftbs.cli.options import check_pictures, topic_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,6 +64,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     metavar="PX",
     help="Half the width of the strokes.",
 )
+@topic_options
 @click.option("--frame", type=click.IntRange(0, MAX_FRAMES), default=0, metavar="N", help="Frame of a video or folder.")
 @click.option(
     "--config",
@@ -87,6 +88,9 @@ def colour(
     cable: list[Numbered],
     ground: list[Numbered],
     radius: float,
+    topic: str | None,
+    depth_topic: str | None,
+    info_topic: str | None,
     frame: int,
     config_file: Path | None,
     out: str | None,
@@ -101,6 +105,7 @@ def colour(
     \b
     dloftbs colour photo.jpg --at 321,200:360,214:390,240 --overlay mask.png --out cable.yaml
     dloftbs colour other.jpg --at 90,55:130,70 --not 20,40 --config cable.yaml --out better.yaml
+    dloftbs colour run.mcap --topic /camera/color/image_raw --frame 30 --at 90,55:130,70 --out cable.yaml
     """
     import msgspec
 
@@ -115,7 +120,8 @@ def colour(
     strokes = _strokes(cable, ground, radius, len(where))
     if not before and not any(stroke.cable for given in strokes for stroke in given):
         raise click.UsageError("say where a cable is: --at X,Y, or along it, --at X,Y:X,Y:X,Y")
-    frames = [read_frame(text, frame) for text in where]
+    topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic}
+    frames = [read_frame(text, frame, topics) for text in where]
     images = [one.image for one in frames if one.image is not None]
     sources = [source_of(text, one) for text, one in zip(where, frames, strict=True)]
     drawn_on = [entry for entry in zip(images, strokes, sources, strict=True) if entry[1]]
@@ -134,7 +140,7 @@ def colour(
         _report_missed(source, mask, given)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
-    click.echo(f"next: {next_command(where, out)}", err=True)
+    click.echo(f"next: {next_command(where, out, topics)}", err=True)
 
 
 def _strokes(cable: list[Numbered], ground: list[Numbered], radius: float, pictures: int) -> list[list[Stroke]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import logging
 import sys
 from collections.abc import Callable
@@ -11,6 +10,7 @@ from time import perf_counter
 import click
 
 from dloftbs.cli.shell import kernel_counts
+from dloftbs.kernel_loading import load_kernels
 
 
 @click.command(short_help="Compile the kernels, once for this machine.")
@@ -66,21 +66,3 @@ class _Bar(logging.Handler):
         match record.args:
             case (int(ready), int(count)):
                 self._show(ready, count)
-
-
-def load_kernels() -> None:
-    """Take a small picture through all stages, and load what makes the pictures of the demo."""
-    import numpy as np
-
-    from dloftbs.camera import PinholeCamera
-    from dloftbs.config import Config, HsvRange, SegmentationConfig
-    from dloftbs.frame import Frame
-    from dloftbs.pipeline import Pipeline
-
-    importlib.import_module("dloftbs.synthetic")
-    image = np.zeros((64, 64, 3), np.uint8)
-    image[30:34, 8:56] = (0, 0, 255)
-    red = HsvRange(hue=(170, 10), saturation=(100, 255), value=(100, 255))
-    camera = PinholeCamera(50.0, 50.0, 31.5, 31.5, distortion=(0.01, 0.0, 0.0, 0.0))
-    frame = Frame(image=image, depth=np.ones((64, 64)), camera=camera)
-    Pipeline(Config(segmentation=SegmentationConfig(hsv=(red,)))).process(frame)

@@ -1,0 +1,26 @@
+"""The compiled kernels, made ready before the first frame needs them."""
+
+from __future__ import annotations
+
+import importlib
+
+
+def load_kernels() -> None:
+    """Compile the kernels that this machine has not compiled yet, and load all of them.
+
+    A small picture goes through all stages. What makes the pictures of the demo is loaded, too.
+    """
+    import numpy as np
+
+    from dloftbs.camera import PinholeCamera
+    from dloftbs.config import Config, HsvRange, SegmentationConfig
+    from dloftbs.frame import Frame
+    from dloftbs.pipeline import Pipeline
+
+    importlib.import_module("dloftbs.synthetic")
+    image = np.zeros((64, 64, 3), np.uint8)
+    image[30:34, 8:56] = (0, 0, 255)
+    red = HsvRange(hue=(170, 10), saturation=(100, 255), value=(100, 255))
+    camera = PinholeCamera(50.0, 50.0, 31.5, 31.5, distortion=(0.01, 0.0, 0.0, 0.0))
+    frame = Frame(image=image, depth=np.ones((64, 64)), camera=camera)
+    Pipeline(Config(segmentation=SegmentationConfig(hsv=(red,)))).process(frame)
