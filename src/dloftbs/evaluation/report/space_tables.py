@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from dloftbs.evaluation import paper_figures
 from dloftbs.evaluation.paper_figures import SpaceBar
-from dloftbs.evaluation.report.table import Cell, Table, existing, mean, median, percent
+from dloftbs.evaluation.report.spread import Sample, frames_of
+from dloftbs.evaluation.report.table import Cell, Table, existing, percent
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
 
 _MEAN, _P95 = "L3 mm mean", "L3 mm 95 %"
@@ -25,6 +26,7 @@ _COLUMNS = (
     "L3 mm max",
     _LENGTH,
     "length off, % median",
+    "scenes",
     "frames",
     _NONE,
     "limits kept",
@@ -57,10 +59,10 @@ def space_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        groups.setdefault((part.key.sequence, part.key.method), []).extend(part.rows)
-    rows = [_row(*names, of_group) for names, of_group in groups.items()]
+        groups.setdefault((part.key.sequence, part.key.method), []).append(part)
+    rows = [_row(*names, frames_of(of_group)) for names, of_group in groups.items()]
     rows += [_theirs(other) for other in paper_figures.TABLE_IV]
     title = f"{suite}: RGBD with the noise of depth cameras, curves in space"
     return Table(suite, title, _COLUMNS, tuple(rows), _NOTE)
@@ -76,56 +78,68 @@ def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        errors = part.key.sequence.partition(", ")[2]
-        groups.setdefault((errors, part.key.method), []).extend(part.rows)
-    columns = ("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", _LENGTH, "frames", _NONE)
+        groups.setdefault((part.key.sequence.partition(", ")[2], part.key.method), []).append(part)
+    columns = (
+        *("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", "far off, %", _LENGTH),
+        *("scenes", "frames", _NONE),
+    )
     rows = []
-    for (errors, method), of_group in groups.items():
-        known = [row.l3_mm for row in of_group if row.l3_mm is not None]
+    for names, of_group in groups.items():
+        frames = frames_of(of_group)
+        known = existing(row.l3_mm for row in frames.items)
         rows.append(
             (
-                errors,
-                method,
-                median(known),
-                median(known, paper_figures.SPACE_SHARE),
+                *names,
+                frames.quantile(lambda row: row.l3_mm),
+                frames.quantile(lambda row: row.l3_mm, paper_figures.SPACE_SHARE),
                 max(known, default=None),
                 sum(error > FAR_MM for error in known),
-                percent(mean(row.length_error for row in of_group)),
-                len(of_group),
-                len(of_group) - len(known),
+                frames.mean(lambda row: None if row.l3_mm is None else float(row.l3_mm > FAR_MM), 100.0),
+                frames.mean(lambda row: row.length_error, 100.0),
+                frames.count,
+                len(frames),
+                len(frames) - len(known),
             )
         )
     return Table(suite, f"{suite}: curves in space, by the errors of depth", columns, tuple(rows), _ERRORS_NOTE)
 
 
-def _row(scenario: str, method: str, rows: Sequence[FrameRow]) -> tuple[Cell, ...]:
+def _row(scenario: str, method: str, frames: Sample[FrameRow]) -> tuple[Cell, ...]:
     bar = paper_figures.space_bar(scenario)
-    errors = [math.inf if row.l3_mm is None else row.l3_mm for row in rows]
     figures: dict[str, Cell] = {
         "scenario": scenario,
         "method": method,
-        _MEAN: mean(row.l3_mm for row in rows),
-        _P95: _finite(median(errors, paper_figures.SPACE_SHARE)),
-        "L3 mm max": max(existing(row.l3_mm for row in rows), default=None),
-        _LENGTH: percent(mean(row.length_error for row in rows)),
-        "length off, % median": percent(median(row.length_error for row in rows)),
-        "frames": len(rows),
-        _NONE: sum(row.l3_mm is None for row in rows),
+        _MEAN: frames.mean(lambda row: row.l3_mm),
+        _P95: _finite(frames.quantile(_or_endless, paper_figures.SPACE_SHARE)),
+        "L3 mm max": max(existing(row.l3_mm for row in frames.items), default=None),
+        _LENGTH: frames.mean(lambda row: row.length_error, 100.0),
+        "length off, % median": frames.quantile(_length_percent),
+        "scenes": frames.count,
+        "frames": len(frames),
+        _NONE: frames.total(lambda row: row.l3_mm is None),
     }
     if bar is not None:
-        share = sum(error <= bar.frame_mm for error in errors) / max(len(errors), 1)
-        kept = _kept(figures[_MEAN], share, figures[_LENGTH], bar)
-        figures |= {_BAR_MEAN: bar.mean_mm, _BAR_FRAME: bar.frame_mm, _WITHIN: 100.0 * share, "limits kept": kept}
+        within = frames.mean(lambda row: float(_or_endless(row) <= bar.frame_mm), 100.0)
+        kept = _kept(figures[_MEAN], within or 0.0, figures[_LENGTH], bar)
+        figures |= {_BAR_MEAN: bar.mean_mm, _BAR_FRAME: bar.frame_mm, _WITHIN: within, "limits kept": kept}
     return tuple(figures.get(column) for column in _COLUMNS)
 
 
-def _kept(mean_mm: Cell, share: float, length_percent: Cell, bar: SpaceBar) -> str:
+def _length_percent(row: FrameRow) -> float | None:
+    return percent(row.length_error)
+
+
+def _or_endless(row: FrameRow) -> float:
+    return math.inf if row.l3_mm is None else row.l3_mm
+
+
+def _kept(mean_mm: Cell, within_percent: float, length_percent: Cell, bar: SpaceBar) -> str:
     """Return which limits are kept, in words."""
     checks = {
         "mean": isinstance(mean_mm, float) and mean_mm <= bar.mean_mm,
-        "frames": share >= paper_figures.SPACE_SHARE,
+        "frames": within_percent >= 100.0 * paper_figures.SPACE_SHARE,
         "length": isinstance(length_percent, float) and length_percent <= 100.0 * paper_figures.SPACE_LENGTH,
     }
     if all(checks.values()):

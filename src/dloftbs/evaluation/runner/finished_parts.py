@@ -56,6 +56,9 @@ class FrameRow:
         Milliseconds of the method's call alone.
     failure : str or None
         Error of the method, or fault of its result; then all objects are missing.
+    scene : str
+        Scene that the frame shows. Frames of one scene are no independent sample: a sequence is one, under whatever
+        noise; of single images each is one.
     """
 
     suite: str
@@ -77,6 +80,7 @@ class FrameRow:
     clean: bool
     ms: float
     failure: str | None
+    scene: str = ""
 
     @property
     def badness(self) -> tuple[int, float, int]:
@@ -99,12 +103,15 @@ class JointRow:
         Confidence that the method gives it, in 0..1.
     right : bool
         Whether it joins parts of one piece of one true curve.
+    scene : str
+        As of the frame.
     """
 
     index: int
     kind: JointKind
     confidence: float
     right: bool
+    scene: str = ""
 
 
 @dataclass(frozen=True)
@@ -234,6 +241,11 @@ class Part:
     ladder: str | None = None
     level: float | None = None
     following: Following | None = None
+
+    @property
+    def scene(self) -> str:
+        """The scene of the first frame, which is that of all of them where the sequence is no single images."""
+        return self.rows[0].scene if self.rows else ""
 
 
 def load(folder: Path, key: Key) -> Part | None:
