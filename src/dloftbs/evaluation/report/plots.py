@@ -76,7 +76,7 @@ def write_plots(parts: Sequence[Part], folder: Path) -> list[Path]:
 
 
 def _frames(parts: Sequence[Part], error: str, colours: dict[str, str], path: Path) -> Path:
-    """Draw an error, ``"l3_px"`` or ``"l3_mm"``, over the frames, a panel for each name: its sequences, one after the other.
+    """Draw an error, ``"l3_px"`` or ``"l3_mm"``, over the frames, a panel for all sequences of a name.
 
     On the axis stand marks where something is missing.
     """
