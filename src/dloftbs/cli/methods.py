@@ -15,6 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
+import msgspec
+
 from dloftbs.cli.method_options import MethodSettings
 from dloftbs.config import Config
 from dloftbs.errors import ConfigError, InputError
@@ -49,8 +51,9 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     Parameters
     ----------
     name : str
-        "default", "paper", a YAML file with a configuration, or ``module:callable``: a function from a `Frame` to
-        curves, or a class, of which an instance is made for each sequence and called in this way.
+        "default"; "paper", in sequences of one cable the authors' form for one; a YAML file with a configuration; or
+        ``module:callable``: a function from a `Frame` to curves, or a class, of which an instance is made for each
+        sequence and called in this way.
     settings : MethodSettings, optional
         Apply to all but the last.
 
@@ -63,7 +66,12 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     """
     config = config_of(name, settings or MethodSettings())
     if config is not None:
-        return Method(name, functools.partial(_pipeline, config), config.to_yaml())
+        one = _for_one(config) if name == "paper" else None
+        if one is None:
+            return Method(name, functools.partial(_pipeline, config), config.to_yaml())
+        settings_of_both = f"{config.to_yaml()}\n{one.to_yaml()}"
+        both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
+        return Method(name, both[0], settings_of_both, both[1])
     module_name, colon, _ = name.partition(":")
     if not colon:
         raise InputError(
@@ -110,6 +118,13 @@ def config_of(name: str, settings: MethodSettings) -> Config | None:
         return settings.applied_to(base, paper=name == "paper")
     except ConfigError as error:
         raise ConfigError(f"method {name!r}: {error}") from error
+
+
+def _for_one(config: Config) -> Config | None:
+    """Return the authors' form for one cable, which joins all segments; None where their linking was set otherwise."""
+    if config.linking != Config.paper().linking:
+        return None
+    return msgspec.structs.replace(config, linking=Config.paper(objects=1).linking)
 
 
 def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:

@@ -9,22 +9,11 @@ from dloftbs.evaluation.identity_scores import TrackingScores
 from dloftbs.evaluation.report.table import Cell, Table, mean, percent
 from dloftbs.evaluation.runner.finished_parts import Following, Part, TrackRow
 
-WITHOUT_BAR = "hidden"
-"""The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
-ALL = f"all but {WITHOUT_BAR}"
+APART = "hidden"
+"""The family outside of the totals: where cables come out that are hidden as a whole, nobody can know."""
+ALL = f"all but {APART}"
 """All other families, of a suite that has it."""
-_WITHOUT_BARS = "simulated"
-"""The suite for which no bars of tracks are set."""
 
-_SINGLE_BAR, _BAR = 99.0, 95.0
-_IDF1_BARS = {3: 0.98, 5: 0.95}
-_LESS_BAR = 30.0
-_PLAIN_IDF1_BAR, _GHOSTS_BAR = 0.98, 0.5
-_HARM_BARS = {
-    **dict.fromkeys(("bends", "tilts", "approaches", "swings", "exchange", "darts", "drops", "ends meet"), 0.5),
-    "three cross": 3.0,
-}
-"""Per cent, of the families in which nothing is hidden."""
 HARM_PX, RIGHT_PX = 5.0, 3.0
 """Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
 _WHOLE = 0.99
@@ -40,19 +29,14 @@ _COLUMNS = (
     "no switch, %",
     "no flip, %",
     "neither, %",
-    "bar, %",
     "objects followed, %",
     "IDF1",
-    "bar",
     "harm, %",
-    "bar: harm, %",
     "ghosts, %",
-    "bar: ghosts, %",
     "occluded: L3 px tracked",
     "occluded: L3 px of the hidden part",
     "occluded: L3 px frame by frame",
     "occluded: less, %",
-    "bar: less, %",
     "occluded: not detected, %",
     "clear: L3 px tracked",
     "clear: L3 px frame by frame",
@@ -86,14 +70,13 @@ def following_table(parts: Sequence[Part], suite: str) -> Table:
                 part.following
             )
     totals: dict[tuple[str, int | None, str], list[Following]] = {}
-    with_bar = {key: followed for key, followed in groups.items() if key[0] != WITHOUT_BAR}
-    every = ALL if len(with_bar) < len(groups) else "all"
-    for (_, cables, method), followed in with_bar.items():
+    counted = {key: followed for key, followed in groups.items() if key[0] != APART}
+    every = ALL if len(counted) < len(groups) else "all"
+    for (_, cables, method), followed in counted.items():
         totals.setdefault((every, cables, method), []).extend(followed)
-    for (_, _, method), followed in with_bar.items():
+    for (_, _, method), followed in counted.items():
         totals.setdefault((every, None, method), []).extend(followed)
-    barred = suite != _WITHOUT_BARS
-    rows = tuple(_row(*key, followed, barred and key[0] != WITHOUT_BAR) for key, followed in (groups | totals).items())
+    rows = tuple(_row(*key, followed) for key, followed in (groups | totals).items())
     title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
     return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
 
@@ -140,7 +123,7 @@ def refound(rows: Sequence[TrackRow]) -> list[int | None]:
     return found if since is None else [*found, None]
 
 
-def _row(family: str, cables: int | None, method: str, followed: Sequence[Following], barred: bool) -> tuple[Cell, ...]:
+def _row(family: str, cables: int | None, method: str, followed: Sequence[Following]) -> tuple[Cell, ...]:
     switched = [one.scores.switches > 0 for one in followed]
     flipped = [one.scores.flips > 0 for one in followed]
     right = [not s and not f for s, f in zip(switched, flipped, strict=True)]
@@ -149,8 +132,6 @@ def _row(family: str, cables: int | None, method: str, followed: Sequence[Follow
     clear = [row for row in rows if row.shown >= _WHOLE]
     tracked, alone = _both(hidden)
     scores = sum((one.scores for one in followed), TrackingScores())
-    plain = family in _HARM_BARS
-    idf1_bar = _PLAIN_IDF1_BAR if plain else _IDF1_BARS.get(cables or 0)
     points = sum(one.points for one in followed)
     again = [after for one in followed for after in _refound(one)]
     return (
@@ -161,19 +142,14 @@ def _row(family: str, cables: int | None, method: str, followed: Sequence[Follow
         100.0 * (1.0 - sum(switched) / len(followed)),
         100.0 * (1.0 - sum(flipped) / len(followed)),
         100.0 * sum(right) / len(followed),
-        (_SINGLE_BAR if cables == 1 and not plain else _BAR) if barred else None,
         percent(scores.mostly_tracked / (scores.mostly_tracked + scores.partly_tracked + scores.mostly_lost)),
         scores.idf1,
-        idf1_bar if barred else None,
         percent(harm(rows)),
-        _HARM_BARS.get(family),
         percent(sum(one.ghosts for one in followed) / points) if points else None,
-        _GHOSTS_BAR if plain else None,
         tracked,
         mean(row.hidden_px for row in hidden if row.alone_px is not None),
         alone,
         percent(1.0 - tracked / alone) if tracked is not None and alone else None,
-        _LESS_BAR if barred and tracked is not None else None,
         percent(mean(float(row.alone_px is None) for row in hidden)),
         *_both(clear),
         mean(float(after) for after in again if after is not None),

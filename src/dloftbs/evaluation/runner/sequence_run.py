@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from time import perf_counter
 from typing import Any, Protocol
 
@@ -23,6 +23,8 @@ WORST = 10
 
 _PICTURE_POINTS = 160  # of a curve in a picture
 _SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
+_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Places in a sequence at which its objects are counted."""
 _warm: set[tuple[str, str]] = set()
 
 
@@ -53,11 +55,22 @@ class Method:
         so that what the function remembers ends with it. Must be picklable.
     settings : str
         Settings that its results depend on, besides the name: its configuration, or a digest of its code.
+    one_factory : callable, optional
+        The same for sequences of one object, where a method has a form of its own for these.
     """
 
     name: str
     factory: Callable[[], Callable[[Frame], Any]]
     settings: str = ""
+    one_factory: Callable[[], Callable[[Frame], Any]] | None = None
+
+    def made_for(self, sequence: KnownFrames) -> Method:
+        """Return the form for a sequence: that of one object where none of some frames shows more."""
+        if self.one_factory is None:
+            return self
+        some = {round(share * (len(sequence) - 1)) for share in _SHARES} if len(sequence) else set()
+        single = all(len(sequence.truth(index).ids) <= 1 for index in sorted(some))
+        return replace(self, factory=self.one_factory, one_factory=None) if single else self
 
 
 def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence[Method]) -> list[Part]:
@@ -82,7 +95,7 @@ def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence
     InputError
         If a method cannot be made.
     """
-    runs = [_Run(key, sequence, method) for key, method in zip(keys, methods, strict=True)]
+    runs = [_Run(key, sequence, method.made_for(sequence)) for key, method in zip(keys, methods, strict=True)]
     for index in range(len(sequence)):
         frame, truth = sequence.frame(index), sequence.truth(index)
         for run in runs:
@@ -109,7 +122,8 @@ class _Run:
         """Score the next frame."""
         found, ms, failure = _call(self._call, frame)
         detected = found.detected or found
-        result = score(detected, truth, frame, self._sequence.tolerance_px)
+        radius_m = getattr(self._sequence, "radius_m", None)
+        result = score(detected, truth, frame, self._sequence.tolerance_px, radius_m)
         tracked = result if detected is found else score(found, truth, frame, self._sequence.tolerance_px)
         self._rows.append(_row(self._key, index, detected, truth, result, ms, failure))
         self._joints += judge_joints(index, detected.detections, truth, frame.size)
