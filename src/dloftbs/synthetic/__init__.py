@@ -8,6 +8,7 @@ from dloftbs.synthetic.demo_sequence import DemoSequence
 from dloftbs.synthetic.depth_camera import DEPTH_CAMERAS, DepthCamera
 from dloftbs.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise, depth_sigma
 from dloftbs.synthetic.edge_cases import EDGE_CASES, EdgeCaseSequence, edge_cases
+from dloftbs.synthetic.excerpt import Excerpt
 from dloftbs.synthetic.free_ends import END_STYLES, FreeEnd, draw_cable_mask
 from dloftbs.synthetic.kinds import KINDS, KindSequence, kinds
 from dloftbs.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
@@ -52,6 +53,7 @@ __all__ = [
     "DepthCameraSequence",
     "DepthNoise",
     "EdgeCaseSequence",
+    "Excerpt",
     "FreeEnd",
     "KindSequence",
     "LadderBase",

@@ -32,8 +32,8 @@ _COVER_COLOURS = np.array(
     [(136.0, 164.0, 214.0), (92.0, 138.0, 70.0), (52.0, 50.0, 54.0), (230.0, 232.0, 228.0), (96.0, 140.0, 186.0)]
 )  # skin, green plastic, a dark glove, paper, cardboard
 _WIDEST_PX = 20.0  # in HD: the tightest loops allow no more
-_FULL = {1: 12, 2: 12, 3: 10, 5: 6}
-"""Sequences of a family at scale 1, by the number of cables."""
+_FULL = 20
+"""Sequences of a family at scale 1, with each number of cables."""
 
 _SCENES: Mapping[str, Callable[[np.random.Generator, Stage, int], Play]] = {
     "crossing": scenes.crossing,
@@ -228,5 +228,5 @@ def _sequences(
         TrackingSequence(family, cables, number, FRAMES, size, seed, evidence=evidence)
         for family in families
         for cables in TRACKING_FAMILIES[family]
-        for number in range(count_at(scale, _FULL[cables], 1))
+        for number in range(count_at(scale, _FULL, 1))
     ]

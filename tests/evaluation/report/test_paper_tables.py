@@ -62,12 +62,13 @@ def ours(tables, name):
 
 def test_table_1_has_mean_and_deviation_by_the_papers_number_over_all_scenes_of_it():
     parts = [
-        part("rgb", "0 plain", [row("0 plain", l1_px=1.0, l2_px=0.5)]),
-        part("rgb", "0 plain, seed 1", [row("0 plain, seed 1", l1_px=3.0, l2_px=0.5)]),
+        part("rgb", "0 plain", [row("0 plain", l1_px=1.0, l2_px=0.5, scene="a")]),
+        part("rgb", "0 plain, seed 1", [row("0 plain, seed 1", l1_px=3.0, l2_px=0.5, scene="b")]),
         part("rgb", "6 self-intersection", [row("6", l1_px=2.5, n_found=0)]),
     ]
     mine, table = ours(paper_tables(parts), "table-1")
     assert table.columns == ("method", "from", "figure", *"0123456")
+    assert mine["L1 px, interval"] == ("[1.00, 3.00]", *"------")
     assert mine["L1 px"] == ("2.00±1.00", "-", "-", "-", "-", "-", "2.50±0.00")
     assert mine["L2 px"][0] == "0.50±0.00"
     assert mine["frames without a curve"] == ("0", "0", "0", "0", "0", "0", "1")
@@ -83,8 +84,8 @@ def test_table_2_counts_in_as_many_images_as_the_paper_has_and_takes_photographs
     ]
     (table,) = paper_tables(parts)
     assert table.rows[3:] == (
-        ("mine", "here, generated", "4.00", "62", "0", "2.00", "31", "62"),
-        ("mine", "here, my photographs", "2.00", "0", "62", "2.00", "62", "62"),
+        ("mine", "here, generated", "4.00", "62.00", "0.00", "2.00", "31", "62"),
+        ("mine", "here, my photographs", "2.00", "0.00", "62.00", "2.00", "62", "62"),
     )
     assert table.rows[2] == ("DLOFTBs", MARK, "27.17", "3", "33", "39.2", "62", None)
 

@@ -9,7 +9,7 @@ from evaluation import runner_stubs
 from evaluation.following_stubs import HALF, WHOLE, Hidden
 from evaluation.runner_stubs import Bars, method, suite
 
-from dloftbs.evaluation.report.tracking_tables import following_table, harm, refound
+from dloftbs.evaluation.report.tracking_tables import following_table, is_harmed, refound
 from dloftbs.evaluation.report.write import write_report
 from dloftbs.evaluation.runner.finished_parts import TrackRow
 from dloftbs.evaluation.runner.run import evaluate
@@ -133,7 +133,7 @@ def test_another_name_afterwards_is_a_switch_and_never_found_again(tmp_path):
     [(2.9, 5.1, 1.0), (2.9, None, 1.0), (2.9, 4.9, 0.0), (3.1, 50.0, 0.0), (None, 50.0, 0.0)],
 )
 def test_harm_is_a_track_that_is_off_where_the_frame_alone_is_right(alone_px, track_px, harmed):
-    assert harm([TrackRow(0, 0, 1.0, 1, True, track_px, None, None, alone_px)]) == harmed
+    assert is_harmed(TrackRow(0, 0, 1.0, 1, True, track_px, None, None, alone_px)) == harmed
 
 
 def test_what_is_published_off_the_mask_is_a_ghost(tmp_path):

@@ -82,7 +82,7 @@ def test_the_files_say_the_same(run):
     for table in report.tables:
         with (folder / "tables" / f"{table.name}.csv").open() as file:
             header, *rows = csv.reader(file)
-        assert tuple(header) == table.columns
+        assert [name for name in header if not name.endswith((": low", ": high"))] == list(table.columns)
         assert len(rows) == len(table.rows)
         assert table.title in report.text()
         assert f"### {table.title}" in (folder / "report.md").read_text()

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 from dloftbs.evaluation import paper_figures
 from dloftbs.evaluation.paper_figures import L1_PX, L2_PX, MARK, MS, PHOTOGRAPHS, Published
-from dloftbs.evaluation.report.table import Cell, Table, existing, mean, shown
+from dloftbs.evaluation.report.spread import COVERAGE, Sample, frames_of
+from dloftbs.evaluation.report.table import Cell, Estimate, Table, existing, mean, shown
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
 from dloftbs.evaluation.suites import SUITES
 
@@ -17,13 +18,14 @@ SUITES_OF_PAPER = ("rgb", "several-cables", "rgbd", "rgbd-artificial")
 TABLES_OF_PAPER = ("table-1", "table-2", "table-3", "table-4")
 """Names of the tables."""
 
-_Rows = Sequence[FrameRow]
+_Frames = Sample[FrameRow]
 _Figure = Callable[[FrameRow], float | None]
 _HERE = "here"
 _EMPTY = "frames without a curve"
 _THEIRS = (
     f'Rows with "{MARK}" are printed in the paper: its authors measured all methods, on their data and an i7-9750H. '
-    "Rows of the same number are of the same kind of scene, not the same scene."
+    "Rows of the same number are of the same kind of scene, not the same scene. "
+    f"Intervals: {COVERAGE:.0%}, by bootstrap over scenes."
 )
 _ONE = "`paper` joins all segments, the authors' form for one cable."
 _NOTE_1 = (
@@ -79,29 +81,29 @@ def _by_scenario(
     title: str,
     parts: Sequence[Part],
     published: Sequence[Published],
-    figures: Callable[[Sequence[_Rows]], Iterable[tuple[str, Sequence[Cell]]]],
+    figures: Callable[[Sequence[_Frames]], Iterable[tuple[str, Sequence[Cell]]]],
     note: str,
 ) -> Table:
     scenarios = [str(number) for number in range(len(published[0].cells))]
     rows: list[tuple[Cell, ...]] = [(row.method, MARK, row.figure, *row.cells) for row in published]
     for method in dict.fromkeys(part.key.method for part in parts):
         mine = [part for part in parts if part.key.method == method]
-        frames = [
-            [row for part in mine if scenario_of(part.key.sequence) == one for row in part.rows] for one in scenarios
-        ]
+        frames = [frames_of(part for part in mine if scenario_of(part.key.sequence) == one) for one in scenarios]
         rows += [(method, _HERE, figure, *cells) for figure, cells in figures(frames)]
-        empty = [sum(row.n_found == 0 and row.n_true > 0 for row in of_one) for of_one in frames]
+        empty = [sum(row.n_found == 0 and row.n_true > 0 for row in of_one.items) for of_one in frames]
         if any(empty):
             rows.append((method, _HERE, _EMPTY, *map(str, empty)))
     return Table(name, title, ("method", "from", "figure", *scenarios), tuple(rows), note)
 
 
-def _rows_1(frames: Sequence[_Rows]) -> Iterable[tuple[str, Sequence[Cell]]]:
+def _rows_1(frames: Sequence[_Frames]) -> Iterable[tuple[str, Sequence[Cell]]]:
     for name, figure in ((L1_PX, _l1_px), (L2_PX, _l2_px), (MS, _ms)):
-        yield name, [_mean_and_deviation(rows, figure) for rows in frames]
+        yield name, [_mean_and_deviation(of_one, figure) for of_one in frames]
+        if figure is not _ms:
+            yield from _intervals(name, frames, figure)
 
 
-def _rows_3(frames: Sequence[_Rows]) -> Iterable[tuple[str, Sequence[Cell]]]:
+def _rows_3(frames: Sequence[_Frames]) -> Iterable[tuple[str, Sequence[Cell]]]:
     figures: dict[str, _Figure] = {
         "L1 mm": lambda row: row.l1_mm,
         "L2 mm": lambda row: row.l2_mm,
@@ -110,19 +112,34 @@ def _rows_3(frames: Sequence[_Rows]) -> Iterable[tuple[str, Sequence[Cell]]]:
         MS: _ms,
     }
     for name, figure in figures.items():
-        yield name, [shown(mean(map(figure, rows))) for rows in frames]
+        yield name, [shown(mean(map(figure, of_one.items))) for of_one in frames]
+        if figure is not _ms:
+            yield from _intervals(name, frames, figure)
 
 
-def _rows_4(frames: Sequence[_Rows]) -> Iterable[tuple[str, Sequence[Cell]]]:
+def _rows_4(frames: Sequence[_Frames]) -> Iterable[tuple[str, Sequence[Cell]]]:
     figures: dict[str, _Figure] = {"L3 mm": lambda row: row.l3_mm, "L3 px": lambda row: row.l3_whole_px}
-    every = [row for rows in frames for row in rows]
+    every = [row for of_one in frames for row in of_one.items]
     axis, surface = mean(row.l3_mm for row in every), mean(row.l3_surface_mm for row in every)
     if axis is not None and surface is not None and surface < axis:
         figures = {"L3 mm": figures["L3 mm"], "L3 mm, surface": lambda row: row.l3_surface_mm, **figures}
     for name, figure in figures.items():
-        known = [existing(map(figure, rows)) for rows in frames]
-        for what, of in (("mean", statistics.fmean), ("max", max), ("min", min)):
+        known = [existing(map(figure, of_one.items)) for of_one in frames]
+        yield f"{name} mean", [shown(statistics.fmean(values) if values else None) for values in known]
+        yield from _intervals(f"{name} mean", frames, figure)
+        for what, of in (("max", max), ("min", min)):
             yield f"{name} {what}", [shown(of(values) if values else None) for values in known]
+
+
+def _intervals(name: str, frames: Sequence[_Frames], figure: _Figure) -> Iterable[tuple[str, Sequence[Cell]]]:
+    """Yield a row of the intervals of means, where any scenario has several scenes."""
+    means = [of_one.mean(figure) for of_one in frames]
+    if any(isinstance(value, Estimate) for value in means):
+        yield f"{name}, interval", [_interval(value) for value in means]
+
+
+def _interval(value: Cell) -> str:
+    return str(value).partition(" ")[2] if isinstance(value, Estimate) else shown(None)
 
 
 def _table_2(parts: Sequence[Part]) -> Table:
@@ -130,27 +147,25 @@ def _table_2(parts: Sequence[Part]) -> Table:
     rows: list[tuple[Cell, ...]] = [
         (row.method, MARK, *row.cells, str(PHOTOGRAPHS), None) for row in paper_figures.TABLE_II
     ]
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        groups.setdefault((part.key.suite, part.key.method), []).extend(part.rows)
+        groups.setdefault((part.key.suite, part.key.method), []).append(part)
     for (suite, method), of_group in groups.items():
-        if not of_group:
-            continue
-        share = PHOTOGRAPHS / len(of_group)
+        frames = frames_of(of_group)
         figures = (
-            shown(mean(row.l3_whole_px for row in of_group)),
-            f"{share * sum(row.missing for row in of_group):.3g}",
-            f"{share * sum(row.redundant for row in of_group):.3g}",
-            shown(mean(map(_ms, of_group))),
+            shown(frames.mean(lambda row: row.l3_whole_px)),
+            shown(frames.mean(lambda row: row.missing, PHOTOGRAPHS)),
+            shown(frames.mean(lambda row: row.redundant, PHOTOGRAPHS)),
+            shown(mean(map(_ms, frames.items))),
         )
-        cables = sum(row.n_true for row in of_group)
         origin = "here, generated" if suite in SUITES else f"here, {suite}"
-        rows.append((method, origin, *figures, str(len(of_group)), str(cables)))
+        cables = frames.total(lambda row: row.n_true)
+        rows.append((method, origin, *figures, str(len(frames)), str(cables)))
     return Table("table-2", "Table II: images of several cables", columns, tuple(rows), _NOTE_2)
 
 
-def _mean_and_deviation(rows: _Rows, figure: _Figure) -> str:
-    values = existing(map(figure, rows))
+def _mean_and_deviation(frames: _Frames, figure: _Figure) -> str:
+    values = existing(map(figure, frames.items))
     return f"{statistics.fmean(values):.2f}±{statistics.pstdev(values):.2f}" if values else shown(None)
 
 

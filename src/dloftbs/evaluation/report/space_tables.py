@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from dloftbs.evaluation.report.table import Cell, Table, existing, mean, median, percent
+from dloftbs.evaluation.report.spread import Sample, frames_of
+from dloftbs.evaluation.report.table import Cell, Table, existing, percent
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
 
 _MEAN, _P95 = "L3 mm mean", "L3 mm 95 %"
 _LENGTH = "length off, % mean"
 _NONE = "frames without a curve in space"
-_COLUMNS = ("scenario", "method", _MEAN, _P95, "L3 mm max", _LENGTH, "length off, % median", "frames", _NONE)
+_COLUMNS = ("scenario", "method", _MEAN, _P95, "L3 mm max", _LENGTH, "length off, % median", "scenes", "frames", _NONE)
 _SHARE = 0.95
 _NOTE = (
     "L3 of the curve in space from the true axis, and how much its length is off the true one. 95 %: below it lie so "
@@ -39,10 +40,10 @@ def space_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        groups.setdefault((part.key.sequence, part.key.method), []).extend(part.rows)
-    rows = tuple(_row(*names, of_group) for names, of_group in groups.items())
+        groups.setdefault((part.key.sequence, part.key.method), []).append(part)
+    rows = tuple(_row(*names, frames_of(of_group)) for names, of_group in groups.items())
     return Table(suite, f"{suite}: RGBD with the noise of depth cameras, curves in space", _COLUMNS, rows, _NOTE)
 
 
@@ -56,43 +57,55 @@ def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        errors = part.key.sequence.partition(", ")[2]
-        groups.setdefault((errors, part.key.method), []).extend(part.rows)
-    columns = ("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", _LENGTH, "frames", _NONE)
+        groups.setdefault((part.key.sequence.partition(", ")[2], part.key.method), []).append(part)
+    columns = (
+        *("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", "far off, %", _LENGTH),
+        *("scenes", "frames", _NONE),
+    )
     rows = []
-    for (errors, method), of_group in groups.items():
-        known = [row.l3_mm for row in of_group if row.l3_mm is not None]
+    for names, of_group in groups.items():
+        frames = frames_of(of_group)
+        known = existing(row.l3_mm for row in frames.items)
         rows.append(
             (
-                errors,
-                method,
-                median(known),
-                median(known, _SHARE),
+                *names,
+                frames.quantile(lambda row: row.l3_mm),
+                frames.quantile(lambda row: row.l3_mm, _SHARE),
                 max(known, default=None),
                 sum(error > FAR_MM for error in known),
-                percent(mean(row.length_error for row in of_group)),
-                len(of_group),
-                len(of_group) - len(known),
+                frames.mean(lambda row: None if row.l3_mm is None else float(row.l3_mm > FAR_MM), 100.0),
+                frames.mean(lambda row: row.length_error, 100.0),
+                frames.count,
+                len(frames),
+                len(frames) - len(known),
             )
         )
     return Table(suite, f"{suite}: curves in space, by the errors of depth", columns, tuple(rows), _ERRORS_NOTE)
 
 
-def _row(scenario: str, method: str, rows: Sequence[FrameRow]) -> tuple[Cell, ...]:
-    errors = [math.inf if row.l3_mm is None else row.l3_mm for row in rows]
+def _row(scenario: str, method: str, frames: Sample[FrameRow]) -> tuple[Cell, ...]:
     return (
         scenario,
         method,
-        mean(row.l3_mm for row in rows),
-        _finite(median(errors, _SHARE)),
-        max(existing(row.l3_mm for row in rows), default=None),
-        percent(mean(row.length_error for row in rows)),
-        percent(median(row.length_error for row in rows)),
-        len(rows),
-        sum(row.l3_mm is None for row in rows),
+        frames.mean(lambda row: row.l3_mm),
+        _finite(frames.quantile(_or_endless, _SHARE)),
+        max(existing(row.l3_mm for row in frames.items), default=None),
+        frames.mean(lambda row: row.length_error, 100.0),
+        frames.quantile(_length_percent),
+        frames.count,
+        len(frames),
+        frames.total(lambda row: row.l3_mm is None),
     )
+
+
+def _length_percent(row: FrameRow) -> float | None:
+    return percent(row.length_error)
+
+
+def _or_endless(row: FrameRow) -> float:
+    return math.inf if row.l3_mm is None else row.l3_mm
 
 
 def _finite(value: float | None) -> float | None:

@@ -161,7 +161,10 @@ def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
 
 def mean_width(mask: npt.NDArray[np.bool_]) -> float:
     """Return the width of a long and thin mask: of 2 r + 1 rows the mean depth is about (r + 1)^2 / (2 r + 1)."""
-    depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask]
+    x, y, width, height = cv2.boundingRect(mask.astype(np.uint8))
+    # With a row and a column of ground around it, where the image has any, depths are those in the whole image.
+    crop = mask[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
+    depth = cv2.distanceTransform(crop.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[crop]
     return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
 
 

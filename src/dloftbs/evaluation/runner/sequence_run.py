@@ -33,6 +33,7 @@ class KnownFrames(Protocol):
 
     fps: float | None
     tolerance_px: float | None
+    scene_name: str | None
 
     def __len__(self) -> int: ...
 
@@ -125,8 +126,11 @@ class _Run:
         radius_m = getattr(self._sequence, "radius_m", None)
         result = score(detected, truth, frame, self._sequence.tolerance_px, radius_m)
         tracked = result if detected is found else score(found, truth, frame, self._sequence.tolerance_px)
-        self._rows.append(_row(self._key, index, detected, truth, result, ms, failure))
-        self._joints += judge_joints(index, detected.detections, truth, frame.size)
+        self._rows.append(
+            _row(self._key, index, detected, truth, result, ms=ms, failure=failure, scene=self._scene(index))
+        )
+        joints = judge_joints(index, detected.detections, truth, frame.size)
+        self._joints += [replace(joint, scene=self._scene(index)) for joint in joints]
         self._identities = self._identities or IdentityScorer(frame.size)
         self._identities.add(found, truth, tracked.distances)
         if self._following is not None and tracked.distances is not None and self._following.wants(found):
@@ -135,6 +139,11 @@ class _Run:
             self._following.add(index, found, alone, truth, tracked.distances, frame.size)
         self._curves[index] = detected.curves
         _forget(self._curves, self._rows)
+
+    def _scene(self, index: int) -> str:
+        """Return the scene that a frame shows: frames without a rate are single images, and each shows its own."""
+        name = self._sequence.scene_name or self._key.sequence
+        return name if self._sequence.fps is not None else f"{name} #{index}"
 
     def part(self) -> Part:
         """Return the scores of all frames."""
@@ -190,12 +199,10 @@ def _call(call: Callable[[Frame], Any], frame: Frame) -> tuple[Found, float, str
         return Found(), ms, _text(error)
 
 
-def _row(key: Key, index: int, found: Found, truth: Truth, result: Score, ms: float, failure: str | None) -> FrameRow:
+def _row(key: Key, index: int, found: Found, truth: Truth, result: Score, **others: Any) -> FrameRow:
     scores = {name: getattr(result, name) for name in _SCORES}
     n_true, n_found = len(truth.ids), len(found.curves)
-    return FrameRow(
-        key.suite, key.sequence, index, key.method, n_true=n_true, n_found=n_found, ms=ms, failure=failure, **scores
-    )
+    return FrameRow(key.suite, key.sequence, index, key.method, n_true=n_true, n_found=n_found, **scores, **others)
 
 
 def _forget(curves: dict[int, tuple[Curve, ...]], rows: list[FrameRow]) -> None:
