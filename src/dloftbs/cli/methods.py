@@ -15,6 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
+import msgspec
+
 from dloftbs.cli.method_options import MethodSettings
 from dloftbs.config import Config
 from dloftbs.errors import ConfigError, InputError
@@ -53,9 +55,9 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     Parameters
     ----------
     name : str
-        "default", "paper", the baseline "cpd", a YAML file with a configuration, or ``module:callable``: a function
-        from a `Frame` to curves, or a class, of which an instance is made for each sequence and called in this way,
-        after its ``start(frame, truth)`` if it has one.
+        "default"; "paper", in sequences of one cable the authors' form for one; the baseline "cpd"; a YAML file with a
+        configuration; or ``module:callable``: a function from a `Frame` to curves, or a class, of which an instance is
+        made for each sequence and called in this way, after its ``start(frame, truth)`` if it has one.
     settings : MethodSettings, optional
         Apply to all but the last.
 
@@ -68,7 +70,12 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     """
     config = config_of(name, settings or MethodSettings())
     if config is not None:
-        return Method(name, functools.partial(_pipeline, config), config.to_yaml())
+        one = _for_one(config) if name == "paper" else None
+        if one is None:
+            return Method(name, functools.partial(_pipeline, config), config.to_yaml())
+        settings_of_both = f"{config.to_yaml()}\n{one.to_yaml()}"
+        both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
+        return Method(name, both[0], settings_of_both, one_factory=both[1])
     if name in BASELINES:
         first, *others = (functools.partial(_point_drift, length) for length in LENGTHS)
         return Method(name, first, alternatives=tuple(others), suites=BASELINE_SUITES)
@@ -122,6 +129,13 @@ def config_of(name: str, settings: MethodSettings) -> Config | None:
 
 def _point_drift(length: float) -> Callable[[Frame], Any]:
     return CoherentPointDrift(length)
+
+
+def _for_one(config: Config) -> Config | None:
+    """Return the authors' form for one cable, which joins all segments; None where their linking was set otherwise."""
+    if config.linking != Config.paper().linking:
+        return None
+    return msgspec.structs.replace(config, linking=Config.paper(objects=1).linking)
 
 
 def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:

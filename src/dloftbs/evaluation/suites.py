@@ -20,6 +20,7 @@ HD = (720, 1280)
 QUICK_SCALE = 0.1
 QUICK_SIZE = (360, 640)
 _SEEDS_APART = 1000
+"""Of the seeds of two runs, and of the first from 0: the weights of linking were fitted on seeds below that."""
 _FEWEST_FRAMES = 2
 _RUNG_SCALE = 0.2
 """Of the frames of a rung: two for each seed."""
@@ -227,7 +228,7 @@ def _excerpts(recipe: _Recipe, scale: float, seed: int, size: Size) -> list[Know
     frames = max(_FEWEST_FRAMES, round(min(1.0, scale * recipe.scenes) * recipe.frames))
     made: list[KnownSequence] = []
     for number in range(scenes):
-        for whole in recipe.generator(1.0, _SEEDS_APART * seed + number, size):
+        for whole in recipe.generator(1.0, _SEEDS_APART * (seed + 1) + number, size):
             length = min(frames, len(whole))
             start = round((len(whole) - length) * number / max(scenes - 1, 1))
             sequence = Excerpt(whole, start, length)

@@ -174,7 +174,7 @@ def test_methods_without_identities_and_other_sequences_are_not_followed(tmp_pat
     assert following_table([other], "stub").rows == ()
 
 
-def test_the_report_has_both_tables_and_the_bars(tmp_path):
+def test_the_report_has_both_tables_and_no_target(tmp_path):
     suites = [suite(Hidden(hidden=HALF), name="tracking")]
     parts = evaluate(suites, [method(runner_stubs.named)], tmp_path / "parts")
     again = evaluate(suites, [method(runner_stubs.named)], tmp_path / "parts")
@@ -182,21 +182,13 @@ def test_the_report_has_both_tables_and_the_bars(tmp_path):
     write_report(suites, parts, tmp_path, "stubs")
     made = json.loads((tmp_path / "report.json").read_text())["tables"]
     row = made["tracking-families"][0]
-    assert (row["family"], row["bar, %"], row["bar: less, %"]) == ("stub", 95.0, 30.0)
+    assert row["family"] == "stub"
+    assert not any("bar" in column for column in row)
     assert {"tracking", "tracking-frames", "tracking-families"} <= set(made)
     assert (tmp_path / "tables" / "tracking-families.csv").exists()
     write_report(suites, parts, tmp_path, "stubs", untracked=["tracking"])
     made = json.loads((tmp_path / "report.json").read_text())["tables"]
     assert {name for name in made if name.startswith("tracking")} == {"tracking-frames"}
-
-
-def test_only_the_suites_with_bars_have_any(tmp_path):
-    part = followed(tmp_path, runner_stubs.named, Hidden())
-    bars = {}
-    for name in ("tracking", "simulated"):
-        table = following_table([part], name)
-        bars[name] = dict(zip(table.columns, table.rows[0], strict=True))["bar, %"]
-    assert bars == {"tracking": 95.0, "simulated": None}
 
 
 def test_the_suite_is_made_for_it():

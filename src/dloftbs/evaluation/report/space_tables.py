@@ -1,43 +1,24 @@
-"""Curves in space from imperfect depth: by scenario, with its bars and others' figures, and by a camera's errors."""
+"""Curves in space from imperfect depth: by scenario, and by a camera's errors."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from dloftbs.evaluation import paper_figures
-from dloftbs.evaluation.paper_figures import SpaceBar
 from dloftbs.evaluation.report.spread import Sample, frames_of
 from dloftbs.evaluation.report.table import Cell, Table, existing, percent
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
 
 _MEAN, _P95 = "L3 mm mean", "L3 mm 95 %"
-_WITHIN, _LENGTH = "within the limit, %", "length off, % mean"
+_LENGTH = "length off, % mean"
 _NONE = "frames without a curve in space"
-_BAR_MEAN, _BAR_FRAME = "limit of the mean, mm", "limit of a frame, mm"
-_COLUMNS = (
-    "scenario",
-    "method",
-    _MEAN,
-    _BAR_MEAN,
-    _P95,
-    _BAR_FRAME,
-    _WITHIN,
-    "L3 mm max",
-    _LENGTH,
-    "length off, % median",
-    "scenes",
-    "frames",
-    _NONE,
-    "limits kept",
-)
+_COLUMNS = ("scenario", "method", _MEAN, _P95, "L3 mm max", _LENGTH, "length off, % median", "scenes", "frames", _NONE)
+_SHARE = 0.95
 _NOTE = (
     "L3 of the curve in space from the true axis, and how much its length is off the true one. 95 %: below it lie so "
-    "many of all frames, those without a curve in space counting as infinitely far off. The limits are what is asked "
-    f"for: a mean L3, {paper_figures.SPACE_SHARE:.0%} of all frames within the limit of a frame, and lengths that are "
-    f"off by {paper_figures.SPACE_LENGTH:.0%} in the mean; the last column says which are kept. Depth has noise with a "
+    "many of all frames, those without a curve in space counting as infinitely far off. Depth has noise with a "
     "sigma of 1 mm at 0.5 m and 4 mm at 1.5 m, 5 % of the cable has no depth, and half of the pixels at edges fly; "
-    "stereo adds grain of 2 px and steps of 2 mm at 1 m. Published rows are of other scenes, in the paper's unit."
+    "stereo adds grain of 2 px and steps of 2 mm at 1 m."
 )
 
 FAR_MM = 5.0
@@ -50,7 +31,7 @@ _ERRORS_NOTE = (
 
 
 def space_table(parts: Sequence[Part], suite: str) -> Table:
-    """Return the errors in space by sequence and method, with the limits asked for and the published figures.
+    """Return the errors in space by sequence and method.
 
     Parameters
     ----------
@@ -62,10 +43,8 @@ def space_table(parts: Sequence[Part], suite: str) -> Table:
     groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
         groups.setdefault((part.key.sequence, part.key.method), []).append(part)
-    rows = [_row(*names, frames_of(of_group)) for names, of_group in groups.items()]
-    rows += [_theirs(other) for other in paper_figures.TABLE_IV]
-    title = f"{suite}: RGBD with the noise of depth cameras, curves in space"
-    return Table(suite, title, _COLUMNS, tuple(rows), _NOTE)
+    rows = tuple(_row(*names, frames_of(of_group)) for names, of_group in groups.items())
+    return Table(suite, f"{suite}: RGBD with the noise of depth cameras, curves in space", _COLUMNS, rows, _NOTE)
 
 
 def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
@@ -93,7 +72,7 @@ def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
             (
                 *names,
                 frames.quantile(lambda row: row.l3_mm),
-                frames.quantile(lambda row: row.l3_mm, paper_figures.SPACE_SHARE),
+                frames.quantile(lambda row: row.l3_mm, _SHARE),
                 max(known, default=None),
                 sum(error > FAR_MM for error in known),
                 frames.mean(lambda row: None if row.l3_mm is None else float(row.l3_mm > FAR_MM), 100.0),
@@ -107,24 +86,18 @@ def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
 
 
 def _row(scenario: str, method: str, frames: Sample[FrameRow]) -> tuple[Cell, ...]:
-    bar = paper_figures.space_bar(scenario)
-    figures: dict[str, Cell] = {
-        "scenario": scenario,
-        "method": method,
-        _MEAN: frames.mean(lambda row: row.l3_mm),
-        _P95: _finite(frames.quantile(_or_endless, paper_figures.SPACE_SHARE)),
-        "L3 mm max": max(existing(row.l3_mm for row in frames.items), default=None),
-        _LENGTH: frames.mean(lambda row: row.length_error, 100.0),
-        "length off, % median": frames.quantile(_length_percent),
-        "scenes": frames.count,
-        "frames": len(frames),
-        _NONE: frames.total(lambda row: row.l3_mm is None),
-    }
-    if bar is not None:
-        within = frames.mean(lambda row: float(_or_endless(row) <= bar.frame_mm), 100.0)
-        kept = _kept(figures[_MEAN], within or 0.0, figures[_LENGTH], bar)
-        figures |= {_BAR_MEAN: bar.mean_mm, _BAR_FRAME: bar.frame_mm, _WITHIN: within, "limits kept": kept}
-    return tuple(figures.get(column) for column in _COLUMNS)
+    return (
+        scenario,
+        method,
+        frames.mean(lambda row: row.l3_mm),
+        _finite(frames.quantile(_or_endless, _SHARE)),
+        max(existing(row.l3_mm for row in frames.items), default=None),
+        frames.mean(lambda row: row.length_error, 100.0),
+        frames.quantile(_length_percent),
+        frames.count,
+        len(frames),
+        frames.total(lambda row: row.l3_mm is None),
+    )
 
 
 def _length_percent(row: FrameRow) -> float | None:
@@ -133,28 +106,6 @@ def _length_percent(row: FrameRow) -> float | None:
 
 def _or_endless(row: FrameRow) -> float:
     return math.inf if row.l3_mm is None else row.l3_mm
-
-
-def _kept(mean_mm: Cell, within_percent: float, length_percent: Cell, bar: SpaceBar) -> str:
-    """Return which limits are kept, in words."""
-    checks = {
-        "mean": isinstance(mean_mm, float) and mean_mm <= bar.mean_mm,
-        "frames": within_percent >= 100.0 * paper_figures.SPACE_SHARE,
-        "length": isinstance(length_percent, float) and length_percent <= 100.0 * paper_figures.SPACE_LENGTH,
-    }
-    if all(checks.values()):
-        return "all"
-    return ", ".join(name for name, is_kept in checks.items() if is_kept) or "none"
-
-
-def _theirs(other: paper_figures.Shape) -> tuple[Cell, ...]:
-    figures: dict[str, Cell] = {
-        "scenario": f"paper's {other.scenario}",
-        "method": f"{other.method} ({paper_figures.MARK})",
-        _MEAN: other.mean,
-        "L3 mm max": other.largest,
-    }
-    return tuple(figures.get(column) for column in _COLUMNS)
 
 
 def _finite(value: float | None) -> float | None:

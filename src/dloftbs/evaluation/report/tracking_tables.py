@@ -15,22 +15,11 @@ _Groups: TypeAlias = dict[tuple[str, int | None, str], list[tuple[Following, str
 _Chosen: TypeAlias = Callable[[TrackRow], bool]
 _Value: TypeAlias = Callable[[TrackRow], float | None]
 
-WITHOUT_BAR = "hidden"
-"""The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
-ALL = f"all but {WITHOUT_BAR}"
+APART = "hidden"
+"""The family outside of the totals: where cables come out that are hidden as a whole, nobody can know."""
+ALL = f"all but {APART}"
 """All other families, of a suite that has it."""
-_WITHOUT_BARS = "simulated"
-"""The suite for which no bars of tracks are set."""
 
-_SINGLE_BAR, _BAR = 99.0, 95.0
-_IDF1_BARS = {3: 0.98, 5: 0.95}
-_LESS_BAR = 30.0
-_PLAIN_IDF1_BAR, _GHOSTS_BAR = 0.98, 0.5
-_HARM_BARS = {
-    **dict.fromkeys(("bends", "tilts", "approaches", "swings", "exchange", "darts", "drops", "ends meet"), 0.5),
-    "three cross": 3.0,
-}
-"""Per cent, of the families in which nothing is hidden."""
 HARM_PX, RIGHT_PX = 5.0, 3.0
 """Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
 _WHOLE = 0.99
@@ -46,19 +35,14 @@ _COLUMNS = (
     "no switch, %",
     "no flip, %",
     "neither, %",
-    "bar, %",
     "objects followed, %",
     "IDF1",
-    "bar",
     "harm, %",
-    "bar: harm, %",
     "ghosts, %",
-    "bar: ghosts, %",
     "occluded: L3 px tracked",
     "occluded: L3 px of the hidden part",
     "occluded: L3 px frame by frame",
     "occluded: less, %",
-    "bar: less, %",
     "occluded: not detected, %",
     "clear: L3 px tracked",
     "clear: L3 px frame by frame",
@@ -91,17 +75,13 @@ def following_table(parts: Sequence[Part], suite: str) -> Table:
             key = part.following.family, part.following.cables, part.key.method
             groups.setdefault(key, []).append((part.following, part.scene))
     totals: _Groups = {}
-    with_bar = {key: followed for key, followed in groups.items() if key[0] != WITHOUT_BAR}
-    every = ALL if len(with_bar) < len(groups) else "all"
-    for (_, cables, method), followed in with_bar.items():
+    counted = {key: followed for key, followed in groups.items() if key[0] != APART}
+    every = ALL if len(counted) < len(groups) else "all"
+    for (_, cables, method), followed in counted.items():
         totals.setdefault((every, cables, method), []).extend(followed)
-    for (_, _, method), followed in with_bar.items():
+    for (_, _, method), followed in counted.items():
         totals.setdefault((every, None, method), []).extend(followed)
-    barred = suite != _WITHOUT_BARS
-    rows = tuple(
-        _row(*key, Sample(*zip(*followed, strict=True)), barred and key[0] != WITHOUT_BAR)
-        for key, followed in (groups | totals).items()
-    )
+    rows = tuple(_row(*key, Sample(*zip(*followed, strict=True))) for key, followed in (groups | totals).items())
     title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
     return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
 
@@ -144,11 +124,8 @@ def refound(rows: Sequence[TrackRow]) -> list[int | None]:
     return found if since is None else [*found, None]
 
 
-def _row(family: str, cables: int | None, method: str, followed: Sample[Following], barred: bool) -> tuple[Cell, ...]:
-    plain = family in _HARM_BARS
-    idf1_bar = _PLAIN_IDF1_BAR if plain else _IDF1_BARS.get(cables or 0)
+def _row(family: str, cables: int | None, method: str, followed: Sample[Following]) -> tuple[Cell, ...]:
     again = [after for one in followed.items for after in _refound(one)]
-    tracked = _mean(followed, _occluded, _tracked)
     return (
         family,
         cables,
@@ -157,19 +134,14 @@ def _row(family: str, cables: int | None, method: str, followed: Sample[Followin
         followed.mean(lambda one: float(one.scores.switches == 0), 100.0),
         followed.mean(lambda one: float(one.scores.flips == 0), 100.0),
         followed.mean(lambda one: float(one.scores.switches == one.scores.flips == 0), 100.0),
-        (_SINGLE_BAR if cables == 1 and not plain else _BAR) if barred else None,
         followed.ratio(lambda one: one.scores.mostly_tracked, _objects, 100.0),
         idf1(followed, lambda one: one.scores),
-        idf1_bar if barred else None,
         followed.ratio(lambda one: sum(map(is_harmed, one.rows)), lambda one: len(one.rows), 100.0),
-        _HARM_BARS.get(family),
         followed.ratio(lambda one: one.ghosts, lambda one: one.points, 100.0),
-        _GHOSTS_BAR if plain else None,
-        tracked,
+        _mean(followed, _occluded, _tracked),
         _mean(followed, _occluded, lambda row: None if row.alone_px is None else row.hidden_px),
         _mean(followed, _occluded, _alone),
         followed.ratio(_sum(_occluded, _tracked), _sum(_occluded, _alone), -100.0, offset=100.0),
-        _LESS_BAR if barred and tracked is not None else None,
         _mean(followed, _occluded, lambda row: 100.0 * (row.alone_px is None)),
         _mean(followed, _clear, _tracked),
         _mean(followed, _clear, _alone),

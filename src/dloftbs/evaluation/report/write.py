@@ -17,6 +17,7 @@ from dloftbs._version import __version__
 from dloftbs.evaluation.report.all_tables import tables
 from dloftbs.evaluation.report.counts import rows_of
 from dloftbs.evaluation.report.losses import losses
+from dloftbs.evaluation.report.paper_tables import TABLES_OF_PAPER
 from dloftbs.evaluation.report.plots import write_plots
 from dloftbs.evaluation.report.spread import NOTE
 from dloftbs.evaluation.report.table import Table
@@ -49,8 +50,11 @@ class Report:
     pictures: tuple[Path, ...]
     no_plots: str | None = None
 
-    def text(self) -> str:
-        """Return the tables as they are printed to a terminal."""
+    def text(self, *, only_paper: bool = False) -> str:
+        """Return the tables as they are printed to a terminal: all, or those of the paper with their notes."""
+        if only_paper:
+            of_paper = [f"{table.text()}\n{table.note}" for table in self.tables if table.name in TABLES_OF_PAPER]
+            return "\n\n".join([self.heading, *of_paper])
         note = [NOTE] if any(table.has_intervals for table in self.tables) else []
         return "\n\n".join([self.heading, *(table.text() for table in self.tables), *note])
 

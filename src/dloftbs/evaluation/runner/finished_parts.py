@@ -56,6 +56,10 @@ class FrameRow:
         Milliseconds of the method's call alone.
     failure : str or None
         Error of the method, or fault of its result; then all objects are missing.
+    l1_mm, l2_mm : float or None
+        Criteria 1 and 2 in space, between the mask's pixels that have depth and all curves that are known there.
+    l3_surface_mm : float or None
+        As `l3_mm`, but from the line on the surface that faces the camera, where the objects' radius is known.
     scene : str
         Scene that the frame shows. Frames of one scene are no independent sample: a sequence is one, under whatever
         noise; of single images each is one.
@@ -80,6 +84,9 @@ class FrameRow:
     clean: bool
     ms: float
     failure: str | None
+    l1_mm: float | None = None
+    l2_mm: float | None = None
+    l3_surface_mm: float | None = None
     scene: str = ""
 
     @property

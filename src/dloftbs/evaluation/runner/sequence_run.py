@@ -23,6 +23,8 @@ WORST = 10
 
 _PICTURE_POINTS = 160  # of a curve in a picture
 _SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
+_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Places in a sequence at which its objects are counted."""
 _warm: set[tuple[str, str]] = set()
 
 
@@ -56,6 +58,8 @@ class Method:
         be told where objects are, of whom nothing is scored frame by frame alone.
     settings : str
         Settings that its results depend on, besides the name: its configuration, or a digest of its code.
+    one_factory : callable, optional
+        The same for sequences of one object, where a method has a form of its own for these.
     alternatives : tuple of callable
         Further factories: of each sequence only the form counts whose curves are nearest to the truth, as where a paper
         counts the best of several settings.
@@ -66,8 +70,22 @@ class Method:
     name: str
     factory: Callable[[], Callable[[Frame], Any]]
     settings: str = ""
+    one_factory: Callable[[], Callable[[Frame], Any]] | None = None
     alternatives: tuple[Callable[[], Callable[[Frame], Any]], ...] = ()
     suites: tuple[str, ...] = ()
+
+    @property
+    def forms(self) -> list[Method]:
+        """The method with each of its factories, but that for one object."""
+        return [replace(self, factory=factory, alternatives=()) for factory in (self.factory, *self.alternatives)]
+
+    def made_for(self, sequence: KnownFrames) -> Method:
+        """Return the form for a sequence: that of one object where none of some frames shows more."""
+        if self.one_factory is None:
+            return self
+        some = {round(share * (len(sequence) - 1)) for share in _SHARES} if len(sequence) else set()
+        single = all(len(sequence.truth(index).ids) <= 1 for index in sorted(some))
+        return replace(self, factory=self.one_factory, one_factory=None) if single else self
 
 
 def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence[Method]) -> list[Part]:
@@ -93,7 +111,7 @@ def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence
         If a method cannot be made.
     """
     forms = [
-        [_Run(key, sequence, replace(method, factory=factory)) for factory in (method.factory, *method.alternatives)]
+        [_Run(key, sequence, form) for form in method.made_for(sequence).forms]
         for key, method in zip(keys, methods, strict=True)
     ]
     for index in range(len(sequence)):
@@ -138,7 +156,8 @@ class _Run:
             _call(self._call, frame) if self._not_started is None else (Found(), 0.0, self._not_started)
         )
         detected = found.detected or found
-        result = score(detected, truth, frame, self._sequence.tolerance_px)
+        radius_m = getattr(self._sequence, "radius_m", None)
+        result = score(detected, truth, frame, self._sequence.tolerance_px, radius_m)
         tracked = result if detected is found else score(found, truth, frame, self._sequence.tolerance_px)
         self._rows.append(
             _row(self._key, index, detected, truth, result, ms=ms, failure=failure, scene=self._scene(index))
