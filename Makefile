@@ -30,20 +30,21 @@ fuzz: .venv/installed-dev
 	PYTHONPATH=tests:. $(BIN)/python -m fuzz --minutes $(MINUTES) --seed $(SEED) \
 		$(if $(FAMILY),--family $(FAMILY)) $(if $(CASE),--case $(CASE))
 
-# docs/performance.md with its plots; about ten minutes, best on a machine that does nothing else.
+# docs/performance-details.md with its plots, and from it docs/performance.md, on a machine that does nothing else.
 bench: .venv/installed-dev
-	$(BIN)/python -m benchmarks.speed --docs docs/performance.md
-	$(BIN)/python -m benchmarks.growth --docs docs/performance.md --plot docs/images/performance/growth.png
-	$(BIN)/python -m benchmarks.profile --docs docs/performance.md --plot docs/images/performance/profile.png
-	$(BIN)/python -m benchmarks.throughput --docs docs/performance.md
-	$(BIN)/python -m benchmarks.recordings --docs docs/performance.md
-	$(BIN)/python -m benchmarks.batch --docs docs/performance.md
-	$(BIN)/python -m benchmarks.process --docs docs/performance.md
+	$(BIN)/python -m benchmarks.speed --docs docs/performance-details.md
+	$(BIN)/python -m benchmarks.growth --docs docs/performance-details.md --plot docs/images/performance/growth.png
+	$(BIN)/python -m benchmarks.profile --docs docs/performance-details.md --plot docs/images/performance/profile.png
+	$(BIN)/python -m benchmarks.throughput --docs docs/performance-details.md
+	$(BIN)/python -m benchmarks.recordings --docs docs/performance-details.md
+	$(BIN)/python -m benchmarks.batch --docs docs/performance-details.md
+	$(BIN)/python -m benchmarks.process --docs docs/performance-details.md
+	$(BIN)/python -m benchmarks.summary --details docs/performance-details.md --docs docs/performance.md
 
-# docs/results.md, the default method and the published one; some minutes on two cores, whatever is finished stays in
-# build/results.
+# docs/results.md: the default method, the published one, and the baseline that is told the start; half an hour on two
+# cores, whatever is finished stays in build/results.
 results: .venv/installed-dev
-	$(BIN)/dloftbs evaluate --method default,paper --out build/results
+	$(BIN)/dloftbs evaluate --method default,paper,cpd --out build/results
 	$(BIN)/python -m dloftbs.evaluation.report.docs_page build/results docs/results.md
 
 clean:

@@ -14,12 +14,15 @@ from cli.cli_inputs import mask, run, save, start
 
 from dloftbs.cli.commands import evaluate as evaluate_command
 from dloftbs.cli.evaluation_progress import open_parts_progress
+from dloftbs.cli.method_options import MethodSettings
 from dloftbs.cli.methods import method_of
+from dloftbs.config import Config
 from dloftbs.errors import InputError
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Key, Part
 from dloftbs.evaluation.suites import SUITES
 from dloftbs.frame import Frame
 from dloftbs.sources.recorded.through_points import curve_through
+from dloftbs.synthetic import rgb, several_cables
 
 TINY = ("--scale", 0.01, "--size", "320x180", "--jobs", 1)
 MINE = """
@@ -63,7 +66,7 @@ def test_a_run_from_end_to_end(tmp_path):
     out = tmp_path / "out"
     result = run("evaluate", "rgbd-artificial", "kinds", "--out", out, *TINY)
     assert "All suites" in result.stdout
-    assert "DLOFTBs (published, on other data)" in result.stdout
+    assert "DLOFTBs   published, on other data  L3 mean" in re.sub(r"DLOFTBs +", "DLOFTBs   ", result.stdout)
     assert "frames  " in result.stderr
     data = json.loads((out / "report.json").read_text())
     assert {row["method"] for row in data["tables"]["summary"]} == {"default", "paper"}
@@ -174,6 +177,10 @@ def test_quick_has_no_tables_of_tracking_and_says_so(tmp_path, mine, monkeypatch
     monkeypatch.setattr("dloftbs.evaluation.suites.QUICK_SCALE", 0.01)
     arguments = ("evaluate", "rgbd-artificial", "--method", "mine:Follower", "--size", "320x180", "--jobs", 1)
     quick = run(*arguments, "--quick", "--out", tmp_path / "quick")
+    assert quick.stdout.startswith("QUICK RUN, a tenth of the scenes in small images: to try, not to quote. ")
+    assert "All suites (quick run)" in quick.stdout
+    assert (tmp_path / "quick" / "report.md").read_text().startswith("QUICK RUN")
+    assert "quick run" in (tmp_path / "quick" / "tables" / "summary.csv").read_text().splitlines()[1]
     assert quick.stdout.count("no tracking tables: so few frames say nothing of tracking, run without --quick") == 1
     tables = json.loads((tmp_path / "quick" / "report.json").read_text())["tables"]
     assert "tracking" not in tables
@@ -183,6 +190,53 @@ def test_quick_has_no_tables_of_tracking_and_says_so(tmp_path, mine, monkeypatch
     assert "no tracking tables" not in asked.stdout
     tables = json.loads((tmp_path / "quick" / "report.json").read_text())["tables"]
     assert "tracking" in tables
+
+
+def test_the_baseline_is_scored_where_it_is_told_the_start(tmp_path):
+    arguments = ("evaluate", "rgbd-artificial", "kinds", "--method", "cpd,paper", "--out", tmp_path / "out", *TINY)
+    result = run(*arguments)
+    rows = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]["summary"]
+    assert [(row["suite"], row["method"]) for row in rows] == [
+        ("rgbd-artificial", "cpd"),
+        ("rgbd-artificial", "paper"),
+        ("kinds", "paper"),
+    ]
+    assert rows[0]["exceptions"] == rows[0]["frames without a curve"] == 0
+    assert rows[0]["L3 px"] < 5.0
+    assert "(scale 0.01)" in result.stdout
+
+
+def test_the_baseline_is_for_some_suites_alone(tmp_path):
+    result = run("evaluate", "kinds", "--method", "cpd", "--out", tmp_path / "out", *TINY, code=1)
+    assert "method 'cpd' is for the suites rgb, rgbd, rgbd-artificial, got kinds" in result.stderr
+
+
+def test_the_papers_tables_are_printed_with_ours_beneath(tmp_path, shared_data):
+    done = run("evaluate", "rgb", shared_data / "cables", "--paper", *TINY, "--out", tmp_path / "out")
+    titles = [line.partition(" (")[0] for line in done.stdout.splitlines() if line.startswith("Table ")]
+    assert titles == ["Table I: 2D videos of one cable", "Table II: images of several cables"]
+    assert "All suites" not in done.stdout
+    rows = [line.split() for line in done.stdout.splitlines() if " here" in line]
+    assert [row[0] for row in rows if "L1" in row] == ["default", "paper"]
+    assert {row[0] for row in rows if "cables" in row} == {"default", "paper"}
+
+
+def test_folders_alone_come_to_the_suites_of_the_paper():
+    suites = ("rgb", "several-cables", "rgbd", "rgbd-artificial")
+    assert evaluate_command._names_of_paper(()) == suites
+    assert evaluate_command._names_of_paper(("photographs",)) == (*suites, "photographs")
+    assert evaluate_command._names_of_paper(("rgb", "photographs")) == ("rgb", "photographs")
+
+
+def test_paper_has_the_form_of_one_cable_where_there_is_one():
+    one, several = rgb(0.01, size=(180, 320))[0], several_cables(0.01, size=(180, 320))[0]
+    paper = method_of("paper")
+    linking = {number: made.factory.args[0].linking for number, made in
+               ((1, paper.made_for(one)), (2, paper.made_for(several)))}  # fmt: skip
+    assert linking == {1: Config.paper(objects=1).linking, 2: Config.paper().linking}
+    assert "objects: 1" in paper.settings
+    set_by_hand = method_of("paper", MethodSettings(changes={"linking.max_cost": 8.0}))
+    assert set_by_hand.made_for(one).factory.args[0].linking.max_cost == 8.0
 
 
 def test_a_class_is_made_anew_and_a_function_is_not(mine):
@@ -204,7 +258,8 @@ def test_a_changed_module_has_other_settings(mine):
     [
         (
             "best",
-            "there is no method 'best'; methods are default, paper, a configuration (FILE.yaml) and module:callable",
+            "there is no method 'best'; methods are default, paper, cpd, a configuration (FILE.yaml) and "
+            "module:callable",
         ),
         ("nowhere:f", "cannot import 'nowhere': ModuleNotFoundError"),
         ("falls_over:f", "cannot import 'falls_over': ZeroDivisionError: division by zero"),

@@ -10,6 +10,7 @@ from dloftbs.synthetic import (
     NOISY,
     OCCLUDED,
     KindSequence,
+    StrewnSequence,
     TangleSequence,
     draw_tube_mask,
     kinds,
@@ -76,16 +77,21 @@ def test_every_pixel_belongs_to_the_topmost_cable_over_it():
     assert wrong <= 0.005 * truth.mask.sum()
 
 
-def test_network_masks_are_worse_than_the_truth_but_not_by_much():
-    groups = several_cables(0.01, 1, SIZE)
-    assert len(groups) > 2
-    for group in groups:
-        mask, truth, clean = group.frame(0).mask, group.truth(0).mask, group.sequence.truth(0).mask
-        assert group.frame(0).image is None
-        assert not (truth & ~clean).any()
-        overlap = (mask & clean).sum() / (mask | clean).sum()
-        assert 0.55 < overlap < 0.97
-        assert (mask & ~clean).any()
+def test_strewn_cables_lie_apart_and_some_are_cut_by_the_border():
+    images = StrewnSequence(6, 12, SIZE)
+    cut = crossings = 0
+    for index in range(12):
+        curves = images.truth(index).curves
+        assert len(curves) == 6
+        for curve in curves:
+            ends = np.array([curve.start, curve.end])
+            cut += (np.minimum(ends, np.array(SIZE[::-1]) - 1.0 - ends).min(axis=1) < 1.0).sum()
+            others = [other for other in curves if other is not curve]
+            near = np.min([closest(other, curve) for other in others], axis=0)
+            crossings += near.min() < images.width_px / 2.0
+            assert (near < 0.7 * images.width_px).mean() < 0.3
+    assert 10 < cut < 72
+    assert 20 < crossings < 72
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,16 @@ from dloftbs._text import readable
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.recorded import LAYOUTS, open_labelled
 from dloftbs.sources.source import KnownSequence
+from dloftbs.synthetic import Excerpt
 
 HD = (720, 1280)
 QUICK_SCALE = 0.1
 QUICK_SIZE = (360, 640)
+_SEEDS_APART = 1000
+"""Of the seeds of two runs, and of the first from 0: the weights of linking were fitted on seeds below that."""
+_FEWEST_FRAMES = 2
+_RUNG_SCALE = 0.2
+"""Of the frames of a rung: two for each seed."""
 
 Size = tuple[int, int]
 Generator = Callable[[float, int, Size], Sequence[KnownSequence]]
@@ -52,62 +58,103 @@ class Suite:
         return sum(len(sequence) for sequence in self.sequences)
 
 
-_GENERATED: dict[str, tuple[str, Generator]] = {
-    "rgbd-artificial": (
+@dataclass(frozen=True)
+class _Recipe:
+    """Recipe of a generated suite.
+
+    Parameters
+    ----------
+    title : str
+    generator : callable
+        Scale, seed and size to the sequences of one seed.
+    scenes : int, optional
+        Number of seeds at scale 1; None where the generator draws as many scenes as it is asked for, by the scale.
+    frames : int
+        Of each sequence at most, where there are several seeds: an excerpt, at the speed of the whole, from another
+        part of the motion for each seed.
+    in_common : bool
+        Whether sequences of a seed whose names are equal up to the first comma show the same scene.
+    """
+
+    title: str
+    generator: Generator
+    scenes: int | None = None
+    frames: int = 0
+    in_common: bool = False
+
+
+_GENERATED: dict[str, _Recipe] = {
+    "rgbd-artificial": _Recipe(
         "a cable in space, perfect depth: high curvature, self-intersection, rapid moves",
         lambda scale, seed, size: synthetic.rgbd_artificial(scale, seed=seed, size=size),
+        scenes=8,
+        frames=35,
     ),
-    "rgbd-noisy": (
+    "rgbd-noisy": _Recipe(
         "the same by time-of-flight and stereo cameras, near and far: sigma 1.2 to 3.8 mm, holes, flying pixels",
-        lambda scale, seed, size: synthetic.rgbd_noisy(scale, seed=seed, size=size),
+        lambda scale, seed, size: synthetic.rgbd_noisy(4.0 * scale, seed=seed, size=size),
+        scenes=20,
+        frames=4,
+        in_common=True,
     ),
-    "rgbd-camera": (
+    "rgbd-camera": _Recipe(
         "cables of 3 to 20 mm above a table, single frames, each error of a depth camera by itself and all together",
         lambda scale, seed, size: synthetic.rgbd_camera(scale, seed=seed, size=size),
+        in_common=True,
     ),
-    "rgb": (
+    "rgb": _Recipe(
         "a cable held by two grippers: thick, thin, occluded, out of the image, crossing itself",
         lambda scale, seed, size: synthetic.rgb(scale, seed=seed, size=size),
+        scenes=20,
+        frames=7,
     ),
-    "rgbd": (
+    "rgbd": _Recipe(
         "a cable in hands, depth as a sensor gives it",
         lambda scale, seed, size: synthetic.rgbd_manipulation(scale, seed=seed, size=size),
+        scenes=8,
+        frames=32,
     ),
-    "several-cables": (
+    "several-cables": _Recipe(
         "single images of 2 to 8 cables, masks as a network leaves them",
         lambda scale, seed, size: synthetic.several_cables(scale, seed=seed, size=size),
     ),
-    "kinds": (
+    "kinds": _Recipe(
         "one kind of difficulty at a time, clean, noisy and occluded",
         lambda scale, seed, size: synthetic.kinds(scale, seed=seed, size=size),
+        scenes=20,
+        frames=12,
+        in_common=True,
     ),
-    "tracking": (
+    "tracking": _Recipe(
         "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence",
         lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
     ),
-    "known-occluders": (
-        "the sequences of tracking with occluders, told by a mask and by depth with the errors of a camera",
+    "known-occluders": _Recipe(
+        "sequences of tracking with one or three cables and occluders, told by a mask and by a camera's depth",
         lambda scale, seed, size: synthetic.known_occluders(scale, seed=seed, size=size),
     ),
-    "seen-occluders": (
+    "seen-occluders": _Recipe(
         "the same sequences with an image of the workbench, in which the occluders are seen",
         lambda scale, seed, size: synthetic.known_occluders(scale, seed, size, ["image"]),
     ),
-    "plain-sight": (
+    "plain-sight": _Recipe(
         "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
         lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),
     ),
-    "edge-cases": (
+    "edge-cases": _Recipe(
         "drawn images: sharp bends, facing ends, T and Y, cables side by side, cut by the border, a crossed ring",
         lambda scale, seed, size: synthetic.edge_cases(scale, seed=seed, size=size),
     ),
-    "simulated": (
+    "simulated": _Recipe(
         "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
         lambda scale, seed, size: synthetic.simulated(scale, seed=seed, size=size),
     ),
-    "noise": (
+    "noise": _Recipe(
         "ladders of growing noise",
-        lambda scale, seed, size: synthetic.noise_ladder(scale, seed=seed, size=size),
+        lambda scale, seed, size: synthetic.noise_ladder(_RUNG_SCALE * scale, seed=seed, size=size),
+        scenes=20,
+        frames=2,
+        in_common=True,
     ),
 }
 SUITES = tuple(_GENERATED)
@@ -130,7 +177,9 @@ def open_suite(
         One of `SUITES`, or a folder: a labelled sequence, or one that holds such folders. ``LAYOUT:FOLDER`` says which
         of `dloftbs.sources.recorded.LAYOUTS` it has, such as ``mbest:photographs``.
     scale : float
-        Of the number of frames, against the paper's data sets; a folder is taken as it is.
+        Of the number of scenes, and so of frames: at 1 a generated suite has at least 20 of different seeds for each of
+        its figures, but for those of a single scenario of rgbd and rgbd-artificial, which have 8. A folder is taken as
+        it is.
     seed : int
         Seed of the generated sequences.
     size : (int, int)
@@ -161,9 +210,35 @@ def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
         raise InputError(remedy)
     if not (0.0 < scale < math.inf) or seed < 0:
         raise InputError(f"expected scale > 0 and seed >= 0, got {scale} and {seed}")
-    title, generator = _GENERATED[name]
+    recipe = _GENERATED[name]
+    if recipe.scenes is None:
+        sequences = recipe.generator(scale, seed, size)
+        for sequence in sequences:
+            sequence.scene_name = _base_name(sequence, recipe.in_common)
+    else:
+        sequences = _excerpts(recipe, scale, seed, size)
     settings = f"scale {scale:g}, seed {seed}, {size[1]}x{size[0]}"
-    return Suite(name, title, tuple(generator(scale, seed, size)), settings, thinned=scale < 1.0)
+    return Suite(name, recipe.title, tuple(sequences), settings, thinned=scale < 1.0)
+
+
+def _excerpts(recipe: _Recipe, scale: float, seed: int, size: Size) -> list[KnownSequence]:
+    """Return the sequences of as many seeds as the scale asks for; of less than one seed, fewer frames."""
+    assert recipe.scenes is not None
+    scenes = max(1, round(scale * recipe.scenes))
+    frames = max(_FEWEST_FRAMES, round(min(1.0, scale * recipe.scenes) * recipe.frames))
+    made: list[KnownSequence] = []
+    for number in range(scenes):
+        for whole in recipe.generator(1.0, _SEEDS_APART * (seed + 1) + number, size):
+            length = min(frames, len(whole))
+            start = round((len(whole) - length) * number / max(scenes - 1, 1))
+            sequence = Excerpt(whole, start, length)
+            sequence.scene_name = f"{_base_name(whole, recipe.in_common)}, seed {number}"
+            made.append(sequence)
+    return made
+
+
+def _base_name(sequence: KnownSequence, in_common: bool) -> str:
+    return sequence.name.partition(",")[0] if in_common else sequence.name
 
 
 def _open_folder(name: str) -> Suite:

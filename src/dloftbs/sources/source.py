@@ -96,9 +96,13 @@ class KnownSequence(Source):
     ----------
     tolerance_px : float or None
         The largest L3 of a curve that counts as right; None where it goes with the size of the image.
+    scene_name : str or None
+        Name of what is seen, the same for sequences that show the same motion under other noise; None where it is the
+        sequence's own.
     """
 
     tolerance_px: float | None = None
+    scene_name: str | None = None
 
     def __len__(self) -> int:
         assert self.length is not None  # a known sequence has one

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dloftbs.synthetic.cables import TangleSequence, several_cables
-from dloftbs.synthetic.degrade import NETWORK, NOISY, OCCLUDED, Degradation, DegradedSequence
+from dloftbs.synthetic.cables import StrewnSequence, TangleSequence, several_cables
+from dloftbs.synthetic.degrade import NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs.synthetic.demo_sequence import DemoSequence
 from dloftbs.synthetic.depth_camera import DEPTH_CAMERAS, DepthCamera
 from dloftbs.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise, depth_sigma
 from dloftbs.synthetic.edge_cases import EDGE_CASES, EdgeCaseSequence, edge_cases
+from dloftbs.synthetic.excerpt import Excerpt
 from dloftbs.synthetic.free_ends import END_STYLES, FreeEnd, draw_cable_mask
 from dloftbs.synthetic.kinds import KINDS, KindSequence, kinds
 from dloftbs.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
+from dloftbs.synthetic.network_masks import NETWORK, NetworkFaults
 from dloftbs.synthetic.plain_sight import PLAIN_SIGHT_KINDS, PlainSightSequence, plain_sight
 from dloftbs.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.synthetic.rgbd import RgbdSequence
@@ -51,14 +53,17 @@ __all__ = [
     "DepthCameraSequence",
     "DepthNoise",
     "EdgeCaseSequence",
+    "Excerpt",
     "FreeEnd",
     "KindSequence",
     "LadderBase",
+    "NetworkFaults",
     "PlainSightSequence",
     "RgbSequence",
     "RgbdSequence",
     "Rung",
     "SimulatedSequence",
+    "StrewnSequence",
     "TangleSequence",
     "TrackingSequence",
     "depth_sigma",

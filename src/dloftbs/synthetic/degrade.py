@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -114,6 +114,11 @@ class Degradation:
         lengths |= {name: getattr(self, name) * factor for name in ("jitter_px", "jitter_correlation_px")}
         return replace(self, **lengths)
 
+    @property
+    def hides(self) -> bool:
+        """Whether a part of a cable may be missing."""
+        return self.missing > 0.0 or self.discs > 0
+
     def hidden(self, curves: Sequence[BSplineCurve], size: tuple[int, int], key: Sequence[int]) -> Mask:
         """Return what gaps and occluders hide.
 
@@ -166,7 +171,7 @@ class Degradation:
         numpy.ndarray, shape (H, W), bool
         """
         seen = np.array(mask, dtype=bool)
-        if self.missing or self.discs:
+        if self.hides:
             seen &= ~self.hidden(curves, (seen.shape[0], seen.shape[1]), key)
         self._blot(seen, key)
         if self.jitter_px:
@@ -197,10 +202,23 @@ NOISY = Degradation(salt_and_pepper=0.003, jitter_px=1.0, jitter_correlation_px=
 OCCLUDED = Degradation(discs=3, name="occluded")
 """Three discs of radius 18 to 34 px on the cables."""
 
-NETWORK = Degradation(
-    jitter_px=0.9, jitter_correlation_px=6.0, missing=0.025, specks=10, pinholes=14, false_positives=3
-)
-"""A mask of cables of 12 px as a segmentation network leaves it."""
+
+class Faults(Protocol):
+    """Faults of masks: a `Degradation`, or those of a network."""
+
+    @property
+    def name(self) -> str:
+        """For the names of sequences."""
+
+    @property
+    def hides(self) -> bool:
+        """Whether a part of a cable may be missing."""
+
+    def hidden(self, curves: Sequence[BSplineCurve], size: tuple[int, int], key: Sequence[int]) -> Mask:
+        """Return where cables are missing."""
+
+    def apply(self, mask: npt.ArrayLike, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
+        """Return the degraded mask."""
 
 
 class DegradedSequence(KnownSequence):
@@ -212,7 +230,7 @@ class DegradedSequence(KnownSequence):
     Parameters
     ----------
     sequence : KnownSequence
-    degradation : Degradation
+    degradation : Degradation or NetworkFaults
     seed : int
         Not negative; with the index it decides what happens to a frame.
     name : str, optional
@@ -224,9 +242,7 @@ class DegradedSequence(KnownSequence):
         If the seed is negative.
     """
 
-    def __init__(
-        self, sequence: KnownSequence, degradation: Degradation, seed: int = 0, name: str | None = None
-    ) -> None:
+    def __init__(self, sequence: KnownSequence, degradation: Faults, seed: int = 0, name: str | None = None) -> None:
         if seed < 0:
             raise InputError(f"seed must not be negative, got {seed}")
         self.name = f"{sequence.name}, {degradation.name}" if name is None else name
@@ -260,7 +276,7 @@ class DegradedSequence(KnownSequence):
             If there is no such frame.
         """
         truth = self.sequence.truth(index)
-        if not truth.visible_masks or not (self.degradation.missing or self.degradation.discs):
+        if not truth.visible_masks or not self.degradation.hides:
             return truth
         size = truth.visible_masks[0].shape
         seen = ~self.degradation.hidden(truth.curves, (size[0], size[1]), (self.seed, index))

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from dloftbs._arrays import FloatArray
 
@@ -117,13 +118,13 @@ def _draw_end(mask: Mask, end: FreeEnd, points: FloatArray, arc: FloatArray, rad
     reach = float(arc[-1]) + 2.0 * width
     rows, columns = np.indices((2 * math.ceil(reach) + 1,) * 2) - math.ceil(reach)
     pixels = np.stack((columns.ravel(), rows.ravel()), axis=1) + np.rint(tip)
-    squared = ((pixels[:, None] - points[None]) ** 2).sum(axis=2)
-    nearest = squared.argmin(axis=1)
+    _, nearest = cKDTree(points).query(pixels)
+    squared = ((pixels - points[nearest]) ** 2).sum(axis=1)
     half = radii[nearest]
     if end.style == "tapered":
         share = _TAPERED_TO + (1.0 - _TAPERED_TO) * np.minimum(arc[nearest] / (_SHAPED * width), 1.0)
         half = np.maximum(half * share, _TIP_PX)
-    inside = squared.min(axis=1) <= half**2
+    inside = squared <= half**2
     # The cut: what lies beyond the tip is nearest to the tip itself.
     inside &= (nearest > 0) | ((pixels - tip) @ inwards >= -_TIP_PX)
     for start, angle, length in end.wires:

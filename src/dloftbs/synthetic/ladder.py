@@ -125,7 +125,7 @@ def noise_ladder(
     Parameters
     ----------
     scale : float
-        Multiplies the 10 frames of each rung; none has less than 3.
+        Multiplies the 10 frames of each rung; none has less than 2.
     seed : int
     size : (int, int)
         ``(H, W)`` px.
@@ -137,7 +137,7 @@ def noise_ladder(
     InputError
         If a value is out of range, or there is no such base.
     """
-    frames = count_at(scale, _FRAMES, 3)
+    frames = count_at(scale, _FRAMES, 2)
     found = bases if isinstance(bases, dict) else {name: _base(name) for name in bases}
     return [rung for name, base in found.items() for rung in _rungs(name, base, frames, size, seed)]
 

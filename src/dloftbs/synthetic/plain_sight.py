@@ -19,7 +19,7 @@ from dloftbs.truth import Truth
 
 _FPS = 30.0
 _TOLERANCE_PX = 5.0
-_FULL = 6
+_FULL = 20
 """Sequences of a kind at scale 1."""
 _WIDTHS_PX = (6.0, 16.0)  # HD, in the plane
 
@@ -146,7 +146,7 @@ class PlainSightSequence(NumberedSequence):
 
 
 def plain_sight(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[PlainSightSequence]:
-    """Return six sequences of each of the `PLAIN_SIGHT_KINDS`, 80 frames each.
+    """Return 20 sequences of each of the `PLAIN_SIGHT_KINDS`, 80 frames each.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ from dloftbs.truth import Truth
 RGB_SCENARIOS = tuple(SCENARIOS)
 """The scenarios of `RgbSequence`."""
 
-_FRAMES = {name: 126 if name == "self-intersection" else 129 for name in RGB_SCENARIOS}
+_FRAMES = {name: 126 if name == "self-intersection, occluded" else 129 for name in RGB_SCENARIOS}
 _SECONDS = 4.3
 
 
@@ -34,7 +34,7 @@ class RgbSequence(GeneratedSequence):
     Parameters
     ----------
     scenario : str
-        One of `RGB_SCENARIOS`.
+        One of `RGB_SCENARIOS`; the sequence is named by its number and the scenario.
     frames : int
         With fewer frames the same motion is seen in larger steps.
     size : (int, int)
@@ -59,8 +59,8 @@ class RgbSequence(GeneratedSequence):
         width_px: float | None = None,
     ) -> None:
         check_choice("scenario", scenario, RGB_SCENARIOS)
-        super().__init__(scenario, frames, size, seed, max(1, frames) / _SECONDS)
         number = RGB_SCENARIOS.index(scenario)
+        super().__init__(f"{number} {scenario}", frames, size, seed, max(1, frames) / _SECONDS)
         self.scenario = scenario
         self.width_px = SCENARIOS[scenario].width_px * proportion(size) if width_px is None else width_px
         if not self.width_px >= 1.0:

@@ -86,19 +86,30 @@ def led(rng: np.random.Generator) -> Heading:
 SCENARIOS = {
     "plain": Scenario(led),
     "thick": Scenario(led, width_px=26.0),
-    "thin": Scenario(led, width_px=5.0),
-    "partly out of the image": Scenario(led, length_px=1050.0, box=(-0.45, 0.0, 0.95, 1.45), travel=(0.28, 0.42)),
+    "thin, occluded": Scenario(led, width_px=5.0, reaches=(Reach(0.42, 0.16, -1.5),)),
+    "partly out of the image, occluded": Scenario(
+        led,
+        length_px=1050.0,
+        box=(-0.45, 0.0, 0.95, 1.45),
+        travel=(0.28, 0.42),
+        reaches=(Reach(0.6, 0.08, -1.2),),
+    ),
     "occluded by an arm": Scenario(led, reaches=(Reach(0.5, 0.22, -1.4),)),
     "several occlusions": Scenario(
         led,
         length_px=1050.0,
         reaches=(Reach(0.52, 0.06, 1.25, hand=True), Reach(0.27, 0.07, -1.75), Reach(0.76, 0.06, -1.3)),
     ),
-    "self-intersection": Scenario(
-        looping, length_px=1300.0, box=(0.13, 0.10, 0.87, 0.84), travel=(0.0, 0.0), straight=True
+    "self-intersection, occluded": Scenario(
+        looping,
+        length_px=1300.0,
+        box=(0.13, 0.10, 0.87, 0.84),
+        travel=(0.0, 0.0),
+        reaches=(Reach(0.16, 0.05, -1.6),),
+        straight=True,
     ),
 }
-"""By name."""
+"""By name, in the order of the paper's scenarios 0 to 6: out of view in 3, occlusions in 2 to 6, a crossing in 6."""
 
 
 @dataclass(frozen=True, eq=False)

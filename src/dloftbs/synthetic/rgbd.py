@@ -65,6 +65,7 @@ class RgbdSequence(GeneratedSequence):
     ) -> None:
         super().__init__(scene.name, scene.frames if frames is None else frames, size, seed, fps)
         self.scene = scene
+        self.radius_m = scene.radius_m
         self.camera: PinholeCamera = hd_camera(size)
         self.noise = DepthNoise(depth_noise, hole_share, flying, grain_px, quantum_m)
         self._seconds = 1.0 / fps

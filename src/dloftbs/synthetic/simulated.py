@@ -22,7 +22,7 @@ SIMULATED_KINDS = tuple(EXPERIMENTS)
 
 _FRAMES = 40
 _FPS = 30.0
-_FULL = 4
+_FULL = 20
 """Sequences of a kind at scale 1."""
 _VGA = (480, 640)
 _FOCAL_PX = 600.0  # VGA, as all that follows
@@ -147,7 +147,7 @@ def _looking(rng: np.random.Generator, elevations: tuple[float, float]) -> Float
 
 
 def simulated(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = _VGA) -> list[SimulatedSequence]:
-    """Return four sequences of each of the `SIMULATED_KINDS`, 40 frames each.
+    """Return 20 sequences of each of the `SIMULATED_KINDS`, 40 frames each.
 
     Parameters
     ----------

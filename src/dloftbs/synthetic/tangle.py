@@ -24,8 +24,18 @@ _THINNING = 8
 
 
 @dataclass(frozen=True)
-class _Table:
-    """Table under the cables: the image's size, the pixels per pixel of a 1280 x 720 image, the cables' width."""
+class Table:
+    """Table under the cables.
+
+    Parameters
+    ----------
+    size : (int, int)
+        ``(H, W)`` of the image, px.
+    scale : float
+        Pixels per pixel of an image of 1280 x 720.
+    width_px : float
+        Of the cables.
+    """
 
     size: tuple[int, int]
     scale: float
@@ -33,6 +43,7 @@ class _Table:
 
     @property
     def margin_px(self) -> float:
+        """Distance that cables keep from the image's border."""
         return _MARGIN * self.scale + self.width_px / 2.0
 
     @property
@@ -41,6 +52,7 @@ class _Table:
         return max(_MIN_RADIUS * self.scale, 1.2 * self.width_px)
 
     def length(self, rng: np.random.Generator) -> float:
+        """Draw the length of a cable, px."""
         return self.scale * float(rng.uniform(*_LENGTH))
 
     def holds(self, strand: Strand) -> bool:
@@ -56,7 +68,7 @@ def draw_tangle(rng: np.random.Generator, cables: int, size: tuple[int, int], wi
 
     Of two cables one may run along the other or end under it; of three or more, one at least does each.
     """
-    table = _Table(size, proportion(size), width_px)
+    table = Table(size, proportion(size), width_px)
     strands = [random_strand(rng, table.length(rng), size, table.min_radius_px, table.margin_px)]
     for part in _parts(rng, cables):
         strand, lowest = _draw_until_it_fits(part, rng, strands, table)
@@ -64,36 +76,36 @@ def draw_tangle(rng: np.random.Generator, cables: int, size: tuple[int, int], wi
     return tuple(strands)
 
 
-_Part = Callable[[np.random.Generator, Sequence[Strand], _Table], Strand | None]
+_Part = Callable[[np.random.Generator, Sequence[Strand], Table], Strand | None]
 
 
 def _parts(rng: np.random.Generator, cables: int) -> list[_Part]:
     """Choose how each cable after the first lies to those before it."""
-    parts: list[_Part] = [_across, _beside, _under]
-    sure = [_beside, _under] if cables > 2 else []
+    parts: list[_Part] = [_across, draw_beside, _under]
+    sure = [draw_beside, _under] if cables > 2 else []
     rest = [parts[i] for i in rng.choice(3, cables - 1 - len(sure), p=(0.6, 0.2, 0.2))]
     return [(sure + rest)[i] for i in rng.permutation(cables - 1)]
 
 
 def _draw_until_it_fits(
-    part: _Part, rng: np.random.Generator, strands: Sequence[Strand], table: _Table
+    part: _Part, rng: np.random.Generator, strands: Sequence[Strand], table: Table
 ) -> tuple[Strand, bool]:
     """Return a cable that fits, and whether it lies below all others."""
     for _ in range(_ATTEMPTS):
         strand = part(rng, strands, table)
-        if strand is not None and table.holds(strand) and not _covered(strand, strands, table.width_px):
+        if strand is not None and table.holds(strand) and not is_covered(strand, strands, table.width_px):
             return strand, part is _under
     return random_strand(rng, table.length(rng), table.size, table.min_radius_px, table.margin_px), False
 
 
-def _covered(strand: Strand, others: Sequence[Strand], width_px: float) -> bool:
+def is_covered(strand: Strand, others: Sequence[Strand], width_px: float) -> bool:
     """Tell whether a cable lies on others for more than an eighth of its length: nobody could tell it from them."""
     tree = cKDTree(np.concatenate([other.points[::_THINNING] for other in others]))
     distance, _ = tree.query(strand.points[::_THINNING])
     return float((distance < 0.7 * width_px).mean()) > 0.12
 
 
-def _across(rng: np.random.Generator, strands: Sequence[Strand], table: _Table) -> Strand | None:
+def _across(rng: np.random.Generator, strands: Sequence[Strand], table: Table) -> Strand | None:
     """Draw a cable that crosses or touches one of the others."""
     strand = random_strand(rng, table.length(rng), table.size, table.min_radius_px, table.margin_px)
     tree = cKDTree(np.concatenate([other.points[::_THINNING] for other in strands]))
@@ -101,7 +113,7 @@ def _across(rng: np.random.Generator, strands: Sequence[Strand], table: _Table) 
     return strand if distance.min() < table.width_px / 2.0 else None
 
 
-def _under(rng: np.random.Generator, strands: Sequence[Strand], table: _Table) -> Strand | None:
+def _under(rng: np.random.Generator, strands: Sequence[Strand], table: Table) -> Strand | None:
     """Draw a cable whose first end lies under the middle line of another."""
     other = strands[int(rng.integers(len(strands)))]
     at = int(rng.uniform(0.15, 0.85) * (len(other.points) - 1))
@@ -111,7 +123,7 @@ def _under(rng: np.random.Generator, strands: Sequence[Strand], table: _Table) -
     return integrate(heading - heading[0] + angle, length).moved(other.points[at])
 
 
-def _beside(rng: np.random.Generator, strands: Sequence[Strand], table: _Table) -> Strand | None:
+def draw_beside(rng: np.random.Generator, strands: Sequence[Strand], table: Table) -> Strand | None:
     """Draw a cable that comes up to another, runs along it, touching, and leaves it to the same side."""
     other = strands[int(rng.integers(len(strands)))]
     stretch = table.scale * rng.uniform(*_BESIDE)
@@ -133,7 +145,7 @@ def _beside(rng: np.random.Generator, strands: Sequence[Strand], table: _Table) 
     return strand.moved(path[0] - strand.points[len(behind) - 1])
 
 
-def _leaving(rng: np.random.Generator, side: float, bend: float, table: _Table) -> FloatArray:
+def _leaving(rng: np.random.Generator, side: float, bend: float, table: Table) -> FloatArray:
     """Return the change of heading (n,) of a cable that turns away to a side, from a curvature `bend` on."""
     length = 0.4 * table.length(rng)
     along = _even(length)

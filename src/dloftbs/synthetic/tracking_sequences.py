@@ -32,8 +32,8 @@ _COVER_COLOURS = np.array(
     [(136.0, 164.0, 214.0), (92.0, 138.0, 70.0), (52.0, 50.0, 54.0), (230.0, 232.0, 228.0), (96.0, 140.0, 186.0)]
 )  # skin, green plastic, a dark glove, paper, cardboard
 _WIDEST_PX = 20.0  # in HD: the tightest loops allow no more
-_FULL = {1: 12, 2: 12, 3: 10, 5: 6}
-"""Sequences of a family at scale 1, by the number of cables."""
+_FULL = 20
+"""Sequences of a family at scale 1, with each number of cables."""
 
 _SCENES: Mapping[str, Callable[[np.random.Generator, Stage, int], Play]] = {
     "crossing": scenes.crossing,
@@ -201,7 +201,7 @@ def known_occluders(
     size: tuple[int, int] = (720, 1280),
     evidence: Collection[Evidence] = ("occluders", "depth"),
 ) -> list[TrackingSequence]:
-    """Return the sequences of `tracking` with occluders, whose frames tell of them.
+    """Return the sequences of `tracking` with one and three cables and occluders, whose frames tell of them.
 
     Parameters
     ----------
@@ -218,15 +218,21 @@ def known_occluders(
     InputError
         If a value is out of range.
     """
-    return _sequences(_WITH_OCCLUDERS, scale, seed, size, evidence)
+    return _sequences(_WITH_OCCLUDERS, scale, seed, size, evidence, most_cables=3)
 
 
 def _sequences(
-    families: Sequence[str], scale: float, seed: int, size: tuple[int, int], evidence: Collection[Evidence] = ()
+    families: Sequence[str],
+    scale: float,
+    seed: int,
+    size: tuple[int, int],
+    evidence: Collection[Evidence] = (),
+    most_cables: int = 5,
 ) -> list[TrackingSequence]:
     return [
         TrackingSequence(family, cables, number, FRAMES, size, seed, evidence=evidence)
         for family in families
         for cables in TRACKING_FAMILIES[family]
-        for number in range(count_at(scale, _FULL[cables], 1))
+        if cables <= most_cables
+        for number in range(count_at(scale, _FULL, 1))
     ]

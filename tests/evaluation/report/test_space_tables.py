@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from evaluation import runner_stubs as stubs
 
-from dloftbs.evaluation import paper_figures
 from dloftbs.evaluation.report.all_tables import tables
 from dloftbs.evaluation.report.plots import write_plots
 from dloftbs.evaluation.runner.run import evaluate
 from dloftbs.evaluation.runner.sequence_run import Method
-from dloftbs.evaluation.suites import Suite, open_suite
+from dloftbs.evaluation.suites import Suite
 from dloftbs.synthetic import DepthCameraSequence, rgbd_noisy
 
 SIZE = (180, 320)
@@ -42,60 +41,35 @@ def table_of(tmp_path, number, **options):
     return dict(zip(table.columns, table.rows[0], strict=True)), table
 
 
-def test_perfection_scores_nothing_and_keeps_all_limits(tmp_path):
-    row, _ = table_of(tmp_path, 0)
+def test_perfection_scores_nothing(tmp_path):
+    row, table = table_of(tmp_path, 0)
     assert row["scenario"] == "0 high curvature, time of flight, near"
     assert (row["L3 mm mean"], row["L3 mm 95 %"], row["L3 mm max"]) == (0.0, 0.0, 0.0)
     assert (row["length off, % mean"], row["length off, % median"]) == (0.0, 0.0)
     assert (row["frames"], row["frames without a curve in space"]) == (8, 0)
-    assert (row["within the limit, %"], row["limits kept"]) == (100.0, "all")
+    assert not any("limit" in column for column in table.columns)
 
 
-@pytest.mark.parametrize(
-    ("number", "options", "kept"),
-    [
-        (1, {"shift_mm": 1.5}, "all"),
-        (1, {"shift_mm": 3.0}, "frames, length"),
-        (5, {"shift_mm": 2.8}, "all"),  # where it crosses itself, more is allowed
-        (5, {"shift_mm": 7.0}, "length"),
-        (1, {"far": (2,)}, "mean, length"),
-        (1, {"lost": (2,)}, "mean, length"),
-        (1, {"stretch": 0.003}, "all"),
-        (1, {"stretch": 0.02, "shift_mm": 50.0}, "none"),
-    ],
-)
-def test_the_limits_that_are_kept(tmp_path, number, options, kept):
-    row, _ = table_of(tmp_path, number, **options)
-    assert row["limits kept"] == kept
-    assert row["frames without a curve in space"] == len(options.get("lost", ()))
-    if "lost" in options:
-        assert row["L3 mm mean"] == 0.0  # of those that exist
-        assert row["within the limit, %"] == pytest.approx(87.5)
-        assert row["L3 mm 95 %"] is None
-    if "far" in options:
-        assert row["within the limit, %"] == pytest.approx(87.5)
-    if "stretch" in options:
-        assert row["length off, % mean"] == pytest.approx(100.0 * options["stretch"], rel=1e-6)
+def test_lost_frames_count_as_far_off_in_the_quantile_and_are_told(tmp_path):
+    row, _ = table_of(tmp_path, 1, lost=(2,))
+    assert row["L3 mm mean"] == 0.0  # of those that exist
+    assert row["L3 mm 95 %"] is None
+    assert row["frames without a curve in space"] == 1
+
+
+def test_a_length_that_is_off_shows(tmp_path):
+    row, _ = table_of(tmp_path, 1, stretch=0.02)
+    assert row["length off, % mean"] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_one_frame_that_is_far_off_is_the_largest(tmp_path):
+    row, _ = table_of(tmp_path, 1, far=(2,))
+    assert row["L3 mm max"] > 5.0 > row["L3 mm mean"] > 0.0
 
 
 def test_a_shift_along_the_axis_of_the_camera_shows_as_less_than_itself(tmp_path):
     row, _ = table_of(tmp_path, 13, shift_mm=2.0)
     assert 1.5 < row["L3 mm mean"] <= 2.0
-
-
-def test_the_published_figures_stand_beside(tmp_path):
-    _, table = table_of(tmp_path, 0)
-    theirs = [row for row in table.rows if paper_figures.MARK in str(row[1])]
-    assert len(theirs) == len(paper_figures.TABLE_IV)
-
-
-def test_every_scenario_has_its_limits():
-    sequences = open_suite("rgbd-noisy", scale=0.01, size=SIZE).sequences
-    assert len(sequences) == 20
-    for sequence in sequences:
-        bar = paper_figures.space_bar(sequence.name)
-        assert bar == ((3.0, 6.0) if sequence.name[0] in "12" else (2.0, 4.0))
-    assert paper_figures.space_bar("cable 3") is None
 
 
 class DepthRung(stubs.Bars):

@@ -9,7 +9,7 @@ from evaluation import runner_stubs
 from evaluation.following_stubs import HALF, WHOLE, Hidden
 from evaluation.runner_stubs import Bars, method, suite
 
-from dloftbs.evaluation.report.tracking_tables import following_table, harm, refound
+from dloftbs.evaluation.report.tracking_tables import following_table, is_harmed, refound
 from dloftbs.evaluation.report.write import write_report
 from dloftbs.evaluation.runner.finished_parts import TrackRow
 from dloftbs.evaluation.runner.run import evaluate
@@ -133,7 +133,7 @@ def test_another_name_afterwards_is_a_switch_and_never_found_again(tmp_path):
     [(2.9, 5.1, 1.0), (2.9, None, 1.0), (2.9, 4.9, 0.0), (3.1, 50.0, 0.0), (None, 50.0, 0.0)],
 )
 def test_harm_is_a_track_that_is_off_where_the_frame_alone_is_right(alone_px, track_px, harmed):
-    assert harm([TrackRow(0, 0, 1.0, 1, True, track_px, None, None, alone_px)]) == harmed
+    assert is_harmed(TrackRow(0, 0, 1.0, 1, True, track_px, None, None, alone_px)) == harmed
 
 
 def test_what_is_published_off_the_mask_is_a_ghost(tmp_path):
@@ -174,7 +174,7 @@ def test_methods_without_identities_and_other_sequences_are_not_followed(tmp_pat
     assert following_table([other], "stub").rows == ()
 
 
-def test_the_report_has_both_tables_and_the_bars(tmp_path):
+def test_the_report_has_both_tables_and_no_target(tmp_path):
     suites = [suite(Hidden(hidden=HALF), name="tracking")]
     parts = evaluate(suites, [method(runner_stubs.named)], tmp_path / "parts")
     again = evaluate(suites, [method(runner_stubs.named)], tmp_path / "parts")
@@ -182,21 +182,13 @@ def test_the_report_has_both_tables_and_the_bars(tmp_path):
     write_report(suites, parts, tmp_path, "stubs")
     made = json.loads((tmp_path / "report.json").read_text())["tables"]
     row = made["tracking-families"][0]
-    assert (row["family"], row["bar, %"], row["bar: less, %"]) == ("stub", 95.0, 30.0)
+    assert row["family"] == "stub"
+    assert not any("bar" in column for column in row)
     assert {"tracking", "tracking-frames", "tracking-families"} <= set(made)
     assert (tmp_path / "tables" / "tracking-families.csv").exists()
     write_report(suites, parts, tmp_path, "stubs", untracked=["tracking"])
     made = json.loads((tmp_path / "report.json").read_text())["tables"]
     assert {name for name in made if name.startswith("tracking")} == {"tracking-frames"}
-
-
-def test_only_the_suites_with_bars_have_any(tmp_path):
-    part = followed(tmp_path, runner_stubs.named, Hidden())
-    bars = {}
-    for name in ("tracking", "simulated"):
-        table = following_table([part], name)
-        bars[name] = dict(zip(table.columns, table.rows[0], strict=True))["bar, %"]
-    assert bars == {"tracking": 95.0, "simulated": None}
 
 
 def test_the_suite_is_made_for_it():

@@ -133,7 +133,7 @@ def test_the_joints_of_a_run_survive_a_resume(tmp_path):
     methods = [method(joint_stubs.cut_bars), method(runner_stubs.perfect)]
     first = evaluate([suite(Bars(length=2))], methods, tmp_path)
     assert first[0].joints == tuple(
-        JointRow(index, kind, confidence, right)
+        JointRow(index, kind, confidence, right, "bars")
         for index in range(2)
         for kind, confidence, right in ((JointKind.GAP, 0.9, True), (JointKind.CROSSING, 0.2, False))
     )

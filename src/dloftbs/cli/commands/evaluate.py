@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _METHODS = ("default", "paper")
 PARTS = "parts"
 """Folder of the finished parts; it is made before all else."""
+_QUICK = "quick run"
 _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run without --quick"
 
 
@@ -29,7 +30,7 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     default=_METHODS,
     show_default=True,
     metavar="METHOD",
-    help="default, paper, FILE.yaml (a configuration), or MODULE:CALLABLE. Repeatable, or with commas.",
+    help="default, paper, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with commas.",
 )
 @method_options
 @click.option(
@@ -40,9 +41,15 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     show_default=True,
     metavar="FOLDER",
 )
-@click.option("--quick", is_flag=True, help="A tenth of the frames, of 640x360; without tables of tracking.")
 @click.option(
-    "--scale", type=click.FloatRange(0.0, MAX_SCALE, min_open=True), metavar="X", help="Share of the frames; 1."
+    "--paper",
+    "is_paper",
+    is_flag=True,
+    help="Print the paper's tables I to IV, each with these methods beneath.",
+)
+@click.option("--quick", is_flag=True, help="A tenth of the scenes, of 640x360; without tables of tracking.")
+@click.option(
+    "--scale", type=click.FloatRange(0.0, MAX_SCALE, min_open=True), metavar="X", help="Share of the scenes; 1."
 )
 @click.option("--size", metavar="WxH", callback=parse_size, help="Of what is generated; 1280x720.")
 @click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For other sequences.")
@@ -58,6 +65,7 @@ def evaluate(
     methods: tuple[str, ...],
     settings: MethodSettings,
     out: Path,
+    is_paper: bool,
     quick: bool,
     scale: float | None,
     size: tuple[int, int] | None,
@@ -67,14 +75,23 @@ def evaluate(
 ) -> None:
     """Score methods on sequences whose truth is known, and print the tables.
 
+    Figures are over 20 scenes or more, each of another seed, and have a 95 % interval, by bootstrap over scenes; those
+    of a single scenario of rgbd and rgbd-artificial are over 8. --quick and --scale take fewer.
+
     SUITE is rgbd-artificial, rgbd-noisy, rgbd-camera, rgb, rgbd, several-cables, kinds, tracking,
     known-occluders, seen-occluders, plain-sight, edge-cases, simulated (by MuJoCo, where it is installed), noise,
     or a folder of labelled data, as below; without any, all the generated ones.
 
-    METHOD is default or paper; or a YAML file with a configuration, as `dloftbs config` prints it, so that two
-    settings can be compared; or MODULE:CALLABLE, a function from a frame to curves: arrays of points (n, 2) px or
-    (n, 3) m in order, splines, or a mapping from identities to such; or a class, of which an instance is made for
-    each sequence and called so. Modules are found in the current folder, and where Python finds others.
+    With --paper these are rgb, several-cables, rgbd and rgbd-artificial, unless some of them are named, and folders
+    of photographs of several cables join Table II.
+
+    METHOD is default or paper, in sequences of one cable the authors' form for one; or a YAML file with a
+    configuration, as `dloftbs config` prints it, so that two settings can be compared; or MODULE:CALLABLE, a function
+    from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to
+    such; or a class, of which an instance is made for each sequence and called so, after its start(frame, truth) with
+    the first frame, if it has one. Modules are found in the current folder, and where Python finds others. cpd is
+    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is told the
+    first frame's curve and the cable's length.
     --config, --set and --hsv change all methods but these last.
 
     The folder of --out gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv),
@@ -83,6 +100,7 @@ def evaluate(
 
     \b
     dloftbs evaluate --quick
+    dloftbs evaluate --paper ariadne:photographs
     dloftbs evaluate rgb several-cables --method default,mymodule:find --out results
     dloftbs evaluate mydata --method default,paper,mine.yaml --hsv 100:130
 
@@ -122,6 +140,7 @@ def evaluate(
     from dloftbs.evaluation.report.write import write_report
     from dloftbs.evaluation.runner.run import evaluate as run
 
+    names = _names_of_paper(names) if is_paper else names
     suites = _suites(names, quick, scale, size, seed, tolerance)
     _check_out(names, out)
     wanted_names = [name for given in methods for name in given.split(",")]
@@ -132,11 +151,20 @@ def evaluate(
         with claim_folder(out), open_parts_progress(total) as progress:
             parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
             untracked = [suite.name for suite in suites if quick and suite.thinned]
-            report = write_report(suites, parts, out, _heading(suites, quick, untracked), untracked)
+            heading = _heading(suites, quick, untracked)
+            report = write_report(suites, parts, out, heading, untracked, _mark(suites, quick, scale))
     if report.no_plots is not None:
         click.echo(report.no_plots, err=True)
-    click.echo(report.text())
+    click.echo(report.text(only_paper=is_paper))
     click.echo(f"written to {out}", err=True)
+
+
+def _names_of_paper(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the suites of the paper's tables: those that are named, or all; and the folders."""
+    from dloftbs.evaluation.report.paper_tables import SUITES_OF_PAPER
+    from dloftbs.evaluation.suites import SUITES
+
+    return names if any(name in SUITES for name in names) else (*SUITES_OF_PAPER, *names)
 
 
 def _check_colours(suites: list[Suite], methods: list[str], settings: MethodSettings) -> None:
@@ -218,4 +246,11 @@ def _heading(suites: list[Suite], quick: bool, untracked: list[str]) -> str:
     settings = dict.fromkeys(suite.settings for suite in suites)
     what = f"{sum(suite.frames for suite in suites)} frames; {'; '.join(settings)}"
     why = f"; {_NO_TRACKING}" if untracked else ""
-    return f"{what} (quick: fewer and smaller frames than the full suites{why})" if quick else what
+    return f"QUICK RUN, a tenth of the scenes in small images: to try, not to quote. {what}{why}" if quick else what
+
+
+def _mark(suites: list[Suite], quick: bool, scale: float | None) -> str:
+    """Return what must stand beside every figure: that there are fewer scenes than a figure needs."""
+    if not any(suite.thinned for suite in suites):
+        return ""
+    return _QUICK if quick else f"scale {scale:g}"

@@ -1,15 +1,16 @@
-"""The tables of a run: in the paper's form, with its published figures in rows of their own, and what it has not."""
+"""The tables of a run: over all suites, the paper's in their own form, and of each suite by itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
-from dloftbs.evaluation import paper_figures
 from dloftbs.evaluation.report.counts import exceptions_table, tracking_table
 from dloftbs.evaluation.report.joint_tables import joint_tables
 from dloftbs.evaluation.report.kind_tables import kinds_table
+from dloftbs.evaluation.report.paper_tables import paper_tables
 from dloftbs.evaluation.report.space_tables import depth_camera_table, space_table
-from dloftbs.evaluation.report.table import Cell, Table, existing, mean, median, percent
+from dloftbs.evaluation.report.spread import Sample, frames_of
+from dloftbs.evaluation.report.table import Cell, Table, existing, median
 from dloftbs.evaluation.report.tracking_tables import following_table
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
 from dloftbs.evaluation.runner.frame_scores import CLEAN_DICE
@@ -17,28 +18,36 @@ from dloftbs.evaluation.runner.frame_scores import CLEAN_DICE
 _EMPTY = "frames without a curve"
 _WHOLE = "L3 px, whole curve"
 _LENGTH = "length in space off, %"
-_COUNTS = ("frames", _EMPTY)
+_COUNTS = ("scenes", "frames", _EMPTY)
 _MATCHED = "L3 is of the matched objects, however far off; missing ones have none."
 _SEEN = "Means are over the frames that have a curve; those without are counted beside them."
 
-_Rows = Sequence[FrameRow]
+_Frames = Sample[FrameRow]
 _Group = Mapping[str, Callable[[Part], Cell]]
 
 
 def tables(parts: Sequence[Part], untracked: Collection[str] = ()) -> list[Table]:
     """Return all tables that the parts have figures for, without those of tracks in the suites named in `untracked`."""
-    suites = list(dict.fromkeys(part.key.suite for part in parts))
-    made = [_summary(parts)]
-    for suite in suites:
-        of_suite = [part for part in parts if part.key.suite == suite]
-        if suite == "kinds":
-            made.append(kinds_table(of_suite, suite))
-        if suite not in untracked and any(part.following is not None for part in of_suite):
-            made.append(following_table(of_suite, suite).compact())
-        made.append(_FORMS.get(suite, _plain)(of_suite, suite))
+    suites = dict.fromkeys(part.key.suite for part in parts)
+    of_suites = [table for suite in suites for table in suite_tables(parts, suite, untracked)]
+    first, *rest = overall_tables(parts, untracked)
+    return [first, *paper_tables(parts), *of_suites, *rest]
+
+
+def overall_tables(parts: Sequence[Part], untracked: Collection[str] = ()) -> list[Table]:
+    """Return the tables over all suites; the first is the summary."""
     tracked = [part for part in parts if part.key.suite not in untracked]
-    made += [table for table in (tracking_table(tracked), exceptions_table(parts)) if table.rows]
-    return made + joint_tables(parts)
+    made = [table for table in (tracking_table(tracked), exceptions_table(parts)) if table.rows]
+    return [_summary(parts), *made, *joint_tables(parts)]
+
+
+def suite_tables(parts: Sequence[Part], suite: str, untracked: Collection[str] = ()) -> list[Table]:
+    """Return the tables of one suite."""
+    of_suite = [part for part in parts if part.key.suite == suite]
+    made = [kinds_table(of_suite, suite)] if suite == "kinds" else []
+    if suite not in untracked and any(part.following is not None for part in of_suite):
+        made.append(following_table(of_suite, suite).compact())
+    return [*made, _FORMS.get(suite, _plain)(of_suite, suite)]
 
 
 def clean_share(rows: Sequence[FrameRow]) -> float:
@@ -46,40 +55,41 @@ def clean_share(rows: Sequence[FrameRow]) -> float:
     return sum(row.clean for row in rows) / len(rows) if rows else 0.0
 
 
-def _share_of_objects(rows: _Rows, count: int) -> float:
-    return 100.0 * count / max(sum(row.n_true for row in rows), 1)
+def _share_of_objects(count: Callable[[FrameRow], int]) -> Callable[[_Frames], Cell]:
+    return lambda frames: frames.ratio(count, lambda row: row.n_true, 100.0)
 
 
-_FIGURES: dict[str, Callable[[_Rows], Cell]] = {
+_FIGURES: dict[str, Callable[[_Frames], Cell]] = {
+    "scenes": lambda frames: frames.count,
     "frames": len,
     "images": len,
-    "objects": lambda rows: sum(row.n_true for row in rows),
-    "clean frames, %": lambda rows: 100.0 * clean_share(rows),
-    "clean images, %": lambda rows: 100.0 * clean_share(rows),
-    "right number, %": lambda rows: 100.0 * sum(row.n_found == row.n_true for row in rows) / max(len(rows), 1),
-    "right objects, %": lambda rows: _share_of_objects(rows, sum(row.right for row in rows)),
-    "L1 px": lambda rows: mean(row.l1_px for row in rows),
-    "L2 px": lambda rows: mean(row.l2_px for row in rows),
-    "L3 px": lambda rows: mean(row.l3_px for row in rows),
-    _WHOLE: lambda rows: mean(row.l3_whole_px for row in rows),
-    "L3 px mean": lambda rows: mean(row.l3_whole_px for row in rows),
-    "L3 px max": lambda rows: max(existing(row.l3_whole_px for row in rows), default=None),
-    "L3 px min": lambda rows: min(existing(row.l3_whole_px for row in rows), default=None),
-    "L3 mm": lambda rows: mean(row.l3_mm for row in rows),
-    "L3 mm mean": lambda rows: mean(row.l3_mm for row in rows),
-    "L3 mm max": lambda rows: max(existing(row.l3_mm for row in rows), default=None),
-    "L3 mm min": lambda rows: min(existing(row.l3_mm for row in rows), default=None),
-    _LENGTH: lambda rows: percent(mean(row.length_error for row in rows)),
-    "DICE": lambda rows: mean(row.dice for row in rows),
-    "missing": lambda rows: sum(row.missing for row in rows),
-    "missing, %": lambda rows: _share_of_objects(rows, sum(row.missing for row in rows)),
-    "redundant": lambda rows: sum(row.redundant for row in rows),
-    "redundant, %": lambda rows: _share_of_objects(rows, sum(row.redundant for row in rows)),
-    _EMPTY: lambda rows: sum(row.n_found == 0 and row.n_true > 0 for row in rows),
-    "frames without a curve in space": lambda rows: sum(row.l3_mm is None for row in rows),
-    "exceptions": lambda rows: sum(row.failure is not None for row in rows),
-    "ms median": lambda rows: median(row.ms for row in rows),
-    "ms p99": lambda rows: median((row.ms for row in rows), 0.99),
+    "objects": lambda frames: frames.total(lambda row: row.n_true),
+    "clean frames, %": lambda frames: frames.mean(lambda row: float(row.clean), 100.0),
+    "clean images, %": lambda frames: frames.mean(lambda row: float(row.clean), 100.0),
+    "right number, %": lambda frames: frames.mean(lambda row: float(row.n_found == row.n_true), 100.0),
+    "right objects, %": _share_of_objects(lambda row: row.right),
+    "L1 px": lambda frames: frames.mean(lambda row: row.l1_px),
+    "L2 px": lambda frames: frames.mean(lambda row: row.l2_px),
+    "L3 px": lambda frames: frames.mean(lambda row: row.l3_px),
+    _WHOLE: lambda frames: frames.mean(lambda row: row.l3_whole_px),
+    "L3 px mean": lambda frames: frames.mean(lambda row: row.l3_whole_px),
+    "L3 px max": lambda frames: max(existing(row.l3_whole_px for row in frames.items), default=None),
+    "L3 px min": lambda frames: min(existing(row.l3_whole_px for row in frames.items), default=None),
+    "L3 mm": lambda frames: frames.mean(lambda row: row.l3_mm),
+    "L3 mm mean": lambda frames: frames.mean(lambda row: row.l3_mm),
+    "L3 mm max": lambda frames: max(existing(row.l3_mm for row in frames.items), default=None),
+    "L3 mm min": lambda frames: min(existing(row.l3_mm for row in frames.items), default=None),
+    _LENGTH: lambda frames: frames.mean(lambda row: row.length_error, 100.0),
+    "DICE": lambda frames: frames.mean(lambda row: row.dice),
+    "missing": lambda frames: frames.total(lambda row: row.missing),
+    "missing, %": _share_of_objects(lambda row: row.missing),
+    "redundant": lambda frames: frames.total(lambda row: row.redundant),
+    "redundant, %": _share_of_objects(lambda row: row.redundant),
+    _EMPTY: lambda frames: frames.total(lambda row: row.n_found == 0 and row.n_true > 0),
+    "frames without a curve in space": lambda frames: frames.total(lambda row: row.l3_mm is None),
+    "exceptions": lambda frames: frames.total(lambda row: row.failure is not None),
+    "ms median": lambda frames: median(row.ms for row in frames.items),
+    "ms p99": lambda frames: median((row.ms for row in frames.items), 0.99),
 }
 """From a column's title to what stands in it, for a group of frames."""
 
@@ -92,19 +102,20 @@ _METHOD: _Group = {"method": lambda part: part.key.method}
 
 
 def _rows(
-    parts: Sequence[Part], group: _Group, figures: Sequence[str], others: Iterable[Mapping[str, Cell]] = ()
+    parts: Sequence[Part], group: _Group, figures: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
-    """Return columns and rows: a row for each group of frames, as they come up first, then one for each of `others`."""
-    groups: dict[tuple[Cell, ...], list[FrameRow]] = {}
+    """Return columns and rows: a row for each group of frames, as they come up first."""
+    groups: dict[tuple[Cell, ...], list[Part]] = {}
     for part in parts:
-        groups.setdefault(tuple(of(part) for of in group.values()), []).extend(part.rows)
-    made = [(*name, *(_FIGURES[figure](rows) for figure in figures)) for name, rows in groups.items()]
-    columns = (*group, *figures)
-    return columns, (*made, *(tuple(other.get(column) for column in columns) for other in others))
+        groups.setdefault(tuple(of(part) for of in group.values()), []).append(part)
+    samples = {name: frames_of(of_group) for name, of_group in groups.items()}
+    made = tuple((*name, *(_FIGURES[figure](frames) for figure in figures)) for name, frames in samples.items())
+    return (*group, *figures), made
 
 
 def _summary(parts: Sequence[Part]) -> Table:
-    figures = ("frames", "clean frames, %", "right objects, %", "L3 px", _WHOLE, "missing, %", "redundant, %", _EMPTY)
+    rates = ("clean frames, %", "right objects, %", "L3 px", _WHOLE, "missing, %", "redundant, %")
+    figures = ("scenes", "frames", *rates, _EMPTY, "exceptions", "ms median", "ms p99")
     note = (
         "An object is right when the curve that it is given has an L3 of at most 5 px in HD and as much of smaller "
         "images, or what --tolerance or the data say, or a DICE of at least "
@@ -118,63 +129,29 @@ def _summary(parts: Sequence[Part]) -> Table:
     return Table("summary", "All suites", *made, note)
 
 
-def _table_1(parts: Sequence[Part], suite: str) -> Table:
-    return _cover(parts, suite, "2D video, form of the paper's Table I", paper_figures.TABLE_I)
-
-
-def _table_3(parts: Sequence[Part], suite: str) -> Table:
-    return _cover(parts, suite, "RGBD, form of the paper's Table III", paper_figures.TABLE_III)
-
-
-def _cover(parts: Sequence[Part], suite: str, title: str, others: Sequence[paper_figures.Cover]) -> Table:
-    figures = ("L1 px", "L2 px", "ms median", "L3 px", _WHOLE, "L3 mm", "clean frames, %", *_COUNTS)
-    theirs = [
-        {**_theirs(other.method, other.scenario), "L1 px": other.l1, "L2 px": other.l2, "ms median": other.ms}
-        for other in others
-    ]
+def _scenarios(parts: Sequence[Part], suite: str) -> Table:
+    figures = ("clean frames, %", "L1 px", "L2 px", "L3 px", _WHOLE, "L3 mm", "ms median", *_COUNTS)
     note = (
         "L1: mean distance of the objects' visible pixels to the nearest curve, a quarter of the width where the "
         f"curve is perfect; L2: of the curves' points to the nearest visible pixel. {_SEEN}"
     )
-    return Table(suite, f"{suite}: {title}", *_rows(parts, {**_SCENARIO, **_METHOD}, figures, theirs), note).compact()
+    return Table(suite, f"{suite}: by scenario", *_rows(parts, {**_SCENARIO, **_METHOD}, figures), note).compact()
 
 
-def _table_2(parts: Sequence[Part], suite: str) -> Table:
+def _by_number(parts: Sequence[Part], suite: str) -> Table:
     figures = ("L3 px", _WHOLE, "missing", "redundant", "ms median", "images", "objects")
-    theirs = [
-        {
-            **_theirs(other.method),
-            _WHOLE: other.l3,
-            "missing": other.missing,
-            "redundant": other.redundant,
-            "ms median": other.ms,
-            "images": 62,
-        }
-        for other in paper_figures.TABLE_II
-    ]
-    title = f"{suite}: images of several cables, form of the paper's Table II"
-    made = _rows(parts, _METHOD, (*figures, "right objects, %", "clean images, %"), theirs)
-    return Table(suite, title, *made, _MATCHED)
+    made = _rows(parts, {**_SEQUENCE, **_METHOD}, (*figures, "right objects, %", "clean images, %"))
+    return Table(suite, f"{suite}: by the number of cables", *made, _MATCHED)
 
 
-def _table_4(parts: Sequence[Part], suite: str) -> Table:
+def _deep_scenarios(parts: Sequence[Part], suite: str) -> Table:
     spread = [f"L3 {unit} {what}" for unit in ("px", "mm") for what in ("mean", "max", "min")]
-    theirs = [
-        {
-            **_theirs(other.method, other.scenario),
-            "L3 mm mean": other.mean,
-            "L3 mm max": other.largest,
-            "L3 mm min": other.smallest,
-        }
-        for other in paper_figures.TABLE_IV
-    ]
     figures = (*spread, _LENGTH, "ms median", *_COUNTS, "frames without a curve in space")
     note = (
         "L3 in px is that of the curve in the image, from the whole true curve; in mm that of the curve in space, "
-        f"beside which the published figures stand. {_SEEN}"
+        f"from the true axis. {_SEEN}"
     )
-    title = f"{suite}: artificial RGBD, form of the paper's Table IV"
-    return Table(suite, title, *_rows(parts, {**_SCENARIO, **_METHOD}, figures, theirs), note)
+    return Table(suite, f"{suite}: by scenario", *_rows(parts, {**_SCENARIO, **_METHOD}, figures), note)
 
 
 def _noise(parts: Sequence[Part], suite: str) -> Table:
@@ -197,26 +174,16 @@ def _plain(parts: Sequence[Part], suite: str) -> Table:
 
 
 _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
-    "rgb": _table_1,
+    "rgb": _scenarios,
     "tracking": _families,
     "known-occluders": _families,
     "seen-occluders": _families,
     "plain-sight": _families,
     "simulated": _families,
-    "several-cables": _table_2,
-    "rgbd": _table_3,
-    "rgbd-artificial": _table_4,
+    "several-cables": _by_number,
+    "rgbd": _scenarios,
+    "rgbd-artificial": _deep_scenarios,
     "rgbd-noisy": space_table,
     "rgbd-camera": depth_camera_table,
     "noise": _noise,
 }
-
-
-def _theirs(method: str, scenario: str | None = None) -> dict[str, Cell]:
-    """Return the first cells of a row of published figures."""
-    named: dict[str, Cell] = {} if scenario is None else {"scenario": f"paper's {scenario}"}
-    return {**named, "method": _marked(method)}
-
-
-def _marked(method: str) -> str:
-    return f"{method} ({paper_figures.MARK})"

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from dloftbs.evaluation.identity_scores import TrackingScores
+from dloftbs.evaluation.report.spread import Sample, sequences_of
 from dloftbs.evaluation.report.table import Cell, Table
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
+
+T = TypeVar("T")
 
 
 def rows_of(parts: Sequence[Part]) -> list[FrameRow]:
@@ -16,18 +20,15 @@ def rows_of(parts: Sequence[Part]) -> list[FrameRow]:
 
 def tracking_table(parts: Sequence[Part]) -> Table:
     """Return how identities and directions were held, for each suite and method that has any."""
-    totals: dict[tuple[str, str], TrackingScores] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
         if part.tracking is not None:
-            group = part.key.suite, part.key.method
-            totals[group] = totals.get(group, TrackingScores()) + part.tracking
-    made: list[tuple[Cell, ...]] = [
-        (*group, t.objects, t.switches, t.flips, t.fragmentations, t.misses, t.false_positives, t.idf1, t.mota)
-        for group, t in totals.items()
-    ]
+            groups.setdefault((part.key.suite, part.key.method), []).append(part)
+    made = [(*group, *_tracked(sequences_of(of_group))) for group, of_group in groups.items()]
     columns = (
         "suite",
         "method",
+        "scenes",
         "objects, all frames",
         "identity switches",
         "direction flips",
@@ -42,6 +43,33 @@ def tracking_table(parts: Sequence[Part]) -> Table:
         "tracks do not count."
     )
     return Table("tracking", "Tracking", columns, tuple(made), note)
+
+
+def _tracked(sequences: Sample[Part]) -> tuple[Cell, ...]:
+    def scores(part: Part) -> TrackingScores:
+        return part.tracking or TrackingScores()
+
+    def errors(part: Part) -> int:
+        return scores(part).misses + scores(part).false_positives + scores(part).switches
+
+    return (
+        sequences.count,
+        sequences.total(lambda part: scores(part).objects),
+        sequences.total(lambda part: scores(part).switches),
+        sequences.total(lambda part: scores(part).flips),
+        sequences.total(lambda part: scores(part).fragmentations),
+        sequences.total(lambda part: scores(part).misses),
+        sequences.total(lambda part: scores(part).false_positives),
+        idf1(sequences, scores),
+        sequences.ratio(errors, lambda part: scores(part).objects, -1.0, offset=1.0),
+    )
+
+
+def idf1(sequences: Sample[T], scores: Callable[[T], TrackingScores]) -> Cell:
+    """Return the IDF1 of all sequences together."""
+    return sequences.ratio(
+        lambda one: 2 * scores(one).id_matches, lambda one: scores(one).objects + scores(one).outputs
+    )
 
 
 def exceptions_table(parts: Sequence[Part]) -> Table:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from dloftbs.centerline import JointKind
-from dloftbs.evaluation.report.table import Cell, Table, percent
+from dloftbs.evaluation.report.spread import Sample
+from dloftbs.evaluation.report.table import Cell, Estimate, Table, percent
 from dloftbs.evaluation.runner.finished_parts import JointRow, Part
 
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
@@ -29,15 +30,15 @@ class Bin:
     ----------
     low, high : float
     number : int
-    stated, right : float or None
+    stated, right : Estimate or float or None
         Mean confidence, and share that is right, in 0..1; None without joints.
     """
 
     low: float
     high: float
     number: int
-    stated: float | None
-    right: float | None
+    stated: Estimate | float | None
+    right: Estimate | float | None
 
 
 def joint_tables(parts: Sequence[Part]) -> list[Table]:
@@ -74,10 +75,9 @@ def _bin_of(joint: JointRow) -> int:
 
 
 def _bin(low: float, high: float, joints: Sequence[JointRow]) -> Bin:
-    if not joints:
-        return Bin(low, high, 0, None, None)
-    stated = sum(joint.confidence for joint in joints) / len(joints)
-    return Bin(low, high, len(joints), stated, sum(joint.right for joint in joints) / len(joints))
+    sample = Sample(tuple(joints), tuple(joint.scene for joint in joints))
+    stated, right = sample.mean(lambda joint: joint.confidence), sample.mean(lambda joint: float(joint.right))
+    return Bin(low, high, len(joints), stated, right)
 
 
 def _bins_table(groups: Mapping[str, Mapping[str, Sequence[JointRow]]]) -> Table:

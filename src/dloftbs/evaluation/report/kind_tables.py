@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dloftbs.evaluation import paper_figures
-from dloftbs.evaluation.report.table import Cell, Table, median
-from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
+from dloftbs.evaluation.report.spread import frames_of
+from dloftbs.evaluation.report.table import Cell, Table
+from dloftbs.evaluation.runner.finished_parts import Part
 
 _NOTE = (
     "Clean: exactly the right number of curves, each with an L3 of at most 5 px in HD from its true one. L3: the "
     "median over frames of the mean of a frame. Noisy: 0.3 % salt and pepper, an edge jitter of 1 px correlated over "
     "2 px; occluded: three discs of radius 18 to 34 px on the cables, which leave the ends to be seen and hide at most "
-    f"a half turn at a stretch; cables of 12 px in HD. Columns with a star: {paper_figures.KINDS_ORIGIN}."
+    f"a half turn at a stretch; cables of 12 px in HD. Columns with a star are of {paper_figures.KINDS_ORIGIN}."
 )
 
 
@@ -38,11 +39,8 @@ def kinds_table(parts: Sequence[Part], suite: str) -> Table:
 def _measured(parts: Sequence[Part], kind: str, methods: Sequence[str]) -> list[Cell]:
     cells: list[Cell] = []
     for method in methods:
-        rows: list[FrameRow] = [
-            row for part in parts if (part.key.sequence, part.key.method) == (kind, method) for row in part.rows
-        ]
-        clean = 100.0 * sum(row.clean for row in rows) / len(rows) if rows else None
-        cells += [clean, median(row.l3_px for row in rows)]
+        frames = frames_of(part for part in parts if (part.key.sequence, part.key.method) == (kind, method))
+        cells += [frames.mean(lambda row: float(row.clean), 100.0), frames.quantile(lambda row: row.l3_px)]
     return cells
 
 

@@ -76,14 +76,14 @@ def write_plots(parts: Sequence[Part], folder: Path) -> list[Path]:
 
 
 def _frames(parts: Sequence[Part], error: str, colours: dict[str, str], path: Path) -> Path:
-    """Draw an error, ``"l3_px"`` or ``"l3_mm"``, over the frames, a panel for each sequence.
+    """Draw an error, ``"l3_px"`` or ``"l3_mm"``, over the frames, a panel for all sequences of a name.
 
     On the axis stand marks where something is missing.
     """
-    sequences = list(dict.fromkeys(part.key.number for part in parts))
+    panels = [[part for part in parts if part.key.sequence == n] for n in dict.fromkeys(p.key.sequence for p in parts)]
     # A few frames are not worth a panel of their own.
-    together = len(sequences) > _MOST_PANELS or max(len(part.rows) for part in parts) < _LEAST_FRAMES
-    panels = [parts] if together else [[part for part in parts if part.key.number == n] for n in sequences]
+    together = len(panels) > _MOST_PANELS or max(len(part.rows) for part in parts) < _LEAST_FRAMES
+    panels = [list(parts)] if together else panels
     known = existing(getattr(row, error) for part in parts for row in part.rows)
     highest = max([*known, 10.0])
     with _figure(path, len(panels)) as axes:

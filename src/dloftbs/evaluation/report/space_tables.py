@@ -1,41 +1,24 @@
-"""Curves in space from imperfect depth: by scenario, with its bars and others' figures, and by a camera's errors."""
+"""Curves in space from imperfect depth: by scenario, and by a camera's errors."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from dloftbs.evaluation import paper_figures
-from dloftbs.evaluation.paper_figures import SpaceBar
-from dloftbs.evaluation.report.table import Cell, Table, existing, mean, median, percent
+from dloftbs.evaluation.report.spread import Sample, frames_of
+from dloftbs.evaluation.report.table import Cell, Table, existing, percent
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
 
 _MEAN, _P95 = "L3 mm mean", "L3 mm 95 %"
-_WITHIN, _LENGTH = "within the limit, %", "length off, % mean"
+_LENGTH = "length off, % mean"
 _NONE = "frames without a curve in space"
-_BAR_MEAN, _BAR_FRAME = "limit of the mean, mm", "limit of a frame, mm"
-_COLUMNS = (
-    "scenario",
-    "method",
-    _MEAN,
-    _BAR_MEAN,
-    _P95,
-    _BAR_FRAME,
-    _WITHIN,
-    "L3 mm max",
-    _LENGTH,
-    "length off, % median",
-    "frames",
-    _NONE,
-    "limits kept",
-)
+_COLUMNS = ("scenario", "method", _MEAN, _P95, "L3 mm max", _LENGTH, "length off, % median", "scenes", "frames", _NONE)
+_SHARE = 0.95
 _NOTE = (
     "L3 of the curve in space from the true axis, and how much its length is off the true one. 95 %: below it lie so "
-    "many of all frames, those without a curve in space counting as infinitely far off. The limits are what is asked "
-    f"for: a mean L3, {paper_figures.SPACE_SHARE:.0%} of all frames within the limit of a frame, and lengths that are "
-    f"off by {paper_figures.SPACE_LENGTH:.0%} in the mean; the last column says which are kept. Depth has noise with a "
+    "many of all frames, those without a curve in space counting as infinitely far off. Depth has noise with a "
     "sigma of 1 mm at 0.5 m and 4 mm at 1.5 m, 5 % of the cable has no depth, and half of the pixels at edges fly; "
-    "stereo adds grain of 2 px and steps of 2 mm at 1 m. Published rows are of other scenes, in the paper's unit."
+    "stereo adds grain of 2 px and steps of 2 mm at 1 m."
 )
 
 FAR_MM = 5.0
@@ -48,7 +31,7 @@ _ERRORS_NOTE = (
 
 
 def space_table(parts: Sequence[Part], suite: str) -> Table:
-    """Return the errors in space by sequence and method, with the limits asked for and the published figures.
+    """Return the errors in space by sequence and method.
 
     Parameters
     ----------
@@ -57,13 +40,11 @@ def space_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        groups.setdefault((part.key.sequence, part.key.method), []).extend(part.rows)
-    rows = [_row(*names, of_group) for names, of_group in groups.items()]
-    rows += [_theirs(other) for other in paper_figures.TABLE_IV]
-    title = f"{suite}: RGBD with the noise of depth cameras, curves in space"
-    return Table(suite, title, _COLUMNS, tuple(rows), _NOTE)
+        groups.setdefault((part.key.sequence, part.key.method), []).append(part)
+    rows = tuple(_row(*names, frames_of(of_group)) for names, of_group in groups.items())
+    return Table(suite, f"{suite}: RGBD with the noise of depth cameras, curves in space", _COLUMNS, rows, _NOTE)
 
 
 def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
@@ -76,71 +57,55 @@ def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[FrameRow]] = {}
+    groups: dict[tuple[str, str], list[Part]] = {}
     for part in parts:
-        errors = part.key.sequence.partition(", ")[2]
-        groups.setdefault((errors, part.key.method), []).extend(part.rows)
-    columns = ("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", _LENGTH, "frames", _NONE)
+        groups.setdefault((part.key.sequence.partition(", ")[2], part.key.method), []).append(part)
+    columns = (
+        *("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", "far off, %", _LENGTH),
+        *("scenes", "frames", _NONE),
+    )
     rows = []
-    for (errors, method), of_group in groups.items():
-        known = [row.l3_mm for row in of_group if row.l3_mm is not None]
+    for names, of_group in groups.items():
+        frames = frames_of(of_group)
+        known = existing(row.l3_mm for row in frames.items)
         rows.append(
             (
-                errors,
-                method,
-                median(known),
-                median(known, paper_figures.SPACE_SHARE),
+                *names,
+                frames.quantile(lambda row: row.l3_mm),
+                frames.quantile(lambda row: row.l3_mm, _SHARE),
                 max(known, default=None),
                 sum(error > FAR_MM for error in known),
-                percent(mean(row.length_error for row in of_group)),
-                len(of_group),
-                len(of_group) - len(known),
+                frames.mean(lambda row: None if row.l3_mm is None else float(row.l3_mm > FAR_MM), 100.0),
+                frames.mean(lambda row: row.length_error, 100.0),
+                frames.count,
+                len(frames),
+                len(frames) - len(known),
             )
         )
     return Table(suite, f"{suite}: curves in space, by the errors of depth", columns, tuple(rows), _ERRORS_NOTE)
 
 
-def _row(scenario: str, method: str, rows: Sequence[FrameRow]) -> tuple[Cell, ...]:
-    bar = paper_figures.space_bar(scenario)
-    errors = [math.inf if row.l3_mm is None else row.l3_mm for row in rows]
-    figures: dict[str, Cell] = {
-        "scenario": scenario,
-        "method": method,
-        _MEAN: mean(row.l3_mm for row in rows),
-        _P95: _finite(median(errors, paper_figures.SPACE_SHARE)),
-        "L3 mm max": max(existing(row.l3_mm for row in rows), default=None),
-        _LENGTH: percent(mean(row.length_error for row in rows)),
-        "length off, % median": percent(median(row.length_error for row in rows)),
-        "frames": len(rows),
-        _NONE: sum(row.l3_mm is None for row in rows),
-    }
-    if bar is not None:
-        share = sum(error <= bar.frame_mm for error in errors) / max(len(errors), 1)
-        kept = _kept(figures[_MEAN], share, figures[_LENGTH], bar)
-        figures |= {_BAR_MEAN: bar.mean_mm, _BAR_FRAME: bar.frame_mm, _WITHIN: 100.0 * share, "limits kept": kept}
-    return tuple(figures.get(column) for column in _COLUMNS)
+def _row(scenario: str, method: str, frames: Sample[FrameRow]) -> tuple[Cell, ...]:
+    return (
+        scenario,
+        method,
+        frames.mean(lambda row: row.l3_mm),
+        _finite(frames.quantile(_or_endless, _SHARE)),
+        max(existing(row.l3_mm for row in frames.items), default=None),
+        frames.mean(lambda row: row.length_error, 100.0),
+        frames.quantile(_length_percent),
+        frames.count,
+        len(frames),
+        frames.total(lambda row: row.l3_mm is None),
+    )
 
 
-def _kept(mean_mm: Cell, share: float, length_percent: Cell, bar: SpaceBar) -> str:
-    """Return which limits are kept, in words."""
-    checks = {
-        "mean": isinstance(mean_mm, float) and mean_mm <= bar.mean_mm,
-        "frames": share >= paper_figures.SPACE_SHARE,
-        "length": isinstance(length_percent, float) and length_percent <= 100.0 * paper_figures.SPACE_LENGTH,
-    }
-    if all(checks.values()):
-        return "all"
-    return ", ".join(name for name, is_kept in checks.items() if is_kept) or "none"
+def _length_percent(row: FrameRow) -> float | None:
+    return percent(row.length_error)
 
 
-def _theirs(other: paper_figures.Shape) -> tuple[Cell, ...]:
-    figures: dict[str, Cell] = {
-        "scenario": f"paper's {other.scenario}",
-        "method": f"{other.method} ({paper_figures.MARK})",
-        _MEAN: other.mean,
-        "L3 mm max": other.largest,
-    }
-    return tuple(figures.get(column) for column in _COLUMNS)
+def _or_endless(row: FrameRow) -> float:
+    return math.inf if row.l3_mm is None else row.l3_mm
 
 
 def _finite(value: float | None) -> float | None:

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
+from typing import TypeAlias
 
-from dloftbs.evaluation.identity_scores import TrackingScores
-from dloftbs.evaluation.report.table import Cell, Table, mean, percent
+from dloftbs.evaluation.report.counts import idf1
+from dloftbs.evaluation.report.spread import Sample
+from dloftbs.evaluation.report.table import Cell, Table, mean
 from dloftbs.evaluation.runner.finished_parts import Following, Part, TrackRow
 
-WITHOUT_BAR = "hidden"
-"""The family that no bar is set for: of cables that are hidden as a whole, nobody can know where they come out."""
-ALL = f"all but {WITHOUT_BAR}"
-"""All other families, of a suite that has it."""
-_WITHOUT_BARS = "simulated"
-"""The suite for which no bars of tracks are set."""
+_Groups: TypeAlias = dict[tuple[str, int | None, str], list[tuple[Following, str]]]
+_Chosen: TypeAlias = Callable[[TrackRow], bool]
+_Value: TypeAlias = Callable[[TrackRow], float | None]
 
-_SINGLE_BAR, _BAR = 99.0, 95.0
-_IDF1_BARS = {3: 0.98, 5: 0.95}
-_LESS_BAR = 30.0
-_PLAIN_IDF1_BAR, _GHOSTS_BAR = 0.98, 0.5
-_HARM_BARS = {
-    **dict.fromkeys(("bends", "tilts", "approaches", "swings", "exchange", "darts", "drops", "ends meet"), 0.5),
-    "three cross": 3.0,
-}
-"""Per cent, of the families in which nothing is hidden."""
+APART = "hidden"
+"""The family outside of the totals: where cables come out that are hidden as a whole, nobody can know."""
+ALL = f"all but {APART}"
+"""All other families, of a suite that has it."""
+
 HARM_PX, RIGHT_PX = 5.0, 3.0
 """Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
 _WHOLE = 0.99
@@ -40,19 +35,14 @@ _COLUMNS = (
     "no switch, %",
     "no flip, %",
     "neither, %",
-    "bar, %",
     "objects followed, %",
     "IDF1",
-    "bar",
     "harm, %",
-    "bar: harm, %",
     "ghosts, %",
-    "bar: ghosts, %",
     "occluded: L3 px tracked",
     "occluded: L3 px of the hidden part",
     "occluded: L3 px frame by frame",
     "occluded: less, %",
-    "bar: less, %",
     "occluded: not detected, %",
     "clear: L3 px tracked",
     "clear: L3 px frame by frame",
@@ -79,32 +69,26 @@ _NOTE = (
 
 def following_table(parts: Sequence[Part], suite: str) -> Table:
     """Return how objects were followed in a suite, by family, number of cables and method, and over all families."""
-    groups: dict[tuple[str, int | None, str], list[Following]] = {}
+    groups: _Groups = {}
     for part in parts:
         if part.following is not None:
-            groups.setdefault((part.following.family, part.following.cables, part.key.method), []).append(
-                part.following
-            )
-    totals: dict[tuple[str, int | None, str], list[Following]] = {}
-    with_bar = {key: followed for key, followed in groups.items() if key[0] != WITHOUT_BAR}
-    every = ALL if len(with_bar) < len(groups) else "all"
-    for (_, cables, method), followed in with_bar.items():
+            key = part.following.family, part.following.cables, part.key.method
+            groups.setdefault(key, []).append((part.following, part.scene))
+    totals: _Groups = {}
+    counted = {key: followed for key, followed in groups.items() if key[0] != APART}
+    every = ALL if len(counted) < len(groups) else "all"
+    for (_, cables, method), followed in counted.items():
         totals.setdefault((every, cables, method), []).extend(followed)
-    for (_, _, method), followed in with_bar.items():
+    for (_, _, method), followed in counted.items():
         totals.setdefault((every, None, method), []).extend(followed)
-    barred = suite != _WITHOUT_BARS
-    rows = tuple(_row(*key, followed, barred and key[0] != WITHOUT_BAR) for key, followed in (groups | totals).items())
+    rows = tuple(_row(*key, Sample(*zip(*followed, strict=True))) for key, followed in (groups | totals).items())
     title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
     return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
 
 
-def harm(rows: Sequence[TrackRow]) -> float | None:
-    """Return the share of frames in which the past made worse what the frame alone shows."""
-    harmed = [
-        row.alone_px is not None and row.alone_px <= RIGHT_PX and (row.track_px is None or row.track_px > HARM_PX)
-        for row in rows
-    ]
-    return sum(harmed) / len(harmed) if harmed else None
+def is_harmed(row: TrackRow) -> bool:
+    """Return whether the past made worse what the frame alone shows."""
+    return row.alone_px is not None and row.alone_px <= RIGHT_PX and (row.track_px is None or row.track_px > HARM_PX)
 
 
 def refound(rows: Sequence[TrackRow]) -> list[int | None]:
@@ -140,51 +124,61 @@ def refound(rows: Sequence[TrackRow]) -> list[int | None]:
     return found if since is None else [*found, None]
 
 
-def _row(family: str, cables: int | None, method: str, followed: Sequence[Following], barred: bool) -> tuple[Cell, ...]:
-    switched = [one.scores.switches > 0 for one in followed]
-    flipped = [one.scores.flips > 0 for one in followed]
-    right = [not s and not f for s, f in zip(switched, flipped, strict=True)]
-    rows = [row for one in followed for row in one.rows]
-    hidden = [row for row in rows if 0.0 < row.shown < _WHOLE]
-    clear = [row for row in rows if row.shown >= _WHOLE]
-    tracked, alone = _both(hidden)
-    scores = sum((one.scores for one in followed), TrackingScores())
-    plain = family in _HARM_BARS
-    idf1_bar = _PLAIN_IDF1_BAR if plain else _IDF1_BARS.get(cables or 0)
-    points = sum(one.points for one in followed)
-    again = [after for one in followed for after in _refound(one)]
+def _row(family: str, cables: int | None, method: str, followed: Sample[Following]) -> tuple[Cell, ...]:
+    again = [after for one in followed.items for after in _refound(one)]
     return (
         family,
         cables,
         method,
         len(followed),
-        100.0 * (1.0 - sum(switched) / len(followed)),
-        100.0 * (1.0 - sum(flipped) / len(followed)),
-        100.0 * sum(right) / len(followed),
-        (_SINGLE_BAR if cables == 1 and not plain else _BAR) if barred else None,
-        percent(scores.mostly_tracked / (scores.mostly_tracked + scores.partly_tracked + scores.mostly_lost)),
-        scores.idf1,
-        idf1_bar if barred else None,
-        percent(harm(rows)),
-        _HARM_BARS.get(family),
-        percent(sum(one.ghosts for one in followed) / points) if points else None,
-        _GHOSTS_BAR if plain else None,
-        tracked,
-        mean(row.hidden_px for row in hidden if row.alone_px is not None),
-        alone,
-        percent(1.0 - tracked / alone) if tracked is not None and alone else None,
-        _LESS_BAR if barred and tracked is not None else None,
-        percent(mean(float(row.alone_px is None) for row in hidden)),
-        *_both(clear),
+        followed.mean(lambda one: float(one.scores.switches == 0), 100.0),
+        followed.mean(lambda one: float(one.scores.flips == 0), 100.0),
+        followed.mean(lambda one: float(one.scores.switches == one.scores.flips == 0), 100.0),
+        followed.ratio(lambda one: one.scores.mostly_tracked, _objects, 100.0),
+        idf1(followed, lambda one: one.scores),
+        followed.ratio(lambda one: sum(map(is_harmed, one.rows)), lambda one: len(one.rows), 100.0),
+        followed.ratio(lambda one: one.ghosts, lambda one: one.points, 100.0),
+        _mean(followed, _occluded, _tracked),
+        _mean(followed, _occluded, lambda row: None if row.alone_px is None else row.hidden_px),
+        _mean(followed, _occluded, _alone),
+        followed.ratio(_sum(_occluded, _tracked), _sum(_occluded, _alone), -100.0, offset=100.0),
+        _mean(followed, _occluded, lambda row: 100.0 * (row.alone_px is None)),
+        _mean(followed, _clear, _tracked),
+        _mean(followed, _clear, _alone),
         mean(float(after) for after in again if after is not None),
         sum(after is None for after in again) if again else None,
     )
 
 
-def _both(rows: Sequence[TrackRow]) -> tuple[float | None, float | None]:
-    """Return the mean L3 of the tracked curves and of those frame by frame, where both are."""
-    both = [(row.track_px, row.alone_px) for row in rows if row.track_px is not None and row.alone_px is not None]
-    return mean(tracked for tracked, _ in both), mean(alone for _, alone in both)
+def _objects(followed: Following) -> int:
+    return followed.scores.mostly_tracked + followed.scores.partly_tracked + followed.scores.mostly_lost
+
+
+def _occluded(row: TrackRow) -> bool:
+    return 0.0 < row.shown < _WHOLE
+
+
+def _clear(row: TrackRow) -> bool:
+    return row.shown >= _WHOLE
+
+
+def _tracked(row: TrackRow) -> float | None:
+    """Return the L3 of the tracked curve, where the frame alone has one too."""
+    return None if row.alone_px is None else row.track_px
+
+
+def _alone(row: TrackRow) -> float | None:
+    """Return the L3 of the frame alone, where there is a tracked curve too."""
+    return None if row.track_px is None else row.alone_px
+
+
+def _mean(followed: Sample[Following], chosen: _Chosen, value: _Value) -> Cell:
+    """Return the mean over the chosen frames of objects in which there is a value."""
+    return followed.ratio(_sum(chosen, value), _sum(chosen, lambda row: float(value(row) is not None)))
+
+
+def _sum(chosen: _Chosen, value: _Value) -> Callable[[Following], float]:
+    return lambda one: sum(value(row) or 0.0 for row in one.rows if chosen(row))
 
 
 def _refound(followed: Following) -> list[int | None]:

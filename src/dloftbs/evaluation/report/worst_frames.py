@@ -72,12 +72,14 @@ def _worst(parts: Sequence[Part]) -> Iterator[tuple[Part, FrameRow]]:
 
 
 def _title(row: FrameRow) -> str:
+    seed = row.scene.rpartition(", ")[2]
+    where = f"{row.sequence}{f', {seed}' if seed.startswith('seed ') else ''} #{row.index}"
     if row.failure is not None:
-        return f"{row.sequence} #{row.index}: {row.failure}"
+        return f"{where}: {row.failure}"
     what = ["no L3" if row.l3_px is None else f"L3 {row.l3_px:.1f} px"]
     what += [f"{count} {name}" for name, count in (("missing", row.missing), ("redundant", row.redundant)) if count]
     what += [] if row.dice is None else [f"DICE {row.dice:.2f}"]
-    return f"{row.sequence} #{row.index}: {', '.join(what)}"
+    return f"{where}: {', '.join(what)}"
 
 
 def _draw(suite: Suite, part: Part, row: FrameRow) -> Picture:

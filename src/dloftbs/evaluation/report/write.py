@@ -7,7 +7,7 @@ import io
 import os
 import platform
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,9 @@ from dloftbs._version import __version__
 from dloftbs.evaluation.report.all_tables import tables
 from dloftbs.evaluation.report.counts import rows_of
 from dloftbs.evaluation.report.losses import losses
+from dloftbs.evaluation.report.paper_tables import TABLES_OF_PAPER
 from dloftbs.evaluation.report.plots import write_plots
+from dloftbs.evaluation.report.spread import NOTE
 from dloftbs.evaluation.report.table import Table
 from dloftbs.evaluation.report.worst_frames import write_worst
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part, write
@@ -48,24 +50,46 @@ class Report:
     pictures: tuple[Path, ...]
     no_plots: str | None = None
 
-    def text(self) -> str:
-        """Return the tables as they are printed to a terminal."""
-        return "\n\n".join([self.heading, *(table.text() for table in self.tables)])
+    def text(self, *, only_paper: bool = False) -> str:
+        """Return the tables as they are printed to a terminal: all, or those of the paper with their notes."""
+        if only_paper:
+            of_paper = [f"{table.text()}\n{table.note}" for table in self.tables if table.name in TABLES_OF_PAPER]
+            return "\n\n".join([self.heading, *of_paper])
+        note = [NOTE] if any(table.has_intervals for table in self.tables) else []
+        return "\n\n".join([self.heading, *(table.text() for table in self.tables), *note])
 
 
 def write_report(
-    suites: Sequence[Suite], parts: Sequence[Part], folder: Path, heading: str, untracked: Collection[str] = ()
+    suites: Sequence[Suite],
+    parts: Sequence[Part],
+    folder: Path,
+    heading: str,
+    untracked: Collection[str] = (),
+    mark: str = "",
 ) -> Report:
-    """Write all files of a run into a folder, without tables of tracks in the suites named in `untracked`.
+    """Write all files of a run into a folder.
 
     Without matplotlib there are no plots, and the report says so.
+
+    Parameters
+    ----------
+    suites : sequence of Suite
+    parts : sequence of Part
+        Of these suites.
+    folder : Path
+    heading : str
+        A line on what was run.
+    untracked : collection of str
+        Names of suites without tables of tracks.
+    mark : str
+        What none of the figures must be taken without: it stands in every table, in the page and in files.
 
     Raises
     ------
     SinkError
         If a file cannot be written.
     """
-    made = tuple(tables(parts, untracked))
+    made = tuple(replace(table, mark=mark) for table in tables(parts, untracked))
     for table in made:
         write(folder / TABLES / f"{table.name}.csv", table.csv().encode())
     write(folder / FRAMES, _frames_csv(rows_of(parts)).encode())
@@ -89,6 +113,7 @@ def markdown(report: Report, suites: Sequence[Suite], parts: Sequence[Part], fol
         f"{report.heading}\n",
         "\n".join(about) + "\n",
         "\n".join(machine) + "\n",
+        *([f"{NOTE}\n"] if any(table.has_intervals for table in report.tables) else []),
         *(table.markdown() for table in report.tables),
         "### Where it loses\n",
         "\n".join(f"- {line}" for line in losses(parts)) + "\n",
@@ -142,7 +167,7 @@ def _json(suites: Sequence[Suite], parts: Sequence[Part], made: Sequence[Table],
         "heading": heading,
         "environment": environment(),
         "suites": {suite.name: {"title": suite.title, "settings": suite.settings} for suite in suites},
-        "tables": {table.name: [dict(zip(table.columns, row, strict=True)) for row in table.rows] for table in made},
+        "tables": {table.name: table.records() for table in made},
         "sequences": [
             {
                 "suite": part.key.suite,

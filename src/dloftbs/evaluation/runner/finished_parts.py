@@ -56,6 +56,13 @@ class FrameRow:
         Milliseconds of the method's call alone.
     failure : str or None
         Error of the method, or fault of its result; then all objects are missing.
+    l1_mm, l2_mm : float or None
+        Criteria 1 and 2 in space, between the mask's pixels that have depth and all curves that are known there.
+    l3_surface_mm : float or None
+        As `l3_mm`, but from the line on the surface that faces the camera, where the objects' radius is known.
+    scene : str
+        Scene that the frame shows. Frames of one scene are no independent sample: a sequence is one, under whatever
+        noise; of single images each is one.
     """
 
     suite: str
@@ -77,6 +84,10 @@ class FrameRow:
     clean: bool
     ms: float
     failure: str | None
+    l1_mm: float | None = None
+    l2_mm: float | None = None
+    l3_surface_mm: float | None = None
+    scene: str = ""
 
     @property
     def badness(self) -> tuple[int, float, int]:
@@ -99,12 +110,15 @@ class JointRow:
         Confidence that the method gives it, in 0..1.
     right : bool
         Whether it joins parts of one piece of one true curve.
+    scene : str
+        As of the frame.
     """
 
     index: int
     kind: JointKind
     confidence: float
     right: bool
+    scene: str = ""
 
 
 @dataclass(frozen=True)
@@ -234,6 +248,11 @@ class Part:
     ladder: str | None = None
     level: float | None = None
     following: Following | None = None
+
+    @property
+    def scene(self) -> str:
+        """The scene of the first frame, which is that of all of them where the sequence is no single images."""
+        return self.rows[0].scene if self.rows else ""
 
 
 def load(folder: Path, key: Key) -> Part | None:

@@ -12,12 +12,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from dloftbs.evaluation.curve_matching import CurveDistances, Matching, match_distances
+from dloftbs.evaluation.curve_matching import CurveDistances, match_distances
 from dloftbs.evaluation.identity_scores import TrackingScorer, TrackingScores
 from dloftbs.evaluation.instances import dice
 from dloftbs.evaluation.metrics import l1, l2
 from dloftbs.evaluation.runner.found import Found, samples
-from dloftbs.evaluation.runner.visible_truth import distances_of, in_space, visible_objects
+from dloftbs.evaluation.runner.space_scores import score_in_space
+from dloftbs.evaluation.runner.visible_truth import distances_of, visible_objects
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
 
@@ -27,8 +28,6 @@ CLEAN_DICE = 0.8
 """The smallest DICE of an object in a clean frame, where nothing but masks is known."""
 TRACK_GATE = 1.0 / 25.6
 """Of the image's longer side: the largest L3 at which a track can be that of an object, 50 px in HD."""
-
-_MM_PER_M = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +49,14 @@ class Score:
     right: int
     clean: bool
     distances: CurveDistances | None
+    l1_mm: float | None = None
+    l2_mm: float | None = None
+    l3_surface_mm: float | None = None
 
 
-def score(found: Found, truth: Truth, frame: Frame, tolerance_px: float | None = None) -> Score:
+def score(
+    found: Found, truth: Truth, frame: Frame, tolerance_px: float | None = None, radius_m: float | None = None
+) -> Score:
     """Score the curves of one frame.
 
     Parameters
@@ -62,6 +66,8 @@ def score(found: Found, truth: Truth, frame: Frame, tolerance_px: float | None =
     frame : Frame
     tolerance_px : float, optional
         The largest L3 of an object that is right, `CLEAN_L3` of the image where it is left out.
+    radius_m : float, optional
+        Radius of the objects in space, where they all have one.
     """
     l1_px, l2_px = _cover(found, truth, frame)
     if truth.ids and not truth.curves:
@@ -72,18 +78,23 @@ def score(found: Found, truth: Truth, frame: Frame, tolerance_px: float | None =
     missing = sum(bool(visible[i]) for i in matching.unmatched_true)
     limit = CLEAN_L3 * max(frame.size) if tolerance_px is None else tolerance_px
     right = sum(value <= limit for value in matching.l3)
+    space = score_in_space(found, truth, matching, frame, radius_m)
     return Score(
         l1_px,
         l2_px,
         _or_none(matching.mean_l3),
         float(np.mean([whole[pair.true, pair.found] for pair in matching.pairs])) if matching.pairs else None,
-        *_in_space(found, truth, matching, frame),
+        space.l3_mm,
+        space.length_error,
         None,
         missing,
         matching.redundant,
         right,
         missing == matching.redundant == 0 and right == len(matching.pairs),
         distances,
+        space.l1_mm,
+        space.l2_mm,
+        space.l3_surface_mm,
     )
 
 
@@ -125,18 +136,6 @@ def _cover(found: Found, truth: Truth, frame: Frame) -> tuple[float | None, floa
     return l1(pixels, points), l2(points, pixels)
 
 
-def _in_space(found: Found, truth: Truth, matching: Matching, frame: Frame) -> tuple[float | None, float | None]:
-    """Return the mean L3 in millimetres and the mean error of the length of the pairs that are known in space."""
-    if not truth.curves_3d:
-        return None, None
-    pairs = [(found.curves_3d[pair.found], pair.true) for pair in matching.pairs]
-    known = [in_space(curve, true, truth, frame) for curve, true in pairs if curve is not None]
-    if not known:
-        return None, None
-    l3_m, length_error = np.mean(known, axis=0).tolist()
-    return _MM_PER_M * l3_m, length_error
-
-
 def _by_masks(found: Found, truth: Truth, frame: Frame, l1_px: float | None, l2_px: float | None) -> Score:
     assert truth.labels is not None  # a truth has curves or masks
     result = dice(_labels(found, truth.labels > 0 if frame.mask is None else frame.mask), truth.labels)
@@ -162,7 +161,10 @@ def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
 
 def mean_width(mask: npt.NDArray[np.bool_]) -> float:
     """Return the width of a long and thin mask: of 2 r + 1 rows the mean depth is about (r + 1)^2 / (2 r + 1)."""
-    depth = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[mask]
+    x, y, width, height = cv2.boundingRect(mask.astype(np.uint8))
+    # With a row and a column of ground around it, where the image has any, depths are those in the whole image.
+    crop = mask[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
+    depth = cv2.distanceTransform(crop.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[crop]
     return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
 
 

@@ -7,6 +7,7 @@ from collections.abc import Hashable
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
@@ -119,9 +120,15 @@ class FollowingScorer:
 
 def count_ghosts(points: FloatArray, mask: npt.NDArray[np.bool_]) -> int:
     """Return how many points (n, 2) px lie more than a mean width of the cables from anything in their mask (H, W)."""
+    if not mask.any():
+        return len(points)
     inside = points.clip(0.0, np.array(mask.shape[::-1]) - 1.0)
     columns, rows = np.rint(inside).astype(np.intp).T
-    away = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[rows, columns]
+    away, outside = np.zeros(len(points)), ~mask[rows, columns]
+    if outside.any():
+        # Few points lie outside of the mask: to ask for these costs less than a distance for every pixel.
+        border = np.argwhere(mask & ~cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).view(bool))
+        away[outside], _ = cKDTree(border).query(np.stack((rows[outside], columns[outside]), axis=1))
     return int((away + np.linalg.norm(points - inside, axis=1) > mean_width(mask)).sum())
 
 

@@ -47,16 +47,15 @@ def distances_of(found: Found, truth: Truth) -> tuple[CurveDistances, FloatArray
     return CurveDistances(l3, forward), whole.l3
 
 
-def in_space(curve: Curve, number: int, truth: Truth, frame: Frame) -> tuple[float, float]:
+def in_space(curve: Curve, true: Curve, number: int, truth: Truth, frame: Frame) -> tuple[float, float]:
     """Return the L3 in metres, and the share by which the length is off, of a curve from a true one in space.
 
-    From its whole or its visible extent, where the L3 is smaller.
+    From the whole or the visible extent of `true`, which belongs to the object `number`, where the L3 is smaller.
     """
-    true = truth.curves_3d[number]
     whole = curve_l3(curve, true, directed=False), length_error(curve, true)
     if frame.camera is None or not truth.visible_masks:
         return whole
-    points = true.sample(_SAMPLES)
+    points = true.sample(_SAMPLES) if isinstance(true, BSplineCurve) else true
     extent = _extent(points, _seen(frame.camera.project(points), truth.visible_masks[number]), true)
     if extent is None:
         return whole
@@ -70,10 +69,14 @@ def visible_objects(truth: Truth) -> npt.NDArray[np.bool_]:
     return np.array([mask.any() for mask in truth.visible_masks], np.bool_)
 
 
-def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: BSplineCurve) -> FloatArray | None:
+def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: Curve) -> FloatArray | None:
     """Return the points from the first to the last that is seen, or None where this is the whole or nothing."""
     (where,) = np.nonzero(seen)
-    if curve.closed or len(where) < 2 or (where[0] == 0 and where[-1] == len(points) - 1):
+    if (
+        (isinstance(curve, BSplineCurve) and curve.closed)
+        or len(where) < 2
+        or (where[0] == 0 and where[-1] == len(points) - 1)
+    ):
         return None
     return points[where[0] : where[-1] + 1]
 
