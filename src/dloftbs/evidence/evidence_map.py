@@ -161,8 +161,7 @@ class EndEvidence:
         if self._depths is not None:
             limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
-        unknown = list_unknown(self._mask, ways, steps, told, width) if frame.image is not None else ()
-        if frame.image is not None and len(unknown):
+        if frame.image is not None and len(unknown := list_unknown(self._mask, ways, steps, told, width)):
             ends, index = np.unique(pairs[unknown], return_inverse=True)
             image, local = frame.image[self._window], index.reshape(-1, 2)
             colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)

@@ -159,6 +159,7 @@ def _extend_inside(
     others = branches.points[slice(*branches.spans[branches.duplicate_of[branch_of(end)]])]
     ahead = _shown_ahead(mask, ray, others, width)
     if ahead >= _OUT_WIDTHS * width:
+        ahead = max(ahead, 0.5 * (ahead + last))  # the wide mask reaches as far as the tip or farther
         low, high = (low, high - last) if towards_high else (low + last, high)
         spans[0 if at_start else -1] = (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
         _lead_on(spans, at_start, ray, ahead, width, buffer)
