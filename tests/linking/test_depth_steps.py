@@ -131,3 +131,26 @@ def test_ground_that_is_taken_for_a_cable_tells_nothing(seed):
     """Thin cables whose pixels show the table, by a displaced depth, beside others that show their own."""
     mask, depth = scene((0.1, 0.0, 0.1, 0.1), seed)
     assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == CROSSED
+
+
+BESIDE = [
+    np.array([(40.0, 110.0), (130.0, 147.0), (210.0, 147.0), (290.0, 147.0), (380.0, 110.0)]),
+    np.array([(40.0, 190.0), (130.0, 153.0), (210.0, 153.0), (290.0, 153.0), (380.0, 190.0)]),
+]
+"""Two cables that lie over each other for long and part again, so that by the mask they rather touch than cross."""
+
+
+@seeds
+@pytest.mark.parametrize("crosses", [False, True])
+def test_of_two_cables_over_each_other_the_upper_one_stays_on_top(crosses, seed):
+    """The step would not be steep: 2 cm along 14 widths."""
+    mask, depth = np.zeros(SIZE, bool), np.full(SIZE, TABLE_M, np.float32)
+    for height in (0.1, 0.12):
+        for number, line in enumerate(BESIDE):
+            for half, is_upper in ((line[:3], number == 1), (line[2:], (number == 1) != crosses)):
+                drawn = draw_cable(half, WIDTH, SIZE) > 0
+                mask |= drawn
+                if is_upper == (height == 0.12):
+                    depth[drawn] = TABLE_M - height
+    depth = NOISE.apply(depth, mask, np.random.default_rng(seed)).astype(np.float32)
+    assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == (CROSSED if crosses else APART)

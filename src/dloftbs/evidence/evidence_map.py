@@ -15,7 +15,14 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.depth import unit_of
 from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
-from dloftbs.evidence.kernels.gap_pixels import lay_ways, look_across, mark_covered, measure_ways, sample_references
+from dloftbs.evidence.kernels.gap_pixels import (
+    lay_ways,
+    list_unknown,
+    look_across,
+    mark_covered,
+    measure_ways,
+    sample_references,
+)
 from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
 from dloftbs.frame import Frame
 from dloftbs.graph import POSITION, TANGENT, Graph
@@ -120,6 +127,17 @@ class EndEvidence:
         )
         return known
 
+    @property
+    def depths(self) -> FloatArray:
+        """Depth at each end and its standard deviation, shape (2 n, 2), m; NaN where it is not one cable's."""
+        depths = self._depths
+        if depths is None:
+            return np.full((len(self.graph.nodes), 2), np.nan)
+        deviation = DEPTH_NOISE_PER_M * depths[:, 0] ** 2 / 3.0
+        known = np.column_stack((depths[:, 0], deviation * depths[:, 3]))
+        known[~(depths[:, 4] <= deviation)] = np.nan
+        return known
+
     def across(self, pairs: _Ints) -> FloatArray:
         """Return what lies between pairs of ends.
 
@@ -143,11 +161,11 @@ class EndEvidence:
         if self._depths is not None:
             limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
-        if frame.image is not None:
-            ends, index = np.unique(pairs, return_inverse=True)
+        if frame.image is not None and len(unknown := list_unknown(self._mask, ways, steps, told, width)):
+            ends, index = np.unique(pairs[unknown], return_inverse=True)
             image, local = frame.image[self._window], index.reshape(-1, 2)
             colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
-            look_across(image, self._mask, local, ways, steps, *colours, width, told)
+            look_across(image, self._mask, local, unknown, ways, steps, *colours, width, told)
         return measure_ways(self._states, pairs, steps, told, width)
 
     @cached_property

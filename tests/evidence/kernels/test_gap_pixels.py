@@ -57,7 +57,17 @@ class Scene:
         """Return how much of each way is ground, cable and neither, in widths."""
         ways, steps = lay_ways(self.ways, self.pairs, self.width)
         told = np.zeros(ways.shape[:2], dtype=np.uint8)
-        look_across(self.image, self.mask, self.pairs, ways, steps, *self.references(), self.width, told)
+        look_across(
+            self.image,
+            self.mask,
+            self.pairs,
+            np.arange(len(self.pairs)),
+            ways,
+            steps,
+            *self.references(),
+            self.width,
+            told,
+        )
         return measure_ways(self.ways, self.pairs, steps, told, self.width)
 
     def references(self) -> tuple[np.ndarray, ...]:

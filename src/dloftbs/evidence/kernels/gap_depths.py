@@ -16,6 +16,7 @@ from dloftbs.evidence.kernels.gap_pixels import (
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
+from dloftbs.kernels.shared.graph_ends import branch_of
 from dloftbs.kernels.shared.selection import nth_least
 
 EDGE_PX = 4.0
@@ -151,7 +152,9 @@ def sample_depths(
     depths, at, heights = np.empty(_SAMPLES), np.empty(_SAMPLES), np.empty(2 * _SAMPLES)
     slopes = np.empty(_SAMPLES * (_SAMPLES - 1) // 2)
     for e in range(len(free)):
-        clear = BACK_WIDTHS * width if free[e] else EDGE_PX
+        start, stop = spans[branch_of(e)]
+        # A branch too short for that is asked in its middle.
+        clear = BACK_WIDTHS * width if free[e] else min(EDGE_PX, max(0.5 * (stop - start - 2), 0.0))
         found, grounds = 0, 0
         for k in range(_SAMPLES):
             i, x, y, dx, dy = place_before(points, spans, e, clear, k, width)

@@ -270,14 +270,49 @@ def lay_ways(
     return ways, steps
 
 
+@kernel(read(uint8, 2), read(float64, 3), read(int64, 1), read(uint8, 2), float64)
+def list_unknown(
+    mask: npt.NDArray[np.uint8],
+    ways: npt.NDArray[np.float64],
+    steps: npt.NDArray[np.int64],
+    told: npt.NDArray[np.uint8],
+    width: float,
+) -> npt.NDArray[np.int64]:
+    """List the ways between ends that have an unknown place beside the mask: the others need no image.
+
+    Parameters
+    ----------
+    mask : (h, w) uint8
+    ways, steps
+        As `lay_ways` makes them.
+    told : (k, s) uint8
+        What is at their places; 0 is unknown.
+    width : float
+        px.
+
+    Returns
+    -------
+    (n,) int64
+    """
+    clear = CLEAR_WIDTHS * width + CLEAR_PX
+    unknown = np.zeros(len(ways), dtype=np.bool_)
+    for p in range(len(ways)):
+        k = 1
+        while k < steps[p] and not unknown[p]:
+            unknown[p] = told[p, k] == 0 and not is_on_mask(mask, ways[p, k, 0], ways[p, k, 1], clear)
+            k += 1
+    return np.flatnonzero(unknown)
+
+
 @kernel(
-    read(uint8, 3), read(uint8, 2), read(int64, 2), read(float64, 3), read(int64, 1),
+    read(uint8, 3), read(uint8, 2), read(int64, 2), read(int64, 1), read(float64, 3), read(int64, 1),
     read(float64, 3), read(int64, 1), read(float64, 3), read(int64, 1), read(float64, 2), float64, write(uint8, 2),
 )  # fmt: skip
 def look_across(
     image: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
     pairs: npt.NDArray[np.int64],
+    asked: npt.NDArray[np.int64],
     ways: npt.NDArray[np.float64],
     steps: npt.NDArray[np.int64],
     ground: npt.NDArray[np.float64],
@@ -299,8 +334,10 @@ def look_across(
     image : (h, w, 3) uint8
         The part of the image that `mask` covers.
     mask : (h, w) uint8
-    pairs : (k, 2) int64
-        Of ends.
+    pairs : (n, 2) int64
+        Ends of the ways that are asked, as the references are numbered.
+    asked : (n,) int64
+        Those ways.
     ways, steps
         As `lay_ways` makes them.
     ground, grounds, cable, cables, spread
@@ -313,8 +350,8 @@ def look_across(
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
     colour = np.empty(3)
-    for p in range(len(pairs)):
-        i, j = pairs[p]
+    for n in range(len(asked)):
+        p, i, j = asked[n], pairs[n, 0], pairs[n, 1]
         if grounds[i] + grounds[j] < LEAST_REFERENCES or cables[i] == 0 or cables[j] == 0:
             continue
         own = np.concatenate((ground[i, : grounds[i]], ground[j, : grounds[j]]))

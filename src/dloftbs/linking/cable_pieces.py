@@ -1,0 +1,170 @@
+"""Stage 5, the result: a chain of branches cut into the pieces of a cable, around its corners."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import FloatArray
+from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, is_start, start_of, stop_of
+from dloftbs.linking.kernels.end_extension import is_seen
+
+_CORNER_WIDTHS = 3.0
+"""Largest distance from a branch end to the corner of its bend, widths.
+
+Source: by hand.
+"""
+
+_PARALLEL = 0.4
+"""Sine of the angle of two branch ends below which the point where they meet is uncertain.
+
+Source: by hand; at this angle an error of 1 px aside is 2.5 px along.
+"""
+
+Span = tuple[int, int, int]
+"""First point, the one after the last, step: 1 or -1."""
+
+
+@dataclass(slots=True, eq=False)
+class Piece:
+    """Part of a cable: one branch, or several with nothing but spurs between them, and the joint that leads there."""
+
+    spans: list[Span]
+    entered: int
+    cost: float
+    margin: float
+    through_junction: bool = False
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        count = 0
+        for start, stop, step in self.spans:
+            count += (stop - start) * step
+        return count
+
+
+class Points:
+    """Points of branches, and those added at corners and at extended ends."""
+
+    def __init__(self, branches: Branches) -> None:
+        self._points, self._radius = [branches.points], [branches.radius]
+        self._count = len(branches.points)
+
+    def add(self, points: FloatArray, radius: float) -> Span:
+        """Append points, and return their span."""
+        self._points.append(points)
+        self._radius.append(np.full(len(points), radius))
+        self._count += len(points)
+        return self._count - len(points), self._count, 1
+
+    def all(self) -> tuple[FloatArray, FloatArray]:
+        """Return all points, and their radius."""
+        if len(self._points) == 1:
+            return self._points[0], self._radius[0]
+        return np.concatenate(self._points), np.concatenate(self._radius)
+
+
+def cut_into_pieces(
+    mask: npt.NDArray[np.uint8],
+    graph: Graph,
+    offsets: list[int],
+    matching: EndMatching,
+    chain: list[int],
+    degree: list[int],
+    buffer: Points,
+) -> list[Piece]:
+    """Cut a chain into pieces at its joints; branches with only a spur between them make one piece."""
+    branches, partner, costs, margins = matching.branches, matching.partner, matching.cost, matching.margin
+    nodes, duplicate_of, spans = branches.nodes, branches.duplicate_of, branches.spans
+    width, last = graph.width, len(chain) - 1
+    pieces: list[Piece] = []
+    cost, margin, through = 0.0, math.inf, True
+    for k, end in enumerate(chain):
+        branch, node = branch_of(end), nodes[end]
+        if k > 0:
+            cost, margin = max(cost, costs[end]), min(margin, margins[end])
+            through = through and node >= 0 and nodes[partner[end]] == node
+        start, stop = spans[branch]
+        if k in (0, last) or stop - start < 2:
+            start, stop = _own_span(graph, offsets, matching, branch)
+        if stop <= start or (branch in duplicate_of and pieces and stop - start < width):
+            continue
+        span = (start, stop, 1) if is_start(end) else (stop - 1, start - 1, -1)
+        alone = bool(pieces) and through and degree[node] == 2
+        route = _way_around_corner(mask, graph, matching, end, pieces[-1].spans[-1], span) if alone else None
+        if route is not None:
+            pieces[-1].spans += [buffer.add(route, float(branches.radius[span[0]])), span]
+        else:
+            if pieces and through:
+                _, before, step = pieces[-1].spans[-1]
+                through = is_seen(mask, branches.points, before - step, span[0], width)
+            if alone and through:
+                pieces[-1].spans.append(span)
+            else:
+                pieces.append(Piece([span], end, cost, margin, bool(pieces) and through))
+        cost, margin, through = 0.0, math.inf, True
+    return pieces
+
+
+def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int) -> FloatArray | None:
+    """Return the corner of a bend that turns back: the intersection of its two tangents on the mask, or its mitre.
+
+    The farther one is taken if both are known: the tangents of short branches intersect too early.
+    """
+    states = matching.branches.end_states
+    ax, ay, adx, ady = states[matching.partner[end], RAY].tolist()
+    bx, by, bdx, bdy = states[end, RAY].tolist()
+    if adx * bdx + ady * bdy <= 0.0:
+        return None
+    known = graph.corners[end] if end < len(graph.corners) else -1
+    mitre = graph.points[known] if known >= 0 else None
+    sine = adx * bdy - ady * bdx
+    if abs(sine) < _PARALLEL:
+        return mitre
+    ahead = ((bx - ax) * bdy - (by - ay) * bdx) / sine
+    back = ((bx - ax) * ady - (by - ay) * adx) / sine
+    row, column = int(ay + ahead * ady + 0.5), int(ax + ahead * adx + 0.5)
+    near = min(ahead, back) > 0.0 and max(ahead, back) <= _CORNER_WIDTHS * graph.width
+    if not (near and 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0):
+        return mitre
+    meets = np.array((ax + ahead * adx, ay + ahead * ady))
+    if mitre is not None and float((mitre - meets) @ (adx + bdx, ady + bdy)) > 0.0:
+        return mitre
+    return meets
+
+
+def _way_around_corner(
+    mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int, before: Span, after: Span
+) -> FloatArray | None:
+    """Return the points of a cable that goes straight to a corner and back; None where there is no corner."""
+    corner = _corner(mask, graph, matching, end)
+    if corner is None:
+        return None
+    points = matching.branches.points
+    here, there = points[before[1] - before[2]], points[after[0]]
+    return np.concatenate((between(here, corner), corner[None], between(corner, there)))
+
+
+def between(start: FloatArray, stop: FloatArray) -> FloatArray:
+    """Return the points between two others, about 1 px apart."""
+    steps = max(int(np.hypot(*(stop - start))), 1)
+    result: FloatArray = start + np.arange(1, steps)[:, None] / steps * (stop - start)
+    return result
+
+
+def _own_span(graph: Graph, offsets: list[int], matching: EndMatching, branch: int) -> tuple[int, int]:
+    """Return the span of a branch that belongs to a cable: up to the first or last point at an end that stays open."""
+    start, stop = matching.branches.spans[branch]
+    if branch >= graph.branch_count:
+        return start, stop
+    if stop - start < 2 and matching.branches.spurs[branch]:
+        return offsets[branch], offsets[branch + 1]
+    partner = matching.partner
+    return (
+        offsets[branch] if partner[start_of(branch)] < 0 else start,
+        offsets[branch + 1] if partner[stop_of(branch)] < 0 else stop,
+    )
