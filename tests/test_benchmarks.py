@@ -11,13 +11,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import compare, compare_run, constants, digests_run, english, growth, process, profile
+from benchmarks import compare, compare_run, constants, digests_run, english, growth, process, profile, summary
 from benchmarks.docs import published
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
 from dloftbs import Frame, Pipeline
 
-PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE = DOCS / "performance-details.md"
 BLOCKS = ("machine", "speed", "growth", "profile", "throughput", "recordings", "batch", "process")
 
 
@@ -66,6 +67,21 @@ def test_a_page_without_the_place_is_refused_before_anything_is_measured(tmp_pat
     page.write_text("nothing here\n")
     with pytest.raises(ValueError, match="no place for the figures of 'x'"), published("x", page):
         pytest.fail("measured in vain")
+
+
+def test_the_users_screen_has_the_figures_of_the_details():
+    made = summary.summarise(PAGE.read_text("utf-8"))
+    screen = (DOCS / "performance.md").read_text("utf-8")
+    assert f"<!-- made: summary -->\n```text\n{made}\n```\n<!-- end -->" in screen
+    assert len(screen.splitlines()) < 40
+
+
+def test_a_screen_without_its_figures_is_refused():
+    page = PAGE.read_text("utf-8")
+    with pytest.raises(ValueError, match="no figures of 'process': run its benchmark first"):
+        summary.summarise(page.replace("<!-- made: process -->", ""))
+    with pytest.raises(ValueError, match="no figure"):
+        summary.summarise(page.replace("mask to tracked curves", "mask to something"))
 
 
 def test_figures_of_a_run_that_failed_do_not_reach_the_page(tmp_path):

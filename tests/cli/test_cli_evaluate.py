@@ -177,6 +177,10 @@ def test_quick_has_no_tables_of_tracking_and_says_so(tmp_path, mine, monkeypatch
     monkeypatch.setattr("dloftbs.evaluation.suites.QUICK_SCALE", 0.01)
     arguments = ("evaluate", "rgbd-artificial", "--method", "mine:Follower", "--size", "320x180", "--jobs", 1)
     quick = run(*arguments, "--quick", "--out", tmp_path / "quick")
+    assert quick.stdout.startswith("QUICK RUN, a tenth of the scenes in small images: to try, not to quote. ")
+    assert "All suites (quick run)" in quick.stdout
+    assert (tmp_path / "quick" / "report.md").read_text().startswith("QUICK RUN")
+    assert "quick run" in (tmp_path / "quick" / "tables" / "summary.csv").read_text().splitlines()[1]
     assert quick.stdout.count("no tracking tables: so few frames say nothing of tracking, run without --quick") == 1
     tables = json.loads((tmp_path / "quick" / "report.json").read_text())["tables"]
     assert "tracking" not in tables
@@ -186,6 +190,25 @@ def test_quick_has_no_tables_of_tracking_and_says_so(tmp_path, mine, monkeypatch
     assert "no tracking tables" not in asked.stdout
     tables = json.loads((tmp_path / "quick" / "report.json").read_text())["tables"]
     assert "tracking" in tables
+
+
+def test_the_baseline_is_scored_where_it_is_told_the_start(tmp_path):
+    arguments = ("evaluate", "rgbd-artificial", "kinds", "--method", "cpd,paper", "--out", tmp_path / "out", *TINY)
+    result = run(*arguments)
+    rows = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]["summary"]
+    assert [(row["suite"], row["method"]) for row in rows] == [
+        ("rgbd-artificial", "cpd"),
+        ("rgbd-artificial", "paper"),
+        ("kinds", "paper"),
+    ]
+    assert rows[0]["exceptions"] == rows[0]["frames without a curve"] == 0
+    assert rows[0]["L3 px"] < 5.0
+    assert "(scale 0.01)" in result.stdout
+
+
+def test_the_baseline_is_for_some_suites_alone(tmp_path):
+    result = run("evaluate", "kinds", "--method", "cpd", "--out", tmp_path / "out", *TINY, code=1)
+    assert "method 'cpd' is for the suites rgb, rgbd, rgbd-artificial, got kinds" in result.stderr
 
 
 def test_the_papers_tables_are_printed_with_ours_beneath(tmp_path, shared_data):
@@ -235,7 +258,8 @@ def test_a_changed_module_has_other_settings(mine):
     [
         (
             "best",
-            "there is no method 'best'; methods are default, paper, a configuration (FILE.yaml) and module:callable",
+            "there is no method 'best'; methods are default, paper, cpd, a configuration (FILE.yaml) and "
+            "module:callable",
         ),
         ("nowhere:f", "cannot import 'nowhere': ModuleNotFoundError"),
         ("falls_over:f", "cannot import 'falls_over': ZeroDivisionError: division by zero"),

@@ -24,6 +24,47 @@ def test_every_suite_opens_and_can_be_pickled(name):
     assert len(set(names)) == len(names)
 
 
+FEWER = {"rgbd": 8, "rgbd-artificial": 8}
+"""Scenes of a name in the suites that keep the paper's number of frames."""
+
+
+@pytest.mark.parametrize("name", [name for name in SUITES if name != "several-cables"])
+def test_a_figure_is_over_twenty_scenes(name):
+    if missing_for(name) is not None:
+        pytest.skip(missing_for(name))
+    suite = open_suite(name)
+    scenes = {}
+    for sequence in suite.sequences:
+        # What a table has in a row: sequences of a name, without the number; single images are scenes each.
+        row = sequence.name.rpartition(", ")[0] if hasattr(sequence, "number") else sequence.name
+        images = range(len(sequence)) if sequence.fps is None else [0]
+        scenes.setdefault(row, set()).update((sequence.scene_name, i) for i in images)
+    assert min(map(len, scenes.values())) >= FEWER.get(name, 20)
+    assert not suite.thinned
+
+
+def test_scenes_differ_and_noise_does_not_make_another_one():
+    suite = open_suite("kinds", scale=0.1, size=(180, 320))
+    of = {}
+    for sequence in suite.sequences:
+        of.setdefault(sequence.name, []).append(sequence)
+    assert [one.scene_name for one in of["one loop"]] == ["one loop, seed 0", "one loop, seed 1"]
+    assert [one.scene_name for one in of["one loop, noisy"]] == ["one loop, seed 0", "one loop, seed 1"]
+    first, second = of["one loop"]
+    assert first.truth(0).to_dict() != second.truth(0).to_dict()
+    noisy = of["one loop, noisy"][1]
+    assert noisy.truth(0).to_dict() == second.truth(0).to_dict()
+
+
+def test_seeds_have_no_scene_in_common():
+    shapes = [open_suite("rgb", scale=0.05, seed=seed, size=(180, 320)).sequences[0].truth(0) for seed in (0, 1)]
+    assert shapes[0].to_dict() != shapes[1].to_dict()
+
+
+def test_a_part_of_a_scene_has_fewer_frames():
+    assert [len(one) for one in open_suite("kinds", scale=0.02, size=(180, 320)).sequences[:2]] == [5, 5]
+
+
 def test_the_settings_tell_suites_apart():
     suites = [open_suite("kinds", scale=0.01 + 0.01 * (i == 1), seed=i == 2, size=(180, 320 + i)) for i in range(3)]
     assert len({suite.settings for suite in suites}) == 3

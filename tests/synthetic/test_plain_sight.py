@@ -159,7 +159,7 @@ def test_the_suite_has_all_kinds_and_scales_by_sequences():
     small = plain_sight(0.01, 0, SIZE)
     assert [one.family for one in small] == list(PLAIN_SIGHT_KINDS)
     whole = plain_sight()
-    assert len(whole) == len({one.name for one in whole}) == 6 * len(PLAIN_SIGHT_KINDS)
+    assert len(whole) == len({one.name for one in whole}) == 20 * len(PLAIN_SIGHT_KINDS)
     assert len({one.width_px for one in whole}) == len(whole)
 
 

@@ -94,7 +94,7 @@ def test_without_mujoco_it_is_said_what_to_install(monkeypatch):
 
 def test_the_suite_has_all_kinds_and_scales_by_sequences():
     assert [one.family for one in simulated(0.01)] == [f"simulated {kind}" for kind in SIMULATED_KINDS]
-    assert sum(len(one) for one in simulated()) == 960
+    assert sum(len(one) for one in simulated()) == 4800
 
 
 def test_what_cannot_be_is_refused():

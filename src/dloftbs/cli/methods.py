@@ -20,11 +20,15 @@ import msgspec
 from dloftbs.cli.method_options import MethodSettings
 from dloftbs.config import Config
 from dloftbs.errors import ConfigError, InputError
+from dloftbs.evaluation.baselines import LENGTHS, CoherentPointDrift
 from dloftbs.evaluation.runner.sequence_run import Method
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 
 BUILT_IN = ("default", "paper")
+BASELINES = ("cpd",)
+BASELINE_SUITES = ("rgb", "rgbd", "rgbd-artificial")
+"""Suites of one cable whose length does not change."""
 CONFIG_SUFFIXES = (".yaml", ".yml")
 
 
@@ -51,9 +55,9 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
     Parameters
     ----------
     name : str
-        "default"; "paper", in sequences of one cable the authors' form for one; a YAML file with a configuration; or
-        ``module:callable``: a function from a `Frame` to curves, or a class, of which an instance is made for each
-        sequence and called in this way.
+        "default"; "paper", in sequences of one cable the authors' form for one; the baseline "cpd"; a YAML file with a
+        configuration; or ``module:callable``: a function from a `Frame` to curves, or a class, of which an instance is
+        made for each sequence and called in this way, after its ``start(frame, truth)`` if it has one.
     settings : MethodSettings, optional
         Apply to all but the last.
 
@@ -71,12 +75,15 @@ def method_of(name: str, settings: MethodSettings | None = None) -> Method:
             return Method(name, functools.partial(_pipeline, config), config.to_yaml())
         settings_of_both = f"{config.to_yaml()}\n{one.to_yaml()}"
         both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
-        return Method(name, both[0], settings_of_both, both[1])
+        return Method(name, both[0], settings_of_both, one_factory=both[1])
+    if name in BASELINES:
+        first, *others = (functools.partial(_point_drift, length) for length in LENGTHS)
+        return Method(name, first, alternatives=tuple(others), suites=BASELINE_SUITES)
     module_name, colon, _ = name.partition(":")
     if not colon:
         raise InputError(
-            f"there is no method {name!r}; methods are {', '.join(BUILT_IN)}, a configuration (FILE.yaml) and "
-            "module:callable"
+            f"there is no method {name!r}; methods are {', '.join((*BUILT_IN, *BASELINES))}, a configuration "
+            "(FILE.yaml) and module:callable"
         )
     found = _imported(name)
     if not callable(found) or (inspect.isclass(found) and "__call__" not in dir(found)):
@@ -118,6 +125,10 @@ def config_of(name: str, settings: MethodSettings) -> Config | None:
         return settings.applied_to(base, paper=name == "paper")
     except ConfigError as error:
         raise ConfigError(f"method {name!r}: {error}") from error
+
+
+def _point_drift(length: float) -> Callable[[Frame], Any]:
+    return CoherentPointDrift(length)
 
 
 def _for_one(config: Config) -> Config | None:

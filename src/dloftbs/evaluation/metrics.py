@@ -159,7 +159,8 @@ def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
 
 
 def _mmd(x: FloatArray, y: FloatArray) -> float:
-    distance, _ = cKDTree(y).query(x)
+    # A tree that is not balanced is built in less time than a balanced one saves.
+    distance, _ = cKDTree(y, balanced_tree=False).query(x)
     return float(distance.mean())
 
 

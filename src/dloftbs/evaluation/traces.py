@@ -54,8 +54,9 @@ class Trace:
         """Normalised arc length at each point, shape (n,)."""
         return arc_parameter(self.points)
 
-    def reversed(self) -> Trace:
-        """Return the trace run the other way."""
+    @cached_property
+    def backwards(self) -> Trace:
+        """The trace run the other way."""
         return Trace(self.points[::-1], self.closed)
 
     def resampled(self, count: int, start: float = 0.0) -> FloatArray:
@@ -63,10 +64,20 @@ class Trace:
 
         A closed trace begins at the arc length `start` and comes back to it.
         """
+        if not start and count in self._from_its_start:
+            return self._from_its_start[count]
         s = np.linspace(start, start + 1.0, count)
         if start:
             s %= 1.0
-        return np.stack([np.interp(s, self.arc, values) for values in self.points.T], axis=1)
+        made = np.stack([np.interp(s, self.arc, values) for values in self.points.T], axis=1)
+        if not start:
+            self._from_its_start[count] = made
+        return made
+
+    @cached_property
+    def _from_its_start(self) -> dict[int, FloatArray]:
+        """Points that were asked for: every curve of a frame is compared with several others."""
+        return {}
 
 
 def trace_of(name: str, curve: CurveLike, samples: int) -> Trace:
@@ -149,7 +160,7 @@ def align(found: Trace, true: Trace, samples: int, criterion: Criterion, *, dire
     forward = _align_one_way(found, true, samples, criterion)
     if directed:
         return Alignment(forward[0], True, *forward[1:])
-    backward = _align_one_way(found.reversed(), true, samples, criterion)
+    backward = _align_one_way(found.backwards, true, samples, criterion)
     best = min(forward, backward, key=lambda fit: fit[0])
     return Alignment(best[0], best is forward, *best[1:])
 

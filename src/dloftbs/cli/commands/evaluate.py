@@ -30,7 +30,7 @@ _NO_TRACKING = "no tracking tables: so few frames say nothing of tracking, run w
     default=_METHODS,
     show_default=True,
     metavar="METHOD",
-    help="default, paper, FILE.yaml (a configuration), or MODULE:CALLABLE. Repeatable, or with commas.",
+    help="default, paper, cpd (a baseline), FILE.yaml (a configuration), MODULE:CALLABLE. Repeatable, or with commas.",
 )
 @method_options
 @click.option(
@@ -88,8 +88,10 @@ def evaluate(
     METHOD is default or paper, in sequences of one cable the authors' form for one; or a YAML file with a
     configuration, as `dloftbs config` prints it, so that two settings can be compared; or MODULE:CALLABLE, a function
     from a frame to curves: arrays of points (n, 2) px or (n, 3) m in order, splines, or a mapping from identities to
-    such; or a class, of which an instance is made for each sequence and called so. Modules are found in the current
-    folder, and where Python finds others.
+    such; or a class, of which an instance is made for each sequence and called so, after its start(frame, truth) with
+    the first frame, if it has one. Modules are found in the current folder, and where Python finds others. cpd is
+    coherent point drift with stretch limits, the family of CDCPD2, for rgb, rgbd and rgbd-artificial: it is told the
+    first frame's curve and the cable's length.
     --config, --set and --hsv change all methods but these last.
 
     The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short

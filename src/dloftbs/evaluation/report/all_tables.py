@@ -114,17 +114,8 @@ def _rows(
 
 
 def _summary(parts: Sequence[Part]) -> Table:
-    figures = (
-        "scenes",
-        "frames",
-        "clean frames, %",
-        "right objects, %",
-        "L3 px",
-        _WHOLE,
-        "missing, %",
-        "redundant, %",
-        _EMPTY,
-    )
+    rates = ("clean frames, %", "right objects, %", "L3 px", _WHOLE, "missing, %", "redundant, %")
+    figures = ("scenes", "frames", *rates, _EMPTY, "exceptions", "ms median", "ms p99")
     note = (
         "An object is right when the curve that it is given has an L3 of at most 5 px in HD and as much of smaller "
         "images, or what --tolerance or the data say, or a DICE of at least "

@@ -62,7 +62,7 @@ def evaluate(
     Raises
     ------
     InputError
-        If names are used twice, or a method cannot be made.
+        If names are used twice, a method is for none of the suites, or cannot be made.
     SinkError
         If a part cannot be written, or is spoilt before it is read again.
     DloftbsError
@@ -82,11 +82,17 @@ def tasks_of(suites: Sequence[Suite], methods: Sequence[Method]) -> list[Task]:
     Raises
     ------
     InputError
-        If names are used twice.
+        If names are used twice, or a method is for none of the suites.
     """
     for what, names in (("suites", [s.name for s in suites]), ("methods", [m.name for m in methods])):
         if len(set(names)) < len(names):
             raise InputError(f"{what} must have different names, got {', '.join(names)}")
+    for method in methods:
+        if method.suites and not any(suite.name in method.suites for suite in suites):
+            raise InputError(
+                f"method {method.name!r} is for the suites {', '.join(method.suites)}, got "
+                f"{', '.join(suite.name for suite in suites)}"
+            )
     code = code_version()
     return [
         Task(
@@ -97,6 +103,7 @@ def tasks_of(suites: Sequence[Suite], methods: Sequence[Method]) -> list[Task]:
         for suite in suites
         for i, sequence in enumerate(suite.sequences)
         for method in methods
+        if not method.suites or suite.name in method.suites
     ]
 
 

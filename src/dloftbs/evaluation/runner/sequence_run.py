@@ -53,17 +53,31 @@ class Method:
     name : str
     factory : callable
         Without arguments; returns a function from a `Frame` to what `found_in` takes. Called for each sequence,
-        so that what the function remembers ends with it. Must be picklable.
+        so that what the function remembers ends with it. Must be picklable. Where the function is an object with a
+        method ``start(frame, truth)``, that is called before the first frame, with its truth: for trackers that have to
+        be told where objects are, of whom nothing is scored frame by frame alone.
     settings : str
         Settings that its results depend on, besides the name: its configuration, or a digest of its code.
     one_factory : callable, optional
         The same for sequences of one object, where a method has a form of its own for these.
+    alternatives : tuple of callable
+        Further factories: of each sequence only the form counts whose curves are nearest to the truth, as where a paper
+        counts the best of several settings.
+    suites : tuple of str
+        Names of the generated suites that it is for; empty for all.
     """
 
     name: str
     factory: Callable[[], Callable[[Frame], Any]]
     settings: str = ""
     one_factory: Callable[[], Callable[[Frame], Any]] | None = None
+    alternatives: tuple[Callable[[], Callable[[Frame], Any]], ...] = ()
+    suites: tuple[str, ...] = ()
+
+    @property
+    def forms(self) -> list[Method]:
+        """The method with each of its factories, but that for one object."""
+        return [replace(self, factory=factory, alternatives=()) for factory in (self.factory, *self.alternatives)]
 
     def made_for(self, sequence: KnownFrames) -> Method:
         """Return the form for a sequence: that of one object where none of some frames shows more."""
@@ -96,12 +110,24 @@ def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence
     InputError
         If a method cannot be made.
     """
-    runs = [_Run(key, sequence, method.made_for(sequence)) for key, method in zip(keys, methods, strict=True)]
+    forms = [
+        [_Run(key, sequence, form) for form in method.made_for(sequence).forms]
+        for key, method in zip(keys, methods, strict=True)
+    ]
     for index in range(len(sequence)):
         frame, truth = sequence.frame(index), sequence.truth(index)
-        for run in runs:
-            run.add(index, frame, truth)
-    return [run.part() for run in runs]
+        for runs in forms:
+            for run in runs:
+                run.add(index, frame, truth)
+    return [min((run.part() for run in runs), key=_error) for runs in forms]
+
+
+def _error(part: Part) -> tuple[int, float]:
+    """Return by what the best form of a method is chosen: frames without a figure, then the sum of the L3."""
+    in_space = any(row.l3_mm is not None for row in part.rows)
+    errors = [row.l3_mm if in_space else row.l3_whole_px for row in part.rows]
+    known = [error for error in errors if error is not None]
+    return len(errors) - len(known), sum(known)
 
 
 class _Run:
@@ -113,15 +139,22 @@ class _Run:
         self._sequence = sequence
         self._method = method
         self._call = _make(method)
+        self._is_told_the_start = hasattr(self._call, "start")
+        self._not_started: str | None = None
         self._rows: list[FrameRow] = []
         self._joints: list[JointRow] = []
         self._curves: dict[int, tuple[Curve, ...]] = {}
         self._identities: IdentityScorer | None = None
-        self._following = _following(sequence)
+        # What is told where a track begins has no reading of a frame alone to be compared with.
+        self._following = None if self._is_told_the_start else _following(sequence)
 
     def add(self, index: int, frame: Frame, truth: Truth) -> None:
         """Score the next frame."""
-        found, ms, failure = _call(self._call, frame)
+        if index == 0 and self._is_told_the_start:
+            self._not_started = _start(self._call, frame, truth)
+        found, ms, failure = (
+            _call(self._call, frame) if self._not_started is None else (Found(), 0.0, self._not_started)
+        )
         detected = found.detected or found
         radius_m = getattr(self._sequence, "radius_m", None)
         result = score(detected, truth, frame, self._sequence.tolerance_px, radius_m)
@@ -180,7 +213,19 @@ def _warm_up(method: Method, sequence: KnownFrames) -> None:
     name = (method.name, method.settings)
     if name not in _warm and len(sequence):
         _warm.add(name)
-        _call(_make(method), sequence.frame(0))
+        call, frame = _make(method), sequence.frame(0)
+        if hasattr(call, "start"):
+            _start(call, frame, sequence.truth(0))
+        _call(call, frame)
+
+
+def _start(call: Any, frame: Frame, truth: Truth) -> str | None:
+    """Tell a method the truth of the first frame, and return what went wrong."""
+    try:
+        call.start(frame, truth)
+    except Exception as error:  # noqa: BLE001  a stranger's code may raise anything, and other methods must go on
+        return _text(error)
+    return None
 
 
 def _call(call: Callable[[Frame], Any], frame: Frame) -> tuple[Found, float, str | None]:

@@ -1,0 +1,52 @@
+"""The page on scoring a method of one's own: its examples are run as they stand."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from cli.cli_inputs import run
+
+from dloftbs.cli.methods import BASELINE_SUITES
+from dloftbs.evaluation.baselines.coherent_point_drift import NODES, STRETCH
+from dloftbs.evaluation.report.spread import RESAMPLES
+
+PAGE = (Path(__file__).parents[1] / "docs" / "own-method.md").read_text("utf-8")
+FUNCTION, TRACKER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.fixture
+def mymethod(tmp_path, monkeypatch):
+    (tmp_path / "mymethod.py").write_text(f"{FUNCTION}\n\n{TRACKER}")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield "mymethod"
+    sys.modules.pop("mymethod", None)
+
+
+def test_the_examples_are_scored(tmp_path, mymethod):
+    methods = f"{mymethod}:find,{mymethod}:Still"
+    options = ("--scale", 0.01, "--size", "320x180", "--jobs", 1, "--out", tmp_path / "mine")
+    run("evaluate", "rgbd-artificial", "kinds", "--method", methods, *options)
+    rows = json.loads((tmp_path / "mine" / "report.json").read_text())["tables"]["summary"]
+    assert len(rows) == 4
+    for row in rows:
+        assert (row["exceptions"], row["frames without a curve"]) == (0, 0)
+        assert row["L3 px"] > 0.0
+    still = next(row for row in rows if row["method"].endswith("Still") and row["suite"] == "kinds")
+    assert still["missing, %"] == 0.0
+
+
+def test_the_command_is_one():
+    (command,) = re.findall(r"```sh\ndloftbs (.*?)\n```", PAGE)
+    name, *suites = command.partition(" --")[0].split()
+    assert name == "evaluate"
+    assert set(suites) <= {"rgb", "kinds"}
+
+
+def test_the_page_says_what_the_code_has():
+    assert f"a chain of {NODES} nodes" in PAGE
+    assert f"stretch by more than {100 * (STRETCH - 1):.0f} %" in PAGE
+    assert f"{RESAMPLES} times" in PAGE
+    for suite in BASELINE_SUITES:
+        assert f"*{suite}*" in PAGE
