@@ -106,7 +106,8 @@ def _sentences(summary: Summary) -> Iterator[str]:
             "more."
         )
     yield (
-        "**Against others:** [tables I to IV of the paper](results/paper.md), cell by cell, with ours beneath; "
+        "**Against others:** [tables I to IV of the paper](results/paper.md), cell by cell, with ours beneath"
+        f"{', [Table II of photographs](results/photographs.md)' if 'photographs' in summary else ''}; "
         "[over all suites](results/overall.md): identities, joints, losses."
     )
 
