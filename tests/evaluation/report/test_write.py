@@ -2,14 +2,10 @@ import csv
 import json
 import re
 
-import cv2
-import numpy as np
 import pytest
 from evaluation import runner_stubs as stubs
 from evaluation.runner_stubs import Bars, Rung, method, suite
 
-from dloftbs.errors import SourceError
-from dloftbs.evaluation.report import docs_page
 from dloftbs.evaluation.report.all_tables import tables
 from dloftbs.evaluation.report.losses import losses
 from dloftbs.evaluation.report.plots import write_plots
@@ -134,29 +130,3 @@ def test_what_does_not_exist_is_not_in_a_mean():
     assert mean([None]) is median([]) is None
     assert median([3.0, None, 1.0, 2.0]) == 2.0
     assert [shown(value) for value in (None, 0.0, 0.12345, 12.345, 3, "")] == ["-", "0.00", "0.123", "12.35", "3", "-"]
-
-
-def test_the_page_keeps_what_was_written_by_hand(run, tmp_path):
-    page = tmp_path / "results.md"
-    page.write_text(f"By hand.\n\n{docs_page.BEGIN}old")
-    old = tmp_path / docs_page.PICTURES / "old.png"
-    old.parent.mkdir(parents=True)
-    old.write_bytes(b"")
-    docs_page.assemble(run[0], page)
-    text = page.read_text()
-    assert text.startswith(f"By hand.\n\n{docs_page.BEGIN}\nstubs")
-    links = re.findall(r"!\[.*?\]\((.*?)\)", text)
-    assert {tmp_path / link for link in links} == set(old.parent.iterdir())
-
-
-def test_a_picture_becomes_small(tmp_path):
-    noise = np.random.default_rng(0).integers(0, 256, (1200, 1600, 3)).astype(np.uint8)
-    cv2.imwrite(str(tmp_path / "noise.png"), noise)
-    name, data = docs_page.small(tmp_path / "noise.png")
-    assert name.endswith("-noise.jpg")
-    assert len(data) <= docs_page.MOST_BYTES
-
-
-def test_a_page_of_nothing_is_an_error(tmp_path):
-    with pytest.raises(SourceError, match="cannot put"):
-        docs_page.assemble(tmp_path, tmp_path / "page.md")

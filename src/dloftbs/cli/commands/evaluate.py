@@ -94,9 +94,9 @@ def evaluate(
     first frame's curve and the cable's length.
     --config, --set and --hsv change all methods but these last.
 
-    The folder of --out gets the tables (report.md, tables/*.csv, report.json), every frame's scores (frames.csv),
-    whether every joint is right (joints.csv), plots, and pictures of the worst frames. Finished sequences are
-    kept there, too: the same command goes on where it was interrupted.
+    The folder of --out gets the tables (report.md, pages/*.md, tables/*.csv, report.json), the figures in short
+    (summary.json), every frame's scores (frames.csv), whether every joint is right (joints.csv), plots, and pictures
+    of the worst frames. Finished sequences are kept there, too: the same command goes on where it was interrupted.
 
     \b
     dloftbs evaluate --quick
@@ -204,15 +204,15 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
         If labelled data lies in a folder that is written to, or around it, or other files have the results' names.
     """
     from dloftbs.errors import SinkError
-    from dloftbs.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PLOTS, TABLES, WORST
+    from dloftbs.evaluation.report.write import FRAMES, JOINTS, JSON, MARKDOWN, PAGES, PLOTS, SUMMARY, TABLES, WORST
     from dloftbs.evaluation.suites import SUITES, place_of
 
     for name in names:
         data = Path(os.path.realpath(place_of(name)))
-        for folder in (out, *(out / part for part in (PARTS, TABLES, PLOTS, WORST))):
+        for folder in (out, *(out / part for part in (PARTS, TABLES, PLOTS, WORST, PAGES))):
             if name not in SUITES and Path(os.path.realpath(folder)).is_relative_to(data):
                 raise SinkError(f"--out {out} would write into the labelled data of {name}: choose another folder")
-    results = (MARKDOWN, JSON, FRAMES, JOINTS, TABLES, PLOTS, WORST)
+    results = (MARKDOWN, JSON, SUMMARY, FRAMES, JOINTS, TABLES, PLOTS, WORST, PAGES)
     there = [name for name in results if os.path.lexists(out / name)]
     if there and not (out / PARTS).is_dir():
         raise SinkError(

@@ -125,7 +125,7 @@ def _summary(parts: Sequence[Part]) -> Table:
         "beside it is from the whole curve always, the paper's criterion to the letter. Missing and "
         "redundant are shares of the true objects. Where a method raises an exception, all objects are missing."
     )
-    made = _rows(parts, {**_SUITE, **_METHOD}, (*figures, "exceptions", "ms median", "ms p99"))
+    made = _rows(parts, {**_SUITE, **_METHOD}, figures)
     return Table("summary", "All suites", *made, note)
 
 

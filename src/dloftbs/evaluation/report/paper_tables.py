@@ -27,7 +27,10 @@ _THEIRS = (
     "Rows of the same number are of the same kind of scene, not the same scene. "
     f"Intervals: {COVERAGE:.0%}, by bootstrap over scenes."
 )
-_ONE = "`paper` joins all segments, the authors' form for one cable."
+_ONE = (
+    "`paper` joins all segments, the authors' form for one cable. `cpd`, where it stands, is a baseline of the family "
+    "of CDCPD2, told the first frame's curve and the length of the cable."
+)
 _NOTE_1 = (
     "Mean ± deviation over frames. L1: mask pixels to curves, L2: curves to mask pixels, both over what shows. Out of "
     f"view in 3, occlusions in 2 to 6, a self-crossing in 6. {_ONE} {_THEIRS}"

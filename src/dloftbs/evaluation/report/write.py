@@ -17,16 +17,19 @@ from dloftbs._version import __version__
 from dloftbs.evaluation.report.all_tables import tables
 from dloftbs.evaluation.report.counts import rows_of
 from dloftbs.evaluation.report.losses import losses
+from dloftbs.evaluation.report.pages import make_pages
 from dloftbs.evaluation.report.paper_tables import TABLES_OF_PAPER
 from dloftbs.evaluation.report.plots import write_plots
 from dloftbs.evaluation.report.spread import NOTE
+from dloftbs.evaluation.report.summary import summarise
 from dloftbs.evaluation.report.table import Table
 from dloftbs.evaluation.report.worst_frames import write_worst
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part, write
 from dloftbs.evaluation.suites import Suite
 
 MARKDOWN, JSON, FRAMES, JOINTS = "report.md", "report.json", "frames.csv", "joints.csv"
-TABLES, PLOTS, WORST = "tables", "plots", "worst"
+SUMMARY = "summary.json"
+TABLES, PLOTS, WORST, PAGES = "tables", "plots", "worst", "pages"
 _LIBRARIES = ("numpy", "scipy", "numba", "opencv-python-headless")
 
 
@@ -98,6 +101,10 @@ def write_report(
     plots, no_plots = _plots(parts, folder / PLOTS)
     report = Report(heading, made, (*plots, *write_worst(suites, parts, folder / WORST)), no_plots)
     write(folder / MARKDOWN, markdown(report, suites, parts, folder).encode())
+    write(folder / SUMMARY, encode(summarise(suites, parts, heading, mark), indent=1))
+    run = (heading, "; ".join(f"{name}: {value}" for name, value in environment().items()))
+    for name, page in make_pages(suites, parts, report.pictures, run, untracked, mark).items():
+        write(folder / PAGES / f"{name}.md", page.encode())
     return report
 
 
