@@ -149,11 +149,11 @@ def _associate_ambiguous(
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame.
 
-    One that is longer than in most full views has lately taken what may be another object's.
+    One that was longer in its last full view than in most has taken what may be another object's.
     """
     least = config.override_frames
     seen = model.hits >= least and not model.misses and not model.curve.closed
-    grown = model.length - model.lengths.usual_px > model.position_tolerance_px
+    grown = model.lengths.last_change > model.position_tolerance_px
     return seen and not grown and max(model.conflict.frames, model.conflict.merged_frames) < least
 
 

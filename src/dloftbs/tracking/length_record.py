@@ -74,6 +74,11 @@ class LengthRecord:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
         return self.px / self.px_per_m if math.isnan(self.usual_m) else self.usual_m
 
+    @property
+    def last_change(self) -> float:
+        """Length of the last full view less that of most, px; NaN if these are too few."""
+        return self.full_px[-1] - self.usual_px if self.full_px else math.nan
+
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
         self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], share * self.usual_m
