@@ -201,7 +201,8 @@ def test_evidence_tells_of_the_covers_and_changes_nothing_else(evidence):
 
 def test_the_suite_of_known_occluders_is_that_of_tracking_with_evidence():
     made = known_occluders(0.01, 0, SIZE)
-    assert [(one.family, one.cables) for one in made] == [c for c in CASTS if c[0] in ("occluded", "hidden", "hands")]
+    few = [cast for cast in CASTS if cast[0] in ("occluded", "hidden", "hands") and cast[1] <= 3]
+    assert [(one.family, one.cables) for one in made] == few
     assert all(one.frame(30).occluders is not None and one.frame(30).depth is not None for one in made)
     assert len({one.name for one in known_occluders()}) == len(known_occluders())
     seen = known_occluders(0.01, 0, SIZE, ["image"])

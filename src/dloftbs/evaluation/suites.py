@@ -130,7 +130,7 @@ _GENERATED: dict[str, _Recipe] = {
         lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
     ),
     "known-occluders": _Recipe(
-        "the sequences of tracking with occluders, told by a mask and by depth with the errors of a camera",
+        "sequences of tracking with one or three cables and occluders, told by a mask and by a camera's depth",
         lambda scale, seed, size: synthetic.known_occluders(scale, seed=seed, size=size),
     ),
     "seen-occluders": _Recipe(

@@ -201,7 +201,7 @@ def known_occluders(
     size: tuple[int, int] = (720, 1280),
     evidence: Collection[Evidence] = ("occluders", "depth"),
 ) -> list[TrackingSequence]:
-    """Return the sequences of `tracking` with occluders, whose frames tell of them.
+    """Return the sequences of `tracking` with one and three cables and occluders, whose frames tell of them.
 
     Parameters
     ----------
@@ -218,15 +218,21 @@ def known_occluders(
     InputError
         If a value is out of range.
     """
-    return _sequences(_WITH_OCCLUDERS, scale, seed, size, evidence)
+    return _sequences(_WITH_OCCLUDERS, scale, seed, size, evidence, most_cables=3)
 
 
 def _sequences(
-    families: Sequence[str], scale: float, seed: int, size: tuple[int, int], evidence: Collection[Evidence] = ()
+    families: Sequence[str],
+    scale: float,
+    seed: int,
+    size: tuple[int, int],
+    evidence: Collection[Evidence] = (),
+    most_cables: int = 5,
 ) -> list[TrackingSequence]:
     return [
         TrackingSequence(family, cables, number, FRAMES, size, seed, evidence=evidence)
         for family in families
         for cables in TRACKING_FAMILIES[family]
+        if cables <= most_cables
         for number in range(count_at(scale, _FULL, 1))
     ]
