@@ -98,6 +98,20 @@ def test_a_ring_is_lifted_all_around() -> None:
     assert bridged.inferred != ()
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_hole_that_begins_or_ends_at_the_seam_of_a_ring_is_inferred_and_nothing_else(side: int) -> None:
+    mask, depth = draw_tubes([ring()])
+    y, x = np.indices(SIZE)
+    middle, seam = CAMERA.project(np.stack((ring().mean(axis=0), lift_first(mask, depth).points_m[0])))
+    angle = np.arctan2(y - middle[1], x - middle[0]) - np.arctan2(*(seam - middle)[::-1])
+    for towards in side * np.linspace(0.15, 0.35, 20):
+        hole = depth.copy()
+        hole[np.abs(np.angle(np.exp(1j * (angle - towards)))) < 0.25] = np.nan
+        inferred = lift_first(mask, hole).inferred
+        assert 1 <= len(inferred) <= 2  # two about the seam
+        assert sum(high - low for low, high in inferred) == pytest.approx(0.5 / (2.0 * np.pi), abs=0.04)
+
+
 class TestImperfectDepth:
     @pytest.mark.parametrize("seed", range(3))
     def test_noise_holes_and_flying_pixels_do_not_bend_the_curve(self, seed: int) -> None:

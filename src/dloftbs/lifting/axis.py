@@ -345,16 +345,16 @@ def _intervals(stretches: list[list[int]], u: FloatArray, closed: bool) -> tuple
     That of an open curve's first or last section goes to the end.
     """
     n = len(u)
+
+    def before(section: int) -> float:
+        """Return the place halfway to a section, which on a loop may be counted on beyond the seam."""
+        one, other = (float(u[k % n]) + k // n for k in (section - 1, section))
+        return 0.5 * (one + other) % 1.0
+
     intervals = []
     for start, stop in stretches:
-        low = 0.5 * float(u[start - 1] + u[start]) if start > 0 else 0.0
-        if stop < n:
-            high = 0.5 * float(u[stop - 1] + u[stop])
-        elif not closed:
-            high = 1.0
-        else:  # up to the seam, or through it
-            before, after = (float(u[k % n]) + float(k >= n) for k in (stop - 1, stop))
-            high = 0.5 * (before + after) % 1.0
+        low = before(start) if closed or start > 0 else 0.0
+        high = before(stop) if closed or stop < n else 1.0
         if low > high:
             intervals += [(0.0, high), (low, 1.0)]
         else:
