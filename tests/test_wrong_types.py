@@ -339,6 +339,12 @@ def test_nothing_public_is_forgotten(tmp_path: Path) -> None:
 NAMES = sorted(calls(Path("nowhere")))
 
 
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let what takes a wrong value for a path write where nothing is."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_wrong_types_raise_the_errors_of_the_package_alone(name: str, tmp_path: Path) -> None:
     failures = []
