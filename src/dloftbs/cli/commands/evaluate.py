@@ -139,6 +139,7 @@ def evaluate(
     from dloftbs.cli.outputs import claim_folder
     from dloftbs.evaluation.report.write import write_report
     from dloftbs.evaluation.runner.run import evaluate as run
+    from dloftbs.evaluation.runner.run import tasks_of
 
     names = _names_of_paper(names) if is_paper else names
     suites = _suites(names, quick, scale, size, seed, tolerance)
@@ -147,7 +148,7 @@ def evaluate(
     with current_folder_importable():
         wanted = methods_of(wanted_names, settings)
         _check_colours(suites, wanted_names, settings)
-        total = sum(suite.frames for suite in suites) * len(wanted)
+        total = sum(task.key.frames for task in tasks_of(suites, wanted))
         with claim_folder(out), open_parts_progress(total) as progress:
             parts = run(suites, wanted, out / PARTS, jobs=jobs or os.cpu_count() or 1, finished=progress)
             untracked = [suite.name for suite in suites if quick and suite.thinned]
