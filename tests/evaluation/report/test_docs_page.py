@@ -38,7 +38,7 @@ def docs(tmp_path):
     for name in ("docs/results.md", "README.md"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
-        path.write_text(f"By hand.\n{BEGIN}old\n{END}After.\n")
+        path.write_text(f"By hand.\n{BEGIN}outdated\n{END}After.\n")
     (tmp_path / "docs" / "results").mkdir()
     (tmp_path / "docs" / "results" / "gone.md").write_text("old")
     (tmp_path / "docs" / docs_page.PICTURES).mkdir(parents=True)
@@ -55,7 +55,7 @@ def test_a_page_for_each_suite_and_what_was_written_by_hand_stays(run, docs):
         text = page.read_text()
         assert text.startswith(f"By hand.\n{BEGIN}")
         assert text.endswith(f"{END}After.\n")
-        assert "old" not in text
+        assert "outdated" not in text
     assert "Table I: " in (docs / "results" / "paper.md").read_text()
     assert "| suite |" in (docs / "results" / "overall.md").read_text()
 
