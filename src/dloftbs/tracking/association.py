@@ -69,8 +69,7 @@ def associate(
     for t, partner in enumerate(match_unambiguous(models, predicted, observations)):
         if partner:
             d = abs(partner) - 1
-            near = observations[d] if partner > 0 else observations[d].reversed()
-            shown[t] = _match_near(models[t], predicted, t, near, view, config)
+            shown[t] = _match_near(models[t], predicted, t, _oriented(observations, partner), view, config)
             if shown[t].matches:
                 matched.add(d)
     ambiguous = [one for d, one in enumerate(observations) if d not in matched]
@@ -79,9 +78,7 @@ def associate(
         found = match_by_length([models[t] for t in rows], predicted[rows], ambiguous, config.gate)
         for t, partner in zip(rows, found, strict=True):
             if partner:
-                near = ambiguous[abs(partner) - 1]
-                near = near if partner > 0 else near.reversed()
-                shown[t] = _match_alone(models, predicted, t, near, view, config, dt)
+                shown[t] = _match_alone(models, predicted, t, _oriented(ambiguous, partner), view, config, dt)
         ambiguous = [one for d, one in enumerate(ambiguous, 1) if d not in found and -d not in found]
         rows = [t for t in rows if not shown[t].matches]
     unassigned = parts = ambiguous
@@ -92,6 +89,12 @@ def associate(
             shown[t] = one
     shown, unassigned = match_remaining(models, predicted, shown, unassigned)
     return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
+
+
+def _oriented(observations: Sequence[Observation], partner: int) -> Observation:
+    """Return the observation that a track was matched with, in the track's direction."""
+    one = observations[abs(partner) - 1]
+    return one if partner > 0 else one.reversed()
 
 
 def _match_near(

@@ -214,7 +214,7 @@ class TrackModel:
 
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
-        free = [kinds is not None and kind is EndKind.FREE for kind in kinds or (None, None)]
+        free = [kind is EndKind.FREE for kind in kinds or (None, None)]
         self.lengths.record(np.where(np.array(free)[:, None], self.ends, np.nan), self.hits)
 
     def cut_to(self, scope: tuple[float, float]) -> None:

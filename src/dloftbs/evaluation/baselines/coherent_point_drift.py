@@ -20,17 +20,18 @@ LENGTHS = (1.0, 0.9, 1.1)
 """Lengths that it is tried with, as shares of the true one: the best counts, as in the paper's comparison."""
 
 NODES = 50
+"""Number of nodes of the chain. Source: by hand."""
 STRETCH = 1.05
-"""Largest length of an edge, as a share of its length at rest."""
-_GRID = 1.0 / 100.0  # of the length: a cell for each point that is registered
-_VISIBILITY = 30.0  # per metre behind what is seen and pixel off the mask
-_LEAST_SEEN = 1e-6
-_OUTPUT_POINTS = 200
+"""Largest length of an edge, as a share of its length at rest. Source: by hand."""
+_GRID = 1.0 / 100.0  # of the length: a cell for each point that is registered. Source: bounds time
+_VISIBILITY = 30.0  # per metre behind what is seen and pixel off the mask. Source: by hand
+_LEAST_SEEN = 1e-6  # weight of a node that is covered. Source: by hand; no node is left without any
+_OUTPUT_POINTS = 200  # Source: by hand; four to a node
 
 
 @dataclass(frozen=True, eq=False)
 class _Cable:
-    """What is known of the cable: its length, the rest length of each edge, and where its nodes were."""
+    """Cable as it is known: its length, the rest length of each edge, and where its nodes were."""
 
     length: float
     edges: FloatArray
