@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -89,6 +91,20 @@ def test_nothing_is_found(name: str, runner: Runner) -> None:
     if found and family.known is not None and {outcome.error for outcome in found} == {family.known.__name__}:
         raise family.known(text)
     assert not found, text
+
+
+_PARENT = """
+import subprocess, sys
+held = b"x" * (500 << 20)
+child = "from fuzz.worker import peak_resident; print(peak_resident())"
+subprocess.run([sys.executable, "-c", child], check=True)
+"""
+
+
+def test_a_workers_memory_is_its_own_and_not_its_parents() -> None:
+    tests = Path(__file__).parents[1]
+    answer = subprocess.run([sys.executable, "-c", _PARENT], cwd=tests, capture_output=True, text=True, check=True)
+    assert 1 << 20 < int(answer.stdout) < 400 << 20
 
 
 def test_families_and_cases_only_grow() -> None:
