@@ -103,7 +103,7 @@ MAY_IMPORT = {
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
     "sinks": KNOWN_OUTSIDE | {"viz", "ros"},
     "ros": KNOWN_OUTSIDE | {"sources", "sinks", "viz"},
-    "evaluation": KNOWN_OUTSIDE | {"sources", "synthetic", "viz", "worker_process"},
+    "evaluation": KNOWN_OUTSIDE | {"kernels", "sources", "synthetic", "viz", "worker_process"},
     "viz": KNOWN_OUTSIDE,
     "steadiness": {"tracks"},
     "ui": KNOWN_OUTSIDE

@@ -8,7 +8,7 @@ import importlib
 def load_kernels() -> None:
     """Compile the kernels that this machine has not compiled yet, and load all of them.
 
-    A small picture goes through all stages. What makes the pictures of the demo is loaded, too.
+    A small picture goes through all stages. What makes the pictures of the demo is loaded, too, and what scores curves.
     """
     import numpy as np
 
@@ -17,7 +17,8 @@ def load_kernels() -> None:
     from dloftbs.frame import Frame
     from dloftbs.pipeline import Pipeline
 
-    importlib.import_module("dloftbs.synthetic")
+    for name in ("dloftbs.synthetic", "dloftbs.evaluation.runner.sequence_run"):
+        importlib.import_module(name)
     image = np.zeros((64, 64, 3), np.uint8)
     image[30:34, 8:56] = (0, 0, 255)
     red = HsvRange(hue=(170, 10), saturation=(100, 255), value=(100, 255))

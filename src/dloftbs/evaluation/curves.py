@@ -20,7 +20,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.errors import InputError
 from dloftbs.evaluation.metrics import distances_to_sides, mean_distance_to_sides
-from dloftbs.evaluation.traces import SAMPLES, CurveLike, align, traces_of
+from dloftbs.evaluation.traces import SAMPLES, CurveLike, Trace, align, traces_of
 
 
 @dataclass(frozen=True)
@@ -142,14 +142,15 @@ def length_error(found: CurveLike, true: CurveLike) -> float:
     InputError
         As `curve_l3`, or if the true curve has no length.
     """
-    traces = traces_of(found, true, SAMPLES)
-    length, true_length = (
-        curve.length if isinstance(curve, BSplineCurve) else _polyline_length(trace.points)
-        for curve, trace in zip((found, true), traces, strict=True)
-    )
+    length, true_length = map(length_of, (found, true), traces_of(found, true, SAMPLES))
     if true_length == 0.0:
         raise InputError("true must have a length, got points that are all the same")
     return abs(length - true_length) / true_length
+
+
+def length_of(curve: CurveLike, trace: Trace) -> float:
+    """Return the length of a curve, or that of the polyline which is its trace."""
+    return curve.length if isinstance(curve, BSplineCurve) else _polyline_length(trace.points)
 
 
 def even_l3(x: FloatArray, y: FloatArray) -> float:

@@ -5,7 +5,8 @@ from builders import curve_through
 from dloftbs.evaluation.curve_matching import match_distances
 from dloftbs.evaluation.runner.found import found_in
 from dloftbs.evaluation.runner.frame_scores import score
-from dloftbs.evaluation.runner.space_scores import score_in_space, surface_line
+from dloftbs.evaluation.runner.known_frame import KnownFrame, surface_line
+from dloftbs.evaluation.runner.space_scores import score_in_space
 from dloftbs.evaluation.runner.visible_truth import distances_of
 from dloftbs.synthetic import rgbd_artificial
 from dloftbs.truth import Truth
@@ -20,7 +21,8 @@ def scene():
 def scored(scene, points):
     sequence, frame, truth = scene
     found = found_in([points], frame)
-    return score_in_space(found, truth, match_distances(distances_of(found, truth)[0]), frame, sequence.radius_m)
+    known = KnownFrame(frame, truth, sequence.radius_m)
+    return score_in_space(found, match_distances(distances_of(found, known)[0]), known)
 
 
 def test_the_surface_line_is_a_radius_before_the_axis_and_across_it(scene):
@@ -58,11 +60,12 @@ def test_without_space_there_is_nothing_to_say(scene):
     flat = truth.curves[0].sample(200)
     assert scored(scene, flat).l3_mm is None
     plain = Truth(truth.curves, truth.visible_masks, truth.ids)
-    assert score(found_in([truth.curves_3d[0]], frame), plain, frame, None, sequence.radius_m).l1_mm is None
+    known = KnownFrame(frame, plain, sequence.radius_m)
+    assert score(found_in([truth.curves_3d[0]], frame), known).l1_mm is None
 
 
 def test_without_a_radius_nothing_is_said_of_the_surface(scene):
     _, frame, truth = scene
-    made = score(found_in([curve_through(truth.curves_3d[0].sample(50))], frame), truth, frame)
+    made = score(found_in([curve_through(truth.curves_3d[0].sample(50))], frame), KnownFrame(frame, truth))
     assert made.l3_surface_mm is None
     assert made.l3_mm < 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
+from dloftbs.evaluation.traces import SAMPLES, Trace, trace_of
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 
@@ -68,9 +70,15 @@ class Found:
     tracks: tuple[FoundTrack, ...] = ()
     detected: Found | None = None
 
+    @cached_property
     def points(self) -> FloatArray:
-        """Return points of all curves, at most 1 px apart, shape (n, 2)."""
+        """Points of all curves, at most 1 px apart, shape (n, 2)."""
         return np.concatenate([np.empty((0, 2)), *(samples(curve) for curve in self.curves)])
+
+    @cached_property
+    def traces(self) -> tuple[Trace, ...]:
+        """The curves as dense polylines: each is compared with several true ones, whole and as far as they show."""
+        return tuple(trace_of("found", curve, SAMPLES) for curve in self.curves)
 
 
 def found_in(output: Any, frame: Frame) -> Found:

@@ -7,7 +7,6 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
@@ -15,10 +14,11 @@ from scipy.spatial import cKDTree
 from dloftbs.evaluation.curve_matching import CurveDistances, match_distances
 from dloftbs.evaluation.identity_scores import TrackingScorer, TrackingScores
 from dloftbs.evaluation.instances import dice
-from dloftbs.evaluation.metrics import l1, l2
 from dloftbs.evaluation.runner.found import Found, samples
+from dloftbs.evaluation.runner.known_frame import KnownFrame
+from dloftbs.evaluation.runner.mask_pixels import mean_width
 from dloftbs.evaluation.runner.space_scores import score_in_space
-from dloftbs.evaluation.runner.visible_truth import distances_of, visible_objects
+from dloftbs.evaluation.runner.visible_truth import distances_of
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
 
@@ -54,31 +54,26 @@ class Score:
     l3_surface_mm: float | None = None
 
 
-def score(
-    found: Found, truth: Truth, frame: Frame, tolerance_px: float | None = None, radius_m: float | None = None
-) -> Score:
+def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) -> Score:
     """Score the curves of one frame.
 
     Parameters
     ----------
     found : Found
-    truth : Truth
-    frame : Frame
+    known : KnownFrame
     tolerance_px : float, optional
         The largest L3 of an object that is right, `CLEAN_L3` of the image where it is left out.
-    radius_m : float, optional
-        Radius of the objects in space, where they all have one.
     """
-    l1_px, l2_px = _cover(found, truth, frame)
-    if truth.ids and not truth.curves:
-        return _by_masks(found, truth, frame, l1_px, l2_px)
-    (distances, whole), visible = distances_of(found, truth), visible_objects(truth)
+    l1_px, l2_px = _cover(found, known)
+    if known.truth.ids and not known.truth.curves:
+        return _by_masks(found, known.truth, known.frame, l1_px, l2_px)
+    distances, whole = distances_of(found, known)
     # Without a gate, as in the paper: a curve far from its object shows in L3, and is not two errors more.
     matching = match_distances(distances)
-    missing = sum(bool(visible[i]) for i in matching.unmatched_true)
-    limit = CLEAN_L3 * max(frame.size) if tolerance_px is None else tolerance_px
+    missing = sum(bool(known.visible[i]) for i in matching.unmatched_true)
+    limit = CLEAN_L3 * max(known.frame.size) if tolerance_px is None else tolerance_px
     right = sum(value <= limit for value in matching.l3)
-    space = score_in_space(found, truth, matching, frame, radius_m)
+    space = score_in_space(found, matching, known)
     return Score(
         l1_px,
         l2_px,
@@ -112,14 +107,14 @@ class IdentityScorer:
         self._numbers: dict[Hashable, int] = {}
         self._known = True
 
-    def add(self, found: Found, truth: Truth, distances: CurveDistances | None) -> None:
+    def add(self, found: Found, known: KnownFrame, distances: CurveDistances | None) -> None:
         """Count a frame."""
         if distances is None or (found.curves and found.ids is None):
             self._known = False
             return
         numbers = [self._numbers.setdefault(name, len(self._numbers)) for name in found.ids or ()]
-        shown = np.flatnonzero(visible_objects(truth))
-        ids = [truth.ids[i] for i in shown]
+        shown = np.flatnonzero(known.visible)
+        ids = [known.truth.ids[i] for i in shown]
         self._scorer.add(ids, numbers, distances.l3[shown], distances.forward[shown])
 
     def scores(self) -> TrackingScores | None:
@@ -127,13 +122,10 @@ class IdentityScorer:
         return self._scorer.scores() if self._known else None
 
 
-def _cover(found: Found, truth: Truth, frame: Frame) -> tuple[float | None, float | None]:
-    mask = truth.mask if truth.mask is not None else frame.mask
-    if mask is None or not mask.any() or not found.curves:
+def _cover(found: Found, known: KnownFrame) -> tuple[float | None, float | None]:
+    if known.pixels is None or not found.curves:
         return None, None
-    rows, columns = np.nonzero(mask)
-    pixels, points = np.column_stack((columns, rows)).astype(np.float64), found.points()
-    return l1(pixels, points), l2(points, pixels)
+    return known.pixels.l1(found.points), known.pixels.l2(found.points)
 
 
 def _by_masks(found: Found, truth: Truth, frame: Frame, l1_px: float | None, l2_px: float | None) -> Score:
@@ -157,15 +149,6 @@ def _labels(found: Found, mask: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
         distance, nearest = cKDTree(np.concatenate(lines)).query(np.column_stack((columns, rows)))
         labels[rows, columns] = np.where(distance <= mean_width(mask > 0), owner[nearest], 0)
     return labels
-
-
-def mean_width(mask: npt.NDArray[np.bool_]) -> float:
-    """Return the width of a long and thin mask: of 2 r + 1 rows the mean depth is about (r + 1)^2 / (2 r + 1)."""
-    x, y, width, height = cv2.boundingRect(mask.astype(np.uint8))
-    # With a row and a column of ground around it, where the image has any, depths are those in the whole image.
-    crop = mask[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
-    depth = cv2.distanceTransform(crop.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[crop]
-    return max(1.0, 4.0 * float(depth.mean()) - 2.0) if len(depth) else 1.0
 
 
 def _or_none(value: float) -> float | None:

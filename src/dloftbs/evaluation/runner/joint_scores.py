@@ -80,7 +80,7 @@ def judge_joints(index: int, detections: Sequence[Detection], truth: Truth, size
     size : (int, int)
         ``(H, W)`` of the frame, px.
     """
-    if not truth.curves:
+    if not truth.curves or not any(detection.joints for detection in detections):
         return []
     known = [_known(samples(curve), curve.closed) for curve in truth.curves]
     gate_px = LEAST_GATE * max(size)

@@ -14,7 +14,9 @@ from dloftbs.evaluation.runner.finished_parts import FrameRow, JointRow, Key, Pa
 from dloftbs.evaluation.runner.found import Curve, Found, found_in, samples
 from dloftbs.evaluation.runner.frame_scores import IdentityScorer, Score, score
 from dloftbs.evaluation.runner.joint_scores import judge_joints
+from dloftbs.evaluation.runner.known_frame import KnownFrame
 from dloftbs.evaluation.runner.track_scores import FollowingScorer
+from dloftbs.evaluation.runner.visible_truth import distances_of
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
 
@@ -115,10 +117,10 @@ def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence
         for key, method in zip(keys, methods, strict=True)
     ]
     for index in range(len(sequence)):
-        frame, truth = sequence.frame(index), sequence.truth(index)
+        known = KnownFrame(sequence.frame(index), sequence.truth(index), getattr(sequence, "radius_m", None))
         for runs in forms:
             for run in runs:
-                run.add(index, frame, truth)
+                run.add(index, known)
     return [min((run.part() for run in runs), key=_error) for runs in forms]
 
 
@@ -148,28 +150,30 @@ class _Run:
         # What is told where a track begins has no reading of a frame alone to be compared with.
         self._following = None if self._is_told_the_start else _following(sequence)
 
-    def add(self, index: int, frame: Frame, truth: Truth) -> None:
+    def add(self, index: int, known: KnownFrame) -> None:
         """Score the next frame."""
+        frame, truth = known.frame, known.truth
         if index == 0 and self._is_told_the_start:
             self._not_started = _start(self._call, frame, truth)
         found, ms, failure = (
             _call(self._call, frame) if self._not_started is None else (Found(), 0.0, self._not_started)
         )
         detected = found.detected or found
-        radius_m = getattr(self._sequence, "radius_m", None)
-        result = score(detected, truth, frame, self._sequence.tolerance_px, radius_m)
-        tracked = result if detected is found else score(found, truth, frame, self._sequence.tolerance_px)
+        result = score(detected, known, self._sequence.tolerance_px)
+        distances = result.distances
+        if detected is not found:
+            distances = None if distances is None else distances_of(found, known)[0]
         self._rows.append(
             _row(self._key, index, detected, truth, result, ms=ms, failure=failure, scene=self._scene(index))
         )
         joints = judge_joints(index, detected.detections, truth, frame.size)
         self._joints += [replace(joint, scene=self._scene(index)) for joint in joints]
         self._identities = self._identities or IdentityScorer(frame.size)
-        self._identities.add(found, truth, tracked.distances)
-        if self._following is not None and tracked.distances is not None and self._following.wants(found):
+        self._identities.add(found, known, distances)
+        if self._following is not None and distances is not None and self._following.wants(found):
             # What it finds without its past: an instance that sees no other frame.
             alone, _, _ = _call(_make(self._method), frame)
-            self._following.add(index, found, alone, truth, tracked.distances, frame.size)
+            self._following.add(index, found, alone, known, distances)
         self._curves[index] = detected.curves
         _forget(self._curves, self._rows)
 

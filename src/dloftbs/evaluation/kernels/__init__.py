@@ -1,0 +1,1 @@
+"""The compiled loops of evaluation: plain arrays and scalars in and out, nothing checked."""
