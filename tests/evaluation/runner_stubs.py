@@ -59,6 +59,31 @@ class Rung(Bars):
         self.base, self.ladder, self.level, self.unit = "bars", "specks", level, "%"
 
 
+class Drawing:
+    """A scene that is drawn when it is first needed, and written down in a file."""
+
+    def __init__(self, log):
+        self.log = log
+
+    @functools.cached_property
+    def shape(self):
+        with open(self.log, "a") as file:
+            file.write("drawn\n")
+        return SIZE
+
+
+class Drawn(Bars):
+    """Bars in a scene that other sequences may share."""
+
+    def __init__(self, name, drawing):
+        super().__init__(name)
+        self.drawing = drawing
+
+    def frame(self, index):
+        assert self.drawing.shape == SIZE
+        return super().frame(index)
+
+
 def bars(index, rows=(30, 70)):
     """The true curves of a frame."""
     return tuple(curve_through(np.column_stack((np.linspace(LEFT, RIGHT, 30), np.full(30, r + index)))) for r in rows)

@@ -144,3 +144,14 @@ def test_a_digest_of_the_code_is_part_of_the_version():
     version, _, digest = finished_parts.code_version().partition("+")
     assert version
     assert len(digest) == 12
+
+
+def test_what_sequences_of_one_scene_show_is_drawn_once(tmp_path):
+    log = tmp_path / "drawings"
+    first, second = stubs.Drawing(str(log)), stubs.Drawing(str(log))
+    sequences = [stubs.Drawn("a", first), stubs.Drawn("b", second), stubs.Drawn("a, noisy", first)]
+    for sequence, scene in zip(sequences, ("a", "b", "a"), strict=True):
+        sequence.scene_name = scene
+    parts = evaluate([suite(*sequences)], [method(stubs.perfect)], tmp_path / "parts", jobs=2)
+    assert [part.key.sequence for part in parts] == ["a", "b", "a, noisy"]
+    assert calls(log) == 2

@@ -115,15 +115,23 @@ def _parts(tasks: Sequence[Task], folder: Path, jobs: int) -> Iterator[Part]:
             missing.append(task)
         else:
             yield part
-    groups = [list(group) for _, group in groupby(missing, key=lambda task: (task.key.suite, task.key.number))]
+    of_scene: dict[tuple[str, str | int], list[Task]] = {}
+    for task in missing:
+        of_scene.setdefault(_shared_scene(task), []).append(task)
     # The longest first, so that no process is left with one at the end.
-    groups.sort(key=lambda group: -group[0].key.frames)
+    groups = sorted(of_scene.values(), key=lambda group: -sum(task.key.frames for task in group))
     if jobs == 1 or len(groups) < 2:
         for group in groups:
             yield from run_tasks(group, folder)
     else:
         with _processes(min(jobs, len(groups))) as pool:
             yield from _in_parallel(pool, groups, folder)
+
+
+def _shared_scene(task: Task) -> tuple[str, str | int]:
+    """Return what is equal for sequences that one process should score, since what they show is drawn once for all."""
+    scene = task.sequence.scene_name
+    return task.key.suite, task.key.number if scene is None else scene
 
 
 def _in_parallel(pool: ProcessPoolExecutor, groups: Sequence[Sequence[Task]], folder: Path) -> Iterator[Part]:
@@ -153,7 +161,7 @@ def _kept(key: Key, folder: Path) -> Part:
 
 
 def run_tasks(tasks: Sequence[Task], folder: Path) -> list[Part]:
-    """Score methods on the one sequence of all tasks, and write the parts.
+    """Score methods on sequences, one sequence after the other, and write the parts of each.
 
     Raises
     ------
@@ -162,9 +170,13 @@ def run_tasks(tasks: Sequence[Task], folder: Path) -> list[Part]:
     SinkError
         If a part cannot be written.
     """
-    parts = score_sequence([task.key for task in tasks], tasks[0].sequence, [task.method for task in tasks])
-    for part in parts:
-        save(folder, part)
+    parts: list[Part] = []
+    for _, same in groupby(tasks, key=lambda task: task.key.number):
+        of_one = list(same)
+        made = score_sequence([task.key for task in of_one], of_one[0].sequence, [task.method for task in of_one])
+        for part in made:
+            save(folder, part)
+        parts += made
     return parts
 
 

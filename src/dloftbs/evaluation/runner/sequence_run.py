@@ -86,7 +86,8 @@ class Method:
         if self.one_factory is None:
             return self
         some = {round(share * (len(sequence) - 1)) for share in _SHARES} if len(sequence) else set()
-        single = all(len(sequence.truth(index).ids) <= 1 for index in sorted(some))
+        # The first frame last: sequences that keep the latest drawing have that of the frame that is asked for next.
+        single = all(len(sequence.truth(index).ids) <= 1 for index in sorted(some, reverse=True))
         return replace(self, factory=self.one_factory, one_factory=None) if single else self
 
 
