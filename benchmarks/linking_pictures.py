@@ -7,7 +7,7 @@ docs/images/linking, and replaces what stands between ``<!-- made: NAME -->`` an
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,14 +56,18 @@ class Scene:
 def main() -> None:
     """Draw all pictures, and bring the page up to date."""
     PICTURES.mkdir(parents=True, exist_ok=True)
+    looks = {scene.name: look_at(scene.draw()) for scene in SCENES}
+    for name, look in looks.items():
+        cv2.imwrite(str(PICTURES / f"{name}.png"), draw(look), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    PAGE.write_text(with_tables(PAGE.read_text("utf-8"), looks), "utf-8")
+
+
+def with_tables(page: str, looks: Mapping[str, Look]) -> str:
+    """Return the text of the page with the tables that belong to the scenes, by name, and those of the constants."""
     made = {"constants": linking_tables()}
-    for scene in SCENES:
-        look = look_at(scene.draw())
-        cv2.imwrite(str(PICTURES / f"{scene.name}.png"), draw(look), [cv2.IMWRITE_PNG_COMPRESSION, 9])
-        made[scene.name] = readings(look)
-        made[f"{scene.name}-joints"] = joints_block(look)
-    page = PAGE.read_text("utf-8")
-    PAGE.write_text(_BLOCK.sub(lambda block: f"{block[1]}\n{made[block[2]]}\n\n{block[3]}", page), "utf-8")
+    for name, look in looks.items():
+        made |= {name: readings(look), f"{name}-joints": joints_block(look)}
+    return _BLOCK.sub(lambda block: f"{block[1]}\n{made[block[2]]}\n\n{block[3]}", page)
 
 
 def tubes(*ways: Sequence[tuple[float, float]], width_px: float = _WIDTH_PX) -> Mask:

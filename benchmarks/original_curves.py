@@ -3,19 +3,23 @@
 Run it with ``python -m benchmarks.original_curves FOLDER``, where the folder holds masks and ``original_curves.json``:
 points (x, y) of the authors' curve by the name of the mask. Prints a table in Markdown. With ``--pictures OUT`` it also
 draws each mask with the default method's curves beside the published method's, a PNG a mask; with ``--sheet FILE`` the
-default method's curves of all masks, without the masks.
+default method's curves of all masks, without the masks; with ``--page docs/authors-masks.md`` the figures of the
+page's table are brought up to date.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 import dloftbs
 from dloftbs.evaluation import mmd
@@ -25,6 +29,17 @@ Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.uint8]
 
 CONFIGS = {"default": dloftbs.Config(), "paper": dloftbs.Config.paper(objects=1)}
+COLUMNS = (
+    "mask",
+    "default: theirs to ours, px",
+    "ours to theirs",
+    "farthest",
+    "confidence",
+    "paper: theirs to ours, px",
+    "ours to theirs",
+    "farthest",
+)
+_ROW = re.compile(r"^\| (?P<mask>\d{3}) \|(?: [\d.]+ \|){7} (?P<words>[^|]+) \|$", re.MULTILINE)
 _LONGER_SIDE_PX = 1280
 _TILE_PX, _MARGIN_PX = 320, 6.0
 
@@ -35,22 +50,47 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--pictures", type=Path, metavar="OUT")
     parser.add_argument("--sheet", type=Path, metavar="FILE")
+    parser.add_argument("--page", type=Path, metavar="PAGE", help="put the figures into the table of this page")
     given = parser.parse_args()
-    tiles = {}
-    columns = [f"{name}: {what}" for name in CONFIGS for what in ("curves", "to ours, px", "back, px", "farthest, px")]
-    print(f"| mask | {' | '.join(columns)} | default: confidence |")
-    print(f"| --- |{' ---: |' * (len(columns) + 1)}")
-    for name, points in sorted(json.loads((given.folder / "original_curves.json").read_text()).items()):
-        mask = np.asarray(cv2.imread(str(given.folder / name), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
-        cells = [cell for config in CONFIGS.values() for cell in compare(mask, refine(np.array(points)), config)]
-        sure = min(detection.confidence for detection in dloftbs.detect(mask))
-        print(f"| {name} | {' | '.join(cells)} | {sure:.2f} |")
+    tiles, rows = {}, {}
+    print(f"| {' | '.join(COLUMNS)} |")
+    print(f"| --- |{' ---: |' * (len(COLUMNS) - 1)}")
+    for name, points in original_curves(given.folder).items():
+        mask = read_mask(given.folder / name)
+        rows[Path(name).stem] = row = row_of(mask, points)
+        print(f"| {' | '.join((Path(name).stem, *row))} |", flush=True)
         tiles[Path(name).stem] = curves_alone(mask)
         if given.pictures is not None:
             given.pictures.mkdir(parents=True, exist_ok=True)
             cv2.imwrite(str(given.pictures / name), beside_each_other(mask))
     if given.sheet is not None:
         cv2.imwrite(str(given.sheet), contact_sheet(list(tiles.values()), list(tiles), columns=6, tile_width=_TILE_PX))
+    if given.page is not None:
+        given.page.write_text(with_figures(given.page.read_text("utf-8"), rows), "utf-8")
+
+
+def original_curves(folder: Path) -> dict[str, Points]:
+    """Return the points of the authors' curves, by the file of the mask."""
+    curves = json.loads((folder / "original_curves.json").read_text("utf-8"))
+    return {name: np.array(points) for name, points in sorted(curves.items())}
+
+
+def read_mask(file: Path) -> Mask:
+    """Return the mask of a file, shape (H, W)."""
+    return np.asarray(cv2.imread(str(file), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+
+
+def row_of(mask: Mask, theirs: Points) -> tuple[str, ...]:
+    """Return the figures of a mask, as the columns say."""
+    fine = refine(theirs)
+    default, paper = (compare(mask, fine, config) for config in CONFIGS.values())
+    sure = min(detection.confidence for detection in dloftbs.detect(mask))
+    return (*default, f"{sure:.2f}", *paper)
+
+
+def with_figures(page: str, rows: Mapping[str, Sequence[str]]) -> str:
+    """Return a page with the figures of masks, by name, in the rows of its table; the words in the last column stay."""
+    return _ROW.sub(lambda row: f"| {' | '.join((row['mask'], *rows[row['mask']], row['words']))} |", page)
 
 
 def curves_alone(mask: Mask) -> Mask:
@@ -64,12 +104,12 @@ def curves_alone(mask: Mask) -> Mask:
     return draw(blank, replace(result, detections=tuple(moved), crossings=(), size=blank.shape[:2]))
 
 
-def compare(mask: Mask, theirs: Points, config: dloftbs.Config) -> tuple[str, str, str, str]:
-    """Return how many curves there are, the mean distances from theirs to ours and back, and the largest, px."""
+def compare(mask: Mask, theirs: Points, config: dloftbs.Config) -> tuple[str, str, str]:
+    """Return the mean distances from theirs to ours and back, and the largest, px."""
     curves = [detection.curve.sample(4000) for detection in dloftbs.detect(mask, config=config)]
     ours = np.concatenate(curves)
     there, back, most = mmd(theirs, ours), mmd(ours, theirs), farthest(ours, theirs)
-    return str(len(curves)), f"{there:.2f}", f"{back:.2f}", f"{most:.1f}"
+    return f"{there:.2f}", f"{back:.2f}", f"{most:.1f}"
 
 
 def beside_each_other(mask: Mask) -> Mask:
@@ -96,8 +136,10 @@ def refine(points: Points, factor: int = 16) -> Points:
 
 def farthest(a: Points, b: Points) -> float:
     """Return the largest distance from a point of either set to the other set."""
-    apart = np.linalg.norm(a[::4, None] - b[None], axis=2)
-    return float(max(apart.min(axis=1).max(), apart.min(axis=0).max()))
+    ours, theirs = a[::4], b
+    there, _ = cKDTree(ours).query(theirs)
+    back, _ = cKDTree(theirs).query(ours)
+    return float(max(there.max(), back.max()))
 
 
 if __name__ == "__main__":

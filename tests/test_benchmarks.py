@@ -11,8 +11,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks import compare, compare_run, constants, digests_run, english, growth, process, profile, summary
+from benchmarks import (
+    compare,
+    compare_run,
+    constants,
+    digests_run,
+    english,
+    growth,
+    linking_pictures,
+    original_curves,
+    process,
+    profile,
+    summary,
+)
 from benchmarks.docs import published
+from benchmarks.readings import look_at
 from benchmarks.timing import UNSTEADY, Table, interleaved
 
 from dloftbs import Frame, Pipeline
@@ -278,3 +291,37 @@ def test_the_pages_list_the_constants_as_they_are():
         (constants.PAGE, constants.tables(found, sources=True)),
     ):
         assert made in page.read_text("utf-8"), "run `python -m benchmarks.constants`"
+
+
+def test_the_page_of_linking_shows_what_linking_does():
+    page = (DOCS / "linking.md").read_text("utf-8")
+    looks = {scene.name: look_at(scene.draw()) for scene in linking_pictures.SCENES}
+    assert linking_pictures.with_tables(page, looks) == page, "run `python -m benchmarks.linking_pictures`"
+    pictures = {path.stem for path in (DOCS / "images" / "linking").glob("*.png")}
+    assert pictures == set(looks) == set(re.findall(r"\(images/linking/([a-z-]+)\.png\)", page))
+
+
+def test_the_page_of_the_authors_masks_has_the_figures_of_this_code(shared_data):
+    page = (DOCS / "authors-masks.md").read_text("utf-8")
+    masks = shared_data / "masks"
+    curves = original_curves.original_curves(masks)
+    rows = {
+        Path(name).stem: original_curves.row_of(original_curves.read_mask(masks / name), curves[name])
+        for name in curves
+    }
+    assert original_curves.with_figures(page, rows) == page, "run `python -m benchmarks.original_curves`"
+    nothing = dict.fromkeys(rows, ("0.00",) * 7)
+    assert original_curves.with_figures(page, nothing).count("| 0.00 " * 7) == len(rows) == 22
+
+
+def test_the_functions_that_the_page_profiles_are_those_of_the_code():
+    block = re.search(r"<!-- made: profile -->\n(.*?)<!-- end -->", PAGE.read_text("utf-8"), re.DOTALL)
+    assert block is not None
+    names = re.findall(r"^  [ *] ([a-z_.]+)\.([a-z_]+) +\d", block[1], re.MULTILINE)
+    assert len(names) > 20
+    missing = set()
+    for module, function in names:
+        source = constants.SOURCES.joinpath(*module.split(".")).with_suffix(".py")
+        if not source.is_file() or not re.search(rf"^ *def {function}\(", source.read_text("utf-8"), re.MULTILINE):
+            missing.add(f"{module}.{function}")
+    assert missing == set()
