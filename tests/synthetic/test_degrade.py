@@ -185,7 +185,8 @@ def test_without_any_mask_there_is_nothing_to_degrade():
         ({"jitter_px": -1.0}, "jitter_px must be a number"),
         ({"jitter_px": float("inf")}, "jitter_px must be a number"),
         ({"jitter_correlation_px": 0.0}, "jitter_correlation_px must be positive"),
-        ({"discs": -1}, "discs must not be negative"),
+        ({"missing": float("nan")}, r"missing must be a number in 0\.\.0.9, got nan"),
+        ({"discs": -1}, "discs must be a number that is not negative, got -1"),
         ({"disc_radius_px": (9.0, 3.0)}, "disc_radius_px must be a positive range"),
     ],
 )

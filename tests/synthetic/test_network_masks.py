@@ -82,7 +82,9 @@ def test_it_is_the_same_again_and_scales_with_the_image():
         ({"lost_ends": 1.2}, r"lost_ends must be a number in 0\.\.1, got 1\.2"),
         ({"gaps": 0.95}, r"gaps must be a number in 0\.\.0\.9"),
         ({"unsure": -0.1}, r"unsure must be a number in 0\.\.0\.4"),
-        ({"blur_px": 0.0}, "blur_px must be in"),
+        ({"blur_px": 0.0}, "blur_px must be positive and below 1000, got 0.0"),
+        ({"patch_px": float("nan")}, "patch_px must be positive and below 1000"),
+        ({"stray_width_px": (1.0, 2e3)}, "stray_width_px must be a positive range below 1000"),
         ({"lost_px": (9.0, 3.0)}, "lost_px must be a positive range"),
     ],
 )

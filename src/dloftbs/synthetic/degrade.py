@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -16,6 +15,7 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.sources.source import KnownSequence
 from dloftbs.synthetic import blemishes
+from dloftbs.synthetic.fault_ranges import check_amounts, check_lengths, check_ranges
 from dloftbs.synthetic.occluder_limits import leaves_enough
 from dloftbs.truth import Truth
 
@@ -36,11 +36,6 @@ _RANGES = (
 
 def _rng(key: Sequence[int], effect: int) -> np.random.Generator:
     return np.random.default_rng([*key, effect])
-
-
-def _check_number(name: str, value: float, most: float = math.inf) -> None:
-    if not 0.0 <= value <= most or math.isinf(value):
-        raise InputError(f"{name} must be a number in 0..{most:g}, got {value}")
 
 
 @dataclass(frozen=True)
@@ -95,18 +90,11 @@ class Degradation:
     name: str = "degraded"
 
     def __post_init__(self) -> None:
-        _check_number("salt_and_pepper", self.salt_and_pepper, 1.0)
-        _check_number("missing", self.missing, 0.9)
-        _check_number("jitter_px", self.jitter_px)
-        if not 0.0 < self.jitter_correlation_px < math.inf:
-            raise InputError(f"jitter_correlation_px must be positive, got {self.jitter_correlation_px}")
-        for name in ("discs", "specks", "pinholes", "false_positives"):
-            if getattr(self, name) < 0:
-                raise InputError(f"{name} must not be negative, got {getattr(self, name)}")
-        for name in _RANGES:
-            low, high = getattr(self, name)
-            if not 0.0 < low <= high < math.inf:
-                raise InputError(f"{name} must be a positive range, low before high, got {(low, high)}")
+        check_amounts(self, ("salt_and_pepper",), 1.0)
+        check_amounts(self, ("missing",), 0.9)
+        check_amounts(self, ("jitter_px", "discs", "specks", "pinholes", "false_positives"))
+        check_lengths(self, ("jitter_correlation_px",))
+        check_ranges(self, _RANGES)
 
     def scaled(self, factor: float) -> Degradation:
         """Return the same for an image `factor` times as large: lengths are scaled, counts and shares are not."""

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
-from dloftbs.errors import InputError
 from dloftbs.synthetic import blemishes
+from dloftbs.synthetic.fault_ranges import check_amounts, check_lengths, check_ranges
 
 Mask = npt.NDArray[np.bool_]
 
@@ -22,6 +22,7 @@ _GAPS, _ENDS, _BLOBS, _STROKES, _SURE = range(10, 15)
 _SHARES = ("lost_ends", "connectors", "strays")
 _LENGTHS = ("blur_px", "patch_px")
 _RANGES = ("lost_px", "gap_radius_px", "connector_radius_px", "stray_length_px", "stray_width_px")
+_LONGEST_PX = 1e3  # by hand: no fault of a mask is as long
 _STEP_PX = 2.0  # between the discs that take an end away
 _WIDER = 1.6  # half a width to the radius of such a disc
 
@@ -80,16 +81,11 @@ class NetworkFaults:
     name: str = "network"
 
     def __post_init__(self) -> None:
-        for name, most in (*((share, 1.0) for share in _SHARES), ("gaps", 0.9), ("unsure", 0.4)):
-            if not 0.0 <= getattr(self, name) <= most:
-                raise InputError(f"{name} must be a number in 0..{most:g}, got {getattr(self, name)}")
-        for name in _LENGTHS:
-            if not 0.0 < getattr(self, name) < 1e3:
-                raise InputError(f"{name} must be in 0..1000 and positive, got {getattr(self, name)}")
-        for name in _RANGES:
-            low, high = getattr(self, name)
-            if not 0.0 < low <= high < 1e3:
-                raise InputError(f"{name} must be a positive range, low before high, got {(low, high)}")
+        check_amounts(self, _SHARES, 1.0)
+        check_amounts(self, ("gaps",), 0.9)
+        check_amounts(self, ("unsure",), 0.4)
+        check_lengths(self, _LENGTHS, _LONGEST_PX)
+        check_ranges(self, _RANGES, _LONGEST_PX)
 
     def scaled(self, factor: float) -> NetworkFaults:
         """Return the same for an image `factor` times as large."""
