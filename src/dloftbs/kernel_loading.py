@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 
 
 def load_kernels() -> None:
-    """Compile the kernels that this machine has not compiled yet, and load all of them.
+    """Compile the kernels that this machine has not compiled yet, and load those of all rooms.
 
-    A small picture goes through all stages. What makes the pictures of the demo is loaded, too, and what scores curves.
+    A small picture goes through all stages.
     """
     import numpy as np
 
@@ -17,7 +18,7 @@ def load_kernels() -> None:
     from dloftbs.frame import Frame
     from dloftbs.pipeline import Pipeline
 
-    for name in ("dloftbs.synthetic", "dloftbs.evaluation.runner.sequence_run"):
+    for name in _kernel_modules():
         importlib.import_module(name)
     image = np.zeros((64, 64, 3), np.uint8)
     image[30:34, 8:56] = (0, 0, 255)
@@ -25,3 +26,10 @@ def load_kernels() -> None:
     camera = PinholeCamera(50.0, 50.0, 31.5, 31.5, distortion=(0.01, 0.0, 0.0, 0.0))
     frame = Frame(image=image, depth=np.ones((64, 64)), camera=camera)
     Pipeline(Config(segmentation=SegmentationConfig(hsv=(red,)))).process(frame)
+
+
+def _kernel_modules() -> list[str]:
+    """List the modules with kernels: those in a folder of that name, wherever it is."""
+    package = Path(__file__).parent
+    files = sorted(package.glob("**/kernels/**/*.py"))
+    return [".".join((package.name, *file.relative_to(package).with_suffix("").parts)) for file in files]

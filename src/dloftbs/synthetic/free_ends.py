@@ -105,7 +105,8 @@ def _draw_end(mask: Mask, end: FreeEnd, points: FloatArray, arc: FloatArray, rad
     """Draw the last piece of a cable, given from its tip on: points (n, 2), arc lengths from the tip and radii (n,)."""
     tip, width = points[0], 2.0 * float(radii[0])
     inwards = _unit(points[min(len(points) - 1, max(1, round(0.5 * len(points))))] - tip)
-    pixels = _pixels_around(points, float(radii.max()) + _TIP_PX + _WIRES_REACH * width * bool(end.wires), mask.shape)
+    wires_px = _WIRES_REACH * width if end.wires else 0.0
+    pixels = _pixels_around(points, float(radii.max()) + _TIP_PX + wires_px, mask.shape)
     _, nearest = cKDTree(points).query(pixels)
     squared = ((pixels - points[nearest]) ** 2).sum(axis=1)
     half = radii[nearest]

@@ -123,7 +123,7 @@ class IdentityScorer:
 
 
 def _cover(found: Found, known: KnownFrame) -> tuple[float | None, float | None]:
-    if known.pixels is None or not found.curves:
+    if known.pixels is None or known.pixels.is_empty or not found.curves:
         return None, None
     return known.pixels.l1(found.points), known.pixels.l2(found.points)
 

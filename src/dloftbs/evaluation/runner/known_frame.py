@@ -14,7 +14,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evaluation.curves import length_of
 from dloftbs.evaluation.runner.found import Curve
-from dloftbs.evaluation.runner.mask_pixels import MaskPixels
+from dloftbs.evaluation.runner.mask_pixels import MaskPixels, shows
 from dloftbs.evaluation.traces import SAMPLES, Trace, trace_of
 from dloftbs.frame import Frame
 from dloftbs.truth import Truth
@@ -73,13 +73,13 @@ class KnownFrame:
 
     @cached_property
     def pixels(self) -> MaskPixels | None:
-        """The visible pixels of all objects, or those of the frame's mask; None where there are none."""
+        """The visible pixels of all objects, or those of the frame's mask; None where there is no mask."""
         mask = self.truth.mask if self.truth.mask is not None else self.frame.mask
-        return MaskPixels(mask) if mask is not None and mask.any() else None
+        return None if mask is None else MaskPixels(mask)
 
     @cached_property
     def visible(self) -> npt.NDArray[np.bool_]:
-        """Which objects show at all, shape (objects,)."""
+        """For each object, whether it shows at all, shape (objects,)."""
         if not self.truth.visible_masks:
             return np.ones(len(self.truth.ids), np.bool_)
         return np.array([mask.any() for mask in self.truth.visible_masks], np.bool_)
@@ -98,7 +98,7 @@ class KnownFrame:
         radii = [_radius(line, mask) for line, mask in zip(lines, self.truth.visible_masks, strict=True)]
         extents = []
         for i, points in enumerate(lines):
-            seen = _seen(points, self.truth.visible_masks[i])
+            seen = shows(self.truth.visible_masks[i], points)
             _lose_ends(seen, points, [(lines[j], radii[j]) for j in range(len(lines)) if j != i])
             extents.append(_extent(points, seen, self.truth.curves[i]))
         return tuple(None if extent is None else Trace(extent, closed=False) for extent in extents)
@@ -145,7 +145,7 @@ class KnownFrame:
         lines, camera = [line], self.frame.camera
         if camera is not None and self.truth.visible_masks:
             points = line.sample(_SAMPLES) if isinstance(line, BSplineCurve) else line
-            extent = _extent(points, _seen(camera.project(points), self.truth.visible_masks[number]), line)
+            extent = _extent(points, shows(self.truth.visible_masks[number], camera.project(points)), line)
             lines += [] if extent is None else [extent]
         traces = [trace_of("true", one, SAMPLES) for one in lines]
         return SpaceLine(tuple(traces), tuple(map(length_of, lines, traces)))
@@ -176,7 +176,7 @@ def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: Curve) -> Fl
 
 def _radius(line: FloatArray, mask: npt.NDArray[np.bool_]) -> float:
     """Return half the width of an object: the visible area over twice the visible length, px."""
-    length = float(_seen(line, mask).mean() * np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+    length = float(shows(mask, line).mean() * np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     return float(mask.sum()) / (2.0 * length) if length > 0.0 else 0.0
 
 
@@ -187,12 +187,3 @@ def _lose_ends(seen: npt.NDArray[np.bool_], points: FloatArray, others: Sequence
             if not any((np.linalg.norm(line - points[i], axis=1) <= radius).any() for line, radius in others):
                 break
             seen[i] = False
-
-
-def _seen(points_px: FloatArray, mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    # Beyond the field of a lens model, points have no place in the image.
-    columns, rows = np.rint(np.where(np.isfinite(points_px), points_px, -1.0)).astype(int).T
-    inside = (columns >= 0) & (rows >= 0) & (columns < mask.shape[1]) & (rows < mask.shape[0])
-    seen: npt.NDArray[np.bool_] = np.zeros(len(points_px), np.bool_)
-    seen[inside] = mask[rows[inside], columns[inside]]
-    return seen

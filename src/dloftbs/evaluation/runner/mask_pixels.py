@@ -13,8 +13,8 @@ from dloftbs._arrays import FloatArray
 from dloftbs.evaluation.kernels.nearest_points import measure_nearest
 
 _CELL_PX = 8.0
-"""Length of a cell in which the points of curves are looked up; half a wide cable fits in."""
-_MOST_CELLS = 1 << 20  # a curve that leaves the image for good needs no grid
+"""Length of a cell in which the points of curves are looked up: by hand; half a cable's width fits in two of them."""
+_MOST_CELLS = 1 << 20  # by hand: 8 MiB; a curve that leaves the image for good has no grid
 
 
 class MaskPixels:
@@ -40,6 +40,11 @@ class MaskPixels:
         """Mean width of what the mask shows; see `mean_width`."""
         return mean_width(self._mask)
 
+    @cached_property
+    def is_empty(self) -> bool:
+        """Whether the mask shows nothing: then there is no distance from it."""
+        return not self._mask.any()
+
     def l1(self, points: FloatArray) -> float:
         """Return criterion 1, `dloftbs.evaluation.l1`, for points (m, 2) px along all curves."""
         return float(nearest_distances(self.places, points).mean())
@@ -51,7 +56,7 @@ class MaskPixels:
     def distances(self, points: FloatArray) -> FloatArray:
         """Return how far points (n, 2) px are from the nearest pixel, shape (n,)."""
         nearest = np.rint(points)
-        shown = self._shows(nearest)
+        shown = shows(self._mask, nearest)
         # Of a point whose pixel is set, nothing is nearer.
         distances: FloatArray = np.sqrt(((points - nearest) ** 2).sum(axis=1))
         if not shown.all():
@@ -63,7 +68,7 @@ class MaskPixels:
 
         Inside of the image, the pixel in which a point lies stands for it.
         """
-        if not self._mask.any():
+        if self.is_empty:
             return len(points)
         inside = points.clip(0.0, np.array(self._mask.shape[::-1]) - 1.0)
         columns, rows = np.rint(inside).astype(np.intp).T
@@ -71,13 +76,6 @@ class MaskPixels:
         if outside.any():
             away[outside], _ = self._outline.query(np.column_stack((columns[outside], rows[outside])))
         return int((away + np.linalg.norm(points - inside, axis=1) > self.width_px).sum())
-
-    def _shows(self, places: FloatArray) -> npt.NDArray[np.bool_]:
-        columns, rows = places.astype(np.intp).T
-        inside = (columns >= 0) & (rows >= 0) & (columns < self._mask.shape[1]) & (rows < self._mask.shape[0])
-        shown: npt.NDArray[np.bool_] = np.zeros(len(places), np.bool_)
-        shown[inside] = self._mask[rows[inside], columns[inside]]
-        return shown
 
     @cached_property
     def _outline(self) -> cKDTree:
@@ -87,6 +85,18 @@ class MaskPixels:
         )
         rows, columns = np.divmod(np.flatnonzero(self._mask & (inner == 0)), self._mask.shape[1])
         return cKDTree(np.column_stack((columns, rows)).astype(np.float64), balanced_tree=False)
+
+
+def shows(mask: npt.NDArray[np.bool_], points: FloatArray) -> npt.NDArray[np.bool_]:
+    """Tell at which points (n, 2) px a mask (H, W) is set; outside of the image, and at points of no place, it is not.
+
+    Beyond the field of a lens model, points have no place in the image.
+    """
+    columns, rows = np.rint(np.where(np.isfinite(points), points, -1.0)).astype(np.intp).T
+    inside = (columns >= 0) & (rows >= 0) & (columns < mask.shape[1]) & (rows < mask.shape[0])
+    shown: npt.NDArray[np.bool_] = np.zeros(len(points), np.bool_)
+    shown[inside] = mask[rows[inside], columns[inside]]
+    return shown
 
 
 def nearest_distances(points: FloatArray, others: FloatArray) -> FloatArray:

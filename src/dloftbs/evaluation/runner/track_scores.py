@@ -68,11 +68,9 @@ class FollowingScorer:
         else:
             published = Found(curves)
             distances, _ = distances_of(published, known)
-        if truth.mask is not None:
+        if known.pixels is not None:
             self._points += len(published.points)
-            self._ghosts += (
-                len(published.points) if known.pixels is None else known.pixels.count_beside(published.points)
-            )
+            self._ghosts += known.pixels.count_beside(published.points)
         given = self._match(numbers, distances, known)
         whole, whole_alone = (compare_traces(one.traces, known.traces).l3 for one in (published, alone))
         for i, true_id in enumerate(truth.ids):
