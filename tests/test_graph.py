@@ -137,6 +137,16 @@ def test_an_exchange_with_a_margin_gives_it_to_both_joints() -> None:
     assert list(joined.margin) == [0.25, 0.5, 0.25, 0.5, np.inf, 0.25]
 
 
+def test_ends_that_trade_places_take_their_joints_with_them() -> None:
+    joined = matching([FREE] * 6, [-1] * 6)
+    joined.join(0, 2, 0.5, 1.0)
+    joined.join(1, 5, 0.25, 2.0)
+    joined.trade_places(0, 1)
+    assert list(joined.partner) == [5, 2, 1, -1, -1, 0]
+    assert [joined.cost[end] for end in (0, 5, 1, 2)] == [0.25, 0.25, 0.5, 0.5]
+    assert [joined.margin[end] for end in (0, 5, 1, 2)] == [2.0, 2.0, 1.0, 1.0]
+
+
 @pytest.mark.parametrize("partner", [[1, -1], [0, -1], [1, 2, 1, -1]])
 def test_partners_that_are_not_mutual_are_refused(partner: list[int]) -> None:
     with pytest.raises(AssertionError):

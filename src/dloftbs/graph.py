@@ -261,6 +261,13 @@ class EndMatching:
                     self._margin[end] = self._margin[partner] = margin
         assert self._is_mutual(i, k, p, q)
 
+    def trade_places(self, i: int, k: int) -> None:
+        """Give two ends that lie at the same place each other's joint, with its cost and margin."""
+        self.exchange(i, k)
+        for given in (self._cost, self._margin):
+            given[i], given[k] = given[k], given[i]
+        self._alternative[i], self._alternative[k] = self._alternative[k], self._alternative[i]
+
     def limit_margin(self, end: int, most: float) -> None:
         """Lower the margin of the joint at an end, if there is one, to at most this."""
         partner = self._partner[end]

@@ -1,10 +1,10 @@
-"""Gaps that end inside a branch that two cables share."""
+"""Ends inside of branches that two cables share: which cable ends there, and the gaps from there."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from linking_examples import coil, detect, draw, hide, matching_of
+from linking_examples import coil, detect, distances, draw, hide, matching_of
 from scipy.spatial import cKDTree
 
 from dloftbs.graph import EndMatching, Graph
@@ -57,3 +57,22 @@ def test_an_end_that_is_cheap_to_leave_open_stays_open() -> None:
     matching.branches.open_cost[:] = [0.0] * len(matching.branches.open_cost)
     link_hidden_ends(graph, matching, 25.0)
     assert len(matching.chains()) == 2
+
+
+@pytest.mark.parametrize("width", [6.0, 9.0, 14.0])
+@pytest.mark.parametrize("angle_deg", [20, 25, 30])
+@pytest.mark.parametrize("bend_deg", [0, 25])
+def test_of_two_cables_that_run_together_the_straighter_one_runs_on(
+    width: float, angle_deg: float, bend_deg: float
+) -> None:
+    size = (320, 440)
+    for turned in np.radians((7.0, 95.0, 170.0, 264.0)):
+        along = np.linspace(-150.0, 150.0, 121)
+        heading = turned + np.radians(bend_deg) * along / 300.0
+        steps = np.column_stack((np.cos(heading), np.sin(heading))) * (along[1] - along[0])
+        line = np.cumsum(steps, axis=0) - steps[:61].sum(axis=0) + (220.0, 160.0)
+        branching = heading[60] + np.radians(angle_deg)
+        beside = line[60] + 150.0 * np.array([(0.0, 0.0), (np.cos(branching), np.sin(branching))])
+        found = detect(draw(line, beside, width=width, size=size))
+        assert len(found) == 2
+        assert distances(found, [line])[0] < 0.5 * width + 3.0, turned

@@ -11,7 +11,7 @@ from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking.centerlines import assemble
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
-from dloftbs.linking.hidden_ends import link_hidden_ends
+from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
 from dloftbs.linking.loops import merge_to_count, open_loops
 from dloftbs.linking.object_selection import choose
 from dloftbs.linking.parallel_runs import separate_parallel_runs
@@ -61,6 +61,7 @@ def link(
     """
     at_ends = None if evidence is None else evidence.at(graph)
     matching = match_ends(crop, graph, config.max_gap_widths, prior, at_ends)
+    lead_straightest_through(graph, matching, config.max_gap_widths)
     steps = None
     if at_ends is not None and at_ends.tells_swerves and bool((graph.nodes >= 0).any()):
         steps = DepthSteps(graph, matching, at_ends)

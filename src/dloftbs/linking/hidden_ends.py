@@ -1,9 +1,11 @@
-"""Stage 5, after the parallel runs: gaps that end inside a shared branch, which a cable joins while it is hidden."""
+"""Stage 5, after the parallel runs: ends inside of shared branches, and gaps to those that a cable joins unseen."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
+from dloftbs._arrays import FloatArray
 from dloftbs.graph import (
     FREE,
     POSITION,
@@ -14,6 +16,7 @@ from dloftbs.graph import (
     inward,
     is_start,
     other_end,
+    same_side,
     start_of,
     stop_of,
 )
@@ -49,16 +52,58 @@ def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float)
     for end in inner:
         _locate(graph, matching, end)
     pairs = np.array([(i, j) for i in inner for j in free])
-    positions = branches.end_states[:, POSITION]
-    distance = np.hypot(*(positions[pairs[:, 0]] - positions[pairs[:, 1]]).T)
-    costs = turn_costs(branches.end_states, pairs, np.ones(len(pairs), np.bool_), graph.width)
-    open_cost = OPEN[OPEN_FREE] + np.array(branches.open_cost)[pairs[:, 1]]
-    gains = np.where(distance <= max_gap_widths * graph.width, open_cost - costs, 0.0)
+    gains, costs = _price(graph, matching, pairs, max_gap_widths)
     for gain, cost, (i, j) in sorted(zip(gains.tolist(), costs.tolist(), pairs.tolist(), strict=True), key=_best_first):
         if gain <= 0.0:
             return
         if matching.is_open(i) and matching.is_open(j) and other_end(matching.chain(i)[-1]) != j:
             matching.join(i, j, cost, gain)
+
+
+def lead_straightest_through(graph: Graph, matching: EndMatching, max_gap_widths: float) -> None:
+    """Let the straighter of two cables run on where the other one ends inside of a branch that they share.
+
+    Both enter the branch by the same end, so that the matching cannot tell which one runs on. Where the cable that
+    would end then could go on over a gap to its own other end, nothing changes: it is rather one cable than a ring.
+
+    Parameters
+    ----------
+    graph : Graph
+    matching : EndMatching
+        Changed.
+    max_gap_widths : float
+        Longest gap that is bridged, in widths.
+    """
+    partner = matching.partner
+    for branch, twin in matching.branches.duplicate_of.items():
+        for entry in (start_of(branch), stop_of(branch)):
+            inner, through = other_end(entry), same_side(twin, entry)
+            if (
+                not _is_open(matching, inner, UNAVAILABLE)
+                or min(matching.partner[entry], matching.partner[through]) < 0
+            ):
+                continue
+            if matching.cost[entry] >= matching.cost[through] or other_end(through) in matching.chain(inner):
+                continue
+            far = other_end(matching.chain(partner[through])[-1])
+            if _is_open(matching, far, FREE) and not graph.bordering[far]:
+                _locate(graph, matching, inner)
+                gains, _ = _price(graph, matching, np.array([(inner, far)]), max_gap_widths)
+                if gains[0] > 0.0:
+                    continue
+            matching.trade_places(entry, through)
+
+
+def _price(
+    graph: Graph, matching: EndMatching, pairs: npt.NDArray[np.int64], max_gap_widths: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return what each gap from an end inside of a branch to a free end gains over both left open, and its cost."""
+    branches = matching.branches
+    positions = branches.end_states[:, POSITION]
+    distance = np.hypot(*(positions[pairs[:, 0]] - positions[pairs[:, 1]]).T)
+    costs = turn_costs(branches.end_states, pairs, np.ones(len(pairs), np.bool_), graph.width)
+    open_cost = OPEN[OPEN_FREE] + np.array(branches.open_cost)[pairs[:, 1]]
+    return np.where(distance <= max_gap_widths * graph.width, open_cost - costs, 0.0), costs
 
 
 def _best_first(option: tuple[float, float, list[int]]) -> tuple[float, list[int]]:

@@ -100,7 +100,7 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
         centres = np.concatenate((centres, points[kinks]))
         radii = np.concatenate((radii, np.minimum(radius[kinks], width)))
     spans = branch_ends.clear_spans(nodes, centres, radii, points, radius, offsets, width)
-    states = branch_ends.describe_ends(nodes, centres, radii, points, offsets, spans, width)
+    states = branch_ends.describe_ends(nodes, centres, radii, points, radius, offsets, spans, width)
     corners = find_corners(nodes, alive, spurs, states, centres, points, radius, offsets, mask, width)
     merged = kernels.assign_junctions(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     roundness = branch_ends.measure_roundness(merged, points, spans, states, mask, width)

@@ -41,13 +41,16 @@ def test_spans_go_from_the_first_to_the_last_clear_point(seed: int) -> None:
             assert spans[branch].tolist() == [a + start, a + stop]
 
 
-def states_of(points: np.ndarray, nodes: tuple[int, int], radius: float, width: float) -> np.ndarray:
+def states_of(
+    points: np.ndarray, nodes: tuple[int, int], radius: float, width: float, half: np.ndarray | None = None
+) -> np.ndarray:
     """Return both end states of one branch, whose junctions are where it starts and stops."""
+    half = np.full(len(points), 0.5 * width) if half is None else half
     offsets = np.array([0, len(points)])
     centres, radii = np.array([points[0], points[-1]]), np.array([radius, radius])
     where = np.array(nodes)
-    spans = clear_spans(where, centres, radii, points, np.full(len(points), 0.5 * width), offsets, width)
-    return describe_ends(where, centres, radii, points, offsets, spans, width)
+    spans = clear_spans(where, centres, radii, points, half, offsets, width)
+    return describe_ends(where, centres, radii, points, half, offsets, spans, width)
 
 
 @pytest.mark.parametrize(
@@ -78,6 +81,19 @@ def test_a_straight_run_points_out_of_both_ends(angle: float, width: float) -> N
     assert states[:, 5].tolist() == [1.0, 1.0]
     first = np.linalg.norm(states[0, :2])
     assert 0.6 * width - 1e-9 <= first <= 0.6 * width + 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("width", [8.0, 12.0, 30.0])
+def test_where_another_cable_widens_the_mask_a_branch_tells_no_direction(width: float) -> None:
+    """Before a junction at a small angle the axis of both turns aside, as far as the mask is wider."""
+    length = int(12 * width)
+    before = np.maximum(3.0 * width - np.arange(length), 0.0)  # px to the end of the stretch
+    points = np.column_stack((np.arange(float(length)), 0.2 * before))
+    half = 0.5 * width + 0.2 * before
+    seen = states_of(points, (0, FREE), 0.0, width, half)
+    assert np.degrees(np.arctan2(seen[0, 3], -seen[0, 2])) == pytest.approx(0.0, abs=6.0)
+    unseen = states_of(points, (0, FREE), 0.0, width)  # nothing shows it without the width
+    assert np.degrees(np.arctan2(unseen[0, 3], -unseen[0, 2])) == pytest.approx(11.3, abs=1.0)
 
 
 @pytest.mark.parametrize("width", [4.0, 10.0, 40.0])

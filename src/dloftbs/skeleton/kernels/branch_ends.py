@@ -64,6 +64,24 @@ _TAPER_WIDTHS = 2.2
 Source: geometry; a cut at an angle of 25 degrees to the axis is as long.
 """
 
+_WIDENED = 1.05
+"""Ratio of a place's width to the usual one above which another cable widens the mask there, before a junction.
+
+Source: by hand; more than pixels and a changing distance make of a cable within a few widths.
+"""
+
+_WIDENED_PX = 0.1
+"""Length that half the width at such a place exceeds that by, px.
+
+Source: by hand; about the noise of half a width, smoothed along the branch.
+"""
+
+_WIDENED_WIDTHS = 4.0
+"""Largest length of such a stretch, widths.
+
+Source: geometry; two cables that part at 14 degrees are a width apart after it.
+"""
+
 _ACROSS = np.linspace(-0.75, 0.75, 11)
 """Places across an end at which the mask ahead is measured, radii.
 
@@ -155,6 +173,23 @@ def _tapered(half: npt.NDArray[np.float64], first: int, step: int, count: int, w
         if half[first + step * k] < _TAPERED * usual:
             narrow = k + 1
     return narrow if narrow < most else 0
+
+
+@helper
+def _widened(half: npt.NDArray[np.float64], first: int, step: int, count: int, width: float) -> int:
+    """Count the points from an end at a junction on over which another cable widens the mask.
+
+    Two cables that part at a small angle have one skeleton between them before it, which turns aside.
+    """
+    most = min(int(_WIDENED_WIDTHS * width), count // 2)
+    usual = 0.0
+    for k in range(most, 2 * most):
+        usual += half[first + step * k] / most
+    wide = 0
+    for k in range(most):
+        if half[first + step * k] > _WIDENED * usual + _WIDENED_PX:
+            wide = k + 1
+    return wide if wide < most else 0
 
 
 @kernel(read(int64, 1), read(float64, 2), read(float64, 1), read(float64, 2), read(float64, 1), read(int64, 1), float64)
@@ -259,6 +294,7 @@ def _fit_end(
     read(float64, 2),
     read(float64, 1),
     read(float64, 2),
+    read(float64, 1),
     read(int64, 1),
     read(int64, 2),
     float64,
@@ -268,6 +304,7 @@ def describe_ends(
     centres: npt.NDArray[np.float64],
     radii: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
+    half: npt.NDArray[np.float64],
     offsets: npt.NDArray[np.int64],
     spans: npt.NDArray[np.int64],
     width: float,
@@ -279,6 +316,8 @@ def describe_ends(
     nodes : (2 n,) int64
     centres, radii : (k, 2), (k,) float64
     points : (m, 2) float64
+    half : (m,) float64
+        Half the mask's width at each point, px.
     offsets : (n + 1,) int64
     spans : (n, 2) int64
         As `clear_spans` makes them.
@@ -310,6 +349,7 @@ def describe_ends(
                 points, first + step * skip, node, centres, radii, _CLEAR_WIDTHS * width
             ):
                 skip += 1
+            skip = max(skip, _widened(half, first, step, count, width))
         else:
             skip = int(_BLUNT_WIDTHS * width)
         blunt = int(_BLUNT_WIDTHS * width) if far < 0 else 0
