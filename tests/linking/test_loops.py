@@ -7,7 +7,8 @@ import pytest
 from linking_examples import circle, coil, draw, hide, matching_of
 
 from dloftbs.graph import EndMatching, Graph
-from dloftbs.linking.loops import merge_to_count, open_loops
+from dloftbs.linking.known_count import merge_to_count
+from dloftbs.linking.loops import open_loops
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 
