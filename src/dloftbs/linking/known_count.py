@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import UNAVAILABLE, EndMatching, Graph, branch_of, ends_of, other_end
+from dloftbs.graph import UNAVAILABLE, EndMatching, Graph, branch_of, ends_of, other_end, start_of, stop_of
 from dloftbs.linking.cable_chains import list_cables
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.hidden_gaps import lower_hidden
@@ -14,10 +14,10 @@ from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_LENGTH, GAP_R
 from dloftbs.linking.kernels.path_cover import cover
 from dloftbs.linking.kernels.weights import JOINT
 
-_MOST_EXTRA_COST = 4.25
-"""Largest extra cost of a join over both ends left open, nats; what costs more is rather another cable, or dirt.
+_MOST_PARTNERS = 16
+"""Number of ends that each end may be joined with, those that cost the least.
 
-Source: by hand.
+Source: bounds time; of as many cables as are covered exactly it is all.
 """
 
 _Ints = npt.NDArray[np.int64]
@@ -27,9 +27,9 @@ _Floats = npt.NDArray[np.float64]
 def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: EndEvidence | None = None) -> None:
     """Join cables across gaps until no more than a known number is left, at the least total cost.
 
-    A cable may be left out instead, at the cost of a gap of its length: what is seen and explained by nothing costs as
-    much as what is not seen and inferred. So specks beside the cables stay apart, and long pieces are joined. Cables
-    that are far apart, or turn away from each other, stay apart as well: then more are left than are known.
+    A cable may be left out instead, at the cost that a gap of its length has: what is seen and not explained costs as
+    much as what is inferred and not seen. So specks stay apart rather than that a cable takes a detour, and long pieces
+    are joined. Gaps may be of any length.
 
     Parameters
     ----------
@@ -47,57 +47,77 @@ def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: 
     spans = matching.branches.spans
     lengths = [sum(stop - start for start, stop in (spans[branch_of(end)] for end in chain)) for chain, _ in chains]
     lengths += [stop - start for start, stop in graph.loops]
-    ports = np.full((len(lengths), 2), -1)  # the end at each port that may be joined
+    ends = np.full(2 * len(lengths), -1)  # that may be joined, of each cable
     for k, (chain, is_loop) in enumerate(chains):
         if not is_loop:
-            ports[k] = chain[0], other_end(chain[-1])
-    pairs, costs, extra = _list_pairs(graph, matching, ports.ravel(), evidence)
+            ends[start_of(k)], ends[stop_of(k)] = chain[0], other_end(chain[-1])
+    pairs, costs, extra = _list_pairs(graph, matching, ends, evidence)
     drop_costs = JOINT[GAP_LENGTH] / graph.width * np.array(lengths, dtype=np.float64)
     for k in cover(pairs, extra, drop_costs, objects).tolist():
-        i, j = ports.ravel()[pairs[k]].tolist()
-        matching.join(i, j, float(costs[k]), 0.0)
+        i, j = ends[pairs[k]].tolist()
+        matching.join(i, j, costs.item(k), 0.0)
 
 
 def _list_pairs(
     graph: Graph, matching: EndMatching, ends: _Ints, evidence: EndEvidence | None
 ) -> tuple[_Ints, _Floats, _Floats]:
-    """List the ports of different cables that may be joined, with the cost of each pair and that over both open ends.
+    """List the ends of different cables that may be joined, as linking prices them.
 
-    The cost is that of the linking, for gaps of any length.
+    Parameters
+    ----------
+    graph : Graph
+    matching : EndMatching
+    ends : numpy.ndarray, shape (2 n,)
+        Both ends of each cable, or -1.
+    evidence : EndEvidence, optional
+
+    Returns
+    -------
+    pairs : numpy.ndarray, shape (k, 2)
+        Places in `ends`.
+    costs, extra : numpy.ndarray, shape (k,)
+        Cost of each pair, and how much more that is than both ends left open, nats.
     """
-    branches = matching.branches
-    ids, nodes = ends_of(np.array(branches.branch_id)), np.array(branches.nodes)
-    states, open_cost = branches.end_states, np.array(branches.open_cost)
-    roundness = graph.end_roundness[ids]
-    known = np.flatnonzero(ends >= 0)
-    known = known[nodes[ends[known]] != UNAVAILABLE]
-    at = np.triu_indices(len(known), 1)
-    pairs = np.column_stack((known[at[0]], known[at[1]]))
+    branches, width = matching.branches, graph.width
+    ids, nodes, states = ends_of(np.array(branches.branch_id)), np.array(branches.nodes), branches.end_states
+    roundness, open_cost = graph.end_roundness[ids], np.array(branches.open_cost)
+    pairs = _different_cables(graph, ends, ids, nodes)
+    joints = describe_pairs(states, ends[pairs], nodes, roundness, width)
+    extra = prices(joints, JOINT) - open_cost[ends[pairs]].sum(axis=1)
+    if evidence is not None:  # at best it shows that a gap is hidden all along
+        extra += JOINT[GAP_HIDDEN] * joints[:, GAP_LENGTH] - JOINT[GAP_ROUND] * joints[:, GAP_ROUND]
+    kept = _cheapest(pairs, extra, len(ends))
+    pairs, joints = pairs[kept], joints[kept]
     own = ends[pairs]
-    apart = (branch_of(pairs[:, 0]) != branch_of(pairs[:, 1])) & (
-        branch_of(ids[own[:, 0]]) != branch_of(ids[own[:, 1]])
-    )
-    apart &= graph.bordering[ids[own[:, 0]]] == graph.bordering[ids[own[:, 1]]]
-    pairs, own = pairs[apart], own[apart]
-    joints = describe_pairs(states, own, nodes, roundness, graph.width)
-    open_costs = open_cost[own].sum(axis=1)
-    spared = (
-        0.0 if evidence is None else JOINT[GAP_ROUND] * joints[:, GAP_ROUND] - JOINT[GAP_HIDDEN] * joints[:, GAP_LENGTH]
-    )
-    keep = prices(joints, JOINT) - spared < open_costs + _MOST_EXTRA_COST
-    pairs, own, joints, open_costs = pairs[keep], own[keep], joints[keep], open_costs[keep]
     if evidence is not None and len(own):
         add_evidence(evidence, ids, nodes, states, roundness, own, joints)
-    costs = lower_hidden(
-        own[:, 0],
-        own[:, 1],
-        prices(joints, JOINT),
-        np.array(matching.partner),
-        np.array(matching.margin),
-        nodes,
-        states,
-        graph.width,
-    )
-    extra = np.maximum(costs - open_costs, 0.0)
-    keep = extra < _MOST_EXTRA_COST
-    return pairs[keep], costs[keep], extra[keep]
+    made = np.array(matching.partner), np.array(matching.margin)
+    costs = lower_hidden(own[:, 0], own[:, 1], prices(joints, JOINT), *made, nodes, states, width)
+    return pairs, costs, np.maximum(costs - open_cost[own].sum(axis=1), 0.0)
+
+
+def _different_cables(graph: Graph, ends: _Ints, ids: _Ints, nodes: _Ints) -> _Ints:
+    """Return the pairs of ends that are not of one cable nor of one branch.
+
+    An end that the image's border cuts goes on beyond it, so that another one must come back from there.
+    """
+    known = np.flatnonzero(ends >= 0)
+    known = known[nodes[ends[known]] != UNAVAILABLE]
+    pairs = known[np.column_stack(np.triu_indices(len(known), 1))]
+    branches, bordering = branch_of(ids[ends[pairs]]), graph.bordering[ids[ends[pairs]]]
+    keep = branch_of(pairs[:, 0]) != branch_of(pairs[:, 1])
+    keep &= (branches[:, 0] != branches[:, 1]) & (bordering[:, 0] == bordering[:, 1])
+    kept: _Ints = pairs[keep]
+    return kept
+
+
+def _cheapest(pairs: _Ints, costs: _Floats, count: int) -> npt.NDArray[np.bool_]:
+    """Return True for pairs that are among the cheapest of either of their ends."""
+    kept = np.zeros(len(pairs), dtype=np.bool_)
+    order = np.argsort(costs, kind="stable")
+    for side in pairs[order].T:
+        by_end = np.argsort(side, kind="stable")  # and by cost
+        first = np.searchsorted(side[by_end], np.arange(count))
+        rank = np.arange(len(pairs)) - first[side[by_end]]
+        kept[order[by_end[rank < _MOST_PARTNERS]]] = True
+    return kept
