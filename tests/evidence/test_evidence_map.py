@@ -64,7 +64,7 @@ def test_ends_with_ground_between_them_stay_open(gap: tuple[int, int]) -> None:
     assert len(dloftbs.detect(mask, image=image)) == 2
 
 
-@pytest.mark.parametrize(("columns", "count"), [(8, 1), (40, 2)])
+@pytest.mark.parametrize(("columns", "count"), [(12, 1), (40, 2)])
 def test_a_place_in_seven_that_looks_like_ground_does_not_keep_a_hidden_gap_open(columns: int, count: int) -> None:
     mask, image = scene((150, 250), "occluder")
     image[60:180, 190 : 190 + columns] = GROUND
