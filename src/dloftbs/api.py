@@ -56,7 +56,7 @@ def detect(
     occluders : array_like, shape (H, W) or (H, W, 1), bool or any integer type, optional
         What may hide cables, as `Frame` has it.
     objects : int, optional
-        Number of objects, if it is known: only the longest are kept.
+        Number of objects, if it is known: pieces are joined, and short ones left out, until there are no more.
     config : Config, optional
     segmenter : callable, optional
         From an image (H, W, 3) to a mask (H, W), a `ColourModel` say, in the place of a colour.

@@ -64,6 +64,13 @@ def test_ends_with_ground_between_them_stay_open(gap: tuple[int, int]) -> None:
     assert len(dloftbs.detect(mask, image=image)) == 2
 
 
+@pytest.mark.parametrize(("columns", "count"), [(12, 1), (40, 2)])
+def test_a_place_in_seven_that_looks_like_ground_does_not_keep_a_hidden_gap_open(columns: int, count: int) -> None:
+    mask, image = scene((150, 250), "occluder")
+    image[60:180, 190 : 190 + columns] = GROUND
+    assert len(dloftbs.detect(mask, image=image)) == count
+
+
 @pytest.mark.parametrize("cover", ["occluder", "cable"])
 @pytest.mark.parametrize("gap", [(180, 205), (165, 225), (150, 250)])
 def test_a_gap_that_something_hides_is_bridged(gap: tuple[int, int], cover: str) -> None:

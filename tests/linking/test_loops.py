@@ -1,4 +1,4 @@
-"""Loops that come from a misread crossing, and a number of cables that is known."""
+"""Loops that come from a misread crossing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from linking_examples import circle, coil, draw, hide, matching_of
 
 from dloftbs.graph import EndMatching, Graph
-from dloftbs.linking.loops import merge_to_count, open_loops
+from dloftbs.linking.loops import open_loops
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 
@@ -79,36 +79,4 @@ def test_without_loops_nothing_changes() -> None:
     _, graph, matching = matching_of(draw([(20, 60), (380, 80)], [(200, 20), (210, 220)]))
     before = list(matching.partner)
     open_loops(graph, matching)
-    assert matching.partner == before
-
-
-# Gaps of thirteen widths: round ends nearly bridge them.
-DASHES = [[(10, 100), (60, 102)], [(158, 106), (225, 109)], [(323, 113), (395, 116)]]
-
-
-@pytest.mark.parametrize("objects", [1, 2, 3, 7])
-def test_what_was_nearly_joined_is_joined_until_there_are_so_many(objects: int) -> None:
-    _, graph, matching = matching_of(draw(*DASHES))
-    assert len(matching.chains()) == 3
-    assert len(matching.near_joints) == 2
-    merge_to_count(graph, matching, objects)
-    assert len(matching.chains()) == min(objects, 3)
-    assert all(matching.partner[j] == i for i, j in enumerate(matching.partner) if j >= 0)
-    joints = [i for i, j in enumerate(matching.partner) if j >= 0]
-    assert len(joints) == 2 * (3 - min(objects, 3))
-    assert all(matching.cost[i] > 0.0 and matching.margin[i] == 0.0 and matching.alternative[i] == -1 for i in joints)
-
-
-def test_what_is_clearly_apart_is_not_joined() -> None:
-    far = [[(10, 40), (150, 42)], [(10, 120), (150, 122)], [(10, 200), (150, 204)]]
-    _, graph, matching = matching_of(draw(*far))
-    assert matching.near_joints == []
-    merge_to_count(graph, matching, 1)
-    assert len(matching.chains()) == 3
-
-
-def test_two_cables_are_not_joined_to_make_room_for_a_speck() -> None:
-    _, graph, matching = matching_of(draw(*DASHES[:2], [(300, 200), (312, 203)]))
-    before = list(matching.partner)
-    merge_to_count(graph, matching, 2)
     assert matching.partner == before

@@ -100,7 +100,7 @@ def config_options(command: Command) -> Command:
         "--objects",
         type=click.IntRange(1, MAX_OBJECTS),
         metavar="N",
-        help="How many cables there are, if that is known: only the N longest are kept.",
+        help="How many cables there are, if that is known: pieces are joined to N, what is left over is dropped.",
     )
     @functools.wraps(command)
     def with_config(

@@ -11,9 +11,10 @@ class ObjectsConfig(Section, frozen=True, kw_only=True):
     Parameters
     ----------
     objects : int or None
-        Number of objects, where it is known: only the longest ones are kept, and the rest is reported in
-        `FrameResult.dropped`. The default method also bridges gaps that it is in doubt about where these become longer
-        by it; nothing else is joined. Where fewer were found, they stay. None: as many as there seem to be.
+        Number of objects, where it is known. The default method joins the pieces of more to so many, across gaps of
+        any length, so that bends, gaps and what is left out cost the least; with 1 all pieces that are no dirt become
+        one curve. What is left out is reported in `FrameResult.dropped`. The published method keeps the longest. Where
+        fewer were found, they stay. None: as many as there seem to be.
     min_length_px : int
         Shorter objects are none. With the published method its ``p``: segments of fewer pixels are dropped.
     min_length_widths : float
@@ -39,7 +40,7 @@ class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method"
     objects, min_length_px, min_length_widths
         As for `ObjectsConfig`.
     max_gap_widths : float
-        Longest gap that is bridged.
+        Longest gap that is bridged, unless a known number of objects asks for a longer one.
     """
 
     max_gap_widths: float = 25.0

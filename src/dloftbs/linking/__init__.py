@@ -12,7 +12,8 @@ from dloftbs.linking.centerlines import assemble
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
-from dloftbs.linking.loops import merge_to_count, open_loops
+from dloftbs.linking.known_count import merge_to_count
+from dloftbs.linking.loops import open_loops
 from dloftbs.linking.object_selection import choose
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 from dloftbs.mask_crop import MaskCrop
@@ -70,5 +71,5 @@ def link(
     open_loops(graph, matching)
     link_hidden_ends(graph, matching, config.max_gap_widths)
     if config.objects is not None:
-        merge_to_count(graph, matching, config.objects)
+        merge_to_count(graph, matching, config.objects, at_ends)
     return Linking(assemble(crop, graph, matching, config.min_length_widths), matching)

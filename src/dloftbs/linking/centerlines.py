@@ -9,8 +9,9 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-from dloftbs.graph import FREE, RAY, Branches, EndMatching, Graph, branch_of, other_end
+from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, other_end
 from dloftbs.kernels.polyline_lengths import lay_out
+from dloftbs.linking.cable_chains import list_cables
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces
 from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.end_extension import extend_ends
@@ -69,13 +70,9 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     for lacking, cost, i, j in reversed(matching.near_joints):
         if matching.is_open(i) and matching.is_open(j):
             left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False)
-    left_over: set[int] = set()
     offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
     mask = crop.oriented(crop.pixels)
-    for chain, is_loop in matching.chains():
-        if _is_left_over(matching.branches, chain, left_over):
-            left_over |= {branch_of(end) for end in chain}
-            continue
+    for chain, is_loop in list_cables(matching):
         pieces = cut_into_pieces(mask, graph, offsets, matching, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
         if is_loop and count >= around:
@@ -135,14 +132,6 @@ def _degrees(branches: Branches) -> list[int]:
         if node >= 0 and not spurs[branch_of(end)]:
             degree[node] += 1
     return degree
-
-
-def _is_left_over(branches: Branches, chain: list[int], left_over: set[int]) -> bool:
-    """Tell whether a chain consists of duplicates of shared branches alone, and has no free end."""
-    duplicate_of, nodes = branches.duplicate_of, branches.nodes
-    if not duplicate_of or any(duplicate_of.get(branch_of(end), -1) in left_over | {-1} for end in chain):
-        return False
-    return all(nodes[end] != FREE for end in (chain[0], other_end(chain[-1])))
 
 
 def _lengthen_gaps(u: FloatArray, counts: list[int], matching: EndMatching, pieces: list[Piece]) -> None:

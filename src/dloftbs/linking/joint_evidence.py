@@ -20,6 +20,12 @@ _MOST_GROUND = 0.5
 Source: fitted; of a half, one and two widths a half tells the most in all sources: more is no clearer.
 """
 
+_STRAY_GROUND = 0.15
+"""Share of a gap below which ground in sight counts as none.
+
+Source: by hand; a place in seven, where what hides a cable looks like the ground, or its depth is a flying pixel.
+"""
+
 _MOST_SWERVE_RAD = 0.4
 """Most of a swerve towards the camera or away from it that counts, rad.
 
@@ -58,6 +64,7 @@ def add_evidence(
     lengths = np.hypot(*(states[rows, POSITION] - states[columns, POSITION]).T)
     ground, cable, neither = evidence.across(ids[pairs[gaps]]).T
     length = np.maximum(lengths[gaps] / width, 1e-9)
+    ground = np.where(ground < _STRAY_GROUND * length, 0.0, ground)
     hidden = np.minimum(cable + neither, length)
     joints[gaps, GAP_GROUND], joints[gaps, GAP_HIDDEN] = np.minimum(ground, _MOST_GROUND), hidden
     covered = np.zeros(len(ids))

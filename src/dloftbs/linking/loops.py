@@ -1,4 +1,4 @@
-"""Stage 5, on whole cables: loops that come from a misread crossing, and a known number of cables."""
+"""Stage 5, on whole cables: loops that come from a misread crossing."""
 
 from __future__ import annotations
 
@@ -19,12 +19,6 @@ _MOST_EXTRA_COST = 2.0
 """Largest extra cost of opening a ring into a cable that crosses it, nats.
 
 Source: by hand; in favour of it is that closed cables are rare.
-"""
-
-_LONGER_WIDTHS = 3.0
-"""Least length by which the longest cables must grow for a join, widths.
-
-Source: by hand; a shorter piece is rather a speck than a part of a cable.
 """
 
 _RATHER_THAN_GAP = 1.2
@@ -120,38 +114,3 @@ def _beyond(matching: EndMatching, end: int) -> int:
             return end
         end = other_end(end)
     return -1
-
-
-def merge_to_count(graph: Graph, matching: EndMatching, objects: int) -> None:
-    """Join ends that were nearly joined, the least difference first, where the longest cables become longer by it.
-
-    Parameters
-    ----------
-    graph : Graph
-    matching : EndMatching
-        Changed.
-    objects : int
-        Number of cables that count. Where no more were found, they stay as they are.
-    """
-    for _, cost, i, j in matching.near_joints:
-        chains = [chain for chain, _ in matching.chains()]
-        if len(chains) + len(graph.loops) <= objects:
-            return
-        at = {end: k for k, (chain, is_loop) in enumerate(matching.chains()) if not is_loop for end in _ends_of(chain)}
-        if at.get(i) is None or at.get(j) is None or at[i] == at[j]:
-            continue
-        spans = matching.branches.spans
-        lengths = [sum(np.subtract(*spans[branch_of(end)][::-1]) for end in chain) for chain in chains]
-        merged = [length for k, length in enumerate(lengths) if k not in (at[i], at[j])]
-        merged.append(lengths[at[i]] + lengths[at[j]])
-        if _longest(merged, objects) < _longest(lengths, objects) + _LONGER_WIDTHS * graph.width:
-            continue
-        matching.join(i, j, cost, 0.0)
-
-
-def _ends_of(chain: list[int]) -> tuple[int, int]:
-    return chain[0], other_end(chain[-1])
-
-
-def _longest(lengths: list[int], count: int) -> int:
-    return sum(sorted(lengths, reverse=True)[:count])

@@ -11,8 +11,10 @@ from numba import njit
 from dloftbs.linking.kernels.joint_features import (
     GAP_ENERGY,
     GAP_LENGTH,
+    GAP_ROUND,
     LINK_TURN,
     bend_between,
+    describe_pairs,
     turn_costs,
 )
 from dloftbs.linking.kernels.pair_costs import junction_costs
@@ -125,3 +127,16 @@ def test_both_ways_mirrored_and_turned_bend_the_same(one: list[float], two: list
         bend_between(mirrored, 0, 1, WIDTH),
     ):
         np.testing.assert_allclose(other, (bend, length), rtol=1e-6, atol=1e-9)
+
+
+def test_pairs_at_one_junction_are_links_and_others_gaps_by_their_roundness() -> None:
+    states = np.array([arm(0, 0, 10), arm(60, 0, 170), arm(200, 30, 180), arm(9, 1, 190)])
+    nodes, roundness = np.array([0, -1, -1, 0]), np.array([0.0, 0.5, 0.25, 1.0])
+    pairs = np.array([(0, 3), (0, 1), (1, 2)])
+    joints = describe_pairs(states, pairs, nodes, roundness, WIDTH)
+    gaps = np.array([False, True, True])
+    assert (joints[:, GAP_LENGTH] > 0.0).tolist() == gaps.tolist()
+    np.testing.assert_allclose(joints[1:, GAP_ROUND], [0.5, 0.75])  # both longer than any break of a mask
+    without = joints.copy()
+    without[:, GAP_ROUND] = 0.0
+    np.testing.assert_allclose(without @ JOINT, turn_costs(states, pairs, gaps, WIDTH))

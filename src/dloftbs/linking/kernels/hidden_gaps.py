@@ -187,3 +187,42 @@ def match_with_hiding(
         joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
     partner, cost, margin, alternative, override = joints
     return partner, cost, margin, alternative, override, lowered, lacking
+
+
+@kernel(
+    read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(float64, 1), read(int64, 1),
+    read(float64, 2), float64,
+)  # fmt: skip
+def lower_hidden(
+    rows: npt.NDArray[np.int64],
+    columns: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
+    partner: npt.NDArray[np.int64],
+    margin: npt.NDArray[np.float64],
+    nodes: npt.NDArray[np.int64],
+    states: npt.NDArray[np.float64],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Return the costs of pairs of ends as `match_with_hiding` lowers them, after a matching that is made.
+
+    Parameters
+    ----------
+    rows, columns : (k,) int64
+    costs : (k,) float64
+    partner : (n,) int64
+        Of each end in the matching, or -1.
+    margin : (n,) float64
+        Of each joint.
+    nodes : (n,) int64
+    states : (n, 6) float64
+    width : float
+        px.
+
+    Returns
+    -------
+    (k,) float64
+        nats.
+    """
+    hidden, lengths = np.empty(_MOST_EVIDENCE, dtype=np.int64), np.empty(_MOST_EVIDENCE)
+    count = _find_hidden(partner, margin, nodes, states, width, hidden, lengths)
+    return _lower_costs(rows, columns, costs, hidden[:count], lengths, partner, nodes, states, width)

@@ -188,3 +188,38 @@ def turn_costs(
             describe_link(states, i, j, width, row)
         costs[k] = price(row, JOINT)
     return costs
+
+
+@kernel(read(float64, 2), read(int64, 2), read(int64, 1), read(float64, 1), float64)
+def describe_pairs(
+    states: npt.NDArray[np.float64],
+    pairs: npt.NDArray[np.int64],
+    nodes: npt.NDArray[np.int64],
+    roundness: npt.NDArray[np.float64],
+    width: float,
+) -> npt.NDArray[np.float64]:
+    """Return the columns of joints between pairs of ends: links at one junction, else gaps of any length.
+
+    Parameters
+    ----------
+    states : (n, 6) float64
+    pairs : (k, 2) int64
+    nodes : (n,) int64
+        The junction at each end, negative where there is none.
+    roundness : (n,) float64
+        Of each end.
+    width : float
+        px.
+
+    Returns
+    -------
+    (k, columns) float64
+    """
+    joints = np.empty((len(pairs), len(JOINT)))
+    for k in range(len(pairs)):
+        i, j = pairs[k]
+        if nodes[i] >= 0 and nodes[i] == nodes[j]:
+            describe_link(states, i, j, width, joints[k])
+        else:
+            describe_gap(states, i, j, width, roundness[i] + roundness[j], joints[k])
+    return joints
