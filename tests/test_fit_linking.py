@@ -59,11 +59,11 @@ def test_labels_tell_the_same_as_curves() -> None:
 
 
 def test_a_cable_goes_on_in_the_straightest_of_its_strands() -> None:
-    """A frayed end near the camera: wires that are no spurs, since they are as wide as the cable is elsewhere."""
+    """A frayed end near the camera: wires that are no spurs, since they are longer than the cable is wide."""
     body, tip = np.column_stack((np.arange(60.0, 220.0), np.full(160, 120.0))), (220.0, 120.0)
     mask = draw_cable_mask(body, np.linspace(8.0, 40.0, len(body)), (240, 320), (FreeEnd("round"), FreeEnd("flat")))
     for angle in (-0.5, 0.05, 0.6):
-        wire = np.array(tip) + np.outer(np.arange(-10.0, 40.0, 0.5), (np.cos(angle), np.sin(angle)))
+        wire = np.array(tip) + np.outer(np.arange(-10.0, 50.0, 0.5), (np.cos(angle), np.sin(angle)))
         mask |= draw_cable_mask(wire, np.full(len(wire), 6.0), mask.shape)
     scene = Scene("drawn", Frame(mask=mask), (body,))
     crop, graph = graph_of(scene.frame.mask)

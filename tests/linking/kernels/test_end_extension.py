@@ -114,6 +114,51 @@ def test_a_cap_between_round_and_flat_ends_in_between() -> None:
     assert sum(152.0 < end < 165.0 for end in ends) >= 1
 
 
+def cone(angle: float, width: float, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a band that narrows over two widths to a share of its width, where it is cut, and the middle of the cut.
+
+    The latter is in the kernels' frame.
+    """
+    y, x = np.mgrid[:300, :300]
+    along, middle = np.array([np.cos(angle), np.sin(angle)]), np.array([149.7, 149.4])
+    a = (x - middle[0]) * along[0] + (y - middle[1]) * along[1]
+    b = (y - middle[1]) * along[0] - (x - middle[0]) * along[1]
+    share = np.clip(narrowest + (1.0 - narrowest) * (100.0 - a) / (2.0 * width), 0.0, 1.0)
+    return ((np.abs(a) <= 100.0) & (np.abs(b) <= 0.5 * width * share)).astype(np.uint8), middle + 100.0 * along + 1.0
+
+
+@pytest.mark.parametrize("narrowest", [0.2, 0.35, 0.5])
+@pytest.mark.parametrize("width", [10, 16, 30])
+def test_a_tapered_end_is_reached_where_it_is_cut(width: int, narrowest: float) -> None:
+    misses = []
+    for angle in np.linspace(0.0, np.pi / 2, 9):
+        mask, tip = cone(float(angle), width, narrowest)
+        frame, points, offsets = runs_of(mask)
+        ends = [end_of(frame, points[::step], offsets)[-1] for step in (1, -1)]
+        misses.append(min(np.hypot(*(end - tip)) for end in ends))
+    assert np.median(misses) < 0.05 * width + 0.5
+    assert max(misses) < 0.2 * width + 1.0  # some of these tips, of few pixels, look round
+
+
+@pytest.mark.parametrize("side", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize("width", [16, 30])
+@pytest.mark.parametrize("angle", np.linspace(0.0, np.pi / 2, 5))
+def test_an_axis_ends_where_strands_begin(width: int, angle: float, side: float) -> None:
+    """With a strand straight ahead, one to each side of the axis, and one to each side farther off."""
+    mask, along, middle = straight_band(angle, width, 100.0)
+    y, x = np.mgrid[:200, :200]
+    a = (x - middle[0] + 1.0) * along[0] + (y - middle[1] + 1.0) * along[1]
+    b = (y - middle[1] + 1.0) * along[0] - (x - middle[0] + 1.0) * along[1]
+    mask |= ((a > 0.0) & (a < 50.0 + 0.7 * width) & (np.abs(np.abs(b) - side * width / 2) <= 0.08 * width)).astype(
+        np.uint8
+    )
+    frame = padded(mask)
+    points = middle + np.arange(-40.0, 50.0 - 0.5 * width)[:, None] * along
+    drop, added = extend_end(frame, points, 0.5 * width)
+    assert drop > 0
+    assert np.hypot(*(added[-1] - (middle + 50.0 * along))) < 0.05 * width + 1.5
+
+
 def test_an_end_at_the_image_border_stops_there() -> None:
     frame = padded(np.pad(np.ones((9, 60), np.uint8), ((20, 20), (0, 0))))
     points = np.stack((np.arange(20.0, 57.0), np.full(37, 25.0)), axis=1)

@@ -85,8 +85,9 @@ def test_a_junction_knows_how_far_the_mask_reaches() -> None:
     assert radii[0] == pytest.approx(5.5 * np.sqrt(2), abs=1.0)
 
 
-def star(lengths: list[float], width: float = 4.0) -> tuple[np.ndarray, ...]:
-    """Return a junction in the middle of straight branches with free ends, and a mask of foreground around it."""
+def star(lengths: list[float], radii: list[float] | None = None) -> tuple[np.ndarray, ...]:
+    """Return a junction in the middle of straight branches with free ends, and their mask; 4 px wide by themselves."""
+    radii = [2.0] * len(lengths) if radii is None else radii
     angles = np.linspace(0, 2 * np.pi, len(lengths), endpoint=False)
     branches = [
         100.0 + np.arange(1.0, length + 1)[:, None] * (np.cos(a), np.sin(a))
@@ -94,14 +95,14 @@ def star(lengths: list[float], width: float = 4.0) -> tuple[np.ndarray, ...]:
     ]
     yy, xx = np.indices((201, 201))
     mask = np.zeros((201, 201), dtype=np.uint8)
-    for branch in branches:
+    for branch, own in zip(branches, radii, strict=True):
         for x, y in branch:
-            mask |= ((xx - x) ** 2 + (yy - y) ** 2 <= (width / 2) ** 2).astype(np.uint8)
+            mask |= ((xx - x) ** 2 + (yy - y) ** 2 <= own**2).astype(np.uint8)
     nodes = np.array([0, FREE] * len(lengths))
     offsets = np.cumsum([0, *map(len, branches)])
     points = np.concatenate(branches)
-    radius = np.full(len(points), width / 2)
-    return nodes, np.array([[100.0, 100.0]]), np.array([width / 2]), points, radius, offsets, mask
+    radius = np.repeat(np.array(radii, float), np.diff(offsets))
+    return nodes, np.array([[100.0, 100.0]]), np.array([2.0]), points, radius, offsets, mask
 
 
 def test_only_what_sticks_out_by_little_is_a_spur() -> None:
@@ -128,11 +129,51 @@ def test_the_shortest_spur_goes_first_and_one_run_stays() -> None:
 def test_a_strand_may_stick_out_by_the_width_of_the_cable(
     third: int, radii_of: list[float], expected: list[bool]
 ) -> None:
-    nodes, centres, _, points, radius, offsets, mask = star([90, 24, third, 24])
-    for branch, own in enumerate(radii_of):
-        radius[offsets[branch] : offsets[branch + 1]] = own
+    nodes, centres, _, points, radius, offsets, mask = star([90, 24, third, 24], radii_of)
     found = prune_spurs(nodes, centres, np.array([10.0]), points, radius, offsets, mask, 6.0)
     assert found.tolist() == expected
+
+
+def fray(apart: float, radii_of: list[float]) -> tuple[np.ndarray, ...]:
+    """Return a branch that leads to two junctions, joined by one of a length in px, and a pair of branches at each."""
+    first, second = np.array([150.0, 100.0]), np.array([150.0, 100.0 + apart])
+    ways = [(-1.0, 0.0, 140), (0.8, -0.6, 40), (1.0, 0.0, 40), (1.0, 0.1, 40), (0.7, 0.7, 40)]
+    starts = [first, first, first, second, second]
+    branches = [
+        start + np.arange(1.0, length + 1)[:, None] * (x, y) for start, (x, y, length) in zip(starts, ways, strict=True)
+    ]
+    branches.append(first + np.arange(1.0, apart)[:, None] * (0.0, 1.0))
+    yy, xx = np.indices((301, 301))
+    mask = np.zeros((301, 301), dtype=np.uint8)
+    for branch, own in zip(branches, radii_of, strict=True):
+        for x, y in branch:
+            mask |= ((xx - x) ** 2 + (yy - y) ** 2 <= own**2).astype(np.uint8)
+    nodes = np.array([0, FREE, 0, FREE, 0, FREE, 1, FREE, 1, FREE, 0, 1])
+    offsets = np.cumsum([0, *map(len, branches)])
+    radius = np.repeat(np.array(radii_of), np.diff(offsets))
+    return nodes, np.array([first, second]), np.full(2, radii_of[0]), np.concatenate(branches), radius, offsets, mask
+
+
+@pytest.mark.parametrize(
+    ("apart", "radii_of", "expected"),
+    [
+        (12.0, [15.0, 3.0, 3.0, 3.0, 3.0, 3.0], [True, False, False, False, False, False]),  # of one frayed end
+        (60.0, [15.0, 3.0, 3.0, 3.0, 3.0, 3.0], [True, False, False, True, True, True]),  # the second is of thin ones
+        (12.0, [15.0, 3.0, 3.0, 3.0, 15.0, 3.0], [True] * 5),  # two cables, and thinner ones
+        (12.0, [5.0, 3.0, 3.0, 3.0, 3.0, 3.0], [True] * 5),  # as wide as cables that part
+    ],
+)
+def test_strands_may_part_at_junctions_near_each_other(
+    apart: float, radii_of: list[float], expected: list[bool]
+) -> None:
+    found = prune_spurs(*fray(apart, radii_of), 10.0)
+    assert found.tolist()[: len(expected)] == expected
+
+
+def test_the_width_of_a_cable_is_the_masks_where_that_of_recentring_is_limited() -> None:
+    nodes, centres, radii, points, radius, offsets, mask = fray(12.0, [15.0, 3.0, 3.0, 3.0, 3.0, 3.0])
+    radius[: offsets[1]] = 6.0  # that of a cable which is thinner elsewhere
+    assert prune_spurs(nodes, centres, radii, points, radius, offsets, mask, 10.0).tolist() == [True] + [False] * 5
 
 
 def test_without_runs_nothing_is_pruned() -> None:

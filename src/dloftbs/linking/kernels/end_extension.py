@@ -2,7 +2,7 @@
 
 A cable that is cut off, by a cutter, by an occluder or by the image's border, goes on to the mask's edge. One with a
 round cap is the union of discs about its axis, which ends one radius before the tip of the mask. The shape of the cap
-tells which it is.
+tells which it is. The axis of a frayed cable ends where the mask parts into strands.
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ _HALVINGS = 24
 Source: numerics; 2^-24 px.
 """
 
-_INNER = (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)
-"""Places of the rays at the middle of an end, radii beside the axis.
+_INNER = (0.1, 0.2, 0.3)
+"""Places of the rays at the middle of an end, radii to each side of the axis.
 
-Source: by hand; a mean over both sides is less ragged than one ray.
+Source: by hand; a mean over both sides is less ragged than one ray, and some ray of each passes the strands of a fray.
 """
 
 _OUTER = (0.5, 0.6, 0.7, 0.8)
@@ -84,6 +84,36 @@ _FARTHEST = 2.0
 """Largest length of the rays, radii.
 
 Source: geometry; past any cap.
+"""
+
+_NARROWINGS = 8
+"""Number of times that the width before a cap is measured, since a narrower one is shorter.
+
+Source: numerics; in a cone of one width's length each halves what is left, down to 2^-8 radii.
+"""
+
+_TAPERED = 0.8
+"""Width before a cap, over the cable's, below which the cable tapers.
+
+Source: by hand; the raggedness of an edge, and a slanting cut, leave more.
+"""
+
+_STRAND = 0.45
+"""Width of the mask, over the cable's, below which it may be a strand of a frayed end.
+
+Source: geometry; two strands that part are half as wide as the cable.
+"""
+
+_SPLIT_RADII = 0.75
+"""Longest stretch in which a cable turns into strands, radii; one that tapers takes longer.
+
+Source: geometry; a cone of a width's length from the cable to its point narrows as fast.
+"""
+
+_STRAND_RADII = 0.25
+"""Length from which a narrow stretch before the mask's edge is a strand and no part of a cap, radii; a pixel is added.
+
+Source: geometry; a round cap is narrow for a tenth of its radius, and a slanting one differs by less beside the axis.
 """
 
 _FLAT = 0.35
@@ -176,6 +206,23 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 
 @helper
+def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, radius: float) -> float:
+    """Return half the width of the mask just before the cap at a tip, px: `radius`, or less where the cable tapers."""
+    narrowest = radius
+    for narrowing in range(_NARROWINGS):
+        before_x, before_y = x - narrowest * dx, y - narrowest * dy
+        left = _reach(mask, before_x, before_y, -dy, dx, radius + 1.0)
+        right = _reach(mask, before_x, before_y, dy, -dx, radius + 1.0)
+        half = 0.5 * (left + right)
+        if half >= narrowest or min(left, right) < 0.0:
+            break
+        if narrowing == 0 and max(left, right) >= _TAPERED * radius:  # a slanting cut narrows one side alone
+            break
+        narrowest = half
+    return narrowest
+
+
+@helper
 def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, radius: float) -> float:
     """Return how far before a tip on the mask's edge the axis ends, px; below 0 it goes on.
 
@@ -188,9 +235,19 @@ def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy:
     most = _FARTHEST * radius + 1.0
     beside = (1.0 + _TIE) * radius
     middle, height = 0.0, 0.0  # the latter of a disc of radius 1, as the rays see it
-    for k in _INNER:
-        middle += _reach(mask, x - k * beside * dy, y + k * beside * dx, dx, dy, most) / len(_INNER)
-        height += np.sqrt(1.0 - k * k) / len(_INNER)
+    reaches = np.empty(len(_INNER))
+    for side in (-beside, beside):
+        for i, k in enumerate(_INNER):
+            reaches[i] = _reach(mask, x - k * side * dy, y + k * side * dx, dx, dy, most)
+        farthest = reaches.min() + _STRAND_RADII * radius + 1.0
+        mean, disc, count = 0.0, 0.0, 0
+        for i, k in enumerate(_INNER):
+            if reaches[i] <= farthest:  # others are in a strand
+                mean += reaches[i]
+                disc += np.sqrt(1.0 - k * k)
+                count += 1
+        middle += 0.5 * mean / count
+        height += 0.5 * disc / count
     longer, fall = -most, height
     for side in (-beside, beside):
         mean = 0.0
@@ -201,7 +258,7 @@ def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy:
         fall -= np.sqrt(1.0 - k * k) / len(_OUTER)
     share = 1.0 - ramp_down((middle - longer) / (fall * radius), _FLAT, _ROUND)
     share *= 1.0 - ramp_down(radius, _UNSEEN_PX, _SEEN_PX)
-    ahead = middle - _BACK * radius  # a mean over the middle is less ragged than the edge at the tip
+    ahead = middle - _BACK * radius  # the middle is less ragged than the edge at the tip
     return share * height * radius - min(max(ahead, -_MOST_AHEAD * radius), _MOST_AHEAD * radius)
 
 
@@ -247,8 +304,9 @@ def extend_end(
     From one and a half radii before the last point on, the line goes on with the bending that it has there, drawn to
     the middle between the walls while there are two. Where the mask's cap is flat or hollow, as where a cable is cut
     off, hidden or leaves the image, it ends on the mask's edge, taken over the middle of the cap. Where it is round it
-    ends a radius before. In between it ends in between, and below a width of 3 px every cap counts as flat. Not
-    checked: the outermost rows and columns of the mask are 0.
+    ends a radius before. In between it ends in between, and below a width of 3 px every cap counts as flat. The cap of
+    a cable that tapers is as narrow as that is there. Where the line leads into a strand of a frayed end, it ends where
+    the strands begin. Not checked: the outermost rows and columns of the mask are 0.
 
     Parameters
     ----------
@@ -287,7 +345,9 @@ def extend_end(
     x, y = points[stop - 1]
     pull = min(_PULL / radius, _MOST_PULL)
     too_far = 2.0 * radius + 2.0
+    narrow = int(_STRAND_RADII * radius) + 1
     limit = int(_LONGEST_RADII * radius) + 4
+    wide_until, narrow_from = -limit, 0  # steps: the last as wide as the cable, the first of those as narrow as strands
     added = np.empty((limit + 1, 2))
     count = 0
     while count < limit:
@@ -300,7 +360,14 @@ def extend_end(
             ahead_x, ahead_y = x + _TIE * dx, y + _TIE * dy
             left = _reach(mask, ahead_x, ahead_y, -dy, dx, too_far)
             right = _reach(mask, ahead_x, ahead_y, dy, -dx, too_far)
-            other = abs(0.5 * (left + right) - radius)
+            half = 0.5 * (left + right)
+            if half >= _TAPERED * radius:
+                wide_until = count
+            if half >= _STRAND * radius:
+                narrow_from = count + 1
+            elif count - narrow_from >= narrow and narrow_from - wide_until <= _SPLIT_RADII * radius + 1.0:
+                return n - stop, added[: wide_until + 1].copy()
+            other = abs(half - radius)
             beside = ramp_down(other, 0.2 * radius + 0.25, 0.4 * radius + 0.5) * 0.5 * (left - right)
             x -= pull * beside * dy
             y += pull * beside * dx
@@ -308,7 +375,7 @@ def extend_end(
         added[count, 0], added[count, 1] = x, y
         count += 1
         if step < 1.0:
-            beyond = _beyond_axis(mask, x, y, dx, dy, radius)
+            beyond = _beyond_axis(mask, x, y, dx, dy, _cap_radius(mask, x, y, dx, dy, radius))
             added[count - 1, 0] -= min(beyond, 0.0) * dx
             added[count - 1, 1] -= min(beyond, 0.0) * dy
             return n - stop, _shortened(added[:count], max(beyond, 0.0))

@@ -8,7 +8,6 @@ from numba import boolean, float64, int32, int64, uint8
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.graph_ends import FREE, UNAVAILABLE, branch_of, is_start, start_of, stop_of
-from dloftbs.kernels.shared.selection import median_of
 from dloftbs.kernels.shared.union_find import find_root, unite
 
 _RAYS = tuple((float(np.cos(angle)), float(np.sin(angle))) for angle in np.arange(16) * (np.pi / 8.0))
@@ -39,6 +38,12 @@ _BESIDE_WIDTHS = 3.0
 """Distance from a junction at which the width of a cable is taken, in that width.
 
 Source: geometry; nearer, a blob over the junction is measured.
+"""
+
+_STRAND_AWAY = 0.75
+"""Place at which the width of a branch that may be a strand is taken, as a share of its length from the junction.
+
+Source: by hand; nearer, it is within the cable's end.
 """
 
 
@@ -167,36 +172,94 @@ def find_junctions(
 
 
 @helper
+def _width_beside(
+    end: int,
+    points: npt.NDArray[np.float64],
+    radius: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
+) -> float:
+    """Return half the width of a branch beside the junction at one of its ends, px; 0 where it is too short."""
+    start, stop = offsets[branch_of(end)], offsets[branch_of(end) + 1]
+    k = 0
+    while k < stop - start:
+        i = start + k if is_start(end) else stop - 1 - k
+        beside = radius[i]
+        if k > _BESIDE_WIDTHS * 2.0 * beside:
+            beside = max(beside, _inscribed_radius(mask, points[i, 0], points[i, 1]))
+            if k > _BESIDE_WIDTHS * 2.0 * beside:
+                return beside
+        k = max(k, int(_BESIDE_WIDTHS * 2.0 * beside)) + 1
+    return 0.0
+
+
+@helper
+def _group_cable_ends(
+    nodes: npt.NDArray[np.int64], widest: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
+) -> npt.NDArray[np.int64]:
+    """Group junctions that may be at the end of one cable: branches no longer than its width join them.
+
+    Returned is the lowest junction of the group of each; `widest`, half the width of the widest cable at each junction,
+    becomes that at any of the group's.
+    """
+    group = np.arange(len(widest))
+    is_new = True
+    while is_new:
+        is_new = False
+        for branch in range(len(nodes) // 2):
+            if nodes[start_of(branch)] < 0 or nodes[stop_of(branch)] < 0:
+                continue
+            first, second = find_root(group, nodes[start_of(branch)]), find_root(group, nodes[stop_of(branch)])
+            both = max(widest[first], widest[second])
+            if first != second and offsets[branch + 1] - offsets[branch] <= 2.0 * both:
+                unite(group, first, second)
+                widest[min(first, second)] = both
+                is_new = True
+    for node in range(len(widest)):
+        group[node] = find_root(group, node)
+        widest[node] = widest[group[node]]
+    return group
+
+
+@helper
 def _strand_bonus(
-    nodes: npt.NDArray[np.int64], count: int, radius: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
+    nodes: npt.NDArray[np.int64],
+    count: int,
+    points: npt.NDArray[np.float64],
+    radius: npt.NDArray[np.float64],
+    offsets: npt.NDArray[np.int64],
+    mask: npt.NDArray[np.uint8],
 ) -> npt.NDArray[np.float64]:
     """Return by how much more each branch may stick out and still be a spur, px.
 
-    For a strand, it is the width of the cable at whose end it is, the only wide one at its junction; for others 0.
+    For a strand, it is the width of the cable at whose end it is, the only wide one there; for others 0. Strands may
+    part at several junctions near each other.
     """
     n = len(nodes) // 2
-    own = np.empty(n)
-    for branch in range(n):
-        own[branch] = median_of(radius[offsets[branch] : offsets[branch + 1]])
+    beside = np.zeros(2 * n)
     widest = np.zeros(count)
     for end in range(2 * n):
         if nodes[end] >= 0:
-            start, stop = offsets[branch_of(end)], offsets[branch_of(end) + 1]
-            for k in range(stop - start):
-                beside = radius[start + k if is_start(end) else stop - 1 - k]
-                if k > _BESIDE_WIDTHS * 2.0 * beside:
-                    widest[nodes[end]] = max(widest[nodes[end]], beside)
-                    break
+            beside[end] = _width_beside(end, points, radius, offsets, mask)
+            widest[nodes[end]] = max(widest[nodes[end]], beside[end])
+    group = _group_cable_ends(nodes, widest, offsets)
     wide = np.zeros(count, dtype=np.int64)
-    for end in range(2 * n):
-        node, branch = nodes[end], branch_of(end)
-        if node >= 0 and own[branch] >= _STRAND_RADIUS * widest[node]:
-            wide[node] += offsets[branch + 1] - offsets[branch] > 2.0 * widest[node]  # a shorter one is in a blob
     bonus = np.zeros(n)
+    for end in range(2 * n):
+        if nodes[end] >= 0:
+            branch, cable = branch_of(end), widest[nodes[end]]
+            length = offsets[branch + 1] - offsets[branch]
+            away = int(_STRAND_AWAY * length)
+            i = offsets[branch] + away if is_start(end) else offsets[branch + 1] - 1 - away
+            own = max(beside[end], _inscribed_radius(mask, points[i, 0], points[i, 1]))
+            if own < _STRAND_RADIUS * cable:
+                bonus[branch] = 2.0 * cable
+            elif length > 2.0 * cable:  # a shorter one is in a blob
+                wide[group[nodes[end]]] += 1
     for branch in range(n):
         node = max(nodes[start_of(branch)], nodes[stop_of(branch)])
-        if node >= 0 and wide[node] == 1 and own[branch] < _STRAND_RADIUS * widest[node]:
-            bonus[branch] = 2.0 * widest[node]
+        if node < 0 or wide[group[node]] != 1:
+            bonus[branch] = 0.0
     return bonus
 
 
@@ -266,7 +329,7 @@ def prune_spurs(
     for node in nodes:
         if node >= 0:
             degree[node] += 1
-    bonus = _strand_bonus(nodes, len(radii), radius, offsets)
+    bonus = _strand_bonus(nodes, len(radii), points, radius, offsets, mask)
     out = np.full(n, np.inf)
     for branch in range(n):
         out[branch] = _sticks_out(branch, nodes, centres, radii, points, offsets, mask) - bonus[branch]
