@@ -84,8 +84,6 @@ class Graph(NamedTuple):
         Position, outward tangent and curvature of each end: the columns of `dloftbs.kernels.shared.graph_ends`.
     end_roundness : numpy.ndarray, shape (2 n,)
         Roundness of each free end, in 0..1.
-    clear_distance_px : numpy.ndarray, shape (2 n,)
-        Distance over which the mask continues straight on from each end at a junction.
     spurs : numpy.ndarray, shape (n,)
         Branches that are so short that they need no explanation.
     bordering : numpy.ndarray, shape (2 n,)
@@ -104,7 +102,6 @@ class Graph(NamedTuple):
     spans: _Ints
     end_states: FloatArray
     end_roundness: FloatArray
-    clear_distance_px: FloatArray
     spurs: _Bools
     bordering: _Bools
     corners: _Ints

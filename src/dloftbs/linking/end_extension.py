@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from dloftbs._arrays import FloatArray
 from dloftbs.graph import (
     FREE,
     POSITION,
     RAY,
+    TANGENT,
     UNAVAILABLE,
     Branches,
     EndMatching,
@@ -19,6 +21,8 @@ from dloftbs.graph import (
     branch_of,
     is_start,
     other_end,
+    start_of,
+    stop_of,
 )
 from dloftbs.linking.cable_pieces import Piece, Points, Span, between
 from dloftbs.linking.kernels.end_extension import extend_end
@@ -30,7 +34,7 @@ Source: by hand; twice the 5.5 radii that `extend_end` looks at.
 """
 
 _OUT_WIDTHS = 0.35
-"""Least distance by which a cable's tip shows beyond the cable that it crosses or lies beside, widths.
+"""Least distance by which a cable's tip shows beyond the cable that it lies beside, widths.
 
 Source: by hand; more than the pixel noise of an edge.
 """
@@ -45,12 +49,6 @@ _CAP_PX = 4.5
 """Width up to which a cable's end counts as flat, px.
 
 Source: geometry; the same limit as in `end_extension`, twice `_SEEN_PX`.
-"""
-
-_STEEP = 0.5
-"""Sine of the least angle at which a tip is sought beyond another cable.
-
-Source: geometry; at 30 degrees the way across the other cable is two of its widths.
 """
 
 _BESIDE_WIDTHS = 0.35
@@ -112,7 +110,7 @@ def _extend_through_junction(
     at_start: bool,
     buffer: Points,
 ) -> None:
-    """Extend an end that stays open at a junction straight on, where the mask sticks out beyond the junction.
+    """Extend an end that stays open at a junction straight on, where the mask shows more than the other cables explain.
 
     That part of the cable is too short for a branch of its own.
     """
@@ -120,14 +118,7 @@ def _extend_through_junction(
     if branch >= graph.branch_count or not matching.is_open(end) or graph.spurs[branch]:
         return
     ray = matching.branches.end_states[end, RAY]
-    far = _far_side(matching, end, width)
-    if far < math.inf:
-        clear = float(graph.clear_distance_px[end])
-        is_tip = far + _OUT_WIDTHS * width <= clear <= _AHEAD_WIDTHS * width
-        # A thinner cable counts as cut off flat, as in end_extension.
-        ahead = clear - (0.5 * width if width > _CAP_PX else 0.0) if is_tip else 0.0
-    else:
-        ahead = _shown_ahead(mask, ray, _axes_at(matching, end, width), width)
+    ahead = _shown_ahead(mask, ray, _axes_near(graph, matching, end), width)
     if ahead > 1.0:
         k = 0 if at_start else -1
         spans[k] = _clear_of_junction(graph, matching.branches, end, spans[k])
@@ -167,7 +158,7 @@ def _extend_inside(
 
 def _lead_on(spans: list[Span], at_start: bool, ray: FloatArray, length: float, width: float, buffer: Points) -> None:
     """Add the points of a straight line to one end of a cable."""
-    first, last, _ = buffer.add(ray[:2] + np.arange(1.0, length)[:, None] * ray[2:], 0.5 * width)
+    first, last, _ = buffer.add(ray[:2] + np.arange(1.0, round(length) + 1.0)[:, None] * ray[2:], 0.5 * width)
     if at_start:
         spans.insert(0, (last - 1, first - 1, -1))
     else:
@@ -196,10 +187,11 @@ def _shown_ahead(mask: npt.NDArray[np.uint8], ray: FloatArray, others: FloatArra
     farthest = 0.0
     for aside in (-_BESIDE_WIDTHS, 0.0, _BESIDE_WIDTHS):
         asked = axis[:count] + aside * width * normal
-        away = np.hypot(*(asked[:, None] - others).transpose(2, 0, 1)).min(axis=1, initial=np.inf)
+        away = cKDTree(others).query(asked)[0] if len(others) else np.full(count, np.inf)
         (shown,) = np.nonzero(_is_on(mask, asked) & (away > (0.5 + _CLEAR_WIDTHS) * width + 0.5))
-        if len(shown):  # a round tip reaches by so much beyond the axis
-            farthest = max(farthest, float(along[shown[-1]]) - math.sqrt(0.25 - aside * aside) * width)
+        if len(shown):
+            cap = math.sqrt(0.25 - aside * aside) * width if width > _CAP_PX else 0.0  # reaches beyond the axis
+            farthest = max(farthest, float(along[shown[-1]]) - cap)
     return farthest
 
 
@@ -211,18 +203,44 @@ def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> npt.NDArray[np.bo
     return on_mask & inside
 
 
-def _axes_at(matching: EndMatching, end: int, width: float) -> FloatArray:
-    """Return points along the axes of the other cables at the junction of an end."""
-    branches, partner = matching.branches, matching.partner
-    nodes, reach = branches.nodes, int((_AHEAD_WIDTHS + 1.0) * width)
+def _axes_near(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
+    """Return points along the axes of the other cables near an end that stays open at a junction, through others, too.
+
+    A spur at its junction is the tip of the open end that points to it best.
+    """
+    branches, partner, width = matching.branches, matching.partner, graph.width
+    nodes, states = branches.nodes, branches.end_states
     axes = [np.empty((0, 2))]
-    for i in [k for k, node in enumerate(nodes) if node == nodes[end] and branch_of(k) != branch_of(end)]:
-        start, stop = branches.spans[branch_of(i)]
-        axes.append(branches.points[start:stop][slice(0, reach) if is_start(i) else slice(-reach, None)])
-        j = partner[i]
-        if j > i and nodes[j] == nodes[end]:
-            axes.append(between(*branches.end_states[[i, j], POSITION]))
-    return np.concatenate(axes)
+    for branch, (start, stop) in enumerate(branches.spans):
+        first, last = start_of(branch), stop_of(branch)
+        if branch == branch_of(end) or nodes[first] == nodes[last] == UNAVAILABLE:  # the latter inside of a junction
+            continue
+        if branches.spurs[branch] and partner[first] == partner[last] == -1:
+            tip = last if nodes[last] < 0 else first
+            if nodes[other_end(tip)] != nodes[end] or _points_best(matching, end, states[tip, POSITION]):
+                continue
+        axes.append(branches.points[start:stop])
+        for i in (first, last):
+            if nodes[i] < 0:  # its cap lies ahead
+                axes.append(states[i, POSITION] + np.arange(width)[:, None] * states[i, TANGENT])
+            elif partner[i] > i and matching.is_crossing(i):
+                axes.append(between(*states[[i, partner[i]], POSITION]))
+    points = np.concatenate(axes)
+    away = np.abs(points - states[end, POSITION]).max(axis=1, initial=0.0)
+    return points[away <= (_AHEAD_WIDTHS + 1.0) * width]
+
+
+def _points_best(matching: EndMatching, end: int, place: FloatArray) -> bool:
+    """Tell whether of the ends that stay open at a junction none points to a place more than this one."""
+    branches = matching.branches
+    rivals = [
+        i
+        for i, node in enumerate(branches.nodes)
+        if node == branches.nodes[end] and matching.is_open(i) and not branches.spurs[branch_of(i)]
+    ]
+    way = place - branches.end_states[rivals, POSITION]
+    facing = (way * branches.end_states[rivals, TANGENT]).sum(axis=1) / np.maximum(np.hypot(*way.T), 1e-9)
+    return rivals[int(np.argmax(facing))] == end
 
 
 def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: Span) -> Span:
@@ -238,22 +256,3 @@ def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: Span) -
     else:
         high = max(min(high, stop), low)
     return (low, high, 1) if step == 1 else (high - 1, low - 1, -1)
-
-
-def _far_side(matching: EndMatching, end: int, width: float) -> float:
-    """Return the distance from an end to the far side of the cables that pass its junction; inf for one along it."""
-    states, nodes = matching.branches.end_states, matching.branches.nodes
-    x, y, dx, dy = states[end, RAY].tolist()
-    farthest, node = 0.0, nodes[end]
-    for i in [k for k, own in enumerate(nodes) if own == node]:
-        j = matching.partner[i]
-        if j > i and nodes[j] == node:
-            ax, ay = states[i, POSITION].tolist()
-            bx, by = states[j, POSITION].tolist()
-            across = math.hypot(bx - ax, by - ay)
-            sine = (dx * (by - ay) - dy * (bx - ax)) / max(across, 1.0)
-            if abs(sine) < _STEEP:
-                return math.inf
-            meets = ((ax - x) * (by - ay) - (ay - y) * (bx - ax)) / max(across, 1.0) / sine
-            farthest = max(farthest, meets + 0.5 * width / abs(sine))
-    return farthest

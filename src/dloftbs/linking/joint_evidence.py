@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import POSITION
+from dloftbs.graph import POSITION, UNAVAILABLE, other_end
 from dloftbs.linking.kernels.joint_features import (
     DEPTH_SWERVE,
     GAP_GROUND,
@@ -72,8 +72,22 @@ def add_evidence(
         np.maximum.at(covered, end, np.maximum(hidden - ground, 0.0) / length)
     shape = (roundness * (1.0 - covered))[pairs].sum(axis=1) / np.maximum(roundness[pairs].sum(axis=1), 1e-9)
     joints[:, GAP_ROUND] *= shape
-    swerves = evidence.swerves(ids[pairs], lengths) * ~are_shared(ids)[pairs].any(axis=1)
+    swerves = evidence.swerves(ids[pairs], lengths) * _are_comparable(evidence, ids, nodes, pairs)
     joints[:, DEPTH_SWERVE] = swerve_bends(swerves)
+
+
+def _are_comparable(evidence: EndEvidence, ids: _Ints, nodes: _Ints, pairs: _Ints) -> npt.NDArray[np.bool_]:
+    """Tell for which pairs of ends a difference in depth would be one of the same cable.
+
+    Where two cables share a branch, depth is that of the one on top: a cable that comes from farther away may lie
+    below it, one that comes from nearer would have to dive. Of a branch that is shared in part it is either one's.
+    """
+    shared = are_shared(ids)[pairs]
+    ended_in = np.isin(ids, ids[other_end(np.flatnonzero(nodes == UNAVAILABLE))])[pairs]
+    depth = evidence.depths[ids[pairs], 0]
+    dives = (depth < depth[:, ::-1]) & ~shared & ~ended_in[:, ::-1]
+    comparable: npt.NDArray[np.bool_] = ~shared.any(axis=1) | dives.any(axis=1)
+    return comparable
 
 
 def swerve_bends(swerves: _Floats) -> _Floats:

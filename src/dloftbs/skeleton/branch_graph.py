@@ -30,12 +30,6 @@ _SPECK_WIDTHS2 = 0.3
 Source: by hand.
 """
 
-_THROUGH_WIDTHS = 4.0
-"""Distance ahead of a branch end in which the mask is measured, widths.
-
-Source: by hand; half a width more than `_AHEAD_WIDTHS` of the centre lines, which uses it.
-"""
-
 _BORDER_WIDTHS = 0.5
 """Distance from the image's border within which an end is cut by it, widths; `_BORDER_PX` is added.
 
@@ -104,7 +98,6 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     corners = find_corners(nodes, alive, spurs, states, centres, points, radius, offsets, mask, width)
     merged = kernels.assign_junctions(nodes, spans, alive, spurs, len(radii), _MERGE_WIDTHS * width)
     roundness = branch_ends.measure_roundness(merged, points, spans, states, mask, width)
-    clear_distance = branch_ends.measure_clear_distance(merged, states, mask, _THROUGH_WIDTHS * width)
     reach = _BORDER_WIDTHS * width + _BORDER_PX
     bordering = kernels.find_bordering(merged, points, offsets, *crop.image_transform, *crop.image_size, reach)
     return Graph(
@@ -116,7 +109,6 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
         spans,
         states,
         roundness,
-        clear_distance,
         spurs,
         bordering,
         corners,

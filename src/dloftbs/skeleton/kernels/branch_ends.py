@@ -374,46 +374,6 @@ def describe_ends(
 
 
 @helper
-def _ray(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
-    """Return how far the mask goes from a point along a unit vector, to a quarter of a pixel; 0 outside of it."""
-    t = 0.0
-    while t < most:
-        row, column = int(y + t * dy + 0.5), int(x + t * dx + 0.5)
-        if row < 0 or column < 0 or row >= mask.shape[0] or column >= mask.shape[1] or mask[row, column] == 0:
-            return max(t - 0.25, 0.0)
-        t += 0.5
-    return most
-
-
-@kernel(read(int64, 1), read(float64, 2), read(uint8, 2), float64)
-def measure_clear_distance(
-    nodes: npt.NDArray[np.int64], states: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], most: float
-) -> npt.NDArray[np.float64]:
-    """Measure how far the mask continues straight on from each end at a junction.
-
-    Parameters
-    ----------
-    nodes : (n,) int64
-    states : (n, 6) float64
-    mask : (H, W) uint8
-    most : float
-        Largest distance that is measured, px.
-
-    Returns
-    -------
-    (n,) float64
-        px; 0 where an end touches no junction.
-    """
-    clear_distance_px = np.zeros(len(nodes))
-    for end in range(len(nodes)):
-        if nodes[end] >= 0:
-            clear_distance_px[end] = _ray(
-                mask, states[end, X], states[end, Y], states[end, TANGENT_X], states[end, TANGENT_Y], most
-            )
-    return clear_distance_px
-
-
-@helper
 def _reach_along(
     mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, curvature: float, aside: float, most: float
 ) -> float:
