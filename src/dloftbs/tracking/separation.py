@@ -13,7 +13,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.tracking.frame_view import Sought, View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
@@ -89,7 +88,7 @@ class Separation:
             self.frames = 0
             return None
         parts = [part for match in matches for part in _split_at_gaps(match)]
-        gaps = [math.dist(_last(one), _first(other)) for one, other in pairwise(parts)]
+        gaps = [math.dist(one.observation.points[-1], other.observation.points[0]) for one, other in pairwise(parts)]
         longest = max(gaps, default=0.0)
         at = gaps.index(longest) + 1 if gaps else 0
         lengths = [sum(part.observation.length for part in side) for side in (parts[:at], parts[at:])]
@@ -125,11 +124,3 @@ def _split_at_gaps(match: PartialMatch) -> list[PartialMatch]:
         PartialMatch(match.observation.between(a, b), (low + (a - first) * scale, low + (b - first) * scale), (a, b))
         for a, b in zip(edges[::2], edges[1::2], strict=True)
     ]
-
-
-def _first(part: PartialMatch) -> FloatArray:
-    return part.observation.points[0]
-
-
-def _last(part: PartialMatch) -> FloatArray:
-    return part.observation.points[-1]
