@@ -42,6 +42,23 @@ def test_samples_are_even() -> None:
     assert prior.weight.tolist() == [1.0, 0.5]
 
 
+@pytest.mark.parametrize("version", EIGHT_VERSIONS)
+def test_ends_of_two_that_do_not_hang_together_are_told(version: tuple[int, int, int]) -> None:
+    crop, graph = graph_of(turn(draw(*DASHES, [(20, 160), (150, 170)]), *version))
+    one, other, third = (dloftbs.detect(turn(draw(c), *version))[0].curve for c in [*DASHES, [(20, 160), (150, 170)]])
+    rows, columns = np.triu_indices(len(graph.end_states), 1)
+    apart = Prediction(one, 1.0, id=1), Prediction(other, 1.0, id=2, apart=frozenset({1})), Prediction(third, 1.0, id=3)
+    prior = TemporalPrior(apart, crop, graph.width)
+    assert prior.knows_of_cuts
+    assert not TemporalPrior(apart[::2], crop, graph.width).knows_of_cuts
+    pairs = np.flatnonzero(prior.are_apart(graph.end_states, rows, columns))
+    assert len(pairs) == 4  # of two ends each
+    places = [turn_points(np.array(dash, dtype=float), SIZE, *version) for dash in DASHES]
+    for pair in pairs:
+        for ends in crop.to_image(graph.end_states[[rows[pair], columns[pair]], :2])[:, None]:
+            assert min(np.hypot(*(ends - place).T).min() for place in places) < 8.0
+
+
 @pytest.mark.parametrize("reverse", [False, True])
 def test_a_stretch_that_was_never_seen_says_nothing_about_a_joint(reverse: bool) -> None:
     (seen,) = dloftbs.detect(draw([(20, 60), (380, 90)]))

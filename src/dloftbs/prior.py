@@ -12,11 +12,14 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
+from dloftbs.graph import POSITION
 from dloftbs.kernels.continuity import follow, sample_curves
 from dloftbs.mask_crop import MaskCrop
 
 _STEP_WIDTHS = 0.5  # from sample to sample
 _MAX_SAMPLES = 2000  # of a curve
+_END_WIDTHS = 2.0  # farther from a predicted end, an end has nothing to do with it
+_BOTH_ENDS = np.array([0.0, 1.0])  # in ``u``
 
 
 class Prediction(NamedTuple):
@@ -34,6 +37,8 @@ class Prediction(NamedTuple):
         None if it is nobody's.
     width : float or None
         Of the object, px; None if it was never observed.
+    apart : frozenset of int
+        Ids of objects that it is known not to hang together with: its ends are not joined with theirs.
     """
 
     curve: BSplineCurve
@@ -41,6 +46,7 @@ class Prediction(NamedTuple):
     unseen: tuple[tuple[float, float], ...] = ()
     id: int | None = None
     width: float | None = None
+    apart: frozenset[int] = frozenset()
 
 
 class PriorSamples(NamedTuple):
@@ -125,6 +131,24 @@ class TemporalPrior:
             (samples.closed & whole)[part_of],
             samples.weight[part_of],
         )
+
+    @property
+    def knows_of_cuts(self) -> bool:
+        """True if any two of the objects are known to be no longer one."""
+        return any(one.apart for one in self.predicted)
+
+    def are_apart(
+        self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
+    ) -> npt.NDArray[np.bool_]:
+        """Return whether pairs of ends are those of two objects that are known not to hang together, shape (k,)."""
+        ends = np.concatenate([one.curve(_BOTH_ENDS) for one in self.predicted])
+        distances = np.linalg.norm(end_states[:, None, POSITION] - self.crop.to_oriented(ends), axis=2)
+        owners = distances.argmin(axis=1) // 2
+        near = distances.min(axis=1) < _END_WIDTHS * self.width
+        apart = np.array([[one.id in other.apart for one in self.predicted] for other in self.predicted])
+        one, other = owners[rows], owners[columns]
+        result: npt.NDArray[np.bool_] = (apart | apart.T)[one, other] & near[rows] & near[columns]
+        return result
 
     def continuity(
         self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]

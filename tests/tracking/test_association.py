@@ -107,4 +107,6 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
     predicted = np.array([one.sample(SAMPLES) for one in came])
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
     shown = associate(models, predicted, seen, View((600, 900)), TrackingConfig(), 1 / 30).shown
-    assert [(one.known_separate, one.merged) for one in shown] == [(kind is EndKind.FREE, kind is not EndKind.FREE)] * 2
+    assert [(bool(one.apart_from), one.merged) for one in shown] == [
+        (kind is EndKind.FREE, kind is not EndKind.FREE)
+    ] * 2

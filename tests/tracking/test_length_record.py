@@ -87,3 +87,12 @@ def test_a_cut_off_part_is_so_much_shorter_in_space_as_well():
     record = in_space()
     record.cut(0.25)
     assert (record.px, record.metres) == (100.0, pytest.approx(0.2))
+
+
+def test_another_object_has_no_full_views_yet():
+    record = record_of(400.0)
+    assert record.usual_px == 400.0
+    record.forget_full()
+    assert not record.full_px
+    assert math.isnan(record.usual_px)
+    assert not record.is_usual(400.0, 11.0)

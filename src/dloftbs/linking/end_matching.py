@@ -100,7 +100,8 @@ def match_ends(
     max_gap_widths : float
         Longest gap that is bridged, in widths.
     prior : TemporalPrior, optional
-        Predicted curves: pairs of ends that continue each other along one of them get a discount.
+        Predicted curves: pairs of ends that continue each other along one of them get a discount, and those of two
+        that are known not to hang together are none.
     evidence : EndEvidence, optional
         What the frame tells of the stretch between the ends of a gap.
 
@@ -114,6 +115,9 @@ def match_ends(
     points, radius, spans = _own_points(graph, duplicates, partial, reach)
     more = max(UNCLEAR, 0.0 if prior is None else PRIOR_BONUS)
     rows, columns, joints, opens = list_joints(graph, ends, max_gap_widths, evidence, more)
+    if prior is not None and prior.knows_of_cuts and len(rows):
+        keep = ~prior.are_apart(ends.states, rows, columns)
+        rows, columns, joints = rows[keep], columns[keep], joints[keep]
     costs, open_cost = prices(joints, JOINT), prices(opens, OPEN)
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):

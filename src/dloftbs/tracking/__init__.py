@@ -4,8 +4,9 @@
 `length_record`, `track_motion` and `conflict` as its parts. `prediction` says where tracks are expected. `association`
 matches them with observations: as a whole by `assignment`, and span by span by `routing`, with `sample_graph`,
 `extension` and `localization`; then `emerging_parts` and `remaining_tracks`. `frame_view` tells what may hide a cable,
-and `resolution` hidden spans from absent ones. `track_update`, with `reconstruction` and `curve_in_space`, makes whole
-curves of visible parts and the last shape; `publication` says what is published, and `motion_filter` smooths it.
+`resolution` hidden spans from absent ones, and `separation` that an object was cut. `track_update`, with
+`reconstruction` and `curve_in_space`, makes whole curves of visible parts and the last shape; `publication` says what
+is published, and `motion_filter` smooths it.
 """
 
 from dloftbs.tracking.tracker import Tracker

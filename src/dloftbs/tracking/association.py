@@ -161,7 +161,10 @@ def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
 
 
 def _find_merged(models: Sequence[TrackModel], shown: Sequence[TrackObservation]) -> list[TrackObservation]:
-    """Return what a frame shows of the tracks with the pairs marked that together are one detection."""
+    """Return what a frame shows of the tracks with the pairs marked that together are one detection.
+
+    They are one, or known to be two: also where the detection bridges a gap between them.
+    """
     result, sharing = list(shown), dict[int, list[int]]()
     for t, one in enumerate(shown):
         for index in one.detection_indices:
@@ -170,19 +173,27 @@ def _find_merged(models: Sequence[TrackModel], shown: Sequence[TrackObservation]
         if len(tracks) != 2:
             continue
         matches = shown[tracks[0]].matches
-        length = next(m.observation.object_length for m in matches if m.observation.detection_index == index)
+        shared = next(m.observation for m in matches if m.observation.detection_index == index)
+        bridged = shared.object_length * sum(high - low for low, high in shared.gaps)
         pair = [models[t] for t in tracks]
-        if abs(sum(m.length for m in pair) - length) < sum(m.position_tolerance_px for m in pair):
-            separate = any(m.conflict.known_separate for m in pair) or _were_separate(*pair)
+        tolerance = sum(m.position_tolerance_px for m in pair)
+        excess = sum(m.length for m in pair) - shared.object_length
+        if abs(excess + bridged) >= tolerance:
+            continue
+        if pair[1].id in pair[0].apart or pair[0].id in pair[1].apart or _moved_apart(pair[0], pair[1], bridged):
+            for t, other in zip(tracks, pair[::-1], strict=True):
+                result[t] = result[t]._replace(apart_from=result[t].apart_from | {other.id})
+        elif abs(excess) < tolerance:
             for t in tracks:
-                result[t] = result[t]._replace(merged=not separate, known_separate=separate)
+                result[t] = result[t]._replace(merged=True)
     return result
 
 
-def _were_separate(one: TrackModel, other: TrackModel) -> bool:
-    """Return True if the ends where two tracks meet were ever seen apart, the tracks being as long as now.
+def _moved_apart(one: TrackModel, other: TrackModel, bridged_px: float) -> bool:
+    """Return True if the ends where two tracks meet were ever farther apart or nearer, the tracks being as long as now.
 
-    Parts that grow together are one object, and an end that was hidden may have gone on.
+    Parts that grow together are one object, and an end that was hidden may have gone on. `bridged_px` is the length of
+    the gaps of the detection.
     """
     back = np.arange(min(one.hits, other.hits, HISTORY_FRAMES - 1))
     if not len(back):
@@ -193,4 +204,5 @@ def _were_separate(one: TrackModel, other: TrackModel) -> bool:
     distances = np.linalg.norm(one.lengths.recent_ends[first, i] - other.lengths.recent_ends[second, j], axis=1)
     as_now = np.abs(one.lengths.recent_px[first] - one.length) < one.position_tolerance_px
     as_now &= np.abs(other.lengths.recent_px[second] - other.length) < other.position_tolerance_px
-    return bool((distances[as_now] > one.position_tolerance_px + other.position_tolerance_px).any())
+    moved = np.abs(distances[as_now] - min(float(np.linalg.norm(now[i, j])), bridged_px))
+    return bool((moved > one.position_tolerance_px + other.position_tolerance_px).any())

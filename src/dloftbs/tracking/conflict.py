@@ -32,23 +32,19 @@ class Conflict:
         Length of that detection, which alone shows the object.
     merged_frames : int
         Number of consecutive frames in which the track was part of a detection that may be one object.
-    known_separate : bool
-        True if the track is a part of a detection, and known to be another object than the rest of it.
     """
 
     frames: int = 0
     length_px: float = 0.0
     merged_frames: int = 0
-    known_separate: bool = False
 
     def clear(self) -> None:
         """Forget the frames so far."""
         self.frames = self.merged_frames = 0
 
-    def count_merged(self, *, merged: bool, known_separate: bool) -> None:
+    def count_merged(self, *, merged: bool) -> None:
         """Count a frame in which the track shared a detection with another one, or did not."""
         self.merged_frames = self.merged_frames + 1 if merged else 0
-        self.known_separate = known_separate
 
     def count(self, observation: Observation, width: float, *, is_small: bool) -> None:
         """Count a frame in which an observation, part of the object or more than it, contradicts the track.

@@ -83,6 +83,10 @@ class LengthRecord:
         """Give up all but a share of the length."""
         self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], share * self.usual_m
 
+    def forget_full(self) -> None:
+        """Forget the lengths, px, of the views that showed the whole object: it is another one."""
+        self.full_px, self.usual_px = [], math.nan
+
     def rescale(self, px_per_m: float, width: float) -> None:
         """Take all lengths to the scale of another view, which shows the object this wide; NaN is an unknown scale."""
         ratio, self.px_per_m = px_per_m / self.px_per_m, px_per_m

@@ -75,8 +75,8 @@ class TrackObservation(NamedTuple):
         True if nothing else than the match, which shows the whole track, is near.
     merged : bool
         True if the track shares a detection with another one, and the two may be one object.
-    known_separate : bool
-        True if the track shares a detection with another one, and the two are known to be different objects.
+    apart_from : frozenset of int
+        Ids of the tracks that it shares a detection with and is known to be another object than.
     scope : (float, float)
         Span of the track's former ``u`` that is left, seen or hidden and not absent: the ``u`` of the matches.
     """
@@ -84,7 +84,7 @@ class TrackObservation(NamedTuple):
     matches: tuple[PartialMatch, ...] = ()
     is_unambiguous: bool = False
     merged: bool = False
-    known_separate: bool = False
+    apart_from: frozenset[int] = frozenset()
     scope: tuple[float, float] = WHOLE
 
     @property

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.length_record import LengthRecord
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
+from dloftbs.tracking.separation import Separation
 from dloftbs.tracking.sight import Sight, Spans
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
 from dloftbs.tracks import EndKind, TrackState
@@ -54,6 +56,9 @@ class TrackModel:
     sight : Sight
     motion : Motion
     conflict : Conflict
+    separation : Separation
+    apart : frozenset of int
+        Ids of the tracks that were found to be other objects than this one when the two were one.
     appearance : Appearance or None
         As last seen as a whole.
     state : TrackState
@@ -79,6 +84,8 @@ class TrackModel:
     sight: Sight
     motion: Motion = field(default_factory=Motion)
     conflict: Conflict = field(default_factory=Conflict)
+    separation: Separation = field(default_factory=Separation)
+    apart: frozenset[int] = frozenset()
     appearance: Appearance | None = None
     state: TrackState = TrackState.TENTATIVE
     hits: int = 0
@@ -216,6 +223,24 @@ class TrackModel:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
         free = [kind is EndKind.FREE for kind in kinds or (None, None)]
         self.lengths.record(np.where(np.array(free)[:, None], self.ends, np.nan), self.hits)
+        if all(free) and self.lengths.full_px and self.visible is None and not self.sight.inferred:
+            self.separation.see_whole(self.lengths.full_px[-1])
+
+    def split_off(self, track_id: int) -> TrackModel:
+        """Return the same track with another id, from now on another object."""
+        before, self.apart = self.apart, self.apart | {track_id}
+        self.separation.forget()
+        self.lengths.forget_full()
+        return replace(
+            self,
+            id=track_id,
+            apart=before | {self.id},
+            lengths=deepcopy(self.lengths),
+            sight=deepcopy(self.sight),
+            motion=deepcopy(self.motion),
+            conflict=Conflict(),
+            separation=Separation(),
+        )
 
     def cut_to(self, scope: tuple[float, float]) -> None:
         """Give up what lies beyond a span of ``u``."""

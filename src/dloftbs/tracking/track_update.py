@@ -46,7 +46,8 @@ def _update_ambiguous(
     else:
         matches = _update_partly(model, shown, view, dt)
         model.visible = make_visible_curve(model, matches, view)
-    model.conflict.count_merged(merged=shown.merged, known_separate=shown.known_separate)
+    model.conflict.count_merged(merged=shown.merged)
+    model.apart |= shown.apart_from
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig, dt: float) -> None:
@@ -93,7 +94,7 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     cut = any(end.is_cut for end in view.ends(longest, model))
-    if not (cut or shown.known_separate or _are_apart(model, matches)):
+    if not (cut or shown.apart_from or _are_apart(model, matches)):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches

@@ -188,6 +188,7 @@ class Tracker:
                 model.sight.unseen_spans,
                 model.id,
                 None if math.isnan(model.width) else model.width,
+                model.apart,
             )
             for model in self._models
             if model.state is not TrackState.TENTATIVE
@@ -237,6 +238,13 @@ class Tracker:
         predicted = predict_points(models, extrapolated_time(dt))
         association = associate(models, predicted, observations, view, config, dt)
         resolved, unassigned = resolve(models, predicted, association, view)
+        for t, model in enumerate(tuple(models)):
+            sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)
+            if sides is not None:
+                resolved[t], other = sides
+                resolved.append(other)
+                models.append(model.split_off(self._next_id))
+                self._next_id += 1
         seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.matches]
         update_seen([model for model, _ in seen], [one for _, one in seen], view, config, dt)
         self._models = [
