@@ -71,3 +71,16 @@ def test_a_frayed_cable_ends_where_its_strands_begin(width: int, bend: float) ->
     misses = end_misses("frayed", width, bend)
     assert misses.mean() < 0.15 * width
     assert misses.max() < 0.4 * width
+
+
+@pytest.mark.parametrize("width", [16, 20, 24])
+@pytest.mark.parametrize("beyond", [0.85, 1.15])
+def test_a_tip_beyond_two_cables_that_cross_each_other_shows(width: int, beyond: float) -> None:
+    """Too near to their crossing for a branch of its own, and before it lies the mask of both."""
+    meet, along = np.array([260.0, 181.0]), np.array((0.986, 0.166))
+    crossing = [np.array([(344.0, 56.0), (188.0, 296.0)]), np.array([(178.0, 44.0), (320.0, 266.0)])]
+    own = np.array([meet - 180.0 * along, meet + 12.0 * beyond * along])
+    scale = width / 12.0
+    size = (int(330 * scale), int(400 * scale))
+    cables = [draw_cable(scale * line, width, size) for line in (*crossing, own)]
+    assert nearest_end(cables[0] | cables[1] | cables[2], scale * own[-1]) < 0.2 * width
