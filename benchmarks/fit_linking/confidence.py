@@ -21,13 +21,17 @@ from dloftbs.stage_order import run_stages
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
 _LEAST_OFF_PX = 5.0  # of a curve from the cable that it lies on, or its width
 _MOST_MARGIN = 50.0
+_ROUNDING = 1e-9  # of a probability
 
 Kind = Literal["crossing", "gap", "cable"]
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A joint or a whole cable, its margin and cost in nats, the stated confidence, and whether it is right."""
+    """A joint or a whole cable, its margin and cost in nats, the stated confidence, and whether it is right.
+
+    If bounded, its odds are stated as at most those of the margin; not so where two cables share a branch.
+    """
 
     source: str
     kind: Kind
@@ -35,6 +39,7 @@ class Claim:
     cost: float
     stated: float
     right: bool
+    bounded: bool = False
 
 
 def list_claims(scenes: Iterable[Scene]) -> Iterator[Claim]:
@@ -53,7 +58,8 @@ def list_claims(scenes: Iterable[Scene]) -> Iterator[Claim]:
         joints = [joint for detection in detections for joint in detection.joints]
         for joint, row in zip(joints, judge_joints(0, detections, scene.truth, scene.frame.size), strict=True):
             kind: Kind = "gap" if joint.kind is JointKind.GAP else "crossing"
-            yield Claim(scene.source, kind, joint.margin, joint.cost, joint.confidence, row.right)
+            bounded = joint.confidence <= 1.0 / (1.0 + np.exp(-joint.margin)) + _ROUNDING
+            yield Claim(scene.source, kind, joint.margin, joint.cost, joint.confidence, row.right, bounded)
 
 
 def fit_line(claims: Sequence[Claim]) -> Floats:
@@ -69,8 +75,8 @@ def fit_line(claims: Sequence[Claim]) -> Floats:
 
 
 def state(claims: Sequence[Claim], line: Floats) -> Floats:
-    """Return the confidence that a line gives each joint; across a gap the margin bounds it."""
-    most = [claim.margin if claim.kind == "gap" else np.inf for claim in claims]
+    """Return the confidence that a line gives each joint, bounded by the margin where that of the linking is."""
+    most = [claim.margin if claim.bounded else np.inf for claim in claims]
     stated: Floats = 1.0 / (1.0 + np.exp(-np.minimum(_columns(claims) @ line, most)))
     return stated
 

@@ -69,7 +69,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     left_out: dict[int, float] = {}  # how sure the nearest joint would be that an end does not have
     for lacking, cost, i, j in reversed(matching.near_joints):
         if matching.is_open(i) and matching.is_open(j):
-            left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False)
+            left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False, bounded=True)
     offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
     mask = crop.oriented(crop.pixels)
     for chain, is_loop in list_cables(matching):
@@ -172,7 +172,7 @@ def _line(
                 (u.item(at - 1), u.item(at)),
                 piece.cost,
                 piece.margin,
-                _confidence(piece.margin, piece.cost, is_crossing),
+                _confidence(piece.margin, piece.cost, is_crossing, not _is_shared(matching, end)),
                 (
                     (places[before][0], places[before][1]) if before >= 0 else None,
                     (places[after][0], places[after][1]) if after >= 0 else None,
@@ -193,15 +193,21 @@ def _line(
     )
 
 
-def _confidence(margin: float, cost: float, is_crossing: bool) -> float:
-    """Return the probability that a joint is right.
-
-    Across a gap the odds are at most those against its best alternative. At a junction the best two often are the same
-    cable, by a branch that both share.
-    """
+def _confidence(margin: float, cost: float, is_crossing: bool, bounded: bool) -> float:
+    """Return the probability that a joint is right; if bounded, its odds are at most those against the alternative."""
     none, per_margin, per_cost = CROSSING if is_crossing else GAP
     log_odds = none + per_margin * margin + per_cost * cost
-    return 1.0 / (1.0 + math.exp(-min(log_odds, math.inf if is_crossing else margin, _MOST_LOG_ODDS)))
+    return 1.0 / (1.0 + math.exp(-min(log_odds, margin if bounded else math.inf, _MOST_LOG_ODDS)))
+
+
+def _is_shared(matching: EndMatching, end: int) -> bool:
+    """Tell whether a joint at a junction leads along a branch that two cables share.
+
+    Then the best alternative often is the same cable, by the branch's other copy.
+    """
+    branches = matching.branches.duplicate_of
+    is_shared = branch_of(end) in branches or branch_of(matching.partner[end]) in branches
+    return is_shared and matching.is_crossing(end)
 
 
 def _arc_over_chord(matching: EndMatching, end: int) -> float:
