@@ -162,10 +162,10 @@ class TrackModel:
             visible, hidden, observation.width, self.position_tolerance_px
         )
 
-    def update_whole(self, observation: Observation, points: FloatArray, velocity: FloatArray | None) -> None:
+    def update_whole(self, observation: Observation, velocity: FloatArray | None) -> None:
         """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
-        self.points = self.shape = points
+        self.points = self.shape = observation.points
         self.motion.adopt(velocity)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
@@ -221,9 +221,9 @@ class TrackModel:
 
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
-        free = [kind is EndKind.FREE for kind in kinds or (None, None)]
-        self.lengths.record(np.where(np.array(free)[:, None], self.ends, np.nan), self.hits)
-        if all(free) and self.lengths.full_px and self.visible is None and not self.sight.inferred:
+        first, last = (kind is EndKind.FREE for kind in kinds or (None, None))
+        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan, self.hits)
+        if first and last and self.lengths.full_px and self.visible is None and not self.sight.inferred:
             self.separation.see_whole(self.lengths.full_px[-1])
 
     def split_off(self, track_id: int) -> TrackModel:
