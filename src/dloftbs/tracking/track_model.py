@@ -156,11 +156,11 @@ class TrackModel:
 
     def is_torn_in(self, observation: Observation) -> bool:
         """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""
+        if observation.contiguous:
+            return False
         hidden = sum(high - low for low, high in observation.gaps) * observation.object_length
         visible = observation.object_length - hidden
-        return not observation.contiguous and self.lengths.is_torn(
-            visible, hidden, observation.width, self.position_tolerance_px
-        )
+        return self.lengths.is_torn(visible, hidden, observation.width, self.position_tolerance_px)
 
     def update_whole(self, observation: Observation, velocity: FloatArray | None) -> None:
         """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
@@ -218,6 +218,13 @@ class TrackModel:
         self.missing_s = 0.0
         if self.state is not TrackState.TENTATIVE or self.hits >= min_hits:
             self.state = TrackState.CONFIRMED
+
+    def measure_in_space(self, dt: float) -> None:
+        """Measure the motion in space in a frame that showed a part of the object, with the frame's camera."""
+        if self.detection is not None and self.detection.camera is not None:
+            self.camera = self.detection.camera
+        if self.curve_3d is not None or self.motion.points_3d is not None:
+            self.motion.measure_in_space(self.curve_3d, dt)
 
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
