@@ -183,8 +183,8 @@ class TrackModel:
     ) -> None:
         """Adopt a reconstructed curve, some spans of which are inferred: hidden ones, or bridged by the detector."""
         step = points - self.points
-        jumped = np.abs(step).max(axis=1) > JUMP_SHARE * self.length
-        self.motion.adopt(None if self.misses or jumped.any() else self.motion.after(step, dt))
+        jumped = np.abs(step).max() > JUMP_SHARE * self.length
+        self.motion.adopt(None if self.misses or jumped else self.motion.after(step, dt))
         self.curve, self.points = curve, points
         told = view.look(points, self, self.curve_3d) if hidden else None
         self.sight.see_part(hidden, inferred, told, self.length_widths, dt)

@@ -73,7 +73,8 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
     placed = None
     # Beside an occluder depth may jump: what lies farther apart than the cable is long changes nothing in space.
-    if curve_3d is None or not curve_3d.length > metres + model.position_tolerance_px / model.lengths.px_per_m:
+    longest_m = metres + model.position_tolerance_px / model.lengths.px_per_m
+    if curve_3d is None or not sample_curve(curve_3d)[1] > longest_m:
         model.curve_3d = curve_3d
         placed = None if curve_3d is None else place_by_space(curve_3d, metres, matches, parts, view)
     if placed is None:
