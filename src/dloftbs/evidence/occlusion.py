@@ -200,7 +200,14 @@ class OcclusionEvidence:
             unit = unit_of(self._depth, self._depth_unit_m)
             judge_depths(stored, unit, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
-        if self._image is not None and self._mask is not _NOTHING and appearance is not None:
+        return told if appearance is None else self.look_at_image(points, width, appearance, told)
+
+    def look_at_image(
+        self, points: FloatArray, width: float, appearance: Appearance, told: npt.NDArray[np.int64]
+    ) -> npt.NDArray[np.int64]:
+        """Return what the frame tells of places as `look` does; `told` is what it tells without the appearance."""
+        told = told.copy()
+        if self._image is not None and self._mask is not _NOTHING:
             known = appearance.cable, appearance.ground
             compare_with_ground(self._image, self._mask, points, *known, width, HIDDEN, IN_SIGHT, told)
         return told

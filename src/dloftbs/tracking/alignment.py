@@ -123,7 +123,8 @@ def find_whole_view(
         return match_whole(predicted, whole)  # all of it tells the direction better than a small part
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None
-    same = (first.in_sight and last.in_sight) or not _stayed_but_for_an_end(model, predicted, whole, start)
+    share = whole.length / length
+    same = (first.in_sight and last.in_sight) or not _stayed_but_for_an_end(model, predicted, whole, start, share)
     return PartialMatch(whole, WHOLE, WHOLE) if same else None
 
 
@@ -140,9 +141,13 @@ def _match_with_hidden_end(model: TrackModel, whole: Observation, *, at_start: b
     return PartialMatch(whole, (1.0 - share, 1.0) if at_start else (0.0, share), WHOLE)
 
 
-def _stayed_but_for_an_end(model: TrackModel, predicted: FloatArray, whole: Observation, start: float) -> bool:
-    """Return True if an observation fits clearly better as a part of a track, or with a new part, than as a whole."""
-    share = whole.length / float(np.hypot(*np.diff(predicted, axis=0).T).sum())
+def _stayed_but_for_an_end(
+    model: TrackModel, predicted: FloatArray, whole: Observation, start: float, share: float
+) -> bool:
+    """Return True if an observation fits clearly better as a part of a track, or with a new part, than as a whole.
+
+    `share` is the ratio of its length to that of the track as predicted.
+    """
     short, long = (whole.points, predicted) if share <= 1.0 else (predicted, whole.points)
     share = min(share, 1.0 / share)
     starts = (0.0, min(max(start, 0.0), 1.0 - share), 1.0 - share)

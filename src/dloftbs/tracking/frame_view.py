@@ -108,11 +108,12 @@ class View:
         places = places_beyond(points, _BORDER_PX if math.isnan(sought.width) else sought.width, _BEYOND)
         ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
         depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
-        told = self.occlusion.look(places, sought.width, depth_m).reshape(2, -1)
-        hidden = (told == HIDDEN).any(axis=1).tolist()
+        told = self.occlusion.look(places, sought.width, depth_m)
+        hidden = (told.reshape(2, -1) == HIDDEN).any(axis=1).tolist()
         if sought.appearance is not None:
-            told = self.occlusion.look(places, sought.width, depth_m, sought.appearance).reshape(2, -1)
+            told = self.occlusion.look_at_image(places, sought.width, sought.appearance, told)
         # Nearer places may lie on the end itself.
+        told = told.reshape(2, -1)
         in_sight = ((told != HIDDEN).all(axis=1) & (told[:, -1] == IN_SIGHT)).tolist()
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 

@@ -128,9 +128,9 @@ class LengthRecord:
             self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
         self.usual_px, self.usual_m = _median(self.full_px, MIN_SEEN_FRAMES), _median(self.full_m, 1)
 
-    def record(self, ends: FloatArray, hits: int) -> None:
+    def record(self, start: FloatArray | float, end: FloatArray | float, hits: int) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""
-        self.recent_ends[hits % HISTORY_FRAMES] = ends
+        self.recent_ends[hits % HISTORY_FRAMES, 0], self.recent_ends[hits % HISTORY_FRAMES, 1] = start, end
         self.recent_px[hits % HISTORY_FRAMES] = self.px
 
     def is_usual(self, length: float, tolerance: float) -> bool:

@@ -12,4 +12,4 @@ from dloftbs.tracking.track_model import TrackModel
 
 def predict_points(models: Sequence[TrackModel], duration_s: float) -> FloatArray:
     """Return the samples (t, SAMPLES, 2) of the tracks after some seconds of their motion."""
-    return np.array([m.points for m in models]) + duration_s * np.array([m.motion.velocity for m in models])
+    return np.array([m.points + duration_s * m.motion.velocity for m in models])

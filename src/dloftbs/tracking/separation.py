@@ -87,13 +87,15 @@ class Separation:
         if len(matches) == 1 and matches[0].is_complete and not matches[0].observation.gaps:
             self.frames = 0
             return None
+        if len(self.whole_px) < MIN_SEEN_FRAMES:
+            self.forget()
+            return None
         parts = [part for match in matches for part in _split_at_gaps(match)]
         gaps = [math.dist(one.observation.points[-1], other.observation.points[0]) for one, other in pairwise(parts)]
         longest = max(gaps, default=0.0)
         at = gaps.index(longest) + 1 if gaps else 0
         lengths = [sum(part.observation.length for part in side) for side in (parts[:at], parts[at:])]
-        missing = abs(sum(lengths) - self.whole_px[-1]) if len(self.whole_px) >= MIN_SEEN_FRAMES else math.inf
-        self.missing_px = max(self.missing_px, missing)
+        self.missing_px = max(self.missing_px, abs(sum(lengths) - self.whole_px[-1]))
         # An end that comes out beyond what hid it is short at first.
         if self.missing_px > tolerance_px or min(lengths) < longest or _is_cut(parts, sought, view):
             self.forget()

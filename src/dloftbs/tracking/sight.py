@@ -87,7 +87,8 @@ class Sight:
     def see_whole(self, gaps: Spans, *, was_unseen: bool) -> None:
         """Count a frame that showed all but the detector's gaps."""
         self.inferred, self.confidence = gaps, 1.0
-        self.seen_frames = np.minimum(self.seen_frames + ~samples_within(gaps), _MAX_SEEN_FRAMES)
+        shown = ~samples_within(gaps) if gaps else 1.0
+        self.seen_frames = np.minimum(self.seen_frames + shown, _MAX_SEEN_FRAMES)
         if self.hidden or was_unseen:
             self.unseen_s, self.in_sight = np.zeros(SAMPLES), np.zeros(SAMPLES, dtype=np.bool_)
             self.hidden, self.is_covered, self.was_covered = (), False, False

@@ -156,16 +156,16 @@ class TrackModel:
 
     def is_torn_in(self, observation: Observation) -> bool:
         """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""
+        if observation.contiguous:
+            return False
         hidden = sum(high - low for low, high in observation.gaps) * observation.object_length
         visible = observation.object_length - hidden
-        return not observation.contiguous and self.lengths.is_torn(
-            visible, hidden, observation.width, self.position_tolerance_px
-        )
+        return self.lengths.is_torn(visible, hidden, observation.width, self.position_tolerance_px)
 
-    def update_whole(self, observation: Observation, points: FloatArray, velocity: FloatArray | None) -> None:
+    def update_whole(self, observation: Observation, velocity: FloatArray | None) -> None:
         """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
-        self.points = self.shape = points
+        self.points = self.shape = observation.points
         self.motion.adopt(velocity)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
@@ -183,8 +183,8 @@ class TrackModel:
     ) -> None:
         """Adopt a reconstructed curve, some spans of which are inferred: hidden ones, or bridged by the detector."""
         step = points - self.points
-        jumped = np.abs(step).max(axis=1) > JUMP_SHARE * self.length
-        self.motion.adopt(None if self.misses or jumped.any() else self.motion.after(step, dt))
+        jumped = np.abs(step).max() > JUMP_SHARE * self.length
+        self.motion.adopt(None if self.misses or jumped else self.motion.after(step, dt))
         self.curve, self.points = curve, points
         told = view.look(points, self, self.curve_3d) if hidden else None
         self.sight.see_part(hidden, inferred, told, self.length_widths, dt)
@@ -219,11 +219,18 @@ class TrackModel:
         if self.state is not TrackState.TENTATIVE or self.hits >= min_hits:
             self.state = TrackState.CONFIRMED
 
+    def measure_in_space(self, dt: float) -> None:
+        """Measure the motion in space in a frame that showed a part of the object, with the frame's camera."""
+        if self.detection is not None and self.detection.camera is not None:
+            self.camera = self.detection.camera
+        if self.curve_3d is not None or self.motion.points_3d is not None:
+            self.motion.measure_in_space(self.curve_3d, dt)
+
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
-        free = [kind is EndKind.FREE for kind in kinds or (None, None)]
-        self.lengths.record(np.where(np.array(free)[:, None], self.ends, np.nan), self.hits)
-        if all(free) and self.lengths.full_px and self.visible is None and not self.sight.inferred:
+        first, last = (kind is EndKind.FREE for kind in kinds or (None, None))
+        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan, self.hits)
+        if first and last and self.lengths.full_px and self.visible is None and not self.sight.inferred:
             self.separation.see_whole(self.lengths.full_px[-1])
 
     def split_off(self, track_id: int) -> TrackModel:

@@ -15,24 +15,19 @@ from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.reconstruction import reconstruct
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracking.track_motion import JUMP_SHARE, filter_velocity
+from dloftbs.tracking.track_motion import JUMP_SHARE
 
 
 def update_seen(
     models: Sequence[TrackModel], shown: Sequence[TrackObservation], view: View, config: TrackingConfig, dt: float
 ) -> None:
     """Update tracks that a frame shows, wholly or in part."""
-    pairs = list(zip(models, shown, strict=True))
-    unambiguous = [(model, one.matches[0]) for model, one in pairs if one.is_unambiguous]
-    if unambiguous:
-        points = np.array([match.observation.points for _, match in unambiguous])
-        steps = points - np.array([model.points for model, _ in unambiguous])
-        velocities = filter_velocity(np.array([model.motion.velocity for model, _ in unambiguous]), steps, dt)
-        for (model, match), position, velocity in zip(unambiguous, points, velocities, strict=True):
-            model.update_whole(match.observation, position, velocity)
+    for model, one in zip(models, shown, strict=True):
+        if one.is_unambiguous:
+            observation = one.matches[0].observation
+            model.update_whole(observation, model.motion.after(observation.points - model.points, dt))
             model.conflict.clear()
-    for model, one in pairs:
-        if not one.is_unambiguous:
+        else:
             _update_ambiguous(model, one, view, config, dt)
         model.count_hit(config.min_hits)
 
@@ -67,7 +62,7 @@ def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig
     velocity = None
     if not (longer or overridden or model.misses or other_shape):
         velocity = model.motion.after(observation.points - model.points, dt)
-    model.update_whole(observation, observation.points, velocity)
+    model.update_whole(observation, velocity)
 
 
 def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:
@@ -78,7 +73,8 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     curve_3d, parts = reconstruct_in_space(model.curve_3d, shown.scope, metres, matches, view)
     placed = None
     # Beside an occluder depth may jump: what lies farther apart than the cable is long changes nothing in space.
-    if curve_3d is None or not curve_3d.length > metres + model.position_tolerance_px / model.lengths.px_per_m:
+    longest_m = metres + model.position_tolerance_px / model.lengths.px_per_m
+    if curve_3d is None or not sample_curve(curve_3d)[1] > longest_m:
         model.curve_3d = curve_3d
         placed = None if curve_3d is None else place_by_space(curve_3d, metres, matches, parts, view)
     if placed is None:

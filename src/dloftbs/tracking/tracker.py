@@ -153,22 +153,17 @@ class Tracker:
             self._update_tracks(observations, dt)
         else:
             self._start_tracks(observations)
+        published, lost = list[Track](), list[Track]()
         for model in self._models:
             if model.misses:
                 model.visible = make_hidden_curve(model)
-            elif model.detection is not None and model.detection.camera is not None:
-                model.camera = model.detection.camera
-        published = [model for model in self._models if not model.misses or model.visible is not None]
-        seen = [model for model in published if not model.misses]
-        for model in seen:
-            if model.curve_3d is not None or model.motion.points_3d is not None:
-                model.motion.measure_in_space(model.curve_3d, dt)
-        self._filters = {m.id: self._filters[m.id] for m in published if m.id in self._filters}
-        self._tracks = tuple(self._publish(model, dt) for model in published)
-        for model, track in zip(published, self._tracks, strict=True):
+            else:
+                model.measure_in_space(dt)
+            track = to_track(model, self._view)
             if not model.misses:
                 model.record(track.ends)
-        self._lost = tuple(to_track(m, self._view) for m in self._models if m.misses and m.visible is None)
+            (lost if model.misses and model.visible is None else published).append(track)
+        self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
         return self._tracks
 
     def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
@@ -265,11 +260,15 @@ class Tracker:
         model.update_unseen(self._view, dt)
         return True
 
-    def _publish(self, model: TrackModel, dt: float) -> Track:
-        track = to_track(model, self._view)
-        if self._config.smoothing_s <= 0.0:
-            return track
+    def _smooth(self, tracks: Sequence[Track], dt: float) -> tuple[Track, ...]:
+        """Return the published tracks with their curves smoothed, if so configured."""
         lag = self._config.smoothing_s
-        in_image, in_space = self._filters.setdefault(model.id, (CurveFilter(lag), CurveFilter(lag)))
-        curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
-        return replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d)
+        if lag <= 0.0:
+            return tuple(tracks)
+        self._filters = {t.id: self._filters.get(t.id) or (CurveFilter(lag), CurveFilter(lag)) for t in tracks}
+        result = []
+        for track in tracks:
+            in_image, in_space = self._filters[track.id]
+            curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
+            result.append(replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d))
+        return tuple(result)
