@@ -161,11 +161,12 @@ class EndEvidence:
         if self._depths is not None:
             limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
-        if frame.image is not None and len(unknown := list_unknown(self._mask, ways, steps, told, width)):
-            ends, index = np.unique(pairs[unknown], return_inverse=True)
-            image, local = frame.image[self._window], index.reshape(-1, 2)
-            colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
-            look_across(image, self._mask, local, unknown, ways, steps, *colours, width, told)
+        if frame.image is not None:
+            asked, ends, numbers = list_unknown(self._mask, pairs, len(self._states), ways, steps, told, width)
+            if len(asked):
+                image = frame.image[self._window]
+                colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
+                look_across(image, self._mask, numbers, asked, ways, steps, *colours, width, told)
         return measure_ways(self._states, pairs, steps, told, width)
 
     @cached_property
