@@ -110,6 +110,25 @@ class TestDepth:
         assert TestOccluders.EVIDENCE.depth_along(curve) is None
 
 
+class TestImage:
+    def test_asked_afterwards_it_adds_what_it_adds_at_once(self):
+        image = np.full((*SIZE, 3), 150, np.uint8)
+        image[:, 20:30] = (90, 140, 40)
+        mask = np.zeros(SIZE, np.uint8)
+        mask[10:14] = 1
+        mask[:, 20:30] = 0
+        image[mask > 0] = (40, 60, 190)
+        evidence = OcclusionEvidence(image=image, mask=mask)
+        along = np.column_stack((np.arange(20.0), np.full(20, 11.5)))
+        appearance = evidence.sample(along, np.ones(20, np.bool_), 4.0)
+        places = np.array([(25.0, 11.0), (10.0, 25.0), (10.0, 11.0)])
+        told = evidence.look(places, 4.0)
+        assert told.tolist() == [UNKNOWN, UNKNOWN, UNKNOWN]
+        evidence.look_at_image(places, 4.0, appearance, told)
+        assert told.tolist() == evidence.look(places, 4.0, appearance=appearance).tolist()
+        assert told.tolist() == [HIDDEN, IN_SIGHT, UNKNOWN]
+
+
 class TestInput:
     @pytest.mark.parametrize(
         ("arguments", "message"),

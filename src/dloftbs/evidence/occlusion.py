@@ -200,10 +200,29 @@ class OcclusionEvidence:
             unit = unit_of(self._depth, self._depth_unit_m)
             judge_depths(stored, unit, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
-        if self._image is not None and self._mask is not _NOTHING and appearance is not None:
+        if appearance is not None:
+            self.look_at_image(points, width, appearance, told)
+        return told
+
+    def look_at_image(
+        self, points: FloatArray, width: float, appearance: Appearance, told: npt.NDArray[np.int64]
+    ) -> None:
+        """Add what the image tells of places to what `look` told of them without it: nothing where there is none.
+
+        Parameters
+        ----------
+        points : numpy.ndarray, shape (n, 2)
+            ``(x, y)`` px.
+        width : float
+            Of the cable, px; NaN if it is unknown.
+        appearance : Appearance
+            Of the cable, where it was seen.
+        told : numpy.ndarray, shape (n,)
+            As `look` returns it. Those of `UNKNOWN` are written.
+        """
+        if self._image is not None and self._mask is not _NOTHING:
             known = appearance.cable, appearance.ground
             compare_with_ground(self._image, self._mask, points, *known, width, HIDDEN, IN_SIGHT, told)
-        return told
 
     def project(self, curve_3d: BSplineCurve, count: int) -> FloatArray | None:
         """Return points (count, 2) of the image along a curve in space; None without a camera that sees all of it."""

@@ -99,19 +99,29 @@ class View:
         return self._looked[key][1]
 
     def look_beyond(
-        self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
+        self,
+        points: FloatArray,
+        sought: Sought,
+        curve_3d: BSplineCurve | None,
+        span: tuple[float, float] = WHOLE,
+        *,
+        with_image: bool = True,
     ) -> tuple[EndView, EndView]:
-        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        """Return the same of points (n, 2) along a curve, which are those of a span of one in space.
+
+        Only what is in sight takes the image, if there is one: without it less is known to be.
+        """
         first, last = self.is_at_border(points[0], sought.width), self.is_at_border(points[-1], sought.width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
         places = places_beyond(points, _BORDER_PX if math.isnan(sought.width) else sought.width, _BEYOND)
         ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
         depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
-        told = self.occlusion.look(places, sought.width, depth_m).reshape(2, -1)
+        at_places = self.occlusion.look(places, sought.width, depth_m)
+        told = at_places.reshape(2, -1)
         hidden = (told == HIDDEN).any(axis=1).tolist()
-        if sought.appearance is not None:
-            told = self.occlusion.look(places, sought.width, depth_m, sought.appearance).reshape(2, -1)
+        if with_image and sought.appearance is not None:
+            self.occlusion.look_at_image(places, sought.width, sought.appearance, at_places)
         # Nearer places may lie on the end itself.
         in_sight = ((told != HIDDEN).all(axis=1) & (told[:, -1] == IN_SIGHT)).tolist()
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
