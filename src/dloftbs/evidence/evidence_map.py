@@ -22,6 +22,7 @@ from dloftbs.evidence.kernels.gap_pixels import (
     mark_covered,
     measure_ways,
     sample_references,
+    transform,
 )
 from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
 from dloftbs.frame import Frame
@@ -127,7 +128,7 @@ class EndEvidence:
         )
         return known
 
-    @property
+    @cached_property
     def depths(self) -> FloatArray:
         """Depth at each end and its standard deviation, shape (2 n, 2), m; NaN where it is not one cable's."""
         depths = self._depths
@@ -191,8 +192,7 @@ class EndEvidence:
 
     def _in_crop(self, points: FloatArray) -> FloatArray:
         matrix, offset = self.frame.crop.image_transform
-        moved: FloatArray = points @ matrix.T + (offset - np.array(self.frame.crop.origin, dtype=np.float64))
-        return moved
+        return transform(points, matrix, offset - np.array(self.frame.crop.origin, dtype=np.float64))
 
     @cached_property
     def _asked(self) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.uint8]]:

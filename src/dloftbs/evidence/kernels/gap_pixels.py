@@ -103,6 +103,30 @@ def place_before(
     return i, points[here, 0], points[here, 1], dx, dy
 
 
+@kernel(read(float64, 2), read(float64, 2), read(float64, 1))
+def transform(
+    points: npt.NDArray[np.float64], matrix: npt.NDArray[np.float64], offset: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return ``matrix @ p + offset`` of each point.
+
+    Parameters
+    ----------
+    points : (m, 2) float64
+    matrix : (2, 2) float64
+    offset : (2,) float64
+
+    Returns
+    -------
+    (m, 2) float64
+    """
+    moved = np.empty((len(points), 2))
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        for axis in range(2):
+            moved[k, axis] = matrix[axis, 0] * x + matrix[axis, 1] * y + offset[axis]
+    return moved
+
+
 @helper
 def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> int:
     """Move the samples that look like one on the other side of the cable to the front; return their number.
