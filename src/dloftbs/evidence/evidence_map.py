@@ -195,12 +195,14 @@ class EndEvidence:
         return transform(points, matrix, offset - np.array(self.frame.crop.origin, dtype=np.float64))
 
     @cached_property
-    def _asked(self) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.uint8]]:
+    def _asked(self) -> tuple[npt.NDArray[Any], float, float, float, npt.NDArray[np.uint8]]:
         """The depth around the mask, its unit and range, and the mask."""
         depth, config = self.frame.depth, self.frame.config
         assert depth is not None
-        with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
-            counts = depth[self._window].astype(np.float32, copy=False)
+        counts = depth[self._window]
+        if counts.dtype != np.uint16:  # which the kernels read as it is: no whole image is converted for a few places
+            with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
+                counts = counts.astype(np.float32, copy=False)
         return counts, unit_of(depth, self.frame.depth_unit_m), *config.range_m, self._mask
 
     @property

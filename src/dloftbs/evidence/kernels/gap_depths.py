@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float32, float64, int64, uint8
+from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.evidence.kernels.colours import BESIDE_WIDTHS, BLOCK_WIDTHS
 from dloftbs.evidence.kernels.gap_pixels import (
@@ -50,6 +50,9 @@ Source: derived; as many as lie up to `REACH_WIDTHS`.
 """
 
 
+_Depths = npt.NDArray[np.float32] | npt.NDArray[np.uint16]
+
+
 @helper
 def _median(values: npt.NDArray[np.float64]) -> float:
     """Return the lower median of a few values, NaN if there are none; their order changes."""
@@ -62,7 +65,7 @@ def _pixel(x: float, most: int) -> int:
 
 
 @helper
-def _gather(depth: npt.NDArray[np.float32], x: float, y: float, reach: float, counts: npt.NDArray[np.float32]) -> None:
+def _gather(depth: _Depths, x: float, y: float, reach: float, counts: npt.NDArray[np.float32]) -> None:
     """Write the depths of nine pixels around a place.
 
     All places are read before any is judged: what is read of a new frame comes from far away, and many pixels at once
@@ -106,11 +109,11 @@ def _deviation(at: npt.NDArray[np.float64]) -> float:
 
 
 @kernel(
-    read(float32, 2), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2), read(boolean, 1),
-    float64,
+    (read(float32, 2), read(uint16, 2)), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2),
+    read(boolean, 1), float64,
 )  # fmt: skip
 def sample_depths(
-    depth: npt.NDArray[np.float32],
+    depth: _Depths,
     unit: float,
     low: float,
     high: float,
@@ -126,7 +129,7 @@ def sample_depths(
 
     Parameters
     ----------
-    depth : (h, w) float32
+    depth : (h, w) float32 or uint16
         Counts, around the mask.
     unit : float
         Metres per count.
@@ -202,11 +205,11 @@ def sample_depths(
 
 
 @kernel(
-    read(float32, 2), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2), read(float64, 3),
-    read(int64, 1), float64, float64, float64, write(uint8, 2),
+    (read(float32, 2), read(uint16, 2)), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2),
+    read(float64, 3), read(int64, 1), float64, float64, float64, write(uint8, 2),
 )  # fmt: skip
 def judge_ways(
-    depth: npt.NDArray[np.float32],
+    depth: _Depths,
     unit: float,
     low: float,
     high: float,
