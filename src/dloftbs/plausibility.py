@@ -45,6 +45,7 @@ def unit_hint(depth: AnyArray, config: DepthConfig) -> str:
     """Return the end of a reason why depth says nothing, if most of it would say something in millimetres."""
     if depth.dtype.kind != "f":
         return ""
+    depth = depth[::_GRID_PX, ::_GRID_PX]
     values = depth[np.isfinite(depth) & (depth > 0.0)]
     if values.size == 0 or np.median(values) <= config.range_m[1]:
         return ""

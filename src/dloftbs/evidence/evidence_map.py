@@ -22,6 +22,7 @@ from dloftbs.evidence.kernels.gap_pixels import (
     mark_covered,
     measure_ways,
     sample_references,
+    transform,
 )
 from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
 from dloftbs.frame import Frame
@@ -127,7 +128,7 @@ class EndEvidence:
         )
         return known
 
-    @property
+    @cached_property
     def depths(self) -> FloatArray:
         """Depth at each end and its standard deviation, shape (2 n, 2), m; NaN where it is not one cable's."""
         depths = self._depths
@@ -161,11 +162,12 @@ class EndEvidence:
         if self._depths is not None:
             limits = DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
             judge_ways(*self._asked, self._depths, pairs, ways, steps, width, *limits, told)
-        if frame.image is not None and len(unknown := list_unknown(self._mask, ways, steps, told, width)):
-            ends, index = np.unique(pairs[unknown], return_inverse=True)
-            image, local = frame.image[self._window], index.reshape(-1, 2)
-            colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
-            look_across(image, self._mask, local, unknown, ways, steps, *colours, width, told)
+        if frame.image is not None:
+            asked, ends, numbers = list_unknown(self._mask, pairs, len(self._states), ways, steps, told, width)
+            if len(asked):
+                image = frame.image[self._window]
+                colours = sample_references(image, self._mask, self._points, self.graph.spans, ends, width)
+                look_across(image, self._mask, numbers, asked, ways, steps, *colours, width, told)
         return measure_ways(self._states, pairs, steps, told, width)
 
     @cached_property
@@ -190,16 +192,17 @@ class EndEvidence:
 
     def _in_crop(self, points: FloatArray) -> FloatArray:
         matrix, offset = self.frame.crop.image_transform
-        moved: FloatArray = points @ matrix.T + (offset - np.array(self.frame.crop.origin, dtype=np.float64))
-        return moved
+        return transform(points, matrix, offset - np.array(self.frame.crop.origin, dtype=np.float64))
 
     @cached_property
-    def _asked(self) -> tuple[npt.NDArray[np.float32], float, float, float, npt.NDArray[np.uint8]]:
+    def _asked(self) -> tuple[npt.NDArray[Any], float, float, float, npt.NDArray[np.uint8]]:
         """The depth around the mask, its unit and range, and the mask."""
         depth, config = self.frame.depth, self.frame.config
         assert depth is not None
-        with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
-            counts = depth[self._window].astype(np.float32, copy=False)
+        counts = depth[self._window]
+        if counts.dtype != np.uint16:  # which the kernels read as it is: no whole image is converted for a few places
+            with np.errstate(over="ignore"):  # what float32 cannot hold is infinity, missing
+                counts = counts.astype(np.float32, copy=False)
         return counts, unit_of(depth, self.frame.depth_unit_m), *config.range_m, self._mask
 
     @property

@@ -6,25 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import POSITION, UNAVAILABLE, other_end
-from dloftbs.linking.kernels.joint_features import (
-    DEPTH_SWERVE,
-    GAP_GROUND,
-    GAP_HIDDEN,
-    GAP_ROUND,
-)
-
-_MOST_GROUND = 0.5
-"""Most ground in sight across a gap that counts, widths.
-
-Source: fitted; of a half, one and two widths a half tells the most in all sources: more is no clearer.
-"""
-
-_STRAY_GROUND = 0.15
-"""Share of a gap below which ground in sight counts as none.
-
-Source: by hand; a place in seven, where what hides a cable looks like the ground, or its depth is a flying pixel.
-"""
+from dloftbs.linking.kernels.joint_evidence import describe_seen, find_comparable, list_gaps
+from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
 
 _MOST_SWERVE_RAD = 0.4
 """Most of a swerve towards the camera or away from it that counts, rad.
@@ -42,9 +25,6 @@ def add_evidence(
 ) -> None:
     """Add the evidence of the frame to what is measured of joints.
 
-    The shape of an end does not count before a gap that is shown to be hidden, by as much as is hidden, whichever end
-    it is joined with: what is told of one gap and not of another one must not decide between them.
-
     Parameters
     ----------
     evidence : EndEvidence
@@ -59,35 +39,12 @@ def add_evidence(
     joints : numpy.ndarray, shape (k, columns)
         Changed.
     """
-    width, (rows, columns) = evidence.width, pairs.T
-    gaps = (nodes[rows] < 0) | (nodes[rows] != nodes[columns])
-    lengths = np.hypot(*(states[rows, POSITION] - states[columns, POSITION]).T)
-    ground, cable, neither = evidence.across(ids[pairs[gaps]]).T
-    length = np.maximum(lengths[gaps] / width, 1e-9)
-    ground = np.where(ground < _STRAY_GROUND * length, 0.0, ground)
-    hidden = np.minimum(cable + neither, length)
-    joints[gaps, GAP_GROUND], joints[gaps, GAP_HIDDEN] = np.minimum(ground, _MOST_GROUND), hidden
-    covered = np.zeros(len(ids))
-    for end in pairs[gaps].T:
-        np.maximum.at(covered, end, np.maximum(hidden - ground, 0.0) / length)
-    shape = (roundness * (1.0 - covered))[pairs].sum(axis=1) / np.maximum(roundness[pairs].sum(axis=1), 1e-9)
-    joints[:, GAP_ROUND] *= shape
-    swerves = evidence.swerves(ids[pairs], lengths) * _are_comparable(evidence, ids, nodes, pairs)
-    joints[:, DEPTH_SWERVE] = swerve_bends(swerves)
-
-
-def _are_comparable(evidence: EndEvidence, ids: _Ints, nodes: _Ints, pairs: _Ints) -> npt.NDArray[np.bool_]:
-    """Tell for which pairs of ends a difference in depth would be one of the same cable.
-
-    Where two cables share a branch, depth is that of the one on top: a cable that comes from farther away may lie
-    below it, one that comes from nearer would have to dive. Of a branch that is shared in part it is either one's.
-    """
-    shared = are_shared(ids)[pairs]
-    ended_in = np.isin(ids, ids[other_end(np.flatnonzero(nodes == UNAVAILABLE))])[pairs]
-    depth = evidence.depths[ids[pairs], 0]
-    dives = (depth < depth[:, ::-1]) & ~shared & ~ended_in[:, ::-1]
-    comparable: npt.NDArray[np.bool_] = ~shared.any(axis=1) | dives.any(axis=1)
-    return comparable
+    gaps, lengths = list_gaps(nodes, states, pairs)
+    own = ids[pairs]
+    describe_seen(evidence.across(own[gaps]), gaps, lengths, pairs, roundness, evidence.width, joints)
+    if evidence.tells_swerves:
+        swerves = evidence.swerves(own, lengths) * find_comparable(ids, nodes, evidence.depths, pairs)
+        joints[:, DEPTH_SWERVE] = swerve_bends(swerves)
 
 
 def swerve_bends(swerves: _Floats) -> _Floats:

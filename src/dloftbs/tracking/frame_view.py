@@ -99,9 +99,18 @@ class View:
         return self._looked[key][1]
 
     def look_beyond(
-        self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None, span: tuple[float, float] = WHOLE
+        self,
+        points: FloatArray,
+        sought: Sought,
+        curve_3d: BSplineCurve | None,
+        span: tuple[float, float] = WHOLE,
+        *,
+        with_image: bool = True,
     ) -> tuple[EndView, EndView]:
-        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        """Return the same of points (n, 2) along a curve, which are those of a span of one in space.
+
+        Only what is in sight takes the image, if there is one: without it less is known to be.
+        """
         first, last = self.is_at_border(points[0], sought.width), self.is_at_border(points[-1], sought.width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
@@ -110,7 +119,7 @@ class View:
         depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
         told = self.occlusion.look(places, sought.width, depth_m)
         hidden = (told.reshape(2, -1) == HIDDEN).any(axis=1).tolist()
-        if sought.appearance is not None:
+        if with_image and sought.appearance is not None:
             told = self.occlusion.look_at_image(places, sought.width, sought.appearance, told)
         # Nearer places may lie on the end itself.
         told = told.reshape(2, -1)

@@ -184,3 +184,17 @@ def test_an_end_that_shows_the_ground_or_now_this_and_now_that_tells_no_swerve(
     known = np.array([[0.7, heights[0], 0.0, 1.0, 0.0], [0.75, heights[1], 0.0, 1.0, uneven]])
     (angle,) = measure_swerves(known, np.array([[0, 1]]), np.array([20.0]), 900.0, 10.0, NOISE)
     assert (angle > 0.5) == tells
+
+
+@given(seeds)
+def test_whole_counts_are_read_as_they_are(seed: int) -> None:
+    scene = Scene(seed)
+    scene.depth = np.rint(scene.depth).clip(0.0).astype(np.uint16)
+    known, (ways, steps) = scene.known(), lay_ways(scene.states, scene.pairs, scene.width)
+    told = np.zeros((2, *ways.shape[:2]), dtype=np.uint8)
+    for depth, told_of in zip((scene.depth, scene.depth.astype(np.float32)), told, strict=True):
+        asked = depth, UNIT, LOW, HIGH, scene.mask
+        judge_ways(*asked, known, scene.pairs, ways, steps, scene.width, TOLERANCE, NOISE, told_of)
+    scene.depth = scene.depth.astype(np.float32)
+    np.testing.assert_array_equal(known, scene.known())
+    np.testing.assert_array_equal(*told)

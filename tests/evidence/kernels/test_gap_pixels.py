@@ -9,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from dloftbs.evidence.kernels.gap_pixels import lay_ways, look_across, measure_ways, sample_references
+from dloftbs.evidence.kernels.gap_pixels import (
+    lay_ways,
+    list_unknown,
+    look_across,
+    measure_ways,
+    sample_references,
+    transform,
+)
 
 SIZE = (90, 120)
 COLOURS = np.array([(150, 160, 165), (40, 60, 190), (90, 140, 40)])
@@ -232,3 +239,25 @@ def test_no_more_is_seen_than_the_way_is_long(seed: int) -> None:
     straight = np.hypot(*(scene.ways[scene.pairs[:, 0], :2] - scene.ways[scene.pairs[:, 1], :2]).T) / scene.width
     assert (seen >= 0.0).all()
     assert (seen.sum(axis=1) <= straight + 1e-9).all()
+
+
+@given(seeds)
+def test_ways_without_an_unknown_place_beside_the_mask_are_not_asked(seed: int) -> None:
+    scene = Scene(seed)
+    ways, steps = lay_ways(scene.ways, scene.pairs, scene.width)
+    told = np.random.default_rng(seed).choice([0, 1], ways.shape[:2], p=(0.1, 0.9)).astype(np.uint8)
+    asked, ends, numbers = list_unknown(scene.mask, scene.pairs, len(scene.ways), ways, steps, told, scene.width)
+    unknown = [
+        any(told[p, k] == 0 and scene.is_clear(*ways[p, k, :2]) for k in range(1, steps[p]))
+        for p in range(len(scene.pairs))
+    ]
+    assert asked.tolist() == np.flatnonzero(unknown).tolist()
+    assert ends.tolist() == sorted(set(scene.pairs[asked].ravel().tolist()))
+    np.testing.assert_array_equal(ends[numbers], scene.pairs[asked])
+
+
+@given(seeds)
+def test_points_are_moved_as_a_product_of_matrices_does(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points, matrix, offset = rng.normal(0.0, 99.0, (rng.integers(0, 5), 2)), rng.normal(size=(2, 2)), rng.normal(size=2)
+    np.testing.assert_allclose(transform(points, matrix, offset), points @ matrix.T + offset)

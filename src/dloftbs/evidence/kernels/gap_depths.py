@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float32, float64, int64, uint8
+from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.evidence.kernels.colours import BESIDE_WIDTHS, BLOCK_WIDTHS
 from dloftbs.evidence.kernels.gap_pixels import (
@@ -50,6 +50,9 @@ Source: derived; as many as lie up to `REACH_WIDTHS`.
 """
 
 
+_Depths = npt.NDArray[np.float32] | npt.NDArray[np.uint16]
+
+
 @helper
 def _median(values: npt.NDArray[np.float64]) -> float:
     """Return the lower median of a few values, NaN if there are none; their order changes."""
@@ -62,38 +65,40 @@ def _pixel(x: float, most: int) -> int:
 
 
 @helper
-def _metres_at(
-    depth: npt.NDArray[np.float32], unit: float, low: float, high: float, x: float, y: float, reach: float
-) -> float:
-    """Return the median depth of nine pixels around a place, m; NaN where too few have any."""
+def _gather(depth: _Depths, x: float, y: float, reach: float, counts: npt.NDArray[np.float32]) -> None:
+    """Write the depths of nine pixels around a place.
+
+    All places are read before any is judged: what is read of a new frame comes from far away, and many pixels at once
+    take as long as one if nothing waits for the first.
+    """
+    most = depth.shape[1]
+    left, middle, right = _pixel(x - reach, most), _pixel(x, most), _pixel(x + reach, most)
+    for k in range(3):
+        row = _pixel(y + reach * (k - 1), depth.shape[0])
+        counts[3 * k], counts[3 * k + 1], counts[3 * k + 2] = depth[row, left], depth[row, middle], depth[row, right]
+
+
+@helper
+def _metres_of(counts: npt.NDArray[np.float32], unit: float, low: float, high: float) -> float:
+    """Return the median of nine depths, m; NaN where too few are known."""
     found = np.empty(9)
     count = 0
-    for dy in range(-1, 2):
-        for dx in range(-1, 2):
-            metres = depth[_pixel(y + reach * dy, depth.shape[0]), _pixel(x + reach * dx, depth.shape[1])] * unit
-            if low <= metres <= high and metres < np.inf:
-                found[count] = metres
-                count += 1
+    for k in range(9):
+        metres = counts[k] * unit
+        if low <= metres <= high and metres < np.inf:
+            found[count] = metres
+            count += 1
     return _median(found[:count]) if count >= _LEAST_DEPTHS else np.nan
 
 
 @helper
-def _ground_at(
-    depth: npt.NDArray[np.float32],
-    mask: npt.NDArray[np.uint8],
-    unit: float,
-    low: float,
-    high: float,
-    x: float,
-    y: float,
-    reach: float,
-) -> float:
-    """Return the same, NaN where the mask is near."""
+def _is_clear(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
+    """Return True if the mask is not near a place: depth there may be the ground's."""
     for dy in range(-1, 2):
         for dx in range(-1, 2):
             if mask[_pixel(y + EDGE_PX * dy, mask.shape[0]), _pixel(x + EDGE_PX * dx, mask.shape[1])] != 0:
-                return np.nan
-    return _metres_at(depth, unit, low, high, x, y, reach)
+                return False
+    return True
 
 
 @helper
@@ -104,11 +109,11 @@ def _deviation(at: npt.NDArray[np.float64]) -> float:
 
 
 @kernel(
-    read(float32, 2), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2), read(boolean, 1),
-    float64,
+    (read(float32, 2), read(uint16, 2)), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2),
+    read(boolean, 1), float64,
 )  # fmt: skip
 def sample_depths(
-    depth: npt.NDArray[np.float32],
+    depth: _Depths,
     unit: float,
     low: float,
     high: float,
@@ -124,7 +129,7 @@ def sample_depths(
 
     Parameters
     ----------
-    depth : (h, w) float32
+    depth : (h, w) float32 or uint16
         Counts, around the mask.
     unit : float
         Metres per count.
@@ -151,28 +156,39 @@ def sample_depths(
     reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + EDGE_PX
     depths, at, heights = np.empty(_SAMPLES), np.empty(_SAMPLES), np.empty(2 * _SAMPLES)
     slopes = np.empty(_SAMPLES * (_SAMPLES - 1) // 2)
+    places, counts = np.empty((_SAMPLES, 5)), np.empty((_SAMPLES, 3, 9), dtype=np.float32)
     for e in range(len(free)):
         start, stop = spans[branch_of(e)]
         # A branch too short for that is asked in its middle.
         clear = BACK_WIDTHS * width if free[e] else min(EDGE_PX, max(0.5 * (stop - start - 2), 0.0))
-        found, grounds = 0, 0
+        laid = 0
         for k in range(_SAMPLES):
             i, x, y, dx, dy = place_before(points, spans, e, clear, k, width)
             if i < 0:
                 break
-            metres = _metres_at(depth, unit, low, high, x, y, reach)
+            places[k, 0], places[k, 1], places[k, 2] = i, x, y
+            places[k, 3], places[k, 4] = aside * dx, aside * dy
+            _gather(depth, x, y, reach, counts[k, 0])
+            _gather(depth, x + places[k, 4], y - places[k, 3], reach, counts[k, 1])
+            _gather(depth, x - places[k, 4], y + places[k, 3], reach, counts[k, 2])
+            laid += 1
+        found, grounds = 0, 0
+        for k in range(laid):
+            metres = _metres_of(counts[k, 0], unit, low, high)
             if np.isnan(metres):
                 continue
+            i, x, y, dx, dy = places[k]
             depths[found], at[found] = metres, i
             found += 1
             if dx == 0.0 and dy == 0.0:
                 continue
-            for side in (-1.0, 1.0):
-                gx, gy = x - side * aside * dy, y + side * aside * dx
-                ground = _ground_at(depth, mask, unit, low, high, gx, gy, reach)
-                if not np.isnan(ground):
-                    heights[grounds] = ground - metres
-                    grounds += 1
+            for side in range(1, 3):
+                sign = 2 * side - 3
+                if _is_clear(mask, x - sign * dy, y + sign * dx):
+                    ground = _metres_of(counts[k, side], unit, low, high)
+                    if not np.isnan(ground):
+                        heights[grounds] = ground - metres
+                        grounds += 1
         count = 0
         for i in range(found):
             for j in range(i + 1, found):
@@ -189,11 +205,11 @@ def sample_depths(
 
 
 @kernel(
-    read(float32, 2), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2), read(float64, 3),
-    read(int64, 1), float64, float64, float64, write(uint8, 2),
+    (read(float32, 2), read(uint16, 2)), float64, float64, float64, read(uint8, 2), read(float64, 2), read(int64, 2),
+    read(float64, 3), read(int64, 1), float64, float64, float64, write(uint8, 2),
 )  # fmt: skip
 def judge_ways(
-    depth: npt.NDArray[np.float32],
+    depth: _Depths,
     unit: float,
     low: float,
     high: float,
@@ -232,6 +248,7 @@ def judge_ways(
         `IS_GROUND`, `IS_CABLE` or `IS_NEITHER`, written where depth tells.
     """
     reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + EDGE_PX
+    counts = np.empty((ways.shape[1], 3, 9), dtype=np.float32)
     for p in range(len(pairs)):
         one, other = known[pairs[p, 0]], known[pairs[p, 1]]
         height = 0.5 * (one[1] + other[1])
@@ -239,9 +256,16 @@ def judge_ways(
         stop = one[0] if np.isnan(other[0]) else other[0]
         if np.isnan(start):
             continue
+        stands = not np.isnan(height)
         for k in range(1, steps[p]):
             x, y, dx, dy = ways[p, k]
-            found = _metres_at(depth, unit, low, high, x, y, reach)
+            _gather(depth, x, y, reach, counts[k, 0])
+            if stands:
+                _gather(depth, x - aside * dy, y + aside * dx, reach, counts[k, 1])
+                _gather(depth, x + aside * dy, y - aside * dx, reach, counts[k, 2])
+        for k in range(1, steps[p]):
+            x, y, dx, dy = ways[p, k]
+            found = _metres_of(counts[k, 0], unit, low, high)
             if np.isnan(found):
                 continue
             expected = start + (stop - start) * k / steps[p]
@@ -251,11 +275,13 @@ def judge_ways(
                 told[p, k] = IS_NEITHER
             elif found > expected + limit:
                 told[p, k] = IS_GROUND
-            elif height >= _LEAST_STANDING * deviation / 3.0:  # a place is the median of nine pixels
-                beside = 0.5 * (
-                    _ground_at(depth, mask, unit, low, high, x - aside * dy, y + aside * dx, reach)
-                    + _ground_at(depth, mask, unit, low, high, x + aside * dy, y - aside * dx, reach)
-                )
+            elif (
+                stands
+                and height >= _LEAST_STANDING * deviation / 3.0  # a place is the median of nine pixels
+                and _is_clear(mask, x - aside * dy, y + aside * dx)
+                and _is_clear(mask, x + aside * dy, y - aside * dx)
+            ):
+                beside = 0.5 * (_metres_of(counts[k, 1], unit, low, high) + _metres_of(counts[k, 2], unit, low, high))
                 if abs(beside - expected - height) <= limit:  # nothing lies over both
                     told[p, k] = IS_CABLE if beside - found >= 0.5 * height else IS_GROUND
 

@@ -103,6 +103,30 @@ def place_before(
     return i, points[here, 0], points[here, 1], dx, dy
 
 
+@kernel(read(float64, 2), read(float64, 2), read(float64, 1))
+def transform(
+    points: npt.NDArray[np.float64], matrix: npt.NDArray[np.float64], offset: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return ``matrix @ p + offset`` of each point.
+
+    Parameters
+    ----------
+    points : (m, 2) float64
+    matrix : (2, 2) float64
+    offset : (2,) float64
+
+    Returns
+    -------
+    (m, 2) float64
+    """
+    moved = np.empty((len(points), 2))
+    for k in range(len(points)):
+        x, y = points[k, 0], points[k, 1]
+        for axis in range(2):
+            moved[k, axis] = matrix[axis, 0] * x + matrix[axis, 1] * y + offset[axis]
+    return moved
+
+
 @helper
 def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> int:
     """Move the samples that look like one on the other side of the cable to the front; return their number.
@@ -270,19 +294,25 @@ def lay_ways(
     return ways, steps
 
 
-@kernel(read(uint8, 2), read(float64, 3), read(int64, 1), read(uint8, 2), float64)
+@kernel(read(uint8, 2), read(int64, 2), int64, read(float64, 3), read(int64, 1), read(uint8, 2), float64)
 def list_unknown(
     mask: npt.NDArray[np.uint8],
+    pairs: npt.NDArray[np.int64],
+    count: int,
     ways: npt.NDArray[np.float64],
     steps: npt.NDArray[np.int64],
     told: npt.NDArray[np.uint8],
     width: float,
-) -> npt.NDArray[np.int64]:
-    """List the ways between ends that have an unknown place beside the mask: the others need no image.
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """List the ways between ends that have an unknown place beside the mask, and their ends: others need no image.
 
     Parameters
     ----------
     mask : (h, w) uint8
+    pairs : (k, 2) int64
+        Ends of each way.
+    count : int
+        Number of ends.
     ways, steps
         As `lay_ways` makes them.
     told : (k, s) uint8
@@ -292,7 +322,12 @@ def list_unknown(
 
     Returns
     -------
-    (n,) int64
+    asked : (n,) int64
+        Those ways.
+    ends : (e,) int64
+        Their ends, ascending.
+    numbers : (n, 2) int64
+        Places in `ends` of the ends of each of these ways.
     """
     clear = CLEAR_WIDTHS * width + CLEAR_PX
     unknown = np.zeros(len(ways), dtype=np.bool_)
@@ -301,7 +336,17 @@ def list_unknown(
         while k < steps[p] and not unknown[p]:
             unknown[p] = told[p, k] == 0 and not is_on_mask(mask, ways[p, k, 0], ways[p, k, 1], clear)
             k += 1
-    return np.flatnonzero(unknown)
+    asked = np.flatnonzero(unknown)
+    number = np.full(count, -1, dtype=np.int64)
+    for n in range(len(asked)):
+        number[pairs[asked[n], 0]] = number[pairs[asked[n], 1]] = 0
+    ends = np.flatnonzero(number == 0)
+    for e in range(len(ends)):
+        number[ends[e]] = e
+    numbers = np.empty((len(asked), 2), dtype=np.int64)
+    for n in range(len(asked)):
+        numbers[n, 0], numbers[n, 1] = number[pairs[asked[n], 0]], number[pairs[asked[n], 1]]
+    return asked, ends, numbers
 
 
 @kernel(

@@ -1,0 +1,72 @@
+"""Columns of evidence, against slow twins."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dloftbs.linking.kernels.joint_evidence import describe_seen, find_comparable, list_gaps
+from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND
+from dloftbs.linking.kernels.weights import JOINT
+
+WIDTH = 6.0
+seeds = st.integers(0, 2**31)
+
+
+def random_ends(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Return the junction of each end, the end of the graph that it stands for, some pairs, and the graph's ends."""
+    branches = int(rng.integers(1, 6))
+    duplicates = rng.integers(0, branches, rng.integers(0, 3))
+    ids = np.concatenate((np.arange(2 * branches), *((2 * b, 2 * b + 1) for b in duplicates))).astype(np.int64)
+    nodes = rng.integers(-2, 3, len(ids))
+    return nodes, ids, rng.integers(0, len(ids), (rng.integers(0, 12), 2)), 2 * branches
+
+
+@given(seeds)
+def test_gaps_are_the_pairs_that_meet_in_no_junction(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    nodes, ids, pairs, _ = random_ends(rng)
+    states = rng.uniform(0.0, 100.0, (len(ids), 6))
+    gaps, lengths = list_gaps(nodes, states, pairs)
+    assert gaps.tolist() == [k for k, (i, j) in enumerate(pairs) if nodes[i] < 0 or nodes[i] != nodes[j]]
+    np.testing.assert_array_equal(lengths, [np.hypot(*(states[i, :2] - states[j, :2])) for i, j in pairs])
+
+
+@given(seeds)
+def test_what_is_seen_is_written_and_a_hidden_end_has_any_shape(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    nodes, ids, pairs, _ = random_ends(rng)
+    gaps, lengths = list_gaps(nodes, rng.uniform(0.0, 60.0, (len(ids), 6)), pairs)
+    seen = rng.uniform(0.0, 6.0, (len(gaps), 3)) * rng.integers(0, 2, (len(gaps), 3))
+    roundness, joints = rng.uniform(0.0, 1.0, len(ids)), rng.uniform(0.0, 1.0, (len(pairs), len(JOINT)))
+    expected, covered = joints.copy(), np.zeros(len(ids))
+    for k, (ground, cable, neither) in zip(gaps.tolist(), seen.tolist(), strict=True):
+        length = max(lengths[k] / WIDTH, 1e-9)
+        ground = ground if ground >= 0.15 * length else 0.0
+        hidden = min(cable + neither, length)
+        expected[k, GAP_GROUND], expected[k, GAP_HIDDEN] = min(ground, 0.5), hidden
+        for end in pairs[k]:
+            covered[end] = max(covered[end], (hidden - ground) / length)
+    for k, pair in enumerate(pairs):
+        left = (roundness[pair] * (1.0 - covered[pair])).sum()
+        expected[k, GAP_ROUND] *= left / max(roundness[pair].sum(), 1e-9)
+    describe_seen(seen, gaps, lengths, pairs, roundness, WIDTH, joints)
+    np.testing.assert_allclose(joints, expected, rtol=1e-12)
+
+
+@given(seeds)
+def test_depths_are_compared_as_the_literal_twin_does(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    nodes, ids, pairs, count = random_ends(rng)
+    depths = rng.choice([0.5, 0.6, np.nan], (count, 2))
+    shared = {end for end in ids.tolist() if (ids == end).sum() > 1}
+    ended_in = {int(ids[end ^ 1]) for end in range(len(ids)) if nodes[end] == -2}
+    expected = []
+    for near, far in ids[pairs].tolist():
+        dives = [
+            depths[one, 0] < depths[other, 0] and one not in shared and other not in ended_in
+            for one, other in ((near, far), (far, near))
+        ]
+        expected.append(any(dives) or not shared & {near, far})
+    assert find_comparable(ids, nodes, depths, pairs).tolist() == expected
