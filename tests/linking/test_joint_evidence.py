@@ -19,6 +19,7 @@ class Depths:
 
     known: tuple[float, ...]
     width: float = 12.0
+    tells_swerves: bool = True
 
     @property
     def depths(self) -> np.ndarray:
