@@ -98,6 +98,12 @@ _TAPERED = 0.8
 Source: by hand; the raggedness of an edge, and a slanting cut, leave more.
 """
 
+_TAPERED_PX = 1.0
+"""Least length by which the mask is narrower there than the cable at either side, px.
+
+Source: numerics; the edge of a mask is known to a pixel.
+"""
+
 _STRAND = 0.45
 """Width of the mask, over the cable's, below which it may be a strand of a frayed end.
 
@@ -216,7 +222,7 @@ def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
         half = 0.5 * (left + right)
         if half >= narrowest or min(left, right) < 0.0:
             break
-        if narrowing == 0 and max(left, right) >= _TAPERED * radius:  # a slanting cut narrows one side alone
+        if narrowing == 0 and max(left, right) >= min(_TAPERED * radius, radius - _TAPERED_PX):  # a slanting cut narrows one side alone
             break
         narrowest = half
     return narrowest
