@@ -78,10 +78,7 @@ def lead_straightest_through(graph: Graph, matching: EndMatching, max_gap_widths
     for branch, twin in matching.branches.duplicate_of.items():
         for entry in (start_of(branch), stop_of(branch)):
             inner, through = other_end(entry), same_side(twin, entry)
-            if (
-                not _is_open(matching, inner, UNAVAILABLE)
-                or min(matching.partner[entry], matching.partner[through]) < 0
-            ):
+            if not _is_open(matching, inner, UNAVAILABLE) or min(partner[entry], partner[through]) < 0:
                 continue
             if matching.cost[entry] >= matching.cost[through] or other_end(through) in matching.chain(inner):
                 continue

@@ -222,7 +222,8 @@ def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
         half = 0.5 * (left + right)
         if half >= narrowest or min(left, right) < 0.0:
             break
-        if narrowing == 0 and max(left, right) >= min(_TAPERED * radius, radius - _TAPERED_PX):  # a slanting cut narrows one side alone
+        # A slanting cut narrows one side alone.
+        if narrowing == 0 and max(left, right) >= min(_TAPERED * radius, radius - _TAPERED_PX):
             break
         narrowest = half
     return narrowest
