@@ -14,7 +14,7 @@ from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.cable_chains import list_cables
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces
 from dloftbs.linking.calibration import CROSSING, GAP
-from dloftbs.linking.end_extension import extend_ends
+from dloftbs.linking.end_extension import CableAxes, extend_ends
 from dloftbs.mask_crop import MaskCrop
 
 _LEAST = 2
@@ -71,14 +71,14 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
         if matching.is_open(i) and matching.is_open(j):
             left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False, bounded=True)
     offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
-    mask = crop.oriented(crop.pixels)
+    mask, axes = crop.oriented(crop.pixels), CableAxes(graph, matching)
     for chain, is_loop in list_cables(matching):
         pieces = cut_into_pieces(mask, graph, offsets, matching, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
         if is_loop and count >= around:
             loops.append(pieces)
         elif not is_loop and count >= least:
-            extend_ends(mask, graph, matching, chain, pieces, buffer)
+            extend_ends(mask, graph, matching, axes, chain, pieces, buffer)
             lines.append(pieces)
             doubts.append(max(left_out.get(chain[0], 0.0), left_out.get(other_end(chain[-1]), 0.0)))
     for start, stop in graph.loops:

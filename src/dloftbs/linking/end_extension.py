@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -64,10 +65,90 @@ Source: by hand; more than the noise of an edge.
 """
 
 
+class CableAxes:
+    """The axes of all cables of a frame, through junctions, too: what explains the mask beyond an end.
+
+    Parameters
+    ----------
+    graph : Graph
+    matching : EndMatching
+    """
+
+    def __init__(self, graph: Graph, matching: EndMatching) -> None:
+        self._width, self._matching = graph.width, matching
+
+    def near(self, end: int) -> FloatArray:
+        """Return points (n, 2) of the axes of the other cables near an end that stays open at a junction, px.
+
+        A spur at its junction is the tip of the open end that points to it best.
+        """
+        branches = self._matching.branches
+        here, reach = branches.end_states[end, POSITION], (_AHEAD_WIDTHS + 1.0) * self._width
+        axes, owners, low, high = self._listed
+        is_near = ((low <= here + reach) & (high >= here - reach)).all(axis=1) & (owners != branch_of(end))
+        near = [axes[k] for k in np.flatnonzero(is_near)]
+        near += [
+            axis
+            for tip, axis in self._spurs.get(branches.nodes[end], ())
+            if not _points_best(self._matching, end, branches.end_states[tip, POSITION])
+        ]
+        points = np.concatenate((np.empty((0, 2)), *near))
+        return points[np.abs(points - here).max(axis=1, initial=0.0) <= reach]
+
+    @cached_property
+    def _listed(self) -> tuple[list[FloatArray], npt.NDArray[np.int64], FloatArray, FloatArray]:
+        """The axes of the branches of cables, the branch of each, and the corners of the box around it."""
+        matching = self._matching
+        branches, partner, nodes = matching.branches, matching.partner, matching.branches.nodes
+        axes, owners = [], []
+        for branch in range(len(branches.spurs)):
+            first, last = start_of(branch), stop_of(branch)
+            # One without any end to join lies inside of a junction.
+            if nodes[first] == nodes[last] == UNAVAILABLE or self._is_lone_spur(branch):
+                continue
+            joints = [
+                between(*branches.end_states[[end, partner[end]], POSITION])
+                for end in (first, last)
+                if partner[end] > end and matching.is_crossing(end)
+            ]
+            axis = np.concatenate((self._axis(branch), *joints))
+            if len(axis):
+                axes.append(axis)
+                owners.append(branch)
+        corners = np.array([(axis.min(axis=0), axis.max(axis=0)) for axis in axes]).reshape(-1, 2, 2)
+        return axes, np.array(owners, np.int64), corners[:, 0], corners[:, 1]
+
+    @cached_property
+    def _spurs(self) -> dict[int, list[tuple[int, FloatArray]]]:
+        """The spurs that are in no cable: the tip and the axis of each, by the junction where they are."""
+        nodes = self._matching.branches.nodes
+        found: dict[int, list[tuple[int, FloatArray]]] = {}
+        for branch in filter(self._is_lone_spur, range(len(self._matching.branches.spurs))):
+            tip = stop_of(branch) if nodes[stop_of(branch)] < 0 else start_of(branch)
+            found.setdefault(nodes[other_end(tip)], []).append((tip, self._axis(branch)))
+        return found
+
+    def _is_lone_spur(self, branch: int) -> bool:
+        matching = self._matching
+        is_open = matching.is_open(start_of(branch)) and matching.is_open(stop_of(branch))
+        return matching.branches.spurs[branch] and is_open
+
+    def _axis(self, branch: int) -> FloatArray:
+        """Return the points of a branch, and of the caps that lie ahead of its ends."""
+        branches = self._matching.branches
+        caps = [
+            branches.end_states[end, POSITION] + np.arange(self._width)[:, None] * branches.end_states[end, TANGENT]
+            for end in (start_of(branch), stop_of(branch))
+            if branches.nodes[end] < 0
+        ]
+        return np.concatenate((branches.points[slice(*branches.spans[branch])], *caps))
+
+
 def extend_ends(
     mask: npt.NDArray[np.uint8],
     graph: Graph,
     matching: EndMatching,
+    axes: CableAxes,
     chain: list[int],
     pieces: list[Piece],
     buffer: Points,
@@ -78,7 +159,7 @@ def extend_ends(
     for end, at_start in ((chain[0], True), (other_end(chain[-1]), False)):
         spans = pieces[0].spans if at_start else pieces[-1].spans
         if branches.nodes[end] >= 0:
-            _extend_through_junction(mask, graph, matching, end, spans, at_start, buffer)
+            _extend_through_junction(mask, graph, matching, axes, end, spans, at_start, buffer)
         elif branches.nodes[end] == UNAVAILABLE:
             _extend_inside(mask, graph.width, branches, end, spans, at_start, buffer)
         if branches.nodes[end] != FREE:
@@ -105,6 +186,7 @@ def _extend_through_junction(
     mask: npt.NDArray[np.uint8],
     graph: Graph,
     matching: EndMatching,
+    axes: CableAxes,
     end: int,
     spans: list[Span],
     at_start: bool,
@@ -118,7 +200,7 @@ def _extend_through_junction(
     if branch >= graph.branch_count or not matching.is_open(end) or graph.spurs[branch]:
         return
     ray = matching.branches.end_states[end, RAY]
-    ahead = _shown_ahead(mask, ray, _axes_near(graph, matching, end), width)
+    ahead = _shown_ahead(mask, ray, axes.near(end), width)
     if ahead > 1.0:
         k = 0 if at_start else -1
         spans[k] = _clear_of_junction(graph, matching.branches, end, spans[k])
@@ -201,33 +283,6 @@ def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> npt.NDArray[np.bo
     inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
     on_mask: npt.NDArray[np.bool_] = mask[rows * inside, columns * inside] != 0
     return on_mask & inside
-
-
-def _axes_near(graph: Graph, matching: EndMatching, end: int) -> FloatArray:
-    """Return points along the axes of the other cables near an end that stays open at a junction, through others, too.
-
-    A spur at its junction is the tip of the open end that points to it best.
-    """
-    branches, partner, width = matching.branches, matching.partner, graph.width
-    nodes, states = branches.nodes, branches.end_states
-    axes = [np.empty((0, 2))]
-    for branch, (start, stop) in enumerate(branches.spans):
-        first, last = start_of(branch), stop_of(branch)
-        if branch == branch_of(end) or nodes[first] == nodes[last] == UNAVAILABLE:  # the latter inside of a junction
-            continue
-        if branches.spurs[branch] and partner[first] == partner[last] == -1:
-            tip = last if nodes[last] < 0 else first
-            if nodes[other_end(tip)] != nodes[end] or _points_best(matching, end, states[tip, POSITION]):
-                continue
-        axes.append(branches.points[start:stop])
-        for i in (first, last):
-            if nodes[i] < 0:  # its cap lies ahead
-                axes.append(states[i, POSITION] + np.arange(width)[:, None] * states[i, TANGENT])
-            elif partner[i] > i and matching.is_crossing(i):
-                axes.append(between(*states[[i, partner[i]], POSITION]))
-    points = np.concatenate(axes)
-    away = np.abs(points - states[end, POSITION]).max(axis=1, initial=0.0)
-    return points[away <= (_AHEAD_WIDTHS + 1.0) * width]
 
 
 def _points_best(matching: EndMatching, end: int, place: FloatArray) -> bool:
