@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from numba import float64, njit
 
-from dloftbs.kernels import compiler, helper_code
+from dloftbs.kernels import compiler, helper_code, kernel_cache
 
 PROBE = """
 from numba import int64
@@ -34,7 +34,7 @@ def package(tmp_path):
     room.mkdir()
     for folder in (tmp_path / "dloftbs", shared.parent, shared, room):
         (folder / "__init__.py").touch()
-    for module in (compiler, helper_code):
+    for module in (compiler, helper_code, kernel_cache):
         shutil.copy(module.__file__, shared.parent)
     (room / "probe.py").write_text(PROBE)
     write_helper(shared / "numbers.py", "number", 1)
@@ -66,6 +66,49 @@ def test_a_kernel_notices_a_change_of_a_helper(package, helper):
     write_helper(package / "dloftbs" / path, name, number)
     assert run_probe(package) == (20, False)
     assert run_probe(package) == (20, True)
+
+
+CALLERS = """
+from numba import float64, int64
+from dloftbs.kernels.compiler import kernel
+
+@kernel(float64)
+def half(x):
+    return 0.5 * x
+
+@kernel(int64)
+def halves(n):
+    return half(n) + half(half(n))
+"""
+
+
+def test_a_kernel_takes_in_one_that_came_from_the_cache(package):
+    """As after a first start that was interrupted: the one is in the cache, and the other is not."""
+    (package / "dloftbs" / "room" / "callers.py").write_text(CALLERS)
+    code = (
+        "from dloftbs.room.callers import half, halves\n"
+        "print(half(6.0), halves(6), *(sum(one.stats.cache_hits.values()) for one in (half, halves)))"
+    )
+    environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
+
+    def run() -> list[str]:
+        command = [sys.executable, "-B", "-c", code]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
+
+    assert run() == ["3.0", "4.5", "0", "0"]
+    for file in (package / "cache").glob("**/callers.halves-*"):
+        file.unlink()
+    assert run() == ["3.0", "4.5", "1", "0"]
+    assert run() == ["3.0", "4.5", "1", "1"]
+
+
+def test_what_is_stored_in_another_form_is_loaded_as_numba_does(monkeypatch):
+    loaded = []
+    monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "rebuild", lambda self, *given: loaded.append(given))
+    cache = kernel_cache._MachineCodeFirst.__new__(kernel_cache._MachineCodeFirst)
+    for payload in ((("name", "bitcode", b"code"), "described"), ("another form",)):
+        cache.rebuild("context", payload)
+    assert loaded == [("context", (("name", "bitcode", b"code"), "described")), ("context", ("another form",))]
 
 
 PROBES = """

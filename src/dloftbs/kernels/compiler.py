@@ -24,6 +24,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import infer_global
 
 from dloftbs.kernels.helper_code import HelperCompiler
+from dloftbs.kernels.kernel_cache import KernelCache
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
@@ -51,7 +52,7 @@ def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Functi
     def decorate(function: _Function) -> _Function:
         compiled = njit(nogil=True, no_cfunc_wrapper=True)(function)
         if isinstance(compiled, Dispatcher):  # not where compilation is turned off
-            compiled.enable_caching()
+            compiled._cache = KernelCache(function)
             _stamp(compiled)
             with _no_collection():
                 for one in signatures:
