@@ -174,7 +174,7 @@ def test_posed_pixels_find_back_to_the_image(mask: np.ndarray) -> None:
     np.testing.assert_array_equal(image, mask)
 
 
-SIZES = [(240, 320), (720, 1280), (2160, 3840)]
+SIZES = [(240, 320), (720, 1280), pytest.param((2160, 3840), marks=pytest.mark.large)]
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -58,14 +58,14 @@ def end_misses(style: EndStyle, width: int, bend: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("bend", [0.0, 1.5])
-@pytest.mark.parametrize("width", [12, 20, 40])
+@pytest.mark.parametrize("width", [12, 20, pytest.param(40, marks=pytest.mark.large)])
 @pytest.mark.parametrize("style", ["flat", "round", "tapered"])
 def test_a_cable_ends_where_its_axis_does_whatever_its_end_looks_like(style: EndStyle, width: int, bend: float) -> None:
     assert end_misses(style, width, bend).mean() < 0.05 * width + 1.0
 
 
 @pytest.mark.parametrize("bend", [0.0, 1.5])
-@pytest.mark.parametrize("width", [20, 40])
+@pytest.mark.parametrize("width", [20, pytest.param(40, marks=pytest.mark.large)])
 def test_a_frayed_cable_ends_where_its_strands_begin(width: int, bend: float) -> None:
     """Strands that lie close to each other part somewhat farther out."""
     misses = end_misses("frayed", width, bend)
