@@ -170,10 +170,10 @@ def _on_top(
         metres[rows < 0] = np.nan
         seen = lines.widths[pairs].min(axis=1) ** 2
         agreement = order.judge_depth(metres, seen, 0.0 if exact else frame.depth_unit_m)
-        odds += np.clip(_DEPTH_ODDS * agreement, -_MOST_DEPTH_ODDS, _MOST_DEPTH_ODDS)
+        odds += np.minimum(np.maximum(_DEPTH_ODDS * agreement, -_MOST_DEPTH_ODDS), _MOST_DEPTH_ODDS)
     if frame.image is not None:
         agreement = order.judge_image(_values(frame.image, rows, columns))
-        odds += np.clip(_IMAGE_ODDS * agreement, -_MOST_IMAGE_ODDS, _MOST_IMAGE_ODDS)
+        odds += np.minimum(np.maximum(_IMAGE_ODDS * agreement, -_MOST_IMAGE_ODDS), _MOST_IMAGE_ODDS)
     return odds
 
 

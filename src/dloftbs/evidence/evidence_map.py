@@ -135,7 +135,8 @@ class EndEvidence:
         if depths is None:
             return np.full((len(self.graph.nodes), 2), np.nan)
         deviation = DEPTH_NOISE_PER_M * depths[:, 0] ** 2 / 3.0
-        known = np.column_stack((depths[:, 0], deviation * depths[:, 3]))
+        known: FloatArray = np.empty((len(depths), 2))
+        known[:, 0], known[:, 1] = depths[:, 0], deviation * depths[:, 3]
         known[~(depths[:, 4] <= deviation)] = np.nan
         return known
 
@@ -187,8 +188,10 @@ class EndEvidence:
     def _states(self) -> FloatArray:
         """Position and outward tangent (2 n, 4) of each end, in the pixels of the crop."""
         states = self.graph.end_states
-        tangents = states[:, TANGENT] @ self.frame.crop.image_transform[0].T
-        return np.column_stack((self._in_crop(states[:, POSITION]), tangents))
+        found: FloatArray = np.empty((len(states), 4))
+        found[:, :2] = self._in_crop(states[:, POSITION])
+        found[:, 2:] = states[:, TANGENT] @ self.frame.crop.image_transform[0].T
+        return found
 
     def _in_crop(self, points: FloatArray) -> FloatArray:
         matrix, offset = self.frame.crop.image_transform

@@ -52,8 +52,7 @@ def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Functi
     def decorate(function: _Function) -> _Function:
         compiled = njit(nogil=True, no_cfunc_wrapper=True)(function)
         if isinstance(compiled, Dispatcher):  # not where compilation is turned off
-            compiled._cache = KernelCache(function)
-            _stamp(compiled)
+            _keep(compiled)
             with _no_collection():
                 for one in signatures:
                     compiled.compile(one)
@@ -90,8 +89,9 @@ def _as_part(function: _Function, *, forceinline: bool) -> _Function:
     return function
 
 
-def _stamp(compiled: Any) -> None:
-    """Make a change in the kernel's folder, or of the shared helpers, a reason to compile it again."""
+def _keep(compiled: Any) -> None:
+    """Keep a kernel on disk; a change in its folder, or of the shared helpers, is a reason to compile it again."""
+    compiled._cache = KernelCache(compiled.py_func)
     file = compiled._cache._cache_file
     own = Path(compiled.py_func.__code__.co_filename).parent
     file._source_stamp = (file._source_stamp, folder_digest(own), folder_digest(Path(__file__).parent / "shared"))

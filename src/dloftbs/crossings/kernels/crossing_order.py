@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
-from dloftbs.kernels.shared.copying import copy_to
+from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import count_up_to, median_of
 
@@ -166,7 +166,8 @@ def choose_places(
         for p in range(2):
             c = curves[k, p]
             half = max(min(_HALF * widths[c], 0.5 * widths[c] - _BORDER_PX), _LEAST_HALF * widths[c])
-            copy_to(offsets[p], np.linspace(-half, half, ACROSS))
+            for i in range(ACROSS):
+                offsets[p, i] = -half + i * (2.0 * half / (ACROSS - 1))
             tx, ty = _direction(points, arc, first[c], first[c + 1], closed[c], at[k, p], _CHORD * widths[c])
             direction[p, 0], direction[p, 1] = tx, ty
         sine = direction[0, 0] * direction[1, 1] - direction[0, 1] * direction[1, 0]
@@ -235,16 +236,30 @@ def _median(values: _Floats, least: int) -> float:
 
 
 @helper
-def _level(values: _Floats) -> float:
-    """Return the median; NaN unless more than half of the values are numbers."""
-    return _median(values, len(values) // 2 + 1)
+def _roughness(sides: _Floats, low: int, high: int) -> float:
+    """Return the noise's standard deviation in some columns of sides (2, ALONG, n), by what no slope shows in.
+
+    These are the second differences.
+    """
+    second = np.empty(2 * (ALONG - 2) * (high - low))
+    count = 0
+    for side in range(2):
+        for row in range(ALONG - 2):
+            for i in range(low, high):
+                second[count] = abs(sides[side, row + 2, i] - 2.0 * sides[side, row + 1, i] + sides[side, row, i])
+                count += 1
+    return _median(second, 1) / (MEDIAN_DEVIATION * np.sqrt(6.0))
 
 
 @helper
-def _roughness(sides: _Floats) -> float:
-    """Return the standard deviation of the noise in sides (2, ALONG, n); second differences do not show a slope."""
-    second = np.abs(sides[:, 2:] - 2.0 * sides[:, 1:-1] + sides[:, :-2]).copy().reshape(-1)
-    return _median(second, 1) / (MEDIAN_DEVIATION * np.sqrt(6.0))
+def _read_sides(values: _Floats, p: int, sides: _Floats) -> None:
+    """Write the values (PLACES,) beside a crossing of one of its passes, (2, ALONG, ACROSS)."""
+    n = (ACROSS + 2 * p * ALONG) * ACROSS
+    for side in range(2):
+        for row in range(ALONG):
+            for i in range(ACROSS):
+                sides[side, row, i] = values[n]
+                n += 1
 
 
 @kernel(read(float64, 2), read(float64, 1), float64)
@@ -272,20 +287,28 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
     """
     result = np.zeros(len(values))
     low, high = ACROSS // 2 - _CORE, ACROSS // 2 + _CORE + 1
-    predicted = np.empty(2)
+    predicted, sides = np.empty(2), np.empty((2, ALONG, ACROSS))
+    core, pairs = np.empty((high - low) ** 2), np.empty(ALONG * (high - low))
     for k in range(len(values)):
-        grid = values[k, : ACROSS * ACROSS].copy().reshape((ACROSS, ACROSS))
-        sides = values[k, ACROSS * ACROSS :].copy().reshape((2, 2, ALONG, ACROSS))
-        core = grid[low:high, low:high].copy().reshape(-1)
+        n = 0
+        for i in range(low, high):
+            for j in range(low, high):
+                core[n] = values[k, i * ACROSS + j]
+                n += 1
         measured = _median(core, _LEAST_KNOWN)
         variance = resolution_m**2 / 12.0
         for p in range(2):
-            pairs = 0.5 * (sides[p, 0, :, low:high] + sides[p, 1, :, low:high])
-            known = pairs.size - np.isnan(pairs).sum()
-            predicted[p] = _median(pairs.copy().reshape(-1), _LEAST_KNOWN)
+            _read_sides(values[k], p, sides)
+            n, known = 0, 0
+            for row in range(ALONG):
+                for i in range(low, high):
+                    pairs[n] = 0.5 * (sides[0, row, i] + sides[1, row, i])
+                    known += not np.isnan(pairs[n])
+                    n += 1
+            predicted[p] = _median(pairs, _LEAST_KNOWN)
             # A median's variance is pi / 2 times that of the mean, and a pair's is half that of one.
             share = 1.0 / min(max(pixels[k], 1.0), float(max(known, 1)))
-            variance += share * (np.pi / 4.0) * _roughness(sides[p, :, :, low:high]) ** 2
+            variance += share * (np.pi / 4.0) * _roughness(sides, low, high) ** 2
         miss = np.abs(predicted - measured)
         if not np.isnan(miss[0] + miss[1]):
             result[k] = (miss[1] - miss[0]) / max(np.sqrt(variance), _LEAST_NOISE * measured * measured)
@@ -311,26 +334,34 @@ def judge_image(values: _Floats) -> _Floats:
         The share by which the first pass agrees better than the second: from -1 to 1, 0 where it cannot be told.
     """
     result = np.zeros(len(values))
+    look, sides, few = np.empty((2, ACROSS, 3)), np.empty((3, 2, ALONG, ACROSS)), np.empty(ALONG)
     for k in range(len(values)):
-        grid = values[k, : ACROSS * ACROSS].copy().reshape((ACROSS, ACROSS, 3))
-        sides = values[k, ACROSS * ACROSS :].copy().reshape((2, 2, ALONG, ACROSS, 3))
-        look = np.zeros((2, ACROSS, 3))
+        if np.isnan(values[k]).any():
+            continue
         spread = 0.0
         for p in range(2):
+            for channel in range(3):
+                _read_sides(values[k, :, channel], p, sides[channel])
             for i in range(ACROSS):
                 for channel in range(3):
-                    for s in range(2):
-                        look[p, i, channel] += 0.5 * _level(sides[p, s, :, i, channel].copy())
-                    spread += ((sides[p, :, :, i, channel] - look[p, i, channel]) ** 2).mean()
+                    level, squares = 0.0, 0.0
+                    for side in range(2):
+                        level += 0.5 * median(sides[channel, side, :, i], few)
+                    for side in range(2):
+                        for row in range(ALONG):
+                            squares += (sides[channel, side, row, i] - level) ** 2
+                    look[p, i, channel] = level
+                    spread += squares / (2 * ALONG)
         noise = np.sqrt(spread / (2 * ACROSS))
-        miss = np.zeros(2)
+        one, two = 0.0, 0.0
         for i in range(ACROSS):
             for j in range(ACROSS):
                 for channel in range(3):
-                    miss[0] += (grid[i, j, channel] - look[0, i, channel]) ** 2
-                    miss[1] += (grid[i, j, channel] - look[1, j, channel]) ** 2
-        miss = np.sqrt(miss / ACROSS**2)
-        worse = max(miss[0], miss[1]) + noise
-        if worse > 0.0:  # not so where anything is missing
-            result[k] = (miss[1] - miss[0]) / worse
+                    value = values[k, i * ACROSS + j, channel]
+                    one += (value - look[0, i, channel]) ** 2
+                    two += (value - look[1, j, channel]) ** 2
+        one, two = np.sqrt(one / ACROSS**2), np.sqrt(two / ACROSS**2)
+        worse = max(one, two) + noise
+        if worse > 0.0:
+            result[k] = (two - one) / worse
     return result

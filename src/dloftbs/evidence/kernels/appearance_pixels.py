@@ -24,7 +24,7 @@ from dloftbs.evidence.kernels.colours import (
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_to
-from dloftbs.kernels.shared.selection import median_of
+from dloftbs.kernels.shared.selection import median_of, nth_least
 
 _MOST_SAMPLES = 24
 """Largest number of places along a cable where it and its ground are sampled.
@@ -107,12 +107,15 @@ def sample_appearance(
 
 @helper
 def _nearest_ground(x: float, y: float, ground: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the colours of the `_NEAREST` samples of the ground, as (k, 3)."""
+    """Return the colours of the `_NEAREST` samples of the ground, as (k, 3), in the order of the samples."""
     squared = (ground[:, 0] - x) ** 2 + (ground[:, 1] - y) ** 2
-    order = np.argsort(squared)[:_NEAREST]
-    colours = np.empty((len(order), 3))
-    for k in range(len(order)):
-        copy_to(colours[k], ground[order[k], 2:])
+    colours = np.empty((min(len(ground), _NEAREST), 3))
+    farthest = nth_least(squared.copy(), len(colours) - 1)
+    count = 0
+    for k in range(len(ground)):
+        if squared[k] <= farthest and count < len(colours):
+            copy_to(colours[count], ground[k, 2:])
+            count += 1
     return colours
 
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.evidence.kernels.colours import (
+    AGREE,
     BESIDE_WIDTHS,
     BLOCK_WIDTHS,
     CLEAR_PX,
@@ -23,8 +24,9 @@ from dloftbs.evidence.kernels.colours import (
     spread_of,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
-from dloftbs.kernels.shared.copying import copy_to
+from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
+from dloftbs.kernels.shared.selection import nth_least
 
 IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
 """Codes of the places of a way; 0 is unknown.
@@ -128,26 +130,43 @@ def transform(
 
 
 @helper
-def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> int:
-    """Move the samples that look like one on the other side of the cable to the front; return their number.
+def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> tuple[int, float]:
+    """Move the samples that look like one on the other side of the cable to the front.
 
     What lies on one side alone may be what hides the cable, or the cable's shadow. Where one side has no samples, all
     are kept.
+
+    Returns
+    -------
+    int
+        Their number.
+    float
+        How far apart they are, as `spread_of` tells it.
     """
     count, agreeing = len(ground), 0
-    if count == 0 or np.min(sides) == np.max(sides):
-        return count
-    alike = max(FLOOR, LENIENT * spread_of(ground))
-    agrees = np.zeros(count, dtype=np.bool_)
+    if count == 0:
+        return 0, 0.0
+    apart, row, away = np.empty((count, count)), np.empty(count), np.empty(count)
+    one_sided = True
     for k in range(count):
-        for m in range(k):
-            if sides[k] != sides[m] and colour_distance(ground[k], ground[m]) <= alike:
-                agrees[k] = agrees[m] = True
+        one_sided = one_sided and sides[k] == sides[0]
+        for m in range(k + 1):
+            apart[k, m] = apart[m, k] = colour_distance(ground[k], ground[m])
     for k in range(count):
-        if agrees[k]:
+        copy_to(row, apart[k])
+        away[k] = nth_least(row, count // AGREE)
+    spread = nth_least(away, count // AGREE)
+    if one_sided:
+        return count, spread
+    alike = max(FLOOR, LENIENT * spread)
+    for k in range(count):
+        agrees = False
+        for m in range(count):
+            agrees = agrees or (sides[k] != sides[m] and apart[k, m] <= alike)
+        if agrees:
             copy_to(ground[agreeing], ground[k])
             agreeing += 1
-    return agreeing
+    return agreeing, spread if agreeing == count else spread_of(ground[:agreeing])
 
 
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
@@ -214,8 +233,8 @@ def sample_references(
                 if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
                     sides[grounds[e]] = side
                     grounds[e] += 1
-        grounds[e] = _keep_agreeing(ground[e, : grounds[e]], sides[: grounds[e]])
-        spread[e, 0], spread[e, 1] = spread_of(ground[e, : grounds[e]]), spread_of(cable[e, : cables[e]])
+        grounds[e], spread[e, 0] = _keep_agreeing(ground[e, : grounds[e]], sides[: grounds[e]])
+        spread[e, 1] = spread_of(cable[e, : cables[e]])
     return ground, grounds, cable, cables, spread
 
 
@@ -258,6 +277,15 @@ def _keep_ground(
             if kept[k]:
                 last = k
     copy_to(is_there, kept)
+
+
+@helper
+def _together(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the colours of both."""
+    both = np.empty((len(one) + len(other), 3))
+    copy_rows_to(both, one)
+    copy_rows_to(both[len(one) :], other)
+    return both
 
 
 @kernel(read(float64, 2), read(int64, 2), float64)
@@ -399,9 +427,9 @@ def look_across(
         p, i, j = asked[n], pairs[n, 0], pairs[n, 1]
         if grounds[i] + grounds[j] < LEAST_REFERENCES or cables[i] == 0 or cables[j] == 0:
             continue
-        own = np.concatenate((ground[i, : grounds[i]], ground[j, : grounds[j]]))
+        own = _together(ground[i, : grounds[i]], ground[j, : grounds[j]])
         like_ground = max(FLOOR, LENIENT * max(spread[i, 0], spread[j, 0]))
-        theirs = np.concatenate((cable[i, : cables[i]], cable[j, : cables[j]]))
+        theirs = _together(cable[i, : cables[i]], cable[j, : cables[j]])
         like_cable = max(FLOOR, LENIENT * max(spread[i, 1], spread[j, 1]))
         beside = np.empty((2, steps[p] + 1, 3))
         is_there = np.zeros((2, steps[p] + 1), dtype=np.bool_)

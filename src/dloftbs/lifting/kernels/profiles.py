@@ -10,7 +10,7 @@ from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
-from dloftbs.kernels.shared.few import insert, median, middle
+from dloftbs.kernels.shared.few import insert, middle
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import nth_least
 
@@ -217,13 +217,13 @@ def _nearest_few(metres: _Floats, offsets: _Floats, reach: float) -> float:
 
 
 @helper
-def _middle_of_three(before: float, own: float, after: float, few: _Floats) -> float:
+def _middle_of_three(before: float, own: float, after: float) -> float:
     """Return the median of a value and those before and after it; what is known of these where not all are."""
     if np.isnan(own):
         return after if np.isnan(before) else (before if np.isnan(after) else 0.5 * (before + after))
     if np.isnan(before) or np.isnan(after):
         return own  # the mean with one of them would lag behind on a slope
-    return median(np.array([before, own, after]), few)
+    return max(min(before, own), min(max(before, own), after))
 
 
 @kernel(read(float64, 2), read(float64, 2), read(boolean, 2), read(float64, 1))
@@ -289,7 +289,7 @@ def read_profiles(
             before = 2.0 * middles[1] - middles[2]
         if i == n - 1 and n > 2:
             after = 2.0 * middles[n - 2] - middles[n - 3]
-        ground[i] = _middle_of_three(before, middles[i], after, few)
+        ground[i] = _middle_of_three(before, middles[i], after)
     return ground, noise, aside, wider
 
 

@@ -11,6 +11,7 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import branch_of, other_end, start_of, stop_of
+from dloftbs.kernels.shared.selection import falling_order
 from dloftbs.kernels.shared.union_find import find_root, unite
 
 EXACT = 8
@@ -142,7 +143,10 @@ def _total_cost(
         if find_root(parent, piece) == piece:
             cables[count] = cables[piece]
             count += 1
-    return total + np.sum(np.sort(cables[:count])[: max(count - most, 0)])
+    order, left_out = falling_order(cables[:count]), 0.0
+    for place in range(count - 1, most - 1, -1):
+        left_out += cables[order[place]]
+    return total + left_out
 
 
 @helper
@@ -155,7 +159,7 @@ def _cover_by_exchanges(
     taken = np.zeros(2 * n, dtype=np.bool_)
     parent = np.arange(n)
     count = 0
-    for k in np.argsort(costs, kind="mergesort"):
+    for k in falling_order(-costs):
         if n - count <= most:
             break
         i, j = pairs[k]
