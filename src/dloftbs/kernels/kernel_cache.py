@@ -15,7 +15,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 
 class _MachineCodeFirst(CompileResultCacheImpl):  # type: ignore[misc]  # numba has no types
-    """How a kernel is loaded."""
+    """Loads a kernel by its machine code."""
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:
         """Return a compiled kernel from what is stored of it."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
+from dloftbs.evidence.kernels.gap_depths import _metres_of, judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import lay_ways
 
 SIZE = (80, 120)
@@ -198,3 +198,16 @@ def test_whole_counts_are_read_as_they_are(seed: int) -> None:
     scene.depth = scene.depth.astype(np.float32)
     np.testing.assert_array_equal(known, scene.known())
     np.testing.assert_array_equal(*told)
+
+
+def test_the_middle_of_nine_depths_stands_in_the_middle_in_whatever_order() -> None:
+    """A network that sorts all sequences of two values sorts any (Knuth): of these, the middle one."""
+    for number in range(2**9):
+        counts = np.array([1000.0 + (number >> k & 1) for k in range(9)], dtype=np.float32)
+        assert _metres_of(counts, 1.0, 0.0, 1e4, np.empty(9)) == np.median(counts)
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        counts = rng.choice([0.0, np.nan, 700.0, *rng.uniform(500.0, 900.0, 6)], 9).astype(np.float32)
+        known = np.sort(counts[counts > 0.0])
+        expected = known[(len(known) - 1) // 2] if len(known) >= 5 else np.nan
+        np.testing.assert_equal(_metres_of(counts, 1.0, 1.0, 1e4, np.empty(9)), expected)

@@ -31,15 +31,6 @@ _LEAST_DEPTHS = 5
 Source: by definition; the majority.
 """
 
-_MIDDLE_OF_NINE = np.array(
-    [(1, 2), (4, 5), (7, 8), (0, 1), (3, 4), (6, 7), (1, 2), (4, 5), (7, 8), (0, 3), (5, 8), (4, 7), (3, 6), (1, 4),
-     (2, 5), (4, 7), (2, 4), (4, 6), (2, 4)]
-)  # fmt: skip
-"""Pairs of nine places whose values change places if they are not in order: the median then stands in the middle.
-
-Source: J. L. Smith, Implementing median filters in XC4000E FPGAs, 1996; as Devillard gives it.
-"""
-
 _LEAST_STANDING = 2.0
 """Least height of a cable over the ground beside it for heights to be compared, times three deviations of a place.
 
@@ -60,6 +51,19 @@ Source: derived; as many as lie up to `REACH_WIDTHS`.
 
 
 _Depths = npt.NDArray[np.float32] | npt.NDArray[np.uint16]
+
+
+def _exchanges() -> npt.NDArray[np.int64]:
+    """Return pairs of nine places whose values change places if they are not in order: the middle one is then in place.
+
+    They are those of J. L. Smith, Implementing median filters in XC4000E FPGAs, 1996.
+    """
+    columns = [(1, 2), (4, 5), (7, 8), (0, 1), (3, 4), (6, 7), (1, 2), (4, 5), (7, 8)]
+    across = [(0, 3), (5, 8), (4, 7), (3, 6), (1, 4), (2, 5), (4, 7), (2, 4), (4, 6), (2, 4)]
+    return np.array(columns + across, dtype=np.int64)
+
+
+_EXCHANGES = _exchanges()
 
 
 @helper
@@ -100,8 +104,8 @@ def _metres_of(
             count += 1
     if count < 9:
         return _median(found[:count]) if count >= _LEAST_DEPTHS else np.nan
-    for k in range(len(_MIDDLE_OF_NINE)):
-        i, j = _MIDDLE_OF_NINE[k, 0], _MIDDLE_OF_NINE[k, 1]
+    for k in range(len(_EXCHANGES)):
+        i, j = _EXCHANGES[k, 0], _EXCHANGES[k, 1]
         a, b = found[i], found[j]
         found[i] = a if a < b else b
         found[j] = b if a < b else a
