@@ -20,20 +20,17 @@ _MAX_ITERATIONS = 100
 Source: bounds time.
 """
 
+_LEAST = 1e-300
+"""Least length of a step by which is divided.
+
+Source: numerics.
+"""
+
 _END_TOLERANCE = 1e-4
 """Distance of an end from where it should be at which that search is over, as a share of the hidden length.
 
 Source: numerics; below what a curve is known to.
 """
-
-
-@helper
-def _determinant(a: _Floats) -> float:
-    """Return the determinant of a matrix (3, 3)."""
-    first = a[0, 0] * (a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1])
-    second = a[0, 1] * (a[1, 0] * a[2, 2] - a[1, 2] * a[2, 0])
-    third = a[0, 2] * (a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0])
-    return first - second + third
 
 
 @helper
@@ -43,33 +40,10 @@ def _fit_rotation(old: _Floats, new: _Floats, noise: float) -> _Floats:
     A short part tells little, and a straight one nothing about its own axis: what is not told is no rotation.
     """
     count, dims = old.shape
-    moments = count * noise * noise * np.eye(dims)
-    for a in range(dims):
-        for b in range(dims):
-            mean, moved = old[:, b].sum() / count, new[:, a].sum() / count
-            for k in range(count):
-                moments[a, b] += (new[k, a] - moved) * (old[k, b] - mean)
-    if dims == 2:
-        angle = math.atan2(moments[1, 0] - moments[0, 1], moments[0, 0] + moments[1, 1])
-        return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    u, _, vt = np.linalg.svd(moments)
-    u[:, dims - 1] *= math.copysign(1.0, _determinant(u) * _determinant(vt))
+    before, after = old - old.sum(axis=0) / count, new - new.sum(axis=0) / count
+    u, _, vt = np.linalg.svd(after.T @ before + count * noise * noise * np.eye(dims))
+    u[:, dims - 1] *= math.copysign(1.0, np.linalg.det(u) * np.linalg.det(vt))
     return u @ vt
-
-
-@helper
-def _move_rigidly(
-    old: _Floats, new: _Floats, rotation: _Floats, edge: int, left: int, right: int, scale: float
-) -> _Floats:
-    """Return the points between two indices, rotated, scaled and shifted like the one at the edge."""
-    moved = np.empty((right - left - 1, old.shape[1]))
-    for k in range(len(moved)):
-        for d in range(old.shape[1]):
-            total = new[edge, d]
-            for c in range(old.shape[1]):
-                total += scale * rotation[d, c] * (old[left + 1 + k, c] - old[edge, c])
-            moved[k, d] = total
-    return moved
 
 
 @helper
@@ -80,40 +54,26 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
     most in the middle, and each gets its length back, until nothing is missing. False if they are too short for that,
     or one would turn by more than a right angle.
     """
-    count, dims = right - left, old.shape[1]
-    before, lengths, weights = np.empty((count, dims)), np.empty(count), np.empty(count)
-    for k in range(count):
-        t = (k + 0.5) / count
-        blend, squared = t * t * (3.0 - 2.0 * t), 0.0
-        for d in range(dims):
-            turned = 0.0
-            for c in range(dims):
-                step = old[left + k + 1, c] - old[left + k, c]
-                turned += ((1.0 - blend) * by_left[d, c] + blend * by_right[d, c]) * step
-                squared += step * step if d == 0 else 0.0
-            before[k, d] = turned
-        lengths[k], weights[k] = scale * math.sqrt(squared), math.sin(math.pi * t) ** 2
-    tolerance, total = _END_TOLERANCE * lengths.sum(), weights.sum()
-    steps, missing = before.copy(), np.zeros(dims)
+    count = right - left
+    t = ((np.arange(count) + 0.5) / count).reshape(-1, 1)
+    blend, weights, step = (
+        t * t * (3.0 - 2.0 * t),
+        np.sin(math.pi * t) ** 2,
+        old[left + 1 : right + 1] - old[left:right],
+    )
+    lengths = scale * np.sqrt((step * step).sum(axis=1)).reshape(-1, 1)
+    before = (1.0 - blend) * (step @ by_left.T) + blend * (step @ by_right.T)
+    steps, missing = before.copy(), np.zeros(old.shape[1])
+    shares, tolerance = weights / weights.sum(), _END_TOLERANCE * lengths.sum()
     for _ in range(_MAX_ITERATIONS):
-        ends = new[right] - new[left]
-        for k in range(count):
-            squared = 0.0
-            for d in range(dims):
-                steps[k, d] += missing[d] * weights[k] / total
-                squared += steps[k, d] * steps[k, d]
-            scale = lengths[k] / math.sqrt(squared) if squared > 0.0 else 0.0
-            for d in range(dims):
-                steps[k, d] *= scale
-                ends[d] -= steps[k, d]
-        missing = ends
+        steps += shares * missing
+        steps *= lengths / np.maximum(np.sqrt((steps * steps).sum(axis=1)), _LEAST).reshape(-1, 1)
+        missing = new[right] - new[left] - steps.sum(axis=0)
         if math.sqrt((missing * missing).sum()) < tolerance:
-            for k in range(count):
-                if (steps[k] * before[k]).sum() < 0.0:
-                    return False
+            if ((steps * before).sum(axis=1) < 0.0).any():
+                return False
             for k in range(count - 1):
-                for d in range(dims):
-                    new[left + k + 1, d] = new[left + k, d] + steps[k, d]
+                new[left + k + 1] = new[left + k] + steps[k]
             return True
     return False
 
@@ -162,17 +122,13 @@ def fill_hidden(old: _Floats, new: _Floats, visible: _Ints, window: int, length:
         if gap < parts:
             last = min(right + steps, visible[gap, 1])
             by_right = _fit_rotation(old[right : last + 1], new[right : last + 1], 0.5 * step)
+        if 0 < gap < parts and _bend(old, new, left, right, by_left, by_right, scale):
+            continue
+        inside = np.ascontiguousarray(old[left + 1 : right])
+        edge = left if gap else right
+        moved = new[edge] + scale * ((inside - old[edge]) @ (by_left if gap else by_right).T)
         if 0 < gap < parts:
-            if _bend(old, new, left, right, by_left, by_right, scale):
-                continue
-            one = _move_rigidly(old, new, by_left, left, left, right, scale)
-            other = _move_rigidly(old, new, by_right, right, left, right, scale)
-            for k in range(right - left - 1):
-                t = (k + 1.0) / (right - left)
-                weight = t * t * (3.0 - 2.0 * t)
-                for d in range(old.shape[1]):
-                    new[left + 1 + k, d] = (1.0 - weight) * one[k, d] + weight * other[k, d]
-        elif gap:
-            copy_rows_to(new[left + 1 : right], _move_rigidly(old, new, by_left, left, left, right, scale))
-        else:
-            copy_rows_to(new[left + 1 : right], _move_rigidly(old, new, by_right, right, left, right, scale))
+            t = (np.arange(1, right - left) / (right - left)).reshape(-1, 1)
+            other = new[right] + scale * ((inside - old[right]) @ by_right.T)
+            moved += t * t * (3.0 - 2.0 * t) * (other - moved)
+        copy_rows_to(new[left + 1 : right], moved)
