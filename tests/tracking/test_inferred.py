@@ -17,7 +17,7 @@ from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import collect_new_objects, gaps_on_track
+from dloftbs.tracking.fusion import gaps_on_track
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.track_model import TrackModel
@@ -71,14 +71,6 @@ def test_rounding_leads_nowhere_beyond_the_ends(shares, of):
         observation._replace(gaps=(tuple(sorted(shares[2:])), (0.0, 1.0))), (low, high), tuple(sorted(of))
     )
     assert all(0.0 <= a <= b <= 1.0 for a, b in gaps_on_track(match))
-
-
-def test_a_part_that_starts_a_track_has_the_gaps_that_lie_in_it():
-    (observation,) = make_observations([LINKED])
-    parts = observation.split_at_gaps()
-    assert [part.curve_span for part in parts] == [(0.0, 0.3), (0.5, 1.0)]
-    (started,) = collect_new_objects(parts[1:], parts, [observation])
-    assert started.gaps == (pytest.approx((0.2, 0.24)), pytest.approx((0.6, 0.64)))
 
 
 def test_a_whole_detection_has_its_own_gaps_either_way():

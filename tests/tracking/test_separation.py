@@ -61,6 +61,13 @@ def test_a_cable_that_something_passes_over_is_one_since_its_parts_are_shorter_b
         assert ids(tracks) == [1]
 
 
+def test_a_gap_below_two_widths_that_grows_at_one_side_leaves_a_cable_one():
+    tracker, other = Tracker(), line((0.0, 2.0 * BELOW), (LENGTH, 2.0 * BELOW))
+    shown_for(tracker, 20, line((0.0, BELOW), (LENGTH, BELOW)), other)
+    for gap in np.arange(1.0, 7.0, 0.2):
+        assert ids(see(tracker, *apart(gap), other)) == [1, 2]
+
+
 @pytest.mark.parametrize("rate", [0.004, 0.01])
 def test_a_cable_that_comes_nearer_under_an_occluder_is_one(rate: float):
     tracker = Tracker()

@@ -13,28 +13,10 @@ from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.track_model import TrackModel
 
-_HIDDEN_BEFORE = 0.7
-"""Weight of the misfit at one end of a track where only the other end was hidden before, ratio.
-
-Source: by hand; less than that of the border, as an occluder moves.
-"""
-
-_INNER_FIT = 0.7
-"""Share of the misfit at an end below which a part that fits elsewhere has both ends hidden.
-
-Source: by hand; a part at an end is the commoner case.
-"""
-
 _SHIFT_WEIGHT = 0.3
 """Weight of the mean shift in the misfit of a part, ratio.
 
 Source: by hand; unexpected motion must not hide where a part lies.
-"""
-
-_MOTION_WEIGHT = 0.2
-"""Weight of the motion beside the shape in the misfit of a part, ratio.
-
-Source: by hand; it only breaks ties between places of one shape.
 """
 
 _MAJORITY = 0.5
@@ -56,38 +38,44 @@ Source: geometry; the predicted centre line of what stayed where it was lies on 
 """
 
 
-def locate_on_track(
-    model: TrackModel,
-    predicted: FloatArray,
-    observation: Observation,
-    best_start: float,
-    view: View,
-) -> tuple[float, float]:
-    """Return the span of a longer track that an observation shows: at an end, unless it clearly fits better elsewhere.
+def place_part(model: TrackModel, observation: Observation, start_px: float, view: View) -> PartialMatch:
+    """Return the match of an observation that is all that is seen of a track.
+
+    It is at an end of a longer track, unless it clearly lies elsewhere, and adds to a shorter one.
 
     Parameters
     ----------
     model : TrackModel
-    predicted : numpy.ndarray, shape (SAMPLES, 2)
-        Predicted samples of the track.
     observation : Observation
         In the track's direction.
-    best_start : float
-        Start that fits best, in ``u`` of the track.
+    start_px : float
+        Where it begins along the track by the motion so far, px.
     view : View
     """
-    share = observation.length / model.length
-    first, last, inner = (_misfit_at(model, predicted, observation, low) for low in (0.0, 1.0 - share, best_start))
+    excess = observation.length - model.length
+    if abs(excess) <= model.length_tolerance_px or model.lengths.is_usual(
+        observation.length, model.length_tolerance_px
+    ):
+        span = WHOLE
+    elif excess < 0.0:
+        low = _missing_before(model, observation, start_px, -excess, view) / model.length
+        span = low, low + observation.length / model.length
+    else:
+        before = min(max(-start_px, 0.0), excess)
+        span = -before / model.length, 1.0 + (excess - before) / model.length
+    return PartialMatch(observation, span, observation.curve_span)
+
+
+def _missing_before(model: TrackModel, observation: Observation, start_px: float, missing: float, view: View) -> float:
+    """Return the missing length before an observation, px: all or nothing of it, unless it clearly differs."""
+    start = min(max(start_px, 0.0), missing)
+    after = missing - start
     cut = [end.is_cut for end in view.ends(observation, model)]
-    were_hidden = [any(low <= 0.0 for low, _ in model.sight.hidden), any(high >= 1.0 for _, high in model.sight.hidden)]
-    if were_hidden[0] != were_hidden[1]:
-        first, last = (first, last * _HIDDEN_BEFORE) if were_hidden[0] else (first * _HIDDEN_BEFORE, last)
-    at_start = cut[1] if cut[0] != cut[1] else first <= last  # the cut end is inside of the track
-    at_end = (0.0, share) if at_start else (1.0 - share, 1.0)
-    inset_px = min(best_start, 1.0 - best_start - share) * model.length
-    if inset_px > model.position_tolerance_px and inner < _INNER_FIT * min(first, last):
-        return best_start, best_start + share
-    return at_end
+    if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
+        return missing if cut[0] else 0.0
+    if min(start, after) > model.position_tolerance_px:
+        return start
+    return 0.0 if start <= after else missing
 
 
 def find_whole_view(
@@ -114,8 +102,9 @@ def find_whole_view(
     whole = observation.between(0.0, 1.0)
     first, last = view.ends(whole, model)
     if (first.hidden or last.hidden) and model.is_short(whole):
-        tells_how_much = not math.isnan(model.length_in_view(whole)) and first.hidden != last.hidden
-        return _match_with_hidden_end(model, whole, at_start=first.hidden) if tells_how_much else None
+        share = whole.length / model.length_in_view(whole)
+        told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres tells how much is hidden
+        return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
     length = float(np.hypot(*np.diff(predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
         if observation.length > _MAJORITY * whole.length:
@@ -135,12 +124,6 @@ def match_whole(predicted: FloatArray, observation: Observation) -> PartialMatch
     return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
 
 
-def _match_with_hidden_end(model: TrackModel, whole: Observation, *, at_start: bool) -> PartialMatch:
-    """Return the match with an object of which one end is hidden: its length in metres tells how much."""
-    share = whole.length / model.length_in_view(whole)
-    return PartialMatch(whole, (1.0 - share, 1.0) if at_start else (0.0, share), WHOLE)
-
-
 def _stayed_but_for_an_end(
     model: TrackModel, predicted: FloatArray, whole: Observation, start: float, share: float
 ) -> bool:
@@ -155,10 +138,3 @@ def _stayed_but_for_an_end(
     if share >= _MAJORITY and misfit_if_cut > _CUT_WIDTHS * model.width:  # never of an unknown width
         return False
     return misfit_if_cut <= _CUT_FIT * kernels.misfit_at(whole.points, predicted, 1.0, 0.0, 1.0)
-
-
-def _misfit_at(model: TrackModel, predicted: FloatArray, observation: Observation, start: float) -> float:
-    """Return the misfit of an observation at a start: by the last full shape, and by motion."""
-    share = observation.length / model.length
-    by_motion = kernels.misfit_at(observation.points, predicted, share, start, _SHIFT_WEIGHT)
-    return kernels.misfit_at(observation.points, model.shape, share, start, 0.0) + _MOTION_WEIGHT * by_motion

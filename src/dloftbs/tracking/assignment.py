@@ -15,11 +15,11 @@ from scipy.optimize import linear_sum_assignment
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
-from dloftbs.tracking.alignment import locate_on_track
-from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, widths_differ
+from dloftbs.tracking.alignment import match_whole, place_part
+from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, width_ratio, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 _MAX_MEAN = 0.02
@@ -40,10 +40,10 @@ _MARGIN_RATIO = 3.0
 Source: by hand.
 """
 
-_CLEAR_CONFIDENCE = 0.9
-"""Least confidence of a detection that reads clearly, as a share of such detections that are right.
+_MAX_PAIR_RATIO = 1.5
+"""Ratio of widths, and of lengths in space, up to which two may be one object that moved fast.
 
-Source: by hand; confidences are calibrated, so that nine of ten are one whole object.
+Source: by hand.
 """
 
 _MISFIT_CAP = 1.5
@@ -52,29 +52,10 @@ _MISFIT_CAP = 1.5
 Source: by hand; beyond the gate, so that outliers do not decide.
 """
 
-_HIDDEN_LENGTH_COST = 0.5
-"""Cost of a track of which an observation shows nothing, as a share of the gate.
-
-Source: by hand; half of what no match at all costs.
-"""
-
-_NEW_LENGTH_COST = 1.0
-"""Cost of an observation that is nothing of what is known of a track, as a share of the gate.
-
-Source: by definition; what no match at all costs, so that an object that comes out of hiding is not taken for a piece
-of it that came out before.
-"""
-
 _MIN_GATE_WIDTHS = 3.0
 """Least gate, widths.
 
 Source: by hand; short objects move by more than a share of their length.
-"""
-
-_BORDER_STRIDE = 9
-"""Step between the samples that are tested for the image's border.
-
-Source: bounds time; eight samples along a curve.
 """
 
 
@@ -83,11 +64,9 @@ def match_unambiguous(
 ) -> list[int]:
     """Return for each track one more than the index of its observation, negative if that is reversed, 0 if ambiguous.
 
-    A match is unambiguous if the track was seen as a whole before and lies on the observation, which may end a little
-    earlier or later, and nothing else is near.
+    A match is unambiguous if the track was seen as a whole before and lies on the observation, which is as long, and
+    nothing else is near.
     """
-    if not observations:
-        return [0] * len(models)
     closed = np.array([one.curve.closed for one in observations])
     points = np.array([one.points for one in observations])
     whole = np.array([not (m.sight.hidden or m.misses or m.curve.closed) for m in models])
@@ -105,7 +84,8 @@ def match_unambiguous(
     for t, p in enumerate(partner):
         if p:
             one = observations[abs(p) - 1]
-            other = widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
+            other = abs(one.length - models[t].length) > models[t].length_tolerance_px
+            other = other or widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
             other = other or (one.curve_3d is not None and models[t].is_short(one))
             if other or differ[t, abs(p) - 1]:
                 partner[t] = 0
@@ -117,19 +97,15 @@ def match_by_length(
 ) -> list[int]:
     """Return the same for tracks that no observation is unambiguously near: those as long as a clear one.
 
-    An object that a frame shows clearly and without a gap, from end to end, and as long as it usually is, has not
-    exchanged a part with another one, wherever its track was routed before. `gate` is a share of the length.
+    An object that a frame shows without a gap, from end to end, and as long as it usually is, has not exchanged a part
+    with another one, wherever its track was routed before. `gate` is a share of the length.
     """
     length = np.array([one.length for one in observations])
-    clear = [
-        one.detection is not None and one.contiguous and one.detection.confidence >= _CLEAR_CONFIDENCE
-        for one in observations
-    ]
     usual = np.array([m.lengths.usual_px for m in models])[:, None]
     in_view = np.multiply.outer([m.lengths.metres for m in models], [one.px_per_m for one in observations])
     expected = np.where(np.isnan(in_view), usual, in_view)
     tolerance = np.array([m.length_tolerance_px for m in models])[:, None]
-    as_long = (np.abs(expected - length) <= tolerance) & np.array(clear) & ~np.isnan(usual)
+    as_long = (np.abs(expected - length) <= tolerance) & [one.contiguous for one in observations] & ~np.isnan(usual)
     as_long &= ~colours_differ(models, observations)
     if not as_long.any():
         return [0] * len(models)
@@ -144,6 +120,31 @@ def match_by_length(
         _MARGIN_RATIO,
     )
     return [p if p and as_long[t, abs(p) - 1] else 0 for t, p in enumerate(partner.tolist())]
+
+
+def match_remaining(
+    models: Sequence[TrackModel],
+    predicted: FloatArray,
+    shown: list[TrackObservation],
+    unassigned: list[Observation],
+) -> None:
+    """Match the only track of the last frame that is left with the only observation left, however far it moved.
+
+    Something may have hidden it since. Both lists are changed. Width, colour and length, in space if it is known there,
+    may not clearly differ.
+    """
+    left = [
+        t for t, one in enumerate(shown) if not one.matches and (not models[t].misses or models[t].sight.is_covered)
+    ]
+    if len(left) != 1 or len(unassigned) != 1:
+        return
+    model, (one,) = models[left[0]], unassigned
+    wider, longer = width_ratio(model.width, one.width), one.length / model.length_as_seen(one)
+    is_like = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in (wider, longer))
+    same_kind = one.curve_span == WHOLE and model.curve.closed == one.curve.closed
+    if is_like and same_kind and not colours_differ([model], [one])[0, 0]:
+        shown[left[0]] = TrackObservation((match_whole(predicted[left[0]], one),))
+        unassigned.clear()
 
 
 def assign(
@@ -162,23 +163,22 @@ def assign(
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
-    measured = kernels.box_distances(predicted, found) < _MISFIT_CAP * gate
-    measured &= _have_similar_widths(models, observations, view) & ~colours_differ(models, observations)
+    alike = _have_similar_widths(models, observations) & ~colours_differ(models, observations)
     misfit, start, backwards = kernels.align_all(
-        predicted, usual, is_loop, found, lengths, closed, measured * (_MISFIT_CAP * gate)
+        predicted, usual, is_loop, found, lengths, closed, alike * (_MISFIT_CAP * gate)
     )
     ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
-    cost = covered * misfit / gate + (1.0 - covered) * np.where(ratio > 1.0, _HIDDEN_LENGTH_COST, _NEW_LENGTH_COST)
+    cost = covered * misfit / gate + 1.0 - covered
     # Beyond the gate all pairs cost the same, more than all others together, and are dropped afterwards.
-    fits, beyond = misfit < gate, float(min(cost.shape)) * (_MISFIT_CAP + _NEW_LENGTH_COST) + 1.0
+    fits, beyond = misfit < gate, _MISFIT_CAP * min(cost.shape) + 1.0
     rows, columns = linear_sum_assignment(np.where(fits, cost, beyond))
     result = {}
     for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
         if fits[t, d]:
             oriented = observations[d].reversed() if backwards[t, d] else observations[d]
             low = float(start[t, d])
-            match = _match(models[t], predicted[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
+            match = _match(models[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
             result[t] = d, match
     return result
 
@@ -192,42 +192,24 @@ def _compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: flo
     return gates
 
 
-def _have_similar_widths(
-    models: Sequence[TrackModel], observations: Sequence[Observation], view: View
-) -> npt.NDArray[np.bool_]:
-    ratio = np.divide.outer([m.width for m in models], [_uncut_width(one, view) for one in observations])
+def _have_similar_widths(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
+    ratio = np.divide.outer([m.width for m in models], [one.width for one in observations])
     differs: npt.NDArray[np.bool_] = (ratio > MAX_WIDTH_RATIO) | (ratio < 1.0 / MAX_WIDTH_RATIO)
     return ~differs  # an unknown width agrees with any
 
 
-def _uncut_width(observation: Observation, view: View) -> float:
-    """Return an observation's width, NaN if it lies along the image's border, which cuts it lengthwise."""
-    along = all(view.is_at_border(p, observation.width) for p in observation.points[::_BORDER_STRIDE])
-    return math.nan if along else observation.width
-
-
 def _match(
-    model: TrackModel,
-    predicted: FloatArray,
-    oriented: Observation,
-    start: float,
-    config: TrackingConfig,
-    view: View,
-    *,
-    backwards: bool,
+    model: TrackModel, oriented: Observation, start: float, config: TrackingConfig, view: View, *, backwards: bool
 ) -> PartialMatch:
     """Return the match of a track with an observation in its direction; `start` is that of the shorter one."""
     if oriented.curve.closed:
         share = min(model.length / oriented.length, 1.0)
         seam = -start if model.curve.closed else 1.0 - start - share if backwards else start
         return PartialMatch(oriented, WHOLE, (seam % 1.0, seam % 1.0 + 1.0))
-    span, share = WHOLE, oriented.length / model.length
-    as_long = abs(oriented.length - model.length) <= model.length_tolerance_px
     overrides = model.conflict.overrides(oriented, config.override_frames, model.width_or_0)
-    if not (model.curve.closed or as_long or overrides):
-        if share > 1.0:
-            low = (1.0 - start - 1.0 / share) if backwards else start
-            span = min(-low * share, 0.0), max((1.0 - low) * share, 1.0)
-        else:
-            span = locate_on_track(model, predicted, oriented, start, view)
-    return PartialMatch(oriented, span, oriented.curve_span)
+    if model.curve.closed or overrides:
+        return PartialMatch(oriented, WHOLE, oriented.curve_span)
+    start_px = start * model.length
+    if oriented.length > model.length:
+        start_px = (start - 1.0) * oriented.length + model.length if backwards else -start * oriented.length
+    return place_part(model, oriented, start_px, view)

@@ -7,6 +7,7 @@ observations as a whole; at last the only object left is the only track left.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -14,12 +15,10 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
-from dloftbs.tracking.assignment import assign, match_by_length, match_unambiguous
-from dloftbs.tracking.emerging_parts import match_emerging
+from dloftbs.tracking.assignment import assign, match_by_length, match_remaining, match_unambiguous
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.remaining_tracks import match_remaining
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 
@@ -49,7 +48,6 @@ def associate(
     observations: Sequence[Observation],
     view: View,
     config: TrackingConfig,
-    dt: float,
 ) -> Association:
     """Associate the observations of a frame with the tracks.
 
@@ -61,64 +59,28 @@ def associate(
     observations : sequence of Observation
     view : View
     config : TrackingConfig
-    dt : float
-        Seconds since the last frame.
     """
-    shown = [TrackObservation() for _ in models]
-    matched = set()
-    for t, partner in enumerate(match_unambiguous(models, predicted, observations)):
-        if partner:
-            d = abs(partner) - 1
-            shown[t] = _match_near(models[t], predicted, t, _oriented(observations, partner), view, config)
-            if shown[t].matches:
-                matched.add(d)
-    ambiguous = [one for d, one in enumerate(observations) if d not in matched]
-    rows = [t for t, one in enumerate(shown) if not one.matches]
-    if rows and ambiguous:
-        found = match_by_length([models[t] for t in rows], predicted[rows], ambiguous, config.gate)
+    shown, ambiguous = [TrackObservation() for _ in models], list(observations)
+    for match, is_unambiguous in ((match_unambiguous, True), (partial(match_by_length, gate=config.gate), False)):
+        rows = [t for t, one in enumerate(shown) if not one.matches]
+        if not rows or not ambiguous:
+            break
+        found = match([models[t] for t in rows], predicted[rows], ambiguous)
         for t, partner in zip(rows, found, strict=True):
             if partner:
-                shown[t] = _match_alone(models, predicted, t, _oriented(ambiguous, partner), view, config, dt)
+                found_one = ambiguous[abs(partner) - 1]
+                whole = PartialMatch(found_one if partner > 0 else found_one.reversed(), WHOLE, WHOLE)
+                shown[t] = TrackObservation((whole,), is_unambiguous)
         ambiguous = [one for d, one in enumerate(ambiguous, 1) if d not in found and -d not in found]
-        rows = [t for t in rows if not shown[t].matches]
     unassigned = parts = ambiguous
+    rows = [t for t, one in enumerate(shown) if not one.matches]
     if rows:
         rest = [models[t] for t in rows]
-        own, unassigned, parts = _associate_ambiguous(rest, predicted[rows], ambiguous, view, config, dt)
+        own, unassigned, parts = _associate_ambiguous(rest, predicted[rows], ambiguous, view, config)
         for t, one in zip(rows, own, strict=True):
             shown[t] = one
-    shown, unassigned = match_remaining(models, predicted, shown, unassigned)
+        match_remaining(models, predicted, shown, unassigned)
     return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
-
-
-def _oriented(observations: Sequence[Observation], partner: int) -> Observation:
-    """Return the observation that a track was matched with, in the track's direction."""
-    one = observations[abs(partner) - 1]
-    return one if partner > 0 else one.reversed()
-
-
-def _match_near(
-    model: TrackModel, predicted: FloatArray, t: int, near: Observation, view: View, config: TrackingConfig
-) -> TrackObservation:
-    """Match a track, the t-th, with the only observation near it: as a whole, or at an end if the lengths differ."""
-    if abs(near.length - model.length) <= model.length_tolerance_px:
-        return TrackObservation((PartialMatch(near, WHOLE, WHOLE),), is_unambiguous=True)
-    assigned = assign([model], predicted[[t]], [near], config, view)
-    return TrackObservation(tuple(match for _, match in assigned.values()))
-
-
-def _match_alone(
-    models: Sequence[TrackModel],
-    predicted: FloatArray,
-    t: int,
-    one: Observation,
-    view: View,
-    config: TrackingConfig,
-    dt: float,
-) -> TrackObservation:
-    """Match a track, the t-th, with an observation that is all of it: its length says nothing of its own crossings."""
-    matches = route_tracks(models, predicted, [t], [one], dt, view).matches if _is_well_known(models[t], config) else {}
-    return TrackObservation(tuple(matches.get(t, [PartialMatch(one, WHOLE, WHOLE)])))
 
 
 def _associate_ambiguous(
@@ -127,13 +89,12 @@ def _associate_ambiguous(
     ambiguous: Sequence[Observation],
     view: View,
     config: TrackingConfig,
-    dt: float,
 ) -> tuple[list[TrackObservation], list[Observation], list[Observation]]:
     """Return what ambiguous observations show of each track, their unassigned parts, and all their parts."""
     shown, unassigned, parts = [TrackObservation() for _ in models], list(ambiguous), list(ambiguous)
     rows = [t for t, model in enumerate(models) if _is_well_known(model, config)]
     if ambiguous and rows:
-        routed = route_tracks(models, predicted, rows, ambiguous, dt, view)
+        routed = route_tracks(models, predicted, rows, ambiguous, view)
         unassigned, parts = routed.unassigned, routed.parts
         for t, matches in routed.matches.items():
             shown[t] = TrackObservation(tuple(matches))
@@ -144,20 +105,14 @@ def _associate_ambiguous(
             shown[others[k]] = TrackObservation((match,))
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
-    if len(models) == 1 and shown[0].matches:
-        shown[0], unassigned = match_emerging(models[0], shown[0], unassigned, view)
     return _find_merged(models, shown), unassigned, parts
 
 
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
-    """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame.
-
-    One that was longer in its last full view than in most has taken what may be another object's.
-    """
+    """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame."""
     least = config.override_frames
     seen = model.hits >= least and not model.misses and not model.curve.closed
-    grown = model.lengths.last_change > model.position_tolerance_px
-    return seen and not grown and max(model.conflict.frames, model.conflict.merged_frames) < least
+    return seen and max(model.conflict.frames, model.conflict.merged_frames) < least
 
 
 def _find_merged(models: Sequence[TrackModel], shown: Sequence[TrackObservation]) -> list[TrackObservation]:

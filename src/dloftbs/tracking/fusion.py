@@ -8,37 +8,16 @@ from dataclasses import replace
 
 from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking import loop_start
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_spans
-from dloftbs.tracking.reconstruction import VisiblePart, cut
+from dloftbs.tracking.partial_match import PartialMatch, hidden_spans
+from dloftbs.tracking.reconstruction import VisiblePart
 
 
 def collect_new_objects(
     unassigned: Sequence[Observation], parts: Sequence[Observation], observations: Sequence[Observation]
 ) -> list[Observation]:
-    """Return the objects that start tracks: those left as a whole, and the longest part of those left mostly."""
-    if not unassigned:
-        return []
-    result = []
-    counts = Counter(part.detection_index for part in parts)
-    remaining: dict[int, list[Observation]] = {}
-    for part in unassigned:
-        remaining.setdefault(part.detection_index, []).append(part)
-    for one in observations:
-        left = remaining.get(one.detection_index, [])
-        if len(left) == counts[one.detection_index]:
-            result.append(one)
-        elif sum(part.length for part in left) > 0.5 * one.length:
-            result.append(_make_object(max(left, key=lambda part: part.length)))
-    return result
-
-
-def _make_object(part: Observation) -> Observation:
-    """Return a part as an object of its own."""
-    if part.curve_span == WHOLE:
-        return part
-    curve = cut(part.curve, part.curve_span)
-    gaps = gaps_on_track(PartialMatch(part, WHOLE, part.curve_span))
-    return part._replace(curve=curve, curve_span=WHOLE, gaps=tuple(gaps))
+    """Return the objects that start tracks: those of which no part is assigned."""
+    left, counts = (Counter(part.detection_index for part in some) for some in (unassigned, parts))
+    return [one for one in observations if left[one.detection_index] == counts[one.detection_index]]
 
 
 def restart_loop(observation: Observation, u: float) -> Observation:

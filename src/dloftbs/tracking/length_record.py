@@ -23,12 +23,6 @@ HISTORY_FRAMES = 32
 Source: bounds memory; a second at 30 per second.
 """
 
-_GAIN = 0.05
-"""Share of a small change of length that is taken over per frame.
-
-Source: by hand; a stretch that disappears little by little would never be missed at a larger one.
-"""
-
 _WIDTH_GAIN = 0.5
 """Share of a change of width that the length of a partly hidden object follows per frame.
 
@@ -74,11 +68,6 @@ class LengthRecord:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
         return self.px / self.px_per_m if math.isnan(self.usual_m) else self.usual_m
 
-    @property
-    def last_change(self) -> float:
-        """Length of the last full view less that of most, px; NaN if these are too few."""
-        return self.full_px[-1] - self.usual_px if self.full_px else math.nan
-
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
         self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], share * self.usual_m
@@ -108,14 +97,6 @@ class LengthRecord:
     def follow_tilt(self, length: float) -> None:
         """Adopt a length between ends that are both seen: it tilts, but is no longer than it was as a whole."""
         self.px = min(length, max(self.px, *self.full_px, 0.0))
-
-    def adopt(self, length: float, hits: int, tolerance: float) -> None:
-        """Adopt the length of the whole object; small changes are filtered.
-
-        Or an end that disappears gradually would never count as missing.
-        """
-        change = length - self.px
-        self.px = length if hits < MIN_SEEN_FRAMES or abs(change) > tolerance else self.px + _GAIN * change
 
     def record_full(self, length: float, width: float, tolerance: float) -> None:
         """Record the length of the whole object without long gaps, and its width; its scale is that of the view."""

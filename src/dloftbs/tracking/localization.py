@@ -9,6 +9,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from dloftbs.observation import Observation
+from dloftbs.tracking.alignment import place_part
 from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import routing as kernels
@@ -32,21 +33,19 @@ Source: by hand; of a hairpin, whose ends meet.
 
 def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, view: View) -> list[PartialMatch]:
     """Return the matches of all intervals of a track, laid along it together with the hidden spans between them."""
-    intervals = [fit_length(graph, intervals[0], model)] if len(intervals) == 1 else intervals
+    if len(intervals) == 1:
+        alone = fit_length(graph, intervals[0], model)
+        return [place_part(model, graph.observe(alone), _own_margins(graph, alone, alone, model)[0], view)]
     observed = [graph.observe(one) for one in intervals]
     hidden = [_hidden_length(graph, *pair, model) for pair in pairwise(intervals)]
     lengths = [graph.length(one) for one in intervals]
-    if len(intervals) > 1:
-        before, after = _hidden_at_ends(graph, intervals, observed, model, view)
-        between = model.length - before - sum(lengths) - after
-        uncertain = HIDDEN_UNCERTAINTY * sum(hidden) + before + after
-        if min(between, sum(hidden)) > 0.0 and abs(between - sum(hidden)) <= uncertain:
-            hidden = [one * between / sum(hidden) for one in hidden]
-        total = sum(lengths) + sum(hidden)
-        low, high = before / (before + total + after), 1.0 - after / (before + total + after)
-    else:
-        total = lengths[0]
-        low, high = _place_alone(graph, intervals[0], total, observed[0], model, view)
+    before, after = _hidden_at_ends(graph, intervals, observed, model, view)
+    between = model.length - before - sum(lengths) - after
+    uncertain = HIDDEN_UNCERTAINTY * sum(hidden) + before + after
+    if min(between, sum(hidden)) > 0.0 and abs(between - sum(hidden)) <= uncertain:
+        hidden = [one * between / sum(hidden) for one in hidden]
+    total = sum(lengths) + sum(hidden)
+    low, high = before / (before + total + after), 1.0 - after / (before + total + after)
     edges = accumulate([0.0, *(px for pair in zip(lengths, hidden, strict=False) for px in pair), lengths[-1]])
     u = [low + edge / total * (high - low) for edge in edges]
     u[-1] = high
@@ -57,21 +56,6 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     return [
         PartialMatch(one, (first, last), one.curve_span) for one, (first, last) in zip(observed, spans, strict=True)
     ]
-
-
-def _place_alone(
-    graph: SampleGraph, interval: Interval, length: float, observed: Observation, model: TrackModel, view: View
-) -> tuple[float, float]:
-    """Return the span of a track that its only interval shows."""
-    excess = length - model.length
-    if abs(excess) <= model.length_tolerance_px or model.lengths.is_usual(length, model.length_tolerance_px):
-        return 0.0, 1.0
-    start = _own_margins(graph, interval, interval, model)[0]
-    if excess < 0.0:
-        low = _missing_before(start, -excess, observed, model, view) / model.length
-        return low, low + length / model.length
-    before = min(max(-start, 0.0), excess)
-    return -before / model.length, 1.0 + (excess - before) / model.length
 
 
 def _hidden_at_ends(
@@ -114,24 +98,3 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)
-
-
-def _missing_before(
-    start: float,
-    missing: float,
-    observed: Observation,
-    model: TrackModel,
-    view: View,
-) -> float:
-    """Return the missing length before the intervals, px: all or nothing of it, unless it clearly differs.
-
-    `start` is the intervals' start by the motion so far, px.
-    """
-    start = min(max(start, 0.0), missing)
-    after = missing - start
-    cut = [end.is_cut for end in view.ends(observed, model)]
-    if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
-        return missing if cut[0] else 0.0
-    if min(start, after) > model.position_tolerance_px:
-        return start
-    return 0.0 if start <= after else missing

@@ -53,7 +53,7 @@ def resolve(
         if alone and not _corrects_order(shown.matches, model.position_tolerance_px):
             whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
         matches = shown.matches if whole is None else (whole,)
-        resolved, rejected = _drop_absent_spans(model, shown._replace(matches=matches), view)
+        resolved, rejected = _drop_absent_spans(model, shown._replace(matches=matches))
         claims.subtract({part.detection_index for part in rejected} - resolved.detection_indices)
         unassigned += rejected
         result.append(resolved)
@@ -68,19 +68,15 @@ def _corrects_order(matches: Sequence[PartialMatch], tolerance_px: float) -> boo
     return (1.0 - covered_share(matches)) * matches[0].observation.object_length <= tolerance_px
 
 
-def _drop_absent_spans(
-    model: TrackModel, shown: TrackObservation, view: View
-) -> tuple[TrackObservation, list[Observation]]:
+def _drop_absent_spans(model: TrackModel, shown: TrackObservation) -> tuple[TrackObservation, list[Observation]]:
     """Return what belongs to a track, and the observations that do not.
 
     A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
-    visible part by more than a stretch that every frame so far has inferred. Beyond the image's border and under an
-    occluder it may always go on, and a gap that the detector bridges is not questioned. Matches that are connected by
-    an absent span only are no parts of one track: the longest group stays.
+    visible part by more than a stretch that every frame so far has inferred. Matches that are connected by an absent
+    span only are no parts of one track: the longest group stays.
     """
     matches = shown.matches
-    questioned = [span for span in hidden_spans(matches) if not _is_certainly_hidden(model, matches, span, view)]
-    absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
+    absent = [part for span in hidden_spans(matches) if (part := _absent_part(model, span)) is not None]
     if not absent:
         return shown, []
     groups = _split_at(matches, absent)
@@ -119,17 +115,3 @@ def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, flo
 def _median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
     """Return the median number of frames, bounded, in which the samples of a span were seen."""
     return statistics.median(np.interp(np.linspace(*span, _SPAN_SAMPLES), U, model.sight.seen_frames).tolist())
-
-
-def _is_certainly_hidden(
-    model: TrackModel, matches: Sequence[PartialMatch], span: tuple[float, float], view: View
-) -> bool:
-    """Return True if a span begins at the image's border or an occluder, or the detector itself bridges it."""
-    if span[0] > 0.0 and span[1] < 1.0:
-        before = next(m for m in matches if abs(m.track_span[1] - span[0]) < SAME_U)
-        after = next(m for m in matches if abs(m.track_span[0] - span[1]) < SAME_U)
-        if are_consecutive(before, after):
-            return True
-        return view.ends(before.observation, model)[1].is_cut and view.ends(after.observation, model)[0].is_cut
-    end, side = (matches[0], 0) if span[0] <= 0.0 else (matches[-1], 1)
-    return view.ends(end.observation, model)[side].is_cut

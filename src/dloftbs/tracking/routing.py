@@ -21,12 +21,6 @@ from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel
 
-_MAX_SHARED_NODES = 2
-"""Number of nodes that two tracks may share where they cross.
-
-Source: geometry; a crossing is about a width long, and so is the node spacing.
-"""
-
 _MAX_CLAIMED_SHARE = 0.5
 """Share of a part up to which it counts as unassigned.
 
@@ -63,7 +57,6 @@ def route_tracks(
     predicted: FloatArray,
     rows: Sequence[int],
     observations: Sequence[Observation],
-    dt: float,
     view: View,
 ) -> RoutingResult:
     """Route tracks through a frame.
@@ -77,18 +70,14 @@ def route_tracks(
         Tracks to route.
     observations : sequence of Observation
         The observations to route them through.
-    dt : float
-        Seconds since the last frame.
     view : View
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
     graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
     others = colours_differ(models, parts)
-    routes = {t: graph.find_route(models[t], predicted[t], others[t], dt) for t in rows}
+    routes = {t: graph.find_route(models[t], predicted[t], others[t]) for t in rows}
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
-        if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
-            routes[t] = graph.find_route(models[t], predicted[t], others[t], dt)
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
             claimed[t] = _within_length(graph, routes[t].intervals, models[t])
             graph.claim(claimed[t])

@@ -52,8 +52,6 @@ class Sight:
         The samples that the last frame did not show, although nothing hides their place.
     is_covered : bool
         True if the last frame showed nothing of the object, and something that hides most of its place.
-    was_covered : bool
-        True if this was so in any frame since one last showed a part of it.
     confidence : float
         In the whole curve, in 0..1: less the longer ago its samples were seen.
     """
@@ -64,7 +62,6 @@ class Sight:
     hidden: Spans = ()
     in_sight: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(SAMPLES, dtype=np.bool_))
     is_covered: bool = False
-    was_covered: bool = False
     confidence: float = 1.0
 
     @classmethod
@@ -91,7 +88,7 @@ class Sight:
         self.seen_frames = np.minimum(self.seen_frames + shown, _MAX_SEEN_FRAMES)
         if self.hidden or was_unseen:
             self.unseen_s, self.in_sight = np.zeros(SAMPLES), np.zeros(SAMPLES, dtype=np.bool_)
-            self.hidden, self.is_covered, self.was_covered = (), False, False
+            self.hidden, self.is_covered = (), False
 
     def see_part(self, hidden: Spans, inferred: Spans, told: Told, widths: float, dt: float) -> None:
         """Count a frame that showed a part.
@@ -101,7 +98,7 @@ class Sight:
         """
         is_hidden = samples_within(hidden)
         self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & _in_sight(told, widths)
-        self.hidden, self.inferred, self.is_covered, self.was_covered = hidden, inferred, False, False
+        self.hidden, self.inferred, self.is_covered = hidden, inferred, False
         self._set_unseen(np.where(is_hidden, self.unseen_s + dt, 0.0))
         # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
         kept = (self.seen_frames >= _MAX_SEEN_FRAMES) & ~self.in_sight
@@ -113,7 +110,6 @@ class Sight:
         """Count a frame that showed nothing; `told` and `widths` as for `see_part`."""
         self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else _in_sight(told, widths)
         self.is_covered = told is not None and int(np.count_nonzero(told == HIDDEN)) > SAMPLES // 2
-        self.was_covered |= self.is_covered
         self.hidden = self.inferred = (WHOLE,)
         self._set_unseen(self.unseen_s + dt)
 

@@ -141,6 +141,10 @@ class TrackModel:
         """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self.width_or_0
 
+    def predict_points(self, duration_s: float) -> FloatArray:
+        """Return the samples after some seconds of their motion."""
+        return self.points + duration_s * self.motion.velocity
+
     def length_in_view(self, observation: Observation) -> float:
         """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""
         return self.lengths.metres * observation.px_per_m
@@ -169,7 +173,7 @@ class TrackModel:
         self.motion.adopt(velocity)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
-        self.lengths.adopt(observation.length, self.hits, self.length_tolerance_px)
+        self.lengths.px = observation.length
         self.width = self.width if math.isnan(observation.width) else observation.width
         self.appearance = self.appearance if observation.appearance is None else observation.appearance
         if observation.contiguous:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import SAMPLES, sample_curve
+from dloftbs.observation import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import inferred_spans, restart_loop, visible_parts
@@ -28,16 +26,14 @@ def update_seen(
             model.update_whole(observation, model.motion.after(observation.points - model.points, dt))
             model.conflict.clear()
         else:
-            _update_ambiguous(model, one, view, config, dt)
+            _update_ambiguous(model, one, view, dt)
         model.count_hit(config.min_hits)
 
 
-def _update_ambiguous(
-    model: TrackModel, shown: TrackObservation, view: View, config: TrackingConfig, dt: float
-) -> None:
+def _update_ambiguous(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> None:
     model.cut_to(shown.scope)
     if len(shown.matches) == 1 and shown.matches[0].is_complete:
-        _update_whole(model, shown.matches[0], config, dt)
+        _update_whole(model, shown.matches[0], dt)
     else:
         matches = _update_partly(model, shown, view, dt)
         model.visible = make_visible_curve(model, matches, view)
@@ -45,13 +41,10 @@ def _update_ambiguous(
     model.apart |= shown.apart_from
 
 
-def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig, dt: float) -> None:
+def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
     observation = match.observation
     if observation.curve.closed:
         observation = restart_loop(observation, match.curve_span[0])
-    overridden = model.conflict.overrides(match.observation, config.override_frames, model.width_or_0)
-    if overridden:
-        model.sight.seen_frames = np.full(SAMPLES, float(model.conflict.frames))
     longer = match.track_span != WHOLE
     if longer:
         model.resample(match.track_span)
@@ -60,7 +53,7 @@ def _update_whole(model: TrackModel, match: PartialMatch, config: TrackingConfig
         or observation.curve.closed != model.curve.closed
     )
     velocity = None
-    if not (longer or overridden or model.misses or other_shape):
+    if not (longer or model.misses or other_shape):
         velocity = model.motion.after(observation.points - model.points, dt)
     model.update_whole(observation, velocity)
 
@@ -90,7 +83,7 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     cut = any(end.is_cut for end in view.ends(longest, model))
-    if not (cut or shown.apart_from or _are_apart(model, matches)):
+    if not (cut or shown.apart_from or _are_apart(matches)):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
@@ -99,11 +92,11 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
 def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:
     """Take the length to the view's scale, by the width, and by what lies between both ends if they are seen."""
     model.lengths.follow_width(max(matches, key=lambda m: m.observation.length).observation.width)
-    if _are_apart(model, matches) and matches[0].track_span[0] <= 0.0 and matches[-1].track_span[1] >= 1.0:
+    if _are_apart(matches) and matches[0].track_span[0] <= 0.0 and matches[-1].track_span[1] >= 1.0:
         share = sum(match.track_span[1] - match.track_span[0] for match in matches)
         model.lengths.follow_tilt(sum(match.observation.length for match in matches) / share)
 
 
-def _are_apart(model: TrackModel, matches: Sequence[PartialMatch]) -> bool:
+def _are_apart(matches: Sequence[PartialMatch]) -> bool:
     """Return True if something of a track is hidden between its parts."""
-    return bool((hidden_before(matches)[1:-1] * model.length > model.position_tolerance_px).any())
+    return bool(hidden_before(matches)[1:-1].any())

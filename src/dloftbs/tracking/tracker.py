@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from dloftbs._arrays import LARGEST
 from dloftbs._values import check_number, check_size, check_stamp, check_type, count_of
 from dloftbs.config import TrackingConfig
@@ -21,7 +23,6 @@ from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.fusion import collect_new_objects
 from dloftbs.tracking.motion_filter import CurveFilter
-from dloftbs.tracking.prediction import predict_points
 from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.resolution import resolve
@@ -230,8 +231,8 @@ class Tracker:
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
         """Update the tracks by a frame's observations, and start tracks of new objects."""
         models, view, config = self._models, self._view, self._config
-        predicted = predict_points(models, extrapolated_time(dt))
-        association = associate(models, predicted, observations, view, config, dt)
+        predicted = np.array([model.predict_points(extrapolated_time(dt)) for model in models])
+        association = associate(models, predicted, observations, view, config)
         resolved, unassigned = resolve(models, predicted, association, view)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)

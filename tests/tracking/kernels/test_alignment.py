@@ -97,7 +97,7 @@ def test_the_seam_of_a_loop_is_found(seam, flip):
 
 
 def test_a_sample_counts_no_more_than_the_cap():
-    misfit, _, _ = align_all([wave()], [wave((0.0, 500.0))], cap=20.0)
+    misfit, _, _ = align_all([wave()], [wave((0.0, 30.0))], cap=20.0)
     assert misfit[0, 0] == pytest.approx(20.0)
 
 
@@ -105,18 +105,6 @@ def test_a_pair_that_is_not_asked_for_does_not_fit():
     track, ones = samples(wave())[None], np.ones(1)
     misfit, _, _ = kernels.align_all(track, ones, ones < 0.0, track, ones, ones < 0.0, np.zeros((1, 1)))
     assert misfit[0, 0] == np.inf
-
-
-@given(st.integers(0, 1000), st.sampled_from([2, 3]))
-def test_boxes_lie_as_far_apart_as_their_nearest_corners(seed, ndim):
-    rng = np.random.default_rng(seed)
-    ones, others = (rng.normal(0.0, 30.0, (n, 5, ndim)) + rng.normal(0.0, 90.0, (n, 1, ndim)) for n in (3, 4))
-    found = kernels.box_distances(ones, others)
-    for one, row in zip(ones, found, strict=True):
-        for other, gap in zip(others, row, strict=True):
-            between = np.maximum(one.min(axis=0) - other.max(axis=0), other.min(axis=0) - one.max(axis=0))
-            assert gap == pytest.approx(np.linalg.norm(np.maximum(between, 0.0)))
-            assert gap <= np.linalg.norm(one[:, None] - other[None], axis=2).min()
 
 
 def match(tracks: list[BSplineCurve], found: list[BSplineCurve]) -> list[int]:

@@ -75,24 +75,6 @@ def _box_distances(ones: _Floats, others: _Floats) -> _Floats:
     return result
 
 
-@kernel(read(float64, 3), read(float64, 3))
-def box_distances(ones: _Floats, others: _Floats) -> _Floats:
-    """Measure how far the boxes around curves lie apart: no two of their points are nearer to each other.
-
-    Parameters
-    ----------
-    ones : (n, m, d) float64
-        Points of n curves.
-    others : (k, m, d) float64
-
-    Returns
-    -------
-    (n, k) float64
-        0 where they overlap.
-    """
-    return _box_distances(ones, others)
-
-
 @helper
 def _distances_as_they_lie(
     tracks: _Floats, found: _Floats, margin_ratio: float, limit: float
@@ -348,7 +330,7 @@ def align_all(
         Positive.
     found_closed : (f,) bool
     cap : (t, f) float64
-        A sample's distance counts no more than this; a pair with 0 is not measured.
+        A sample's distance counts no more than this; pairs whose boxes lie as far apart are not measured.
 
     Returns
     -------
@@ -363,9 +345,10 @@ def align_all(
     misfit = np.empty(shape)
     start = np.empty(shape)
     backwards = np.empty(shape, dtype=np.bool_)
+    apart = _box_distances(tracks, found)
     for t in range(shape[0]):
         for f in range(shape[1]):
-            if cap[t, f] == 0.0:
+            if apart[t, f] >= cap[t, f]:
                 misfit[t, f], start[t, f], backwards[t, f] = math.inf, 0.0, False
                 continue
             share = found_lengths[f] / track_lengths[t]
