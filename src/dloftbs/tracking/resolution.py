@@ -72,11 +72,15 @@ def _drop_absent_spans(model: TrackModel, shown: TrackObservation) -> tuple[Trac
     """Return what belongs to a track, and the observations that do not.
 
     A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
-    visible part by more than a stretch that every frame so far has inferred. Matches that are connected by an absent
-    span only are no parts of one track: the longest group stays.
+    visible part by more than a stretch that every frame so far has inferred. A gap that the detector bridges is not
+    questioned. Matches that are connected by an absent span only are no parts of one track: the longest group stays.
     """
     matches = shown.matches
-    absent = [part for span in hidden_spans(matches) if (part := _absent_part(model, span)) is not None]
+    bridged = {
+        (one.track_span[1], next_.track_span[0]) for one, next_ in pairwise(matches) if are_consecutive(one, next_)
+    }
+    questioned = [span for span in hidden_spans(matches) if span not in bridged]
+    absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
     if not absent:
         return shown, []
     groups = _split_at(matches, absent)
