@@ -21,6 +21,12 @@ from dloftbs.tracking.partial_match import PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel
 
+_MAX_SHARED_NODES = 2
+"""Number of nodes that two tracks may share where they cross.
+
+Source: geometry; a crossing is about a width long, and so is the node spacing.
+"""
+
 _MAX_CLAIMED_SHARE = 0.5
 """Share of a part up to which it counts as unassigned.
 
@@ -78,6 +84,8 @@ def route_tracks(
     routes = {t: graph.find_route(models[t], predicted[t], others[t]) for t in rows}
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
+        if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
+            routes[t] = graph.find_route(models[t], predicted[t], others[t])
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
             claimed[t] = _within_length(graph, routes[t].intervals, models[t])
             graph.claim(claimed[t])

@@ -50,10 +50,10 @@ _STILL_HIDDEN_COST = 0.4
 Source: by hand; what hid it is likely there still.
 """
 
-_OTHER_COLOUR_COST = 1.5
-"""Extra cost of a sample that is of another object by its colour.
+_CLAIMED_COST = 1.5
+"""Extra cost of a sample that another track has claimed, or that is of another object by its colour.
 
-Source: by hand; above `_HIDDEN_COST`: rather hidden than seen there.
+Source: by hand; above `_HIDDEN_COST`: rather hidden than shared.
 """
 
 
@@ -122,6 +122,7 @@ class SampleGraph:
         self.points = self._samples[:, :2]
         for part, first, end in zip(parts, last - counts, last, strict=True):
             self.points[first:end] = sample_curve(part.curve, *part.curve_span, end - first)[0]
+        self._extra_cost = np.zeros(len(self.points))
         self.claimed = np.zeros(len(self.points), np.bool_)
         self.parts_of: dict[int, list[int]] = {}
         for p, part in enumerate(parts):
@@ -130,14 +131,14 @@ class SampleGraph:
         self._longest_step = kernels.describe_curves(self._samples, self._bounds, self._boxes)
 
     def find_route(self, model: TrackModel, predicted: FloatArray, others: npt.NDArray[np.bool_]) -> Route:
-        """Find the cheapest route of a track; samples of the parts that are `others`, by their colour, cost more."""
+        """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
         widening = np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
         reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length) * widening
         hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
         nodes = interpolate(np.column_stack((predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
         assignment = np.empty(count, np.int64)
-        self._samples[:, 4] = _OTHER_COLOUR_COST * others[self._part_of]
+        self._samples[:, 4] = self._extra_cost + _CLAIMED_COST * others[self._part_of]
         cost = kernels.find_route(
             nodes,
             self._samples,
@@ -160,10 +161,15 @@ class SampleGraph:
             for part, start, end, first, last, twice in found[:count].tolist()
         ]
 
+    def overlap(self, intervals: Sequence[Interval]) -> float:
+        """Return the length of the intervals that is already claimed, in nodes."""
+        return sum(int(np.count_nonzero(self.claimed[one.samples])) for one in intervals) / kernels.SAMPLES_PER_NODE
+
     def claim(self, intervals: Sequence[Interval]) -> None:
         """Claim the samples of a track's intervals."""
         for one in intervals:
             self.claimed[one.samples] = True
+            self._extra_cost[one.samples] = _CLAIMED_COST
 
     def claimed_count(self, part: int) -> int:
         """Return the number of samples of a part that are claimed."""
