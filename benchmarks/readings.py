@@ -226,8 +226,9 @@ def _overlap_cost(look: Look) -> float:
     spans = graph.spans
     reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
     links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
+    anywhere = np.ones(len(links[0]) - 1, dtype=np.bool_)
     paths, _, costs = branch_overlap.list_paths(
-        graph.nodes, graph.spurs, reach, spans, widths, graph.width, *links, nothing, nothing
+        graph.nodes, graph.spurs, anywhere, reach, spans, widths, graph.width, *links, nothing, nothing
     )
     return min(
         float(cost)

@@ -154,3 +154,28 @@ def test_of_two_cables_over_each_other_the_upper_one_stays_on_top(crosses, seed)
                     depth[drawn] = TABLE_M - height
     depth = NOISE.apply(depth, mask, np.random.default_rng(seed)).astype(np.float32)
     assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == (CROSSED if crosses else APART)
+
+
+ARRIVING = [
+    np.array([(40.0, 90.0), (170.0, 146.0), (230.0, 147.0)]),
+    np.array([(40.0, 210.0), (170.0, 154.0), (230.0, 153.0)]),
+]
+"""Two cables that come together and run beside each other; one of them goes on alone. The mask is the same for both."""
+ALONE = np.array([(225.0, 150.0), (390.0, 150.0)])
+
+
+@seeds
+@pytest.mark.parametrize("lower", [False, True])
+def test_of_two_cables_beside_each_other_the_one_at_the_same_depth_runs_on(lower, seed):
+    heights = 0.1, 0.16
+    mask, depth = np.zeros(SIZE, bool), np.full(SIZE, TABLE_M, np.float32)
+    for line, height in zip([*ARRIVING, ALONE], (*heights, heights[lower]), strict=True):
+        drawn = draw_cable(line, WIDTH, SIZE) > 0
+        mask |= drawn
+        depth[drawn] = TABLE_M - height
+    depth = NOISE.apply(depth, mask, np.random.default_rng(seed)).astype(np.float32)
+    found = dloftbs.detect(mask, depth=depth, camera=CAMERA)
+    ends = [sorted(detection.curve(np.array([0.0, 1.0])).tolist()) for detection in found]
+    assert len(ends) == 2
+    (runs_on,) = [start for start, stop in ends if stop[0] > 380.0]
+    assert (runs_on[1] > MIDDLE[1]) == lower

@@ -111,3 +111,12 @@ def test_the_other_cables_and_the_graph_keep_their_points() -> None:
     np.testing.assert_array_equal(matching.branches.points[~shared], points[~shared])
     np.testing.assert_array_equal(graph.points, graph_points)
     assert all(matching.partner[j] == i for i, j in enumerate(matching.partner) if j >= 0)
+
+
+@pytest.mark.parametrize("crosses", [False, True])
+def test_where_cables_change_partners_both_ends_of_a_joint_agree_on_its_cost(crosses: bool) -> None:
+    for length in (10, 15, 20):
+        _, graph, matching = matching_of(draw(*beside(7 * length, 7, crosses)))
+        separate_parallel_runs(graph, matching)
+        for end, partner in enumerate(matching.partner):
+            assert partner < 0 or matching.cost[end] == matching.cost[partner]

@@ -119,6 +119,37 @@ class EndEvidence:
         focal = self.frame.camera.fx
         return measure_swerves(self._depths, pairs, lengths, focal, self.width, DEPTH_NOISE_PER_M)
 
+    def swerves_into(
+        self, ends: list[int], span: tuple[int, int], at_start: bool, lengths: FloatArray
+    ) -> FloatArray | None:
+        """Return how far cables would swerve, as `swerves` does, that go on along some points of the graph.
+
+        Parameters
+        ----------
+        ends : list of int
+            Where they come from.
+        span : (int, int)
+            The points where one of them goes on.
+        at_start : bool
+            True if the first one of these is nearest to the ends, not the last one.
+        lengths : numpy.ndarray, shape (k,)
+            Of the ways there, px.
+
+        Returns
+        -------
+        numpy.ndarray, shape (k,), or None
+            rad; None where the points are too few to tell how they go on.
+        """
+        if self.frame.camera is None or self._depths is None:
+            return None
+        no_edge = np.zeros(2, dtype=np.bool_)
+        ahead = sample_depths(*self._asked, self._points, np.array([span]), no_edge, self.width)[[0 if at_start else 1]]
+        if np.isnan(ahead[0, 2]):
+            return None
+        known, count = np.concatenate((self._depths[ends], ahead)), len(ends)
+        pairs = np.column_stack((np.arange(count), np.full(count, count)))
+        return measure_swerves(known, pairs, lengths, self.frame.camera.fx, self.width, DEPTH_NOISE_PER_M)
+
     @property
     def has_depth(self) -> npt.NDArray[np.bool_]:
         """True for each end where depth tells how it goes on."""

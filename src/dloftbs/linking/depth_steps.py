@@ -22,7 +22,7 @@ _ROUNDS = 8
 Source: bounds time.
 """
 
-_LEAST_GAIN = 1.0
+LEAST_GAIN = 1.0
 """Least gain by depth alone that counts, nats.
 
 Source: by definition; odds of e.
@@ -96,6 +96,38 @@ class DepthSteps:
         gain = float(costs @ np.array([sign for _, sign in closed]))
         return gain + (self._keeping_order([end, other, p, q]) if min(p, q) >= 0 else 0.0)
 
+    def gain_of_second(
+        self, before: list[int], beyond: tuple[int, int], at_start: bool, length: float, after: int
+    ) -> float:
+        """Return how much less it costs by depth if the second of two cables runs on where the other one has ended.
+
+        Parameters
+        ----------
+        before : list of int
+            End of each one before the branches that they share.
+        beyond : (int, int)
+            The points of the graph along which one of them runs on.
+        at_start : bool
+            True if the first one of these is nearest to the other one's end, not the last one.
+        length : float
+            Of what they share, px.
+        after : int
+            The end that these points lead to, or -1; counts where they are too few.
+        """
+        known = [(end, 0.0) if self._known[end] else self._next_known(end, self._known) for end in before]
+        ends = [end for end, _ in known]
+        if min(ends) < 0:
+            return 0.0
+        lengths = np.array([length + away for _, away in known])
+        swerves = self._evidence.swerves_into(self.own[ends].tolist(), beyond, at_start, lengths)
+        if swerves is not None:
+            one, two = (JOINT[DEPTH_SWERVE] * swerve_bends(swerves)).tolist()
+        elif after >= 0:
+            one, two = self.costs(np.array([(end, after) for end in before])).tolist()
+        else:
+            return 0.0
+        return float(one - two)
+
     def _keeping_order(self, ends: list[int]) -> float:
         """Return how much less an exchange costs where two cables would change places in depth without it.
 
@@ -145,7 +177,7 @@ def exchange_by_depth(graph: Graph, matching: EndMatching, steps: DepthSteps) ->
         if len(ends) == 0:
             return
         by_node = np.bincount(nodes[ends], steps.costs(np.stack((ends, partner[ends]), axis=1)))
-        stepping = np.flatnonzero(by_node >= _LEAST_GAIN).tolist()
+        stepping = np.flatnonzero(by_node >= LEAST_GAIN).tolist()
         link_costs = _link_costs(graph, stepping) if stepping else {}
         best = 0.0
         for node in stepping:
@@ -184,7 +216,7 @@ def _exchange(
                 cost = link_costs[ids]
             joints.append((end, partner, cost))
     by_depth = steps.gain(one, other)
-    if by_depth < _LEAST_GAIN:
+    if by_depth < LEAST_GAIN:
         return 0.0, []
     return sum(joint[2] for joint in now) - sum(joint[2] for joint in then) + by_depth, then
 

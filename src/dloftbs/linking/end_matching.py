@@ -285,18 +285,22 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Int
     """
     duplicates = partial = reach = np.empty(0, dtype=np.int64)
     gains = np.empty(0)
-    if not branch_overlap.has_odd_junction(graph.nodes, graph.spurs):
-        return duplicates, partial, gains, reach, None
     spans, width = graph.spans, graph.width
-    # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
-    raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
-    reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
     junctions = junction_costs(graph.nodes, graph.spurs, graph.end_states, width)
     open_cost = np.full(len(graph.nodes), OPEN[OPEN_JUNCTION])
     open_cost[graph.spurs.repeat(2)] = 0.0
+    raw_radius = None
     for _ in range(_ROUNDS):
+        sets, slots = branch_overlap.cable_ends(graph.nodes, graph.spurs, *junctions[:2], duplicates, partial)
+        unresolved = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions) >= OPEN[OPEN_JUNCTION]
+        if not unresolved.any():
+            break
+        if raw_radius is None:
+            # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
+            raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
+            reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
         paths, inside, path_cost = branch_overlap.list_paths(
-            graph.nodes, graph.spurs, reach, spans, widths, width, *junctions, duplicates, partial
+            graph.nodes, graph.spurs, unresolved, reach, spans, widths, width, *junctions, duplicates, partial
         )
         if len(paths) == 0:
             break

@@ -18,7 +18,7 @@ from dloftbs.graph import (
     start_of,
     stop_of,
 )
-from dloftbs.linking.depth_steps import DepthSteps
+from dloftbs.linking.depth_steps import LEAST_GAIN, DepthSteps
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.prior import TemporalPrior
 
@@ -38,6 +38,12 @@ _LEAST_EVIDENCE = 0.1
 """Evidence, half a logarithm of a ratio of residuals, above which a cable is moved to the other side of a bundle.
 
 Source: by hand; below it the smoother of two axes is chance.
+"""
+
+_UNDER_WIDTHS = 2.0
+"""Length beyond the end of a cable, as the width of the mask tells it, where it may still lie over the other, widths.
+
+Source: by hand; at small angles two cables look like one before they end.
 """
 
 _UNCLEAR = 2.8
@@ -146,8 +152,7 @@ def _separate(
     normal = _across(middle, 0)
     first_side = 1.0 if normal @ (positions[before[0]] - positions[before[1]]) >= 0.0 else -1.0
     leaves = not inside and min(after) >= 0
-    last_side = first_side
-    continued = [_NOTHING, _NOTHING]
+    last_side, continued = first_side, [_NOTHING, _NOTHING]
     if leaves:
         last_side = 1.0 if _across(middle, -1) @ (positions[after[0]] - positions[after[1]]) >= 0.0 else -1.0
         continued = [_along(graph, branches, end) for end in after]
@@ -176,10 +181,10 @@ def _separate(
     for end in (*before, *(after if leaves else ())):
         matching.limit_margin(end, margin)
     if leaves and (last_side != first_side) != swapped[-1]:
-        matching.exchange(exit_one, exit_two)
+        matching.trade_places(exit_one, exit_two)
     sign = np.where(swapped[:-1], -1.0, 1.0)
-    if inside and _stops_on_the_other_axis(graph, branches, series[-1], raw_radius, first_side * sign[-1]):
-        matching.exchange(series[0][0], series[0][1])
+    if inside and _other_one_stops(graph, matching, series, before, raw_radius, first_side * sign[-1], steps):
+        matching.trade_places(series[0][0], series[0][1])
         sign = -sign
     _move(branches, series, stretches, sign[:, None] * shift, width)
 
@@ -221,28 +226,60 @@ def _across(middle: FloatArray, at: int) -> FloatArray:
     return np.array([-dy, dx])
 
 
-def _stops_on_the_other_axis(
-    graph: Graph, branches: Branches, ends: tuple[int, int], raw_radius: FloatArray, side: float
+def _other_one_stops(
+    graph: Graph,
+    matching: EndMatching,
+    series: _Series,
+    before: list[int],
+    raw_radius: FloatArray,
+    side: float,
+    steps: DepthSteps | None,
 ) -> bool:
-    """Tell whether the axis that continues beyond the end of one cable is not that of the continuing duplicate.
+    """Tell whether of two cables that share branches the one that seems to run on ends, and the other one runs on.
+
+    Both enter the branches by the same end, so that the matching cannot tell. Depth decides where it tells.
 
     Parameters
     ----------
-    graph, branches
-    ends : (int, int)
-        Ends at which the two enter the branch.
+    graph, matching
+    series : list of (int, int)
+        The ends at which both enter the branches; in the last one of these, one of them ends.
+    before : list of int
+        Where each comes from.
     raw_radius : numpy.ndarray, shape (m,)
     side : float
-        1 where the first of the two lies on the side to which x turns into y, -1 on the other.
+        1 where the first of the two lies at last on the side to which x turns into y, -1 on the other.
+    steps : DepthSteps, optional
     """
-    continuing = 0 if branches.nodes[other_end(ends[1])] == UNAVAILABLE else 1
+    branches, nodes, width = matching.branches, matching.branches.nodes, graph.width
+    ends = series[-1]
+    running = 0 if nodes[other_end(ends[1])] == UNAVAILABLE else 1
+    onward = matching.partner[other_end(ends[running])]
     start, stop = graph.spans[branches.branch_id[branch_of(ends[0])]].tolist()
-    at = np.arange(start, stop) if is_start(ends[0]) else np.arange(stop - 1, start - 1, -1)
-    a, b = branches.spans[branch_of(ends[1 - continuing])]
+    forwards = is_start(ends[0])
+    at = np.arange(start, stop) if forwards else np.arange(stop - 1, start - 1, -1)
+    first, last = branches.spans[branch_of(ends[1 - running])]
+    shared = last - first
+    if steps is not None:
+        skipped = min(int(_UNDER_WIDTHS * width), (len(at) - shared) // 2)
+        lone = shared + skipped
+        length = sum(branches.spans[branch_of(end)][1] - branches.spans[branch_of(end)][0] for end, _ in series[:-1])
+        gain = steps.gain_of_second(
+            [before[running], before[1 - running]],
+            (start + lone, stop) if forwards else (start, stop - lone),
+            forwards,
+            length + lone,
+            onward,
+        )
+        if abs(gain) >= LEAST_GAIN:
+            return gain > 0.0
     middle = graph.points[at]
-    shift, _, _ = kernels.offset_axes(middle, raw_radius[at], graph.width)
-    evidence = kernels.continuing_axis(middle, shift, b - a, graph.width)
-    lies = side if continuing == 0 else -side
+    shift, _, _ = kernels.offset_axes(middle, raw_radius[at], width)
+    if onward >= 0:
+        further = _along(graph, branches, onward)
+        middle, shift = np.concatenate((middle, further)), np.concatenate((shift, np.zeros_like(further)))
+    evidence = kernels.continuing_axis(middle, shift, shared, width)
+    lies = side if running == 0 else -side
     return abs(evidence) > _LEAST_EVIDENCE and (evidence > 0.0) != (lies > 0.0)
 
 

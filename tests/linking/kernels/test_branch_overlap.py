@@ -12,12 +12,15 @@ from hypothesis import strategies as st
 from dloftbs.linking.kernels.branch_overlap import (
     MOST_RUNS,
     _overlap_cost,
+    cable_ends,
     changed_junctions,
     choose_paths,
-    has_odd_junction,
     list_paths,
 )
+from dloftbs.linking.kernels.end_matching import least_costs
+from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION
 from dloftbs.linking.kernels.pair_costs import junction_costs
+from dloftbs.linking.kernels.weights import OPEN
 
 WIDTH = 6.0
 NONE = np.empty(0, dtype=np.int64)
@@ -50,8 +53,11 @@ def paths_of(
     widths[2] = wide * WIDTH
     reach = known.get("reach", np.zeros(2 * n, dtype=np.int64))
     costs = junction_costs(nodes, spur, states, WIDTH)
+    shared = known.get("duplicates", NONE), known.get("partial", NONE)
+    open_costs = np.full(2 * n, OPEN[OPEN_JUNCTION])
+    unresolved = least_costs(*cable_ends(nodes, spur, *costs[:2], *shared), nodes, open_costs, *costs)
     paths, inside, open_cost = list_paths(
-        nodes, spur, reach, spans, widths, WIDTH, *costs, known.get("duplicates", NONE), known.get("partial", NONE)
+        nodes, spur, unresolved >= OPEN[OPEN_JUNCTION], reach, spans, widths, WIDTH, *costs, *shared
     )
     return [[end for end in path if end >= 0] for path in paths.tolist()], inside, open_cost
 
@@ -120,14 +126,33 @@ def test_the_sets_of_arms_before_and_after() -> None:
     assert len(groups) == 4  # each once
 
 
-@given(st.lists(st.tuples(st.integers(-2, 4), st.integers(-2, 4), st.booleans()), max_size=12))
-def test_odd_junctions_are_noticed(branches: list[tuple[int, int, bool]]) -> None:
-    nodes, spur = (
-        np.array([branch[:2] for branch in branches], dtype=np.int64).ravel(),
-        np.array([s for *_, s in branches], np.bool_),
-    )
-    met = [node for *ends, is_spur in branches for node in ends if not is_spur]
-    assert has_odd_junction(nodes, spur) == any(met.count(node) % 2 for node in range(5))
+@given(
+    st.lists(st.tuples(st.integers(-2, 4), st.integers(-2, 4), st.booleans()), min_size=1, max_size=12),
+    st.integers(0, 2**32 - 1),
+)
+def test_the_ends_of_cables_at_junctions(branches: list[tuple[int, int, bool]], seed: int) -> None:
+    nodes = np.array([branch[:2] for branch in branches], dtype=np.int64).ravel()
+    spur = np.array([is_spur for *_, is_spur in branches], np.bool_)
+    first, members, *_ = junction_costs(nodes, spur, states_of([(0.0, 0.0, 0.0)] * len(nodes)), WIDTH)
+    rng = np.random.default_rng(seed)
+    duplicates = np.flatnonzero(~spur & (rng.random(len(spur)) < 0.3))
+    sides = rng.integers(-1, 2, len(duplicates))
+    partial = np.where(sides < 0, -1, 2 * duplicates + sides)
+    sets, slots = cable_ends(nodes, spur, first, members, duplicates, partial)
+    again = [end for d, p in zip(duplicates, partial, strict=True) for end in (2 * d, 2 * d + 1) if p in (-1, end)]
+    ends = [*range(len(nodes)), *again]
+    for node, (start, stop) in enumerate(pairwise(sets)):
+        expected = [end for end in ends if nodes[end] == node and not spur[end // 2]]
+        assert sorted(slots[start:stop].tolist()) == sorted(expected)
+
+
+def test_a_branch_may_be_shared_where_an_even_number_of_ends_meet() -> None:
+    """Another cable ends at one of two Ys: of the four ends that meet there, two would stay open."""
+    nodes, states = two_ys()
+    nodes = np.append(nodes, (0, -1))
+    states = np.concatenate((states, states_of([(190, 206, 270), (190, 300, 90)])))
+    paths, _, _ = paths_of(nodes, states)
+    assert sorted(paths) == [[4], [5]]
 
 
 def choose_slowly(

@@ -1,8 +1,8 @@
 """Branch overlap: series of branches that two cables may share, side by side or one over the other.
 
-At a junction of an odd number of ends a cable stops, or one of the branches holds two cables. Shared branches lead from
-one such junction to another one, straight through others in between; or to a point at which one of the two cables ends
-and the mask gets narrow.
+At a junction whose ends, in pairs, leave some open, as an odd number does, a cable stops, or one of the branches holds
+two cables. Shared branches lead from one such junction to another one, straight through others in between; or to a
+point at which one of the two cables ends and the mask gets narrow.
 """
 
 from __future__ import annotations
@@ -148,41 +148,53 @@ def _slots_at(
     return count
 
 
-@helper
-def _is_odd(slots: npt.NDArray[np.int64], count: int, spur: npt.NDArray[np.bool_]) -> bool:
-    ends = 0
-    for k in range(count):
-        ends += not spur[branch_of(slots[k])]
-    return ends % 2 == 1
-
-
-@kernel(read(int64, 1), read(boolean, 1))
-def has_odd_junction(nodes: npt.NDArray[np.int64], spur: npt.NDArray[np.bool_]) -> bool:
-    """Tell whether any junction has an odd number of ends, spurs left out.
+@kernel(read(int64, 1), read(boolean, 1), read(int64, 1), read(int64, 1), read(int64, 1), read(int64, 1))
+def cable_ends(
+    nodes: npt.NDArray[np.int64],
+    spur: npt.NDArray[np.bool_],
+    first: npt.NDArray[np.int64],
+    members: npt.NDArray[np.int64],
+    duplicates: npt.NDArray[np.int64],
+    partial: npt.NDArray[np.int64],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """List the ends at each junction, those of shared branches once for each cable, spurs left out.
 
     Parameters
     ----------
     nodes : (2 n,) int64
         The junction at each end, negative where there is none.
     spur : (n,) bool
+    first, members
+        As `pair_costs.junction_costs` makes them.
+    duplicates, partial : (c,) int64
+        As `list_paths` takes them.
+
+    Returns
+    -------
+    sets : (j + 1,) int64
+        Start of the set of each junction in `slots`.
+    slots : (m,) int64
     """
-    count = 0
-    for node in nodes:
-        count = max(count, node + 1)
-    is_odd = np.zeros(count, dtype=np.bool_)
-    for end in range(len(nodes)):
-        if nodes[end] >= 0 and not spur[branch_of(end)]:
-            is_odd[nodes[end]] = not is_odd[nodes[end]]
-    return bool(is_odd.any())
+    sets = np.zeros(len(first), dtype=np.int64)
+    slots = np.empty(len(members) + 2 * len(duplicates), dtype=np.int64)
+    here = np.empty(_MOST_SLOTS, dtype=np.int64)
+    for node in range(len(first) - 1):
+        sets[node + 1] = sets[node]
+        for k in range(_slots_at(node, nodes, first, members, duplicates, partial, here)):
+            if not spur[branch_of(here[k])]:
+                slots[sets[node + 1]] = here[k]
+                sets[node + 1] += 1
+    return sets, slots[: sets[-1]].copy()
 
 
 @kernel(
-    read(int64, 1), read(boolean, 1), read(int64, 1), read(int64, 2), read(float64, 1), float64,
+    read(int64, 1), read(boolean, 1), read(boolean, 1), read(int64, 1), read(int64, 2), read(float64, 1), float64,
     read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(int64, 1),
 )  # fmt: skip
 def list_paths(
     nodes: npt.NDArray[np.int64],
     spur: npt.NDArray[np.bool_],
+    unresolved: npt.NDArray[np.bool_],
     reach: npt.NDArray[np.int64],
     spans: npt.NDArray[np.int64],
     widths: npt.NDArray[np.float64],
@@ -200,6 +212,8 @@ def list_paths(
     ----------
     nodes : (2 n,) int64
     spur : (n,) bool
+    unresolved : (j,) bool
+        Junctions whose ends, in pairs, leave some open.
     reach : (2 n,) int64
         As `wide_stretches.wide_reach` makes it.
     spans : (n, 2) int64
@@ -225,11 +239,11 @@ def list_paths(
     count = len(first) - 1
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
     slots = np.empty(_MOST_SLOTS, dtype=np.int64)
-    is_odd = np.zeros(count, dtype=np.bool_)
+    may_share = np.zeros(count, dtype=np.bool_)
     has_spur = np.zeros(count, dtype=np.bool_)
     for node in range(count):
         size = _slots_at(node, nodes, first, members, duplicates, partial, slots)
-        is_odd[node] = size <= _MOST_ARMS and _is_odd(slots, size, spur)
+        may_share[node] = unresolved[node] and size <= _MOST_ARMS
         for k in range(min(size, _MOST_ARMS)):
             has_spur[node] = has_spur[node] or spur[branch_of(slots[k])]  # it may be the tip of the second cable
     room = 2 * len(nodes) + 64
@@ -243,7 +257,7 @@ def list_paths(
     stack = np.full((_MOST_SLOTS, MOST_RUNS), -1, dtype=np.int64)
     depth = np.empty(_MOST_SLOTS, dtype=np.int64)
     for start in range(len(nodes)):
-        if nodes[start] < 0 or spur[branch_of(start)] or not is_odd[nodes[start]]:
+        if nodes[start] < 0 or spur[branch_of(start)] or not may_share[nodes[start]]:
             continue
         stack[0, 0], depth[0] = start, 1
         height, trials = 1, 0
@@ -267,10 +281,10 @@ def list_paths(
             ends = (drops and reach[end] >= _LEAST_WIDE_WIDTHS * width) or (
                 node < 0 and reach[end] > _MOSTLY * lengths[branch]
             )
-            to_odd = node >= 0 and is_odd[node]
+            to_such = node >= 0 and may_share[node]
             # From both sides wide and thin between: two cables cross there.
             thin = lengths[branch] - reach[end] - reach[other_end(end)]
-            if ends and to_odd and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
+            if ends and to_such and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
                 ends = False
             if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
                 copy_to(paths[found], path[:steps])
@@ -279,11 +293,11 @@ def list_paths(
                 found += 1
             if node < 0 or total + lengths[branch] > _LONGEST_WIDTHS * width:
                 continue
-            if to_odd or has_spur[node]:
+            if to_such or has_spur[node]:
                 copy_to(paths[found], path[:steps])
                 overlap_cost[found] = so_far + _overlap_cost(lengths[branch], widths[branch], width)
                 found += 1
-            if to_odd:
+            if to_such:
                 continue
             size = first[node + 1] - first[node]
             if steps == MOST_RUNS or size > _MOST_ARMS:

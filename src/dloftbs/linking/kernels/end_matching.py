@@ -347,6 +347,9 @@ def least_costs(
     for s in range(len(totals)):
         ends = slots[sets[s] : sets[s + 1]]
         size = len(ends)
+        if size == 0:
+            totals[s] = 0.0
+            continue
         node = nodes[ends[0]]
         stride = first[node + 1] - first[node]
         cost, own_open_cost = np.empty((size, size)), np.empty(size)
