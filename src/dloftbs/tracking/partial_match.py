@@ -134,16 +134,3 @@ def are_consecutive(first: PartialMatch, second: PartialMatch) -> bool:
     one, other = first.observation, second.observation
     same = one.detection_index == other.detection_index and one.backwards == other.backwards
     return same and first.curve_span[1] <= second.curve_span[0]
-
-
-def covered_share(matches: Sequence[PartialMatch]) -> float:
-    """Return the share of a detection's ``u`` that matches with parts of it cover together."""
-    spans = sorted(
-        (1.0 - match.curve_span[1], 1.0 - match.curve_span[0]) if match.observation.backwards else match.curve_span
-        for match in matches
-    )
-    share = end = 0.0
-    for low, high in spans:
-        share += max(high - max(low, end), 0.0)
-        end = max(end, high)
-    return share

@@ -20,7 +20,6 @@ from dloftbs.tracking.partial_match import (
     PartialMatch,
     TrackObservation,
     are_consecutive,
-    covered_share,
     hidden_spans,
 )
 from dloftbs.tracking.track_model import TrackModel
@@ -50,7 +49,7 @@ def resolve(
             continue
         first, whole = shown.matches[0], None
         alone = len(shown.detection_indices) == 1 and claims[first.observation.detection_index] == 1
-        if alone and not _corrects_order(shown.matches, model.position_tolerance_px):
+        if alone:
             whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
         matches = shown.matches if whole is None else (whole,)
         resolved, rejected = _drop_absent_spans(model, shown._replace(matches=matches))
@@ -59,13 +58,6 @@ def resolve(
         result.append(resolved)
     # A detection of one track only is all that track's.
     return result, [part for part in unassigned if claims[part.detection_index] != 1]
-
-
-def _corrects_order(matches: Sequence[PartialMatch], tolerance_px: float) -> bool:
-    """Return True if parts of one detection, in another order, correct a crossing: they leave little of it unread."""
-    if all(are_consecutive(*pair) for pair in pairwise(matches)):
-        return False
-    return (1.0 - covered_share(matches)) * matches[0].observation.object_length <= tolerance_px
 
 
 def _drop_absent_spans(model: TrackModel, shown: TrackObservation) -> tuple[TrackObservation, list[Observation]]:
