@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from drawings import draw_cable
 from linking_examples import dense, detect, distances, graph_of, hide
+from scipy.spatial import cKDTree
 
 from dloftbs.evaluation import match_curves
 from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence
@@ -29,6 +30,27 @@ def test_a_sharp_bend_is_one_cable_with_its_corner(angle: float, width: int) -> 
         found = detect(draw_cable(line, width, SIZE))
         assert len(found) == 1, turned
         assert distances(found, [line])[0] < 0.5 * width + 5.0, turned
+
+
+@pytest.mark.parametrize("width", [6, 12, 20])
+@pytest.mark.parametrize("radius_widths", [0.75, 1.0])
+@pytest.mark.parametrize("angle", [0, 20, 40, 60, 80])
+def test_a_round_bend_is_followed_half_a_width_inside_of_its_outer_edge(
+    angle: float, radius_widths: float, width: int
+) -> None:
+    """The tangents of the two sides meet outside of the mask; the skeleton goes around the notch between them."""
+    half = np.radians(0.5 * angle)
+    around = np.linspace(half - 0.5 * np.pi, 0.5 * np.pi - half, 40)
+    arc = radius_widths * width * np.column_stack((-np.cos(around), np.sin(around)))
+    sides = 110.0 * np.array([(np.cos(half), -np.sin(half)), (np.cos(half), np.sin(half))])
+    drawn = np.concatenate((arc[:1] + sides[:1], arc, arc[-1:] + sides[1:]))
+    for turned in np.radians(range(7, 360, 88)):
+        c, s = np.cos(turned), np.sin(turned)
+        line = dense(APEX + drawn @ np.array([(c, s), (-s, c)]))
+        found = detect(draw_cable(line, width, SIZE))
+        assert len(found) == 1
+        away, _ = cKDTree(found[0].curve.sample(600)).query(line)
+        assert away.max() < 0.25 * width + 1.0
 
 
 def test_a_mitre_is_a_spur_whose_corner_both_ends_know() -> None:

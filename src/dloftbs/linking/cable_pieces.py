@@ -10,19 +10,8 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, is_start, start_of, stop_of
+from dloftbs.linking.bend_corners import way_around
 from dloftbs.linking.kernels.end_extension import is_seen
-
-_CORNER_WIDTHS = 3.0
-"""Largest distance from a branch end to the corner of its bend, widths.
-
-Source: by hand.
-"""
-
-_PARALLEL = 0.4
-"""Sine of the angle of two branch ends below which the point where they meet is uncertain.
-
-Source: by hand; at this angle an error of 1 px aside is 2.5 px along.
-"""
 
 Span = tuple[int, int, int]
 """First point, the one after the last, step: 1 or -1."""
@@ -110,50 +99,16 @@ def cut_into_pieces(
     return pieces
 
 
-def _corner(mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int) -> FloatArray | None:
-    """Return the corner of a bend that turns back: the intersection of its two tangents on the mask, or its mitre.
-
-    The farther one is taken if both are known: the tangents of short branches intersect too early.
-    """
-    states = matching.branches.end_states
-    ax, ay, adx, ady = states[matching.partner[end], RAY].tolist()
-    bx, by, bdx, bdy = states[end, RAY].tolist()
-    if adx * bdx + ady * bdy <= 0.0:
-        return None
-    known = graph.corners[end] if end < len(graph.corners) else -1
-    mitre = graph.points[known] if known >= 0 else None
-    sine = adx * bdy - ady * bdx
-    if abs(sine) < _PARALLEL:
-        return mitre
-    ahead = ((bx - ax) * bdy - (by - ay) * bdx) / sine
-    back = ((bx - ax) * ady - (by - ay) * adx) / sine
-    row, column = int(ay + ahead * ady + 0.5), int(ax + ahead * adx + 0.5)
-    near = min(ahead, back) > 0.0 and max(ahead, back) <= _CORNER_WIDTHS * graph.width
-    if not (near and 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0):
-        return mitre
-    meets = np.array((ax + ahead * adx, ay + ahead * ady))
-    if mitre is not None and float((mitre - meets) @ (adx + bdx, ady + bdy)) > 0.0:
-        return mitre
-    return meets
-
-
 def _way_around_corner(
     mask: npt.NDArray[np.uint8], graph: Graph, matching: EndMatching, end: int, before: Span, after: Span
 ) -> FloatArray | None:
-    """Return the points of a cable that goes straight to a corner and back; None where there is no corner."""
-    corner = _corner(mask, graph, matching, end)
-    if corner is None:
-        return None
-    points = matching.branches.points
-    here, there = points[before[1] - before[2]], points[after[0]]
-    return np.concatenate((between(here, corner), corner[None], between(corner, there)))
-
-
-def between(start: FloatArray, stop: FloatArray) -> FloatArray:
-    """Return the points between two others, about 1 px apart."""
-    steps = max(int(np.hypot(*(stop - start))), 1)
-    result: FloatArray = start + np.arange(1, steps)[:, None] / steps * (stop - start)
-    return result
+    """Return the points of a cable that goes to a corner and back; None where there is no corner."""
+    branches = matching.branches
+    here, there = branches.end_states[matching.partner[end], RAY], branches.end_states[end, RAY]
+    known = graph.corners[end] if end < len(graph.corners) else -1
+    mitre = graph.points[known] if known >= 0 else None
+    radius = min(float(branches.radius[before[1] - before[2]]), float(branches.radius[after[0]]))
+    return way_around(mask, here, there, graph.width, radius, mitre)
 
 
 def _own_span(graph: Graph, offsets: list[int], matching: EndMatching, branch: int) -> tuple[int, int]:

@@ -25,7 +25,8 @@ from dloftbs.graph import (
     start_of,
     stop_of,
 )
-from dloftbs.linking.cable_pieces import Piece, Points, Span, between
+from dloftbs.linking.bend_corners import between
+from dloftbs.linking.cable_pieces import Piece, Points, Span
 from dloftbs.linking.kernels.end_extension import extend_end
 
 _TAIL_WIDTHS = 6.0
