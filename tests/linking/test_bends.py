@@ -92,3 +92,12 @@ def test_a_loop_whose_crossing_is_cut_has_no_bend_there() -> None:
     loop = DegradedSequence(KindSequence("one loop", 120, seed=3067), OCCLUDED, 3067)
     found = detect(loop.frame(79).mask)
     assert match_curves([one.curve for one in found], loop.truth(79).curves).clean(5.0)
+
+
+def test_a_bend_whose_sides_lie_side_by_side_keeps_its_mitre_though_that_is_far() -> None:
+    """A narrow V: the edge behind the corner is farther from where the sides part than a corner may be."""
+    line = bend(14, 10)
+    found = detect(draw_cable(line, 20, SIZE))
+    assert len(found) == 1
+    away, _ = cKDTree(found[0].curve.sample(600)).query(dense(line))
+    assert away.max() < 10.0

@@ -105,10 +105,19 @@ def _way_around_corner(
     """Return the points of a cable that goes to a corner and back; None where there is no corner."""
     branches = matching.branches
     here, there = branches.end_states[matching.partner[end], RAY], branches.end_states[end, RAY]
-    known = graph.corners[end] if end < len(graph.corners) else -1
-    mitre = graph.points[known] if known >= 0 else None
     radius = min(float(branches.radius[before[1] - before[2]]), float(branches.radius[after[0]]))
-    return way_around(mask, here, there, graph.width, radius, mitre)
+    return way_around(mask, here, there, graph.width, radius, _stub(graph, end))
+
+
+def _stub(graph: Graph, end: int) -> FloatArray | None:
+    """Return the skeleton in the corner at an end, from the junction on; None where it has no branch there."""
+    tip = int(graph.corners[end]) if end < len(graph.corners) else -1
+    if tip < 0:
+        return None
+    branch = int(np.searchsorted(graph.offsets, tip, side="right")) - 1
+    if graph.nodes[start_of(branch)] >= 0:
+        return graph.points[graph.offsets[branch] : tip + 1]
+    return graph.points[tip : graph.offsets[branch + 1]][::-1]
 
 
 def _own_span(graph: Graph, offsets: list[int], matching: EndMatching, branch: int) -> tuple[int, int]:

@@ -99,6 +99,18 @@ _SHAPELESS_PX = 6.0
 Source: by hand.
 """
 
+_OPEN = -0.5
+"""Cosine of the angle between two branches up to which they are no two sides of one bend.
+
+Source: geometry; three equal angles between the branches at a junction.
+"""
+
+_BEHIND_WIDTHS = 3.0
+"""Distance behind a branch's end at which its width is taken, widths; at most half of the branch.
+
+Source: by hand; nearer, what meets there widens the mask.
+"""
+
 _TIP = 0.9
 """Ratio of a place's width to the cable's above which a mitre is not yet in the cap.
 
@@ -320,6 +332,35 @@ def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: fl
     return aside <= _ROUND * ahead + _RAGGED_PX
 
 
+@helper
+def _width_behind(end: int, radius: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64], width: float) -> float:
+    """Return the width of a branch behind its end, clear of what meets there, px."""
+    branch = branch_of(end)
+    k = min(int(_BEHIND_WIDTHS * width), (offsets[branch + 1] - offsets[branch]) // 2)
+    return 2.0 * radius[offsets[branch] + k if is_start(end) else offsets[branch + 1] - 1 - k]
+
+
+@helper
+def _is_fold(
+    mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], stop: npt.NDArray[np.float64], side: float
+) -> bool:
+    """Tell whether two sides of a bend, `side` px wide, lie in the mask from a point up to a tip.
+
+    It is wider than one of them up to a width before the tip, where a cable that ends there alone is as wide as it is.
+    """
+    dx, dy = stop[0] - start[0], stop[1] - start[1]
+    length = np.sqrt(dx * dx + dy * dy)
+    if length < side:
+        return False
+    dx, dy = dx / length, dy / length
+    for k in range(int(length - side) + 1):
+        x, y = start[0] + k * dx, start[1] + k * dy
+        across = _reach(mask, x, y, -dy, dx, 2.0 * side) + _reach(mask, x, y, dy, -dx, 2.0 * side)
+        if across < _WIDE * side:
+            return False
+    return True
+
+
 @kernel(
     read(int64, 1), write(boolean, 1), write(boolean, 1), read(float64, 2), read(float64, 2), read(float64, 2),
     read(float64, 1), read(int64, 1), read(uint8, 2), float64,
@@ -383,7 +424,8 @@ def find_corners(
         hx, hy = points[last, 0] - centres[node, 0], points[last, 1] - centres[node, 1]
         length = max(np.sqrt(hx * hx + hy * hy), 1e-9)
         mx, my = states[a, TANGENT_X] + states[b, TANGENT_X], states[a, TANGENT_Y] + states[b, TANGENT_Y]
-        if states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y] <= 0.0:
+        cosine = states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y]
+        if cosine <= _OPEN:
             continue
         if hx * mx + hy * my < _ALONG * length * np.sqrt(mx * mx + my * my):
             continue
@@ -391,10 +433,12 @@ def find_corners(
             continue
         if not _is_round(mask, points[apex, 0], points[apex, 1], hx / length, hy / length, width):
             continue
+        longest = _LONGER * _mitre_length(states, a, b, width) + _LONGER_WIDTHS * width + _LONGER_PX
+        is_mitre = cosine > 0.0 and (spurs[stub] or (length <= longest and mean >= _WIDE * width))
+        side = 0.5 * (_width_behind(a, radius, offsets, width) + _width_behind(b, radius, offsets, width))
+        if not is_mitre and not _is_fold(mask, centres[node], points[apex], side):
+            continue
         if alive[stub]:
-            longest = _LONGER * _mitre_length(states, a, b, width) + _LONGER_WIDTHS * width + _LONGER_PX
-            if length > longest or mean < _WIDE * width:
-                continue
             alive[stub], spurs[stub] = False, True
         corners[a] = corners[b] = apex
     return corners
