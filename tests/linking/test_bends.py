@@ -9,7 +9,7 @@ from linking_examples import dense, detect, distances, graph_of, hide
 from scipy.spatial import cKDTree
 
 from dloftbs.evaluation import match_curves
-from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence
+from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence, TrackingSequence
 
 SIZE = (320, 320)
 APEX = np.array([160.3, 161.1])
@@ -101,3 +101,34 @@ def test_a_bend_whose_sides_lie_side_by_side_keeps_its_mitre_though_that_is_far(
     assert len(found) == 1
     away, _ = cKDTree(found[0].curve.sample(600)).query(dense(line))
     assert away.max() < 10.0
+
+
+def drawn(start: np.ndarray, stop: np.ndarray, width: int) -> np.ndarray:
+    return draw_cable(np.array([start, stop]), width, SIZE)
+
+
+@pytest.mark.parametrize("angle", [40, 60, 80])
+def test_a_cable_that_ends_at_the_neck_of_a_plug_makes_no_fold(angle: float) -> None:
+    """The plug is wider than its cable, as a fold is, but that runs straight on into it."""
+    for turned in np.radians(range(7, 360, 44)):
+        along, aside = (np.array([np.cos(turned + a), np.sin(turned + a)]) for a in (0.0, np.radians(angle)))
+        mask = drawn(APEX - 120.0 * along, APEX + 50.0 * along, 12) | drawn(APEX - 120.0 * aside, APEX, 12)
+        mask |= drawn(APEX + 8.0 * along, APEX + 50.0 * along, 18)
+        assert len(detect(mask)) == 2
+
+
+def test_a_loop_whose_inside_is_closed_is_one_cable_and_goes_around() -> None:
+    t = np.linspace(-0.5 * np.pi, 1.5 * np.pi, 60)[5:-5]
+    loop = np.column_stack((12.0 * np.cos(t), -14.0 - 22.0 * np.sin(t)))
+    line = dense(APEX + np.concatenate(([(-70.0, 110.0)], loop, [(70.0, 110.0)])))
+    found = detect(draw_cable(line, 24, SIZE))
+    assert len(found) == 1
+    away, _ = cKDTree(found[0].curve.sample(600)).query(line)
+    assert away.max() < 8.0
+
+
+def test_an_end_that_a_cut_thins_behind_a_crossing_makes_no_fold() -> None:
+    """What hides one arm of a crossing leaves a notch at the end of the other cable."""
+    sequence = TrackingSequence("occluded", 3, 0, size=(720, 1280), seed=3301)
+    found = detect(sequence.frame(34).mask)
+    assert match_curves([one.curve for one in found], sequence.truth(34).curves).clean(5.0)

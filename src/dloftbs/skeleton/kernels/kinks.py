@@ -105,6 +105,18 @@ _OPEN = -0.5
 Source: geometry; three equal angles between the branches at a junction.
 """
 
+_ASKEW_RAD = 0.1
+"""Angle by which a fold may turn from the middle between its two sides towards one of them, beyond half the way, rad.
+
+Source: by hand; nearer to a side, that runs straight on: to a plug, which is wider than its cable.
+"""
+
+_BEYOND_WIDTHS = 0.5
+"""Largest length of the skeleton beyond the tip of a fold, widths.
+
+Source: geometry; the skeleton of a round tip ends half a width before the edge, as the cable's axis turns there.
+"""
+
 _BEHIND_WIDTHS = 3.0
 """Distance behind a branch's end at which its width is taken, widths; at most half of the branch.
 
@@ -427,7 +439,8 @@ def find_corners(
         cosine = states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y]
         if cosine <= _OPEN:
             continue
-        if hx * mx + hy * my < _ALONG * length * np.sqrt(mx * mx + my * my):
+        along = (hx * mx + hy * my) / (length * max(np.sqrt(mx * mx + my * my), 1e-9))
+        if along < _ALONG:
             continue
         if not _is_straight(mask, centres[node], points[apex]):
             continue
@@ -436,9 +449,14 @@ def find_corners(
         longest = _LONGER * _mitre_length(states, a, b, width) + _LONGER_WIDTHS * width + _LONGER_PX
         is_mitre = cosine > 0.0 and (spurs[stub] or (length <= longest and mean >= _WIDE * width))
         side = 0.5 * (_width_behind(a, radius, offsets, width) + _width_behind(b, radius, offsets, width))
-        if not is_mitre and not _is_fold(mask, centres[node], points[apex], side):
-            continue
-        if alive[stub]:
-            alive[stub], spurs[stub] = False, True
-        corners[a] = corners[b] = apex
+        askew = np.arccos(min(along, 1.0)) - 0.25 * np.arccos(min(cosine, 1.0))
+        beyond = abs(last - apex)  # a thin piece: what a cut leaves of another cable
+        if is_mitre or (
+            askew <= _ASKEW_RAD
+            and beyond <= _BEYOND_WIDTHS * side
+            and _is_fold(mask, centres[node], points[apex], side)
+        ):
+            if alive[stub]:
+                alive[stub], spurs[stub] = False, True
+            corners[a] = corners[b] = apex
     return corners
