@@ -144,6 +144,26 @@ def turned(way: np.ndarray, angle: float) -> np.ndarray:
     return np.array([[c, -s], [s, c]]) @ way
 
 
+def is_fold(meeting: Meeting, node: int, ends: list[int], apex: int, beyond: int) -> bool:
+    """Tell whether the mask is wide from a junction to a width before a tip, and the skeleton ends there."""
+    widths = []
+    for end in ends:
+        start, stop = meeting.offsets[end // 2], meeting.offsets[end // 2 + 1]
+        behind = min(int(3.0 * meeting.width), (stop - start) // 2)
+        widths.append(2.0 * meeting.radius[stop - 1 - behind if end % 2 else start + behind])
+    side, start = float(np.mean(widths)), meeting.centres[node]
+    way = meeting.points[apex] - start
+    length = math.sqrt(way[0] * way[0] + way[1] * way[1])
+    if beyond > 0.5 * side or length < side:
+        return False
+    way = way / length
+    across = np.array([-way[1], way[0]])
+    return all(
+        sum(meeting.reach(start + k * way, sign * across, 2.0 * side) for sign in (1.0, -1.0)) >= 1.15 * side
+        for k in range(int(length - side) + 1)
+    )
+
+
 def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]]:
     """Look at one stub after the other, from its junction to its tip."""
     corners, alive, spurs = [-1] * len(meeting.nodes), meeting.alive.tolist(), meeting.spurs.tolist()
@@ -159,8 +179,10 @@ def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]
         one, two = (meeting.states[end, 2:4] for end in ends)
         way = meeting.points[at[-1]] - meeting.centres[node]
         length = float(np.hypot(*way))
-        between = (one + two) / np.hypot(*(one + two))
-        if one @ two <= 0.0 or way @ between < 0.85 * length:
+        if one @ two <= -0.5:
+            continue
+        along = float(way @ ((one + two) / np.hypot(*(one + two)))) / length
+        if along < 0.85:
             continue
         wide = [i for i in at if 2.0 * meeting.radius[i] >= 0.9 * width]
         apex = wide[-1] if wide else at[0]
@@ -174,12 +196,15 @@ def literal_corners(meeting: Meeting) -> tuple[list[int], list[bool], list[bool]
         aside = [meeting.reach(tip, turned(way / length, angle), 2.0 * width) for angle in angles]
         if width >= 6.0 and max(aside) > 1.15 * ahead + 0.75:
             continue
+        half = 0.5 * max(math.acos(min(float(one @ two), 1.0)), 0.1)
+        # Where the skeletons meet, a disc touches the inner corner and both outer sides.
+        mitre = 0.5 * width * (1.0 - math.sin(half)) / (math.sin(half) * (1.0 + math.sin(half)))
+        is_short = length <= 1.25 * mitre + 0.75 * width + 3.0 and 2.0 * np.mean(meeting.radius[at]) >= 1.15 * width
+        is_mitre = one @ two > 0.0 and (spurs[stub] or is_short)
+        askew = math.acos(min(along, 1.0)) - math.acos(min(float(one @ two), 1.0)) / 4.0
+        if not is_mitre and (askew > 0.1 or not is_fold(meeting, node, ends, apex, abs(int(at[-1] - apex)))):
+            continue
         if alive[stub]:
-            half = 0.5 * max(math.acos(min(float(one @ two), 1.0)), 0.1)
-            # Where the skeletons meet, a disc touches the inner corner and both outer sides.
-            mitre = 0.5 * width * (1.0 - math.sin(half)) / (math.sin(half) * (1.0 + math.sin(half)))
-            if length > 1.25 * mitre + 0.75 * width + 3.0 or 2.0 * np.mean(meeting.radius[at]) < 1.15 * width:
-                continue
             alive[stub], spurs[stub] = False, True
         for end in ends:
             corners[end] = int(apex)
