@@ -9,6 +9,7 @@ from linking_examples import dense, detect, distances, graph_of, hide
 from scipy.spatial import cKDTree
 
 from dloftbs.evaluation import match_curves
+from dloftbs.linking.bend_corners import _edges, way_around
 from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence, TrackingSequence
 
 SIZE = (320, 320)
@@ -132,3 +133,31 @@ def test_an_end_that_a_cut_thins_behind_a_crossing_makes_no_fold() -> None:
     sequence = TrackingSequence("occluded", 3, 0, size=(720, 1280), seed=3301)
     found = detect(sequence.frame(34).mask)
     assert match_curves([one.curve for one in found], sequence.truth(34).curves).clean(5.0)
+
+
+@pytest.mark.parametrize("half_turn_deg", [20, 40, 55])
+@pytest.mark.parametrize("leg", [2.0, 6.0, 15.0])
+def test_the_way_around_a_corner_repeats_no_point(half_turn_deg: float, leg: float) -> None:
+    """Points at the same place make a curve depend on the last digit of where they are."""
+    mask, width, corner = np.zeros((120, 120), np.uint8), 12.0, np.array((60.0, 60.0))
+    half = np.radians(half_turn_deg)
+    ways = [np.array((np.cos(half), side * np.sin(half))) for side in (1.0, -1.0)]
+    for way in ways:
+        mask |= draw_cable(np.array([corner - 50.0 * way, corner]), int(width), mask.shape)
+    here, there = (np.concatenate((corner - leg * way, way)) for way in ways)
+    points = way_around(mask, here, there, width, 0.5 * width, None)
+    assert points is not None
+    whole = np.concatenate((here[None, :2], points, there[None, :2]))
+    assert np.hypot(*np.diff(whole, axis=0).T).min() > 0.1
+
+
+def test_the_edge_of_a_mask_is_the_same_wherever_pixels_are_counted_from() -> None:
+    """A ray along a diagonal passes the corners of pixels, where rounding decides which one it is in."""
+    mask = draw_cable(np.array([(20.0, 20.0), (60.0, 61.0)]), 11, (90, 90)).astype(np.uint8)
+    starts, ways = np.array([(40.0, 41.0), (40.5, 41.5)]), np.array([(1.0, -1.0), (-1.0, 1.0)]) / np.sqrt(2.0)
+    expected = _edges(mask, starts, ways, 20.0)
+    assert np.isfinite(expected).all()
+    for digits in (1e-13, -1e-13):
+        assert _edges(mask, starts + digits, ways, 20.0) == pytest.approx(expected, abs=1e-9)
+    found = _edges(np.pad(mask, ((21, 0), (17, 0))), np.add(starts, (17.0, 21.0)), ways, 20.0)
+    assert found == pytest.approx(expected, abs=1e-9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from dloftbs._arrays import FloatArray
 
@@ -41,6 +42,12 @@ _STEP_PX = 0.25
 """Step in which the edge is sought, px.
 
 Source: by hand; finer than the noise of an edge of pixels.
+"""
+
+_HALF = 0.5
+"""Value of the mask, between pixels, at its edge.
+
+Source: by definition.
 """
 
 _Mask = npt.NDArray[np.uint8]
@@ -90,15 +97,13 @@ def _around_fold(
     along = stub[after] - stub[before]
     along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
     onward, tip = along[-1], stub[-1]
-    ahead = _edge(mask, tip, onward, _CORNER_WIDTHS * width)
+    (ahead,) = _edges(mask, tip[None], onward[None], _CORNER_WIDTHS * width)
     if ahead == np.inf:
         return None
     corner = tip + (ahead - radius) * onward
     normal = np.column_stack((-along[:, 1], along[:, 0]))
-    off = np.empty((2, len(index)))
-    for k, (at, across) in enumerate(zip(middle, normal, strict=True)):
-        off[:, k] = [min(_edge(mask, at, way, 2.0 * width), 2.0 * width) - radius for way in (across, -across)]
-    off = np.maximum(off, 0.0)
+    edges = [_edges(mask, middle, way, 2.0 * width) for way in (normal, -normal)]
+    off = np.maximum(np.minimum(edges, 2.0 * width) - radius, 0.0)
     sides = middle + off[0][:, None] * normal, middle - off[1][:, None] * normal
     is_loop = float(off.sum(axis=0).max() - off[:, 0].sum()) > _BULGE_WIDTHS * width  # beyond where its sides cross
     comes_left = float((here[:2] - there[:2]) @ normal[0]) > 0.0
@@ -132,8 +137,8 @@ def _corner(
         to_mitre = float((mitre - foot) @ onward)
         farthest = np.inf if meets is None else max(farthest, to_mitre)  # tangents of short branches meet too early
         most += max(to_mitre, 0.0)
-    edge = _edge(mask, foot, onward, most)
-    ahead = min(farthest, edge - radius)
+    (edge,) = _edges(mask, foot[None], onward[None], most)
+    ahead = min(farthest, float(edge) - radius)
     if not 0.0 < ahead < np.inf:
         return None
     return foot + ahead * onward
@@ -152,21 +157,35 @@ def _meeting(here: FloatArray, there: FloatArray, most: float) -> FloatArray | N
     return here[:2] + ahead * here[2:]
 
 
-def _edge(mask: _Mask, start: FloatArray, direction: FloatArray, most: float) -> float:
-    """Return how far the mask's edge is along a unit vector, px; infinity where there is none up to `most`.
+def _edges(mask: _Mask, starts: FloatArray, directions: FloatArray, most: float) -> FloatArray:
+    """Return how far the mask's edge is along unit vectors, px; infinity where there is none up to `most`.
 
-    The start may lie in a notch before the mask.
+    A start may lie in a notch before the mask. The edge is where the mask, interpolated between pixels, falls below one
+    half: the same wherever the pixels are counted from.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    starts, directions : numpy.ndarray, shape (n, 2)
+    most : float
+        px.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,)
     """
     t = np.arange(0.0, 2.0 * most, _STEP_PX)
-    columns, rows = np.floor(start[:, None] + t * direction[:, None] + 0.5).astype(np.intp)
-    inside = (rows >= 0) & (columns >= 0) & (rows < mask.shape[0]) & (columns < mask.shape[1])
-    covered = inside.copy()
-    covered[inside] = mask[rows[inside], columns[inside]] != 0
-    first = int(covered.argmax())
-    if not covered[first] or t[first] > most:
-        return np.inf
-    beyond = np.flatnonzero(~covered[first:])
-    return float(t[first + beyond[0]]) - 0.5 * _STEP_PX if len(beyond) else np.inf
+    places = starts[:, None] + t[:, None] * directions[:, None]
+    covered = ndimage.map_coordinates(mask, places[..., ::-1].transpose(2, 0, 1), np.float64, order=1) - _HALF
+    on_mask = covered >= 0.0
+    result = np.full(len(starts), np.inf)
+    for k, first in enumerate(on_mask.argmax(axis=1).tolist()):
+        beyond = np.flatnonzero(~on_mask[k, first:])
+        if on_mask[k, first] and t[first] <= most and len(beyond):
+            at = first + int(beyond[0])
+            before, after = covered[k, at - 1], covered[k, at]
+            result[k] = t[at - 1] + _STEP_PX * before / (before - after)
+    return result
 
 
 def _arc(side: FloatArray, corner: FloatArray, onward: FloatArray) -> FloatArray:
@@ -180,7 +199,8 @@ def _arc(side: FloatArray, corner: FloatArray, onward: FloatArray) -> FloatArray
         return between(start, corner)
     leg = min(float(np.hypot(*aside)), straight)
     bent = turn - leg * tangent
-    t = np.arange(0.0, 1.0, 1.0 / max(int(2.0 * leg), 1))[:, None]
+    steps = max(int(2.0 * leg), 1)
+    t = np.arange(1, steps)[:, None] / steps  # where the arc begins there may be the start, and its end is the corner
     arc = (1.0 - t) ** 2 * bent + 2.0 * t * (1.0 - t) * turn + t**2 * corner
     return np.concatenate((between(start, bent), arc))
 
