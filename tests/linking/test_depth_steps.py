@@ -179,3 +179,25 @@ def test_of_two_cables_beside_each_other_the_one_at_the_same_depth_runs_on(lower
     assert len(ends) == 2
     (runs_on,) = [start for start, stop in ends if stop[0] > 380.0]
     assert (runs_on[1] > MIDDLE[1]) == lower
+
+
+def test_depth_along_a_branch_tells_which_cable_goes_on_there_if_it_is_long_enough() -> None:
+    mask, depth = scene(TOUCHING, 0)
+    crop, graph = graph_of(mask)
+    evidence = EvidenceMap(crop, depth=depth, camera=CAMERA).at(graph)
+    (node,) = {node for node in graph.nodes.tolist() if node >= 0}
+    high, low = (
+        [end for end in np.flatnonzero(graph.nodes == node).tolist() if abs(evidence.depths[end, 0] - at) < 0.01]
+        for at in (TABLE_M - 0.15, TABLE_M - 0.1)
+    )
+    assert len(high) == len(low) == 2
+    start, stop = graph.spans[high[0] // 2].tolist()
+    at_start = high[0] % 2 == 0
+    swerves = evidence.swerves_into([high[1], low[0]], (start, stop), at_start, np.full(2, 2.0 * WIDTH))
+    assert swerves is not None
+    assert swerves[0] == 0.0
+    assert swerves[1] > 0.3
+    short = (start, start + WIDTH // 2) if at_start else (stop - WIDTH // 2, stop)
+    assert evidence.swerves_into([high[1], low[0]], short, at_start, np.full(2, 2.0 * WIDTH)) is None
+    without_camera = EvidenceMap(crop, depth=depth).at(graph)
+    assert without_camera.swerves_into([high[1]], (start, stop), at_start, np.full(1, 2.0 * WIDTH)) is None
