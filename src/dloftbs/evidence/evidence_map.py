@@ -14,6 +14,7 @@ from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.depth import unit_of
+from dloftbs.evidence.kernels.end_references import sample_references
 from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
     lay_ways,
@@ -21,7 +22,6 @@ from dloftbs.evidence.kernels.gap_pixels import (
     look_across,
     mark_covered,
     measure_ways,
-    sample_references,
     transform,
 )
 from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M

@@ -65,31 +65,28 @@ class DepthEdges:
 
     def __init__(self) -> None:
         self._sums = np.zeros(7)
-        self._told = (0.0, 0.0, 0.0)
 
     def add(self, beside: Sequence[Beside]) -> None:
         """Learn from the objects of a frame; those that do not stand out tell nothing."""
         if len(beside) > 0:
             tangents, aside, wider = (np.concatenate(each) for each in zip(*(one[2:] for one in beside), strict=True))
             self._sums = add_edges(tangents, aside, wider, self._sums, _MEMORY)
-            self._told = edges_of(self._sums)
 
     @property
     def displacement_px(self) -> tuple[float, float]:
         """Displacement of depth, ``(x, y)``: 0 without evidence or below three quarters of a pixel."""
-        x, y, _ = self._told
+        x, y, _ = edges_of(self._sums)
         return (x, y) if math.hypot(x, y) >= _LEAST_PX else (0.0, 0.0)
 
     @property
     def fattening_px(self) -> float:
         """Distance by which borders lie farther out in depth, on each side: 0 as for the displacement."""
-        fattened = self._told[2]
+        fattened = edges_of(self._sums)[2]
         return fattened if fattened >= _LEAST_PX else 0.0
 
     def reset(self) -> None:
         """Forget all frames, as with another camera."""
         self._sums = np.zeros(7)
-        self._told = (0.0, 0.0, 0.0)
 
 
 def look_beside(

@@ -7,13 +7,8 @@ import numpy.typing as npt
 from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.evidence.kernels.colours import BESIDE_WIDTHS, BLOCK_WIDTHS
-from dloftbs.evidence.kernels.gap_pixels import (
-    BACK_WIDTHS,
-    IS_CABLE,
-    IS_GROUND,
-    IS_NEITHER,
-    place_before,
-)
+from dloftbs.evidence.kernels.end_references import BACK_WIDTHS, place_before
+from dloftbs.evidence.kernels.gap_pixels import IS_CABLE, IS_GROUND, IS_NEITHER
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.graph_ends import branch_of

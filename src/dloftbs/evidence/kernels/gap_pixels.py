@@ -7,7 +7,6 @@ import numpy.typing as npt
 from numba import float64, int64, uint8
 
 from dloftbs.evidence.kernels.colours import (
-    AGREE,
     BESIDE_WIDTHS,
     BLOCK_WIDTHS,
     CLEAR_PX,
@@ -21,35 +20,15 @@ from dloftbs.evidence.kernels.colours import (
     is_in_other_light,
     is_like,
     is_on_mask,
-    spread_of,
 )
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
-from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y, branch_of, inward
-from dloftbs.kernels.shared.selection import nth_least
+from dloftbs.kernels.shared.graph_ends import TANGENT_X, TANGENT_Y, X, Y
 
 IS_GROUND, IS_CABLE, IS_NEITHER = 1, 2, 3
 """Codes of the places of a way; 0 is unknown.
 
 Source: by definition.
-"""
-
-BACK_WIDTHS = 2.0
-"""Distance before a cable's end at which its reference samples start, widths.
-
-Source: by hand; the last widths before an occluder may lie in its shadow.
-"""
-
-REACH_WIDTHS = 8.0
-"""Distance before a cable's end at which its reference samples stop, widths.
-
-Source: by hand; farther away light and ground may differ.
-"""
-
-_APART_WIDTHS = 1.0
-"""Distance between two reference samples, widths.
-
-Source: by hand; squares of `BLOCK_WIDTHS` do not overlap at this distance.
 """
 
 _STEP_WIDTHS = 0.5
@@ -59,50 +38,10 @@ Source: by hand; squares of `BLOCK_WIDTHS` barely leave a gap at this distance.
 """
 
 _MOST_SAMPLES = 24
-"""Largest number of samples of a reference, and of a gap.
+"""Largest number of samples of a gap.
 
 Source: bounds time and memory.
 """
-
-
-@helper
-def place_before(
-    points: npt.NDArray[np.float64], spans: npt.NDArray[np.int64], end: int, first: float, k: int, width: float
-) -> tuple[int, float, float, float, float]:
-    """Return the k-th place of a run before one of its ends, up to `REACH_WIDTHS`, and the direction away from the end.
-
-    Parameters
-    ----------
-    points : (m, 2) float64
-    spans : (n, 2) int64
-        The points of each run.
-    end : int
-    first : float
-        Distance of the first place from the end, px.
-    k : int
-    width : float
-        px.
-
-    Returns
-    -------
-    at : int
-        Number of points from the end; -1 where the run has no such place.
-    x, y, dx, dy : float
-        The place, and the unit direction over a width; 0 where there is none.
-    """
-    start, stop = spans[branch_of(end)]
-    back = inward(end)
-    tip = start if back == 1 else stop - 1
-    last = int(min(REACH_WIDTHS * width, stop - start - 1))
-    i = int(first + k * max(_APART_WIDTHS * width, 1.0))
-    if i >= last:
-        return -1, 0.0, 0.0, 0.0, 0.0
-    here, there = tip + back * i, tip + back * min(i + max(int(width), 2), last)
-    dx, dy = points[there, 0] - points[here, 0], points[there, 1] - points[here, 1]
-    norm = np.sqrt(dx * dx + dy * dy)
-    if norm > 0.0:
-        dx, dy = dx / norm, dy / norm
-    return i, points[here, 0], points[here, 1], dx, dy
 
 
 @kernel(read(float64, 2), read(float64, 2), read(float64, 1))
@@ -127,115 +66,6 @@ def transform(
         for axis in range(2):
             moved[k, axis] = matrix[axis, 0] * x + matrix[axis, 1] * y + offset[axis]
     return moved
-
-
-@helper
-def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float64]) -> tuple[int, float]:
-    """Move the samples that look like one on the other side of the cable to the front.
-
-    What lies on one side alone may be what hides the cable, or the cable's shadow. Where one side has no samples, all
-    are kept.
-
-    Returns
-    -------
-    int
-        Their number.
-    float
-        How far apart they are, as `spread_of` tells it.
-    """
-    count, agreeing = len(ground), 0
-    if count == 0:
-        return 0, 0.0
-    apart, row, away = np.empty((count, count)), np.empty(count), np.empty(count)
-    one_sided = True
-    for k in range(count):
-        one_sided = one_sided and sides[k] == sides[0]
-        for m in range(k + 1):
-            apart[k, m] = apart[m, k] = colour_distance(ground[k], ground[m])
-    for k in range(count):
-        copy_to(row, apart[k])
-        away[k] = nth_least(row, count // AGREE)
-    spread = nth_least(away, count // AGREE)
-    if one_sided:
-        return count, spread
-    alike = max(FLOOR, LENIENT * spread)
-    for k in range(count):
-        agrees = False
-        for m in range(count):
-            agrees = agrees or (sides[k] != sides[m] and apart[k, m] <= alike)
-        if agrees:
-            copy_to(ground[agreeing], ground[k])
-            agreeing += 1
-    return agreeing, spread if agreeing == count else spread_of(ground[:agreeing])
-
-
-@kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)
-def sample_references(
-    image: npt.NDArray[np.uint8],
-    mask: npt.NDArray[np.uint8],
-    points: npt.NDArray[np.float64],
-    spans: npt.NDArray[np.int64],
-    ends: npt.NDArray[np.int64],
-    width: float,
-) -> tuple[
-    npt.NDArray[np.float64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-    npt.NDArray[np.int64],
-    npt.NDArray[np.float64],
-]:
-    """Sample what cables, and the ground beside them, look like before their ends.
-
-    Ground is what lies on both sides of a cable.
-
-    Parameters
-    ----------
-    image : (h, w, 3) uint8
-        The part of the image that `mask` covers.
-    mask : (h, w) uint8
-    points : (m, 2) float64
-        ``(x, y)`` in the mask.
-    spans : (n, 2) int64
-        The points of each run.
-    ends : (e,) int64
-    width : float
-        px.
-
-    Returns
-    -------
-    ground : (e, k, 3) float64
-    grounds : (e,) int64
-        Number of samples of each.
-    cable : (e, l, 3) float64
-    cables : (e,) int64
-    spread : (e, 2) float64
-        Distance between the colours of the ground, and between those of the cable.
-    """
-    half = int(BLOCK_WIDTHS * width)
-    clear = CLEAR_WIDTHS * width + CLEAR_PX
-    ground = np.empty((len(ends), 2 * _MOST_SAMPLES, 3))
-    cable = np.empty((len(ends), _MOST_SAMPLES, 3))
-    spread = np.zeros((len(ends), 2))
-    grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
-    sides = np.empty(2 * _MOST_SAMPLES)
-    for e in range(len(ends)):
-        for k in range(_MOST_SAMPLES):
-            at, x, y, dx, dy = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
-            if at < 0:
-                break
-            if block_mean(image, x, y, half, cable[e, cables[e]]):
-                cables[e] += 1
-            if dx == 0.0 and dy == 0.0:
-                continue
-            for side in (-1.0, 1.0):
-                aside = side * (BESIDE_WIDTHS * width + CLEAR_PX)
-                gx, gy = x - aside * dy, y + aside * dx
-                if not is_on_mask(mask, gx, gy, clear) and block_mean(image, gx, gy, half, ground[e, grounds[e]]):
-                    sides[grounds[e]] = side
-                    grounds[e] += 1
-        grounds[e], spread[e, 0] = _keep_agreeing(ground[e, : grounds[e]], sides[: grounds[e]])
-        spread[e, 1] = spread_of(cable[e, : cables[e]])
-    return ground, grounds, cable, cables, spread
 
 
 @helper

@@ -281,10 +281,10 @@ def list_paths(
             ends = (drops and reach[end] >= _LEAST_WIDE_WIDTHS * width) or (
                 node < 0 and reach[end] > _MOSTLY * lengths[branch]
             )
-            to_such = node >= 0 and may_share[node]
+            may_stop = node >= 0 and may_share[node]
             # From both sides wide and thin between: two cables cross there.
             thin = lengths[branch] - reach[end] - reach[other_end(end)]
-            if ends and to_such and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
+            if ends and may_stop and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
                 ends = False
             if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
                 copy_to(paths[found], path[:steps])
@@ -293,11 +293,11 @@ def list_paths(
                 found += 1
             if node < 0 or total + lengths[branch] > _LONGEST_WIDTHS * width:
                 continue
-            if to_such or has_spur[node]:
+            if may_stop or has_spur[node]:
                 copy_to(paths[found], path[:steps])
                 overlap_cost[found] = so_far + _overlap_cost(lengths[branch], widths[branch], width)
                 found += 1
-            if to_such:
+            if may_stop:
                 continue
             size = first[node + 1] - first[node]
             if steps == MOST_RUNS or size > _MOST_ARMS:

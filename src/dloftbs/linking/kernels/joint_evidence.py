@@ -1,4 +1,4 @@
-"""What evidence of a frame tells of joints, as their columns: ground in sight, hidden gaps, depths to compare."""
+"""Evidence of a frame as columns of joints: ground in sight, hidden gaps, depths to compare."""
 
 from __future__ import annotations
 
