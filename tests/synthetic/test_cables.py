@@ -94,6 +94,10 @@ def test_strewn_cables_lie_apart_and_some_are_cut_by_the_border():
     assert 20 < crossings < 72
 
 
+def test_cables_are_strewn_where_nowhere_beside_another_shows_enough():
+    assert len(several_cables(1.0, 1)[0].truth(4).curves) == 2
+
+
 @pytest.mark.parametrize(
     "make", [lambda seed: TangleSequence(4, 3, SMALL, seed), lambda seed: several_cables(0.3, seed, SMALL)[3]]
 )

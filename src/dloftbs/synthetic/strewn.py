@@ -33,17 +33,17 @@ def draw_strewn(rng: np.random.Generator, cables: int, size: tuple[int, int], wi
 
 
 def _draw_one(rng: np.random.Generator, strands: list[Strand], table: Table) -> Strand:
-    """Return a cable that shows enough and lies on none of the others; the last one tried where none does."""
+    """Return a cable that shows enough; it lies on none of the others, unless no place is found for that."""
     is_beside = bool(strands) and rng.random() < _BESIDE
-    for _ in range(_ATTEMPTS):
-        laid = draw_beside(rng, strands, table) if is_beside else _anywhere(rng, table)
+    attempts = 0
+    while True:
+        attempts += 1
+        laid = draw_beside(rng, strands, table) if is_beside and attempts <= _ATTEMPTS else _anywhere(rng, table)
         shown = None if laid is None else _inside(laid, table)
         if shown is None:
             continue
-        if not strands or not is_covered(shown, strands, table.width_px):
-            break
-    assert shown is not None  # most cables show enough, wherever they lie
-    return shown
+        if attempts >= _ATTEMPTS or not strands or not is_covered(shown, strands, table.width_px):
+            return shown
 
 
 def _anywhere(rng: np.random.Generator, table: Table) -> Strand:
