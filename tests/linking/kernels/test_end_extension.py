@@ -159,6 +159,43 @@ def test_an_axis_ends_where_strands_begin(width: int, angle: float, side: float)
     assert np.hypot(*(added[-1] - (middle + 50.0 * along))) < 0.05 * width + 1.5
 
 
+def knobbed(angle: float, width: float, size: float, *, is_round: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return a band with a ball or a square block of `size` about its end, and where that cable ends."""
+    y, x = np.mgrid[:240, :240]
+    along, start = np.array([np.cos(angle), np.sin(angle)]), np.array([119.7, 119.4])
+    a = (x - start[0]) * along[0] + (y - start[1]) * along[1]
+    b = (y - start[1]) * along[0] - (x - start[0]) * along[1]
+    knob = np.hypot(a - 60.0, b) if is_round else np.maximum(np.abs(a - 60.0), np.abs(b))
+    mask = ((a >= -60.0) & (a <= 60.0) & (np.abs(b) <= 0.5 * width)) | (knob <= 0.5 * size)
+    return mask.astype(np.uint8), start + (60.0 if is_round else 60.0 + 0.5 * size) * along + 1.0
+
+
+@pytest.mark.parametrize("is_round", [True, False])
+@pytest.mark.parametrize("times", [1.8, 2.2, 3.0])
+@pytest.mark.parametrize("width", [8, 12, 20])
+def test_a_cable_ends_in_the_middle_of_a_ball_and_at_the_face_of_a_block(
+    width: int, times: float, is_round: bool
+) -> None:
+    for angle in np.linspace(0.1, np.pi / 2, 7):
+        mask, end = knobbed(float(angle), width, times * width, is_round=is_round)
+        frame, points, offsets = runs_of(mask)
+        ends = [end_of(frame, points[::step], offsets)[-1] for step in (1, -1)]
+        assert min(np.hypot(*(found - end)) for found in ends) < 0.2 * width + 0.5
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_line_that_veers_into_a_lobe_of_a_knob_is_cut_at_its_middle(side: float) -> None:
+    y, x = np.mgrid[:120, :160]
+    mask = (np.abs(y - 60) <= 5) & (x >= 10) & (x <= 100)
+    mask |= ((x - 100) / 11.0) ** 2 + ((y - 60) / 16.0) ** 2 <= 1.0  # wider across than along
+    straight = np.stack((np.arange(20.0, 101.0), np.full(81, 60.0)), axis=1)
+    lobe = np.stack((np.full(7, 100.0), 60.0 + side * np.arange(1.0, 8.0)), axis=1)
+    drop, added = extend_end(padded(mask.astype(np.uint8)), np.concatenate((straight, lobe)) + 1.0, 5.5)
+    assert drop >= len(lobe)
+    assert abs(added[-1, 1] - 61.0) < 1.0
+    assert 100.0 < added[-1, 0] < 112.5
+
+
 def test_an_end_at_the_image_border_stops_there() -> None:
     frame = padded(np.pad(np.ones((9, 60), np.uint8), ((20, 20), (0, 0))))
     points = np.stack((np.arange(20.0, 57.0), np.full(37, 25.0)), axis=1)

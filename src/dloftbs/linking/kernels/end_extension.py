@@ -2,7 +2,8 @@
 
 A cable that is cut off, by a cutter, by an occluder or by the image's border, goes on to the mask's edge. One with a
 round cap is the union of discs about its axis, which ends one radius before the tip of the mask. The shape of the cap
-tells which it is. The axis of a frayed cable ends where the mask parts into strands.
+tells which it is: so a cable ends in the middle of a ball, and at the face of a plug. The axis of a frayed cable ends
+where the mask parts into strands.
 """
 
 from __future__ import annotations
@@ -122,6 +123,39 @@ _STRAND_RADII = 0.25
 Source: geometry; a round cap is narrow for a tenth of its radius, and a slanting one differs by less beside the axis.
 """
 
+_KNOB = 1.25
+"""Radius of a knob at a cable's end, over the cable's, from which it counts; a pixel is added.
+
+Source: by hand; more than a ragged edge, less than a connector.
+"""
+
+_LARGEST_KNOB = 4.0
+"""Largest radius of a knob, and longest way from its middle to the skeleton's last point, over the cable's radius.
+
+Source: by hand; what is larger has a skeleton of its own.
+"""
+
+_AS_WIDE = 0.9
+"""Share of a knob's radius below which the skeleton has left its middle.
+
+Source: by hand; ten pixels are known to one.
+"""
+
+_DIRECTIONS = (
+    (1.0, 0.0),
+    (0.0, 1.0),
+    (-1.0, 0.0),
+    (0.0, -1.0),
+    (0.5**0.5, 0.5**0.5),
+    (-(0.5**0.5), 0.5**0.5),
+    (-(0.5**0.5), -(0.5**0.5)),
+    (0.5**0.5, -(0.5**0.5)),
+)
+"""Unit vectors in which the mask about a point is measured.
+
+Source: geometry; of a stretch without a knob the first two tell most.
+"""
+
 _FLAT = 0.35
 """Roundness at and below which an end is flat.
 
@@ -230,6 +264,31 @@ def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
 
 
 @helper
+def _free_radius(mask: npt.NDArray[np.uint8], x: float, y: float, least: float, most: float) -> float:
+    """Return how far the mask goes from a point in all of eight directions, px: 0 where that is below `least`."""
+    for dx, dy in _DIRECTIONS:
+        if not _is_inside(mask, x + (least - 0.5) * dx, y + (least - 0.5) * dy):
+            return 0.0
+    free = most
+    for dx, dy in _DIRECTIONS:
+        free = min(free, _reach(mask, x, y, dx, dy, free))
+    return free if free >= least else 0.0
+
+
+@helper
+def _find_knob(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], radius: float) -> tuple[int, float]:
+    """Find a knob at the tip: the number of points to its middle, and its radius; all and `radius` if there is none."""
+    least, most = _KNOB * radius + 1.0, _LARGEST_KNOB * radius
+    last, widest = len(points), radius
+    for i in range(max(len(points) - int(most), 0), len(points)):
+        free = _free_radius(mask, points[i, 0], points[i, 1], least, most)
+        if free > 0.0:
+            last, widest = i + 1, max(widest, free)
+            least = _AS_WIDE * widest
+    return last, widest
+
+
+@helper
 def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, radius: float) -> float:
     """Return how far before a tip on the mask's edge the axis ends, px; below 0 it goes on.
 
@@ -312,8 +371,8 @@ def extend_end(
     the middle between the walls while there are two. Where the mask's cap is flat or hollow, as where a cable is cut
     off, hidden or leaves the image, it ends on the mask's edge, taken over the middle of the cap. Where it is round it
     ends a radius before. In between it ends in between, and below a width of 3 px every cap counts as flat. The cap of
-    a cable that tapers is as narrow as that is there. Where the line leads into a strand of a frayed end, it ends where
-    the strands begin. Not checked: the outermost rows and columns of the mask are 0.
+    a cable that tapers is as narrow as that is there, and one in a knob is as wide. Where the line leads into a strand
+    of a frayed end, it ends where the strands begin. Not checked: the outermost rows and columns of the mask are 0.
 
     Parameters
     ----------
@@ -332,7 +391,7 @@ def extend_end(
         or the mask does not end within reach.
     """
     nothing = np.empty((0, 2))
-    n = len(points)
+    n, radius = _find_knob(mask, points, radius)
     arc = np.zeros(n)  # from the tip backwards
     for i in range(n - 2, -1, -1):
         arc[i] = arc[i + 1] + np.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
@@ -373,7 +432,7 @@ def extend_end(
             if half >= _STRAND * radius:
                 narrow_from = count + 1
             elif count - narrow_from >= narrow and narrow_from - wide_until <= _SPLIT_RADII * radius + 1.0:
-                return n - stop, added[: wide_until + 1].copy()
+                return len(points) - stop, added[: wide_until + 1].copy()
             other = abs(half - radius)
             beside = ramp_down(other, 0.2 * radius + 0.25, 0.4 * radius + 0.5) * 0.5 * (left - right)
             x -= pull * beside * dy
@@ -385,7 +444,7 @@ def extend_end(
             beyond = _beyond_axis(mask, x, y, dx, dy, _cap_radius(mask, x, y, dx, dy, radius))
             added[count - 1, 0] -= min(beyond, 0.0) * dx
             added[count - 1, 1] -= min(beyond, 0.0) * dy
-            return n - stop, _shortened(added[:count], max(beyond, 0.0))
+            return len(points) - stop, _shortened(added[:count], max(beyond, 0.0))
     return 0, nothing
 
 
