@@ -202,8 +202,9 @@ def lift(
     beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, depth)
     edges = DepthEdges() if depth_edges is None else depth_edges
     edges.add(beside)
+    shown = *edges.displacement_px, edges.fattening_px
     return [
-        _lift_one(detection, own, one, edges, crop, depth, camera)
+        _lift_one(detection, own, one, shown, crop, depth, camera)
         for detection, own, one in zip(detections, sections, beside, strict=True)
     ]
 
@@ -227,40 +228,30 @@ def _lift_one(
     detection: Detection,
     sections: _Sections,
     beside: Beside,
-    edges: DepthEdges,
+    edges: tuple[float, float, float],
     crop: MaskCrop,
     depth: ReadableDepth,
     camera: PinholeCamera,
 ) -> Lifted | str:
+    """Lift one object; `edges` is the displacement ``(x, y)`` and the fattening of the depth image, px."""
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
     surface, counts, shift = _surface(sections, beside, edges, focal_px, crop, depth)
-    measured = ~np.isnan(surface)
-    strike_ground(
-        surface, beside.ground_m, sections.radius / focal_px, beside.noise_per_m, sections.spacing_px / focal_px
-    )
-    strike_steps(
-        surface,
-        sections.radius / focal_px,
-        sections.spacing_px / focal_px,
-        max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2),
-        n if closed else int(MOST_EXTRAPOLATED * (n - 1)),
-    )
-    known = int((~np.isnan(surface)).sum())
+    slenderness, spacing = sections.radius / focal_px, sections.spacing_px / focal_px
+    strike_ground(surface, beside.ground_m, slenderness, beside.noise_per_m, spacing)
+    most = max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2)
+    known = strike_steps(surface, slenderness, spacing, most, n if closed else int(MOST_EXTRAPOLATED * (n - 1)))
     if _is_too_few(known, n):
-        return _too_few(known, measured)
-    inverse = 1.0 / surface
+        return _too_few(known, counts > 0.0)
     spans = max(round(n / _SECTIONS), 1)
-    line, freedom = _smooth(inverse, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
+    line, freedom = _smooth(1.0 / surface, counts, spans, _FLOOR_WIDTHS * width / focal_px, closed)
     least = max(round(_INFERRED_WIDTHS * width / sections.spacing_px), 1)
-    seen, stretches, known, first, last, lowest, lowest_seen = kernels.confirm_sections(
-        ~np.isnan(surface), closed, least, line
-    )
+    seen, stretches, known, first, last, lowest, lowest_seen = kernels.confirm_sections(surface, closed, least, line)
     if _is_too_few(known, n):
-        return _too_few(known, measured)
-    beyond = measured[:first] if first > n - 1 - last else measured[last + 1 :]
-    if not closed and len(beyond) > MOST_EXTRAPOLATED * (n - 1):
-        return _too_far(beyond, n)
+        return _too_few(known, counts > 0.0)
+    beyond = slice(None, first) if first > n - 1 - last else slice(last + 1, None)
+    if not closed and max(first, n - 1 - last) > MOST_EXTRAPOLATED * (n - 1):
+        return _too_far(counts[beyond] > 0.0, n)
     if lowest * _MOST_TIMES < lowest_seen:
         return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
     rays = kernels.find_rays(
@@ -279,7 +270,7 @@ def _lift_one(
 def _surface(
     sections: _Sections,
     beside: Beside,
-    edges: DepthEdges,
+    edges: tuple[float, float, float],
     focal_px: float,
     crop: MaskCrop,
     depth: ReadableDepth,
@@ -300,8 +291,7 @@ def _surface(
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
-        *edges.displacement_px,
-        edges.fattening_px,
+        *edges,
         beside.ground_m,
         beside.noise_per_m,
     )

@@ -30,6 +30,12 @@ def test_the_nth_least_of_whole_numbers_is_a_whole_number():
     assert nth_least(np.array([5, 2**60 + 1, 2**60]), 2) == 2**60 + 1
 
 
+def test_it_ends_whatever_the_values_are():
+    for n in range(5):
+        nth_least(np.full(5, np.nan), n)
+        nth_least(np.array([2.0, np.nan, np.inf, np.nan, 1.0]), n)
+
+
 @given(lists, st.floats(-4.0, 4.0))
 def test_as_many_are_counted_as_a_search_finds(numbers, most):
     values = np.sort(np.array(numbers, dtype=np.float64))

@@ -70,7 +70,7 @@ def literally_confirmed(explained: list[bool], closed: bool, least: int) -> tupl
 def test_stretches_agree_with_the_literal_twin(explained: list[bool], closed: bool, least: int) -> None:
     line = np.cos(np.arange(float(len(explained))))
     seen, stretches, count, first, last, lowest, lowest_seen = confirm_sections(
-        np.array(explained), closed, least, line
+        np.where(explained, 1.0, np.nan), closed, least, line
     )
     expected_seen, expected = literally_confirmed(explained, closed, least)
     assert seen.tolist() == expected_seen

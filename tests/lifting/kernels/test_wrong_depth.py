@@ -37,8 +37,9 @@ def struck(
 ) -> list[int]:
     """Return which of the known sections are struck by steps; the others stay as they are."""
     left = depth.copy()
-    assert strike_steps(left, slim, spacing, most, most_at_end) is None
+    known = strike_steps(left, slim, spacing, most, most_at_end)
     kept = ~np.isnan(left)
+    assert known == kept.sum()
     np.testing.assert_array_equal(left[kept], depth[kept])
     return np.flatnonzero(np.isnan(left) & ~np.isnan(depth)).tolist()
 

@@ -13,29 +13,33 @@ from dloftbs.kernels.shared.copying import copy_to
 
 @helper
 def nth_least(values: npt.NDArray[Any], n: int) -> Any:
-    """Return the value that would stand at place `n` if they were in order, and bring it there (Hoare, 1961).
+    """Return the value that would stand at place `n` if they were in order, and bring it there.
 
-    Those before it are no greater and those behind it no less. Not checked: ``0 <= n < len(values)``, none is NaN.
+    Those before it are no greater and those behind it no less. Values are moved whether they are less or not (Lomuto's
+    partition): a jump that nobody can guess takes longer than that. Not checked: ``0 <= n < len(values)``, none is NaN.
     """
     low, high = 0, len(values) - 1
     while low < high:
-        pivot = values[(low + high) >> 1]
-        i, j = low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while pivot < values[j]:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if n <= j:
-            high = j
-        elif n >= i:
-            low = i
-        else:
+        a, b, c = values[low], values[(low + high) >> 1], values[high]
+        pivot = max(min(a, b), min(max(a, b), c))
+        less = low
+        for i in range(low, high + 1):
+            value = values[i]
+            values[i] = values[less]
+            values[less] = value
+            less += value < pivot
+        if n < less:
+            high = less - 1
+            continue
+        up_to = less
+        for i in range(less, high + 1):
+            value = values[i]
+            values[i] = values[up_to]
+            values[up_to] = value
+            up_to += value <= pivot
+        if n < up_to:
             break
+        low = max(up_to, low + 1)  # it ends whatever the values are
     return values[n]
 
 

@@ -16,6 +16,7 @@ from dloftbs.kernels.shared.copying import copy_rows_to, copy_to
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import median_of
+from dloftbs.lifting.kernels.columns import sort_columns
 
 _ORDER = 4
 """Number of basis functions of a cubic that are not zero in a knot span.
@@ -192,10 +193,17 @@ def _miss_neighbours(value: _Floats, prior: _Floats, root: _Floats, misses: _Flo
             k += 1
     around = min(2 * _AROUND + 1, known)
     apart = around // 2
+    inner = np.empty((2 * _AROUND + 1, max(known - 2 * _AROUND, 0)))
+    for j in range(2 * _AROUND + 1):
+        for k in range(inner.shape[1]):
+            inner[j, k] = value[own[j + k]]
+    sort_columns(inner)
     levels, near, few = np.empty(around), np.empty(around), np.empty(around)
     for k in range(known):
         reach = min(_AROUND, k, known - 1 - k)
-        if reach >= _LEAST_REACH:
+        if reach == _AROUND:
+            usual = inner[_AROUND, k - _AROUND]
+        elif reach >= _LEAST_REACH:
             for j in range(2 * reach + 1):
                 near[j] = value[own[k - reach + j]]
             usual = median(near[: 2 * reach + 1], few)

@@ -10,9 +10,9 @@ from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
-from dloftbs.kernels.shared.few import insert, middle
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import nth_least
+from dloftbs.lifting.kernels.columns import medians_of_columns
 
 _INSIDE_PX = 4.0
 """Distance inside of a border from which a profile goes, px.
@@ -42,12 +42,6 @@ _LEAST_GROUND = 3
 """Smallest number of places with depth that show the ground on a side.
 
 Source: by definition; a median is robust from three on.
-"""
-
-_LEVEL_RANK = 3
-"""Rank of the depth, from the nearest, that stands for an object in a profile.
-
-Source: by hand; one flying or noisy pixel is nearer at times, three hardly ever.
 """
 
 _LEAST_CONTRAST = 6.0
@@ -167,14 +161,19 @@ def lay_profiles(
 
 
 @helper
-def _ground_beside(metres: _Floats, on: _Flags, low: int, few: _Floats) -> float:
-    """Return the median of the depths in some places of a profile, off the mask; NaN if there are too few."""
-    count = 0
-    for k in range(low, low + _GROUND_PLACES):
-        if not on[k] and not np.isnan(metres[k]):
-            insert(metres[k], few, count)
-            count += 1
-    return middle(few, count) if count >= _LEAST_GROUND else np.nan
+def _grounds_beside(metres: _Floats, on: _Flags, low: int) -> _Floats:
+    """Return the median of the depths in some places of each profile, off the mask; NaN where there are too few."""
+    n = len(metres)
+    places = np.empty((_GROUND_PLACES, n))
+    for i in range(n):
+        for k in range(_GROUND_PLACES):
+            value = metres[i, low + k]
+            places[k, i] = np.inf if on[i, low + k] or np.isnan(value) else value
+    grounds = medians_of_columns(places)
+    for i in range(n):
+        if places[_LEAST_GROUND - 1, i] == np.inf:
+            grounds[i] = np.nan
+    return grounds
 
 
 @helper
@@ -205,15 +204,18 @@ def _noise_of(metres: _Floats, on: _Flags) -> float:
 
 
 @helper
-def _nearest_few(metres: _Floats, offsets: _Floats, reach: float) -> float:
-    """Return the third nearest depth within a distance of the middle line; NaN if there are not as many."""
-    nearest = np.full(_LEVEL_RANK, np.inf)
+def _third_nearest(metres: _Floats, offsets: _Floats, reach: float) -> float:
+    """Return the third nearest depth within a distance of the middle line; NaN if there are not as many.
+
+    One flying or noisy pixel is nearer than an object at times, three hardly ever are.
+    """
+    first = second = third = np.inf
     for k in range(len(metres)):
-        value = metres[k]
-        if abs(offsets[k]) <= reach and value < nearest[_LEVEL_RANK - 1]:  # not, where it is NaN
-            insert(value, nearest, _LEVEL_RANK - 1)
-    level = nearest[_LEVEL_RANK - 1]
-    return level if level < np.inf else np.nan
+        value = metres[k] if abs(offsets[k]) <= reach and not np.isnan(metres[k]) else np.inf
+        third = min(third, max(second, value))
+        second = min(second, max(first, value))
+        first = min(first, value)
+    return third if third < np.inf else np.nan
 
 
 @helper
@@ -255,14 +257,12 @@ def read_profiles(
         How much farther from the middle the edges of depth lie than those of the mask, px; NaN where `aside` is.
     """
     n = len(metres)
-    sides = np.full((n, 2), np.nan)
+    sides = np.empty((n, 2))
+    sides[:, 0], sides[:, 1] = _grounds_beside(metres, on, 0), _grounds_beside(metres, on, PLACES - _GROUND_PLACES)
     noise = _noise_of(metres, on)
     aside, wider = np.full(n, np.nan), np.full(n, np.nan)
-    few = np.empty(_GROUND_PLACES)
     for i in range(n):
-        sides[i, 0] = _ground_beside(metres[i], on[i], 0, few)
-        sides[i, 1] = _ground_beside(metres[i], on[i], PLACES - _GROUND_PLACES, few)
-        level = _nearest_few(metres[i], offsets[i], radius[i] + _EDGE_PX)
+        level = _third_nearest(metres[i], offsets[i], radius[i] + _EDGE_PX)
         if not min(sides[i, 0], sides[i, 1]) - level > _LEAST_CONTRAST * noise * level * level:  # not: NaN too
             continue
         step = offsets[i, 1] - offsets[i, 0]

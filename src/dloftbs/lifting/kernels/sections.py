@@ -131,9 +131,9 @@ def find_rays(
     return rays
 
 
-@kernel(read(boolean, 1), boolean, int64, read(float64, 1))
+@kernel(read(float64, 1), boolean, int64, read(float64, 1))
 def confirm_sections(
-    known: npt.NDArray[np.bool_], closed: bool, least: int, line: _Floats
+    surface_m: _Floats, closed: bool, least: int, line: _Floats
 ) -> tuple[npt.NDArray[np.bool_], _Ints, int, int, int, float, float]:
     """Strike off single sections that have no neighbour, and list the stretches without any.
 
@@ -141,7 +141,8 @@ def confirm_sections(
 
     Parameters
     ----------
-    known : (n,) bool
+    surface_m : (n,) float64
+        NaN where it is not known.
     closed : bool
         Whether the last is next to the first.
     least : int
@@ -160,7 +161,8 @@ def confirm_sections(
     lowest, lowest_seen : float
         Of the line, of all sections and of those that are seen; the latter infinite where none is.
     """
-    n = len(known)
+    n = len(surface_m)
+    known = ~np.isnan(surface_m)
     seen = np.empty(n, dtype=np.bool_)
     for i in range(n):
         before = known[i - 1] if i > 0 or closed else False

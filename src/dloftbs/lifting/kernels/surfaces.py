@@ -10,6 +10,7 @@ from numba import boolean, float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
+from dloftbs.lifting.kernels.columns import sort_columns
 
 _MOST_ACROSS = 2
 """Largest number of pixels to either side of the axis.
@@ -20,13 +21,7 @@ Source: bounds time.
 _ENOUGH = 15
 """Largest number of pixels of a section.
 
-Source: bounds time; five across by three along, one less than `_WIRES`.
-"""
-
-_WIRES = 16
-"""Number of values that the sorting network sorts.
-
-Source: by definition; the power of two above `_ENOUGH`.
+Source: bounds time; five across by three along, no more than `MOST_ROWS` of `columns`.
 """
 
 _WIDEST = 0.95
@@ -79,87 +74,69 @@ Source: by hand.
 """
 
 
+_NOWHERE = -1e6
+"""Coordinate of no pixel of any image, px.
+
+Source: by definition.
+"""
+
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
-
-
-def _network() -> _Ints:
-    """Return the pairs (k, 2) that Batcher's odd-even mergesort compares."""
-    pairs = []
-    run = 1
-    while run < _WIRES:
-        reach = run
-        while reach >= 1:
-            pairs += [
-                (low, low + reach)
-                for start in range(reach % run, _WIRES - reach, 2 * reach)
-                for low in range(start, start + reach)
-                if low // (2 * run) == (low + reach) // (2 * run)
-            ]
-            reach //= 2
-        run *= 2
-    return np.array(pairs, dtype=np.int64)
-
-
-_NETWORK = _network()
+_Pixels = npt.NDArray[np.int32]
 
 
 @helper
-def _choose_pixels(
+def _lay_places(
     points: _Floats,
     tangents: _Floats,
     radius: _Floats,
     used: npt.NDArray[np.bool_],
-    mask: npt.NDArray[np.uint8],
-    left: int,
-    top: int,
-    size: tuple[int, int],
-    dx: float,
-    dy: float,
     share: float,
     border: float,
     least: float,
-) -> tuple[npt.NDArray[np.int32], _Ints]:
-    """Return the pixels of the depth image in all sections, (row, column), and where each section starts in these."""
+) -> tuple[_Floats, _Floats]:
+    """Return ``x`` and ``y`` (`_ENOUGH`, n) of the places of each section, and `_NOWHERE` where it has no more."""
     n = len(points)
-    pixels = np.empty((n * _ENOUGH, 2), dtype=np.int32)
-    first = np.zeros(n + 1, dtype=np.int64)
-    height, width = mask.shape
-    count = 0
+    x, y = np.full((_ENOUGH, n), _NOWHERE), np.full((_ENOUGH, n), _NOWHERE)
     for i in range(n):
-        first[i] = count
         if not used[i]:
             continue
         a, b = max(i - 1, 0), min(i + 1, n - 1)
-        spacing = np.hypot(points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]) / max(b - a, 1)
+        dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        spacing = np.sqrt(dx * dx + dy * dy) / max(b - a, 1)
         half = max(min(share * radius[i], radius[i] - border), least * radius[i])
         side = min(int(half), _MOST_ACROSS)
         lines = min(max(int(np.rint(spacing)), 1), _ENOUGH // (2 * side + 1))
         stride = half / _MOST_ACROSS if half > _MOST_ACROSS + 1.0 else 1.0
-        x, y, tx, ty = points[i, 0], points[i, 1], tangents[i, 0], tangents[i, 1]
+        tx, ty = tangents[i, 0], tangents[i, 1]
+        place = 0
         for j in range(lines):
             along = spacing * ((j + 0.5) / lines - 0.5)
             for k in range(-side, side + 1):
-                px, py = x + along * tx - k * stride * ty + 0.5, y + along * ty + k * stride * tx + 0.5
-                column, row = int(np.floor(px)) - left, int(np.floor(py)) - top
-                if 0 <= row < height and 0 <= column < width and mask[row, column] != 0:
-                    column, row = int(np.floor(px + dx)), int(np.floor(py + dy))
-                    if 0 <= row < size[0] and 0 <= column < size[1]:
-                        pixels[count, 0], pixels[count, 1] = row, column
-                        count += 1
-    first[n] = count
-    return pixels[:count], first
+                x[place, i] = points[i, 0] + along * tx - k * stride * ty + 0.5
+                y[place, i] = points[i, 1] + along * ty + k * stride * tx + 0.5
+                place += 1
+    return x, y
 
 
 @helper
-def _sort_columns(values: _Floats) -> None:
-    """Sort each column of values (16, n), in place, by a network: each of its steps is done to many columns at once."""
-    for k in range(len(_NETWORK)):
-        low, high = values[_NETWORK[k, 0]], values[_NETWORK[k, 1]]
-        for i in range(values.shape[1]):
-            a, b = low[i], high[i]
-            low[i] = a if a < b else b
-            high[i] = b if a < b else a
+def _pixels_of(places: _Floats, shift: float, corner: int, size: int, own: npt.NDArray[np.bool_]) -> _Pixels:
+    """Return the rows or columns of places, moved, within an array; those beyond its border are not the object's."""
+    inside = np.empty(places.shape, dtype=np.int32)
+    for j in range(places.shape[0]):
+        for i in range(places.shape[1]):
+            pixel = np.int32(np.floor(places[j, i] + shift)) - np.int32(corner)
+            inside[j, i] = min(max(pixel, np.int32(0)), np.int32(size - 1))
+            own[j, i] &= inside[j, i] == pixel
+    return inside
+
+
+@helper
+def _read(pixels: npt.NDArray[Any], rows: _Pixels, columns: _Pixels, values: _Floats) -> None:
+    """Write the values of pixels; a loop of its own, since it waits for memory, and so for many pixels at once."""
+    for j in range(rows.shape[0]):
+        for i in range(rows.shape[1]):
+            values[j, i] = pixels[rows[j, i], columns[j, i]]
 
 
 @helper
@@ -290,34 +267,37 @@ def find_surface(
         angle; where the object is seen obliquely, the surface falls back by more.
     """
     n = len(points)
-    shift, all_known = 0.0, 0
     surface, counts = np.full(n, np.nan), np.zeros(n)
-    pixels, first = _choose_pixels(
-        points, tangents, radius, used, mask, left, top, depth.shape, dx, dy, share, border, least
-    )
-    metres = np.empty(len(pixels))
-    for k in range(len(pixels)):  # a loop of its own, since it waits for memory, and so for many pixels at once
-        metres[k] = depth[pixels[k, 0], pixels[k, 1]]
-    values, known = np.full((_WIRES, n), np.inf), np.zeros(n, dtype=np.int64)
+    x, y = _lay_places(points, tangents, radius, used, share, border, least)
+    inside = np.ones(x.shape, dtype=np.bool_)
+    on_mask, values = np.empty(x.shape), np.empty(x.shape)
+    rows, columns = _pixels_of(y, 0.0, top, mask.shape[0], inside), _pixels_of(x, 0.0, left, mask.shape[1], inside)
+    _read(mask, rows, columns, on_mask)
+    rows, columns = _pixels_of(y, dy, 0, depth.shape[0], inside), _pixels_of(x, dx, 0, depth.shape[1], inside)
+    _read(depth, rows, columns, values)
+    # Of each section: how many of its pixels are the object's, how many of these have depth, how far they were moved.
+    own, known, moved = np.zeros(n), np.zeros(n), np.zeros(n)
+    middle_x, middle_y = points[:, 0] + dx, points[:, 1] + dy
+    way_x, way_y = tangents[:, 0].copy(), tangents[:, 1].copy()
+    per_px, slenderness = 1.0 / radius, radius / focal_px
+    for j in range(_ENOUGH):
+        for i in range(n):
+            is_own = inside[j, i] & (on_mask[j, i] != 0.0)
+            z = values[j, i] * unit_m
+            offset = abs((rows[j, i] - middle_y[i]) * way_x[i] - (columns[j, i] - middle_x[i]) * way_y[i]) - fattened
+            beside = offset * per_px[i] if offset > 0.0 else 0.0
+            beside = beside if beside < _WIDEST else _WIDEST
+            back = 1.0 - np.sqrt(1.0 - beside * beside)
+            # At a slenderness of 1 the object would reach behind the camera.
+            has_depth = is_own & (z > 0.0) & (z >= low_m) & (z <= high_m) & (z < np.inf) & (slenderness[i] * back < 1.0)
+            values[j, i] = z - z * slenderness[i] * back if has_depth else np.inf
+            moved[i] += back if has_depth else 0.0
+            known[i] += 1.0 if has_depth else 0.0
+            own[i] += 1.0 if is_own else 0.0
+    sort_columns(values)
+    few = np.empty(_ENOUGH)
     for i in range(n):
-        x, y, tx, ty = points[i, 0], points[i, 1], tangents[i, 0], tangents[i, 1]
-        per_px, slenderness, count = 1.0 / radius[i], radius[i] / focal_px, 0
-        for k in range(first[i], first[i + 1]):
-            z = metres[k] * unit_m
-            if z > 0.0 and low_m <= z <= high_m and np.isfinite(z):
-                offset = (pixels[k, 0] - dy - y) * tx - (pixels[k, 1] - dx - x) * ty
-                beside = min(max(abs(offset) - fattened, 0.0) * per_px, _WIDEST)
-                back = 1.0 - np.sqrt(1.0 - beside * beside)
-                if slenderness * back < 1.0:  # else the object would reach behind the camera
-                    values[count, i] = z - z * slenderness * back
-                    shift += back
-                    count += 1
-        known[i] = count
-        all_known += count
-    _sort_columns(values)
-    few = np.empty(_WIRES)
-    for i in range(n):
-        if known[i] > 0 and known[i] >= _LEAST_SHARE * (first[i + 1] - first[i]):
+        if known[i] > 0.0 and known[i] >= _LEAST_SHARE * own[i]:
             copy_to(few, values[:, i])
-            surface[i], counts[i] = _level(few, known[i], radius[i] / focal_px, ground[i], noise)
-    return surface, counts, shift / max(all_known, 1)
+            surface[i], counts[i] = _level(few, int(known[i]), slenderness[i], ground[i], noise)
+    return surface, counts, moved.sum() / max(known.sum(), 1.0)

@@ -10,6 +10,7 @@ from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.few import median
 from dloftbs.kernels.shared.gaussian import MEDIAN_DEVIATION
 from dloftbs.kernels.shared.selection import median_of
+from dloftbs.lifting.kernels.columns import medians_of_columns
 
 _AROUND = 4
 """Number of changes of depth to either side that tell the usual one.
@@ -58,6 +59,20 @@ def _is_steep(surface_m: _Floats, own: _Ints, rates: _Floats, spacing: float, k:
 
 
 @helper
+def _usual_before(rates: _Floats) -> _Floats:
+    """Return the median of the changes before each place between changes, and of those after the one `_AROUND` before.
+
+    Both are of up to `_AROUND` changes, beyond the ends of fewer; NaN of none.
+    """
+    n = len(rates)
+    windows = np.full((_AROUND, n + _AROUND + 1), np.inf)
+    for j in range(_AROUND):
+        for k in range(n):
+            windows[j, k + _AROUND - j] = rates[k]
+    return medians_of_columns(windows)
+
+
+@helper
 def _beyond(change: float, before: float, after: float, gap: int) -> float:
     """Return by how much depth changes over a gap beyond what it does before and after it, per section."""
     if np.isnan(before):
@@ -82,7 +97,7 @@ def _find_stretches(size: _Floats, limit: _Floats) -> _Ints:
 
 
 @kernel(write(float64, 1), read(float64, 1), float64, int64, int64)
-def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most: int, most_at_end: int) -> None:
+def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most: int, most_at_end: int) -> int:
     """Strike off short stretches beyond steps of depth: something else is seen there.
 
     A step is where the depth changes by more than a radius beyond what it does before and after, and by more than
@@ -104,17 +119,22 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
         Sections that a stretch has at most.
     most_at_end : int
         Sections at an end without any left, at most.
+
+    Returns
+    -------
+    int
+        Number of sections whose depth is left.
     """
     own = _list_known(surface_m)
     known = len(own)
     if known < 2 * _AROUND + 2:
-        return
+        return known
     rates, unusual, size, limit = np.empty(known - 1), np.empty(known - 1), np.empty(known - 1), np.empty(known - 1)
     for k in range(known - 1):
         rates[k] = (surface_m[own[k + 1]] - surface_m[own[k]]) / (own[k + 1] - own[k])
-    few = np.empty(_AROUND)
+    usual_before = _usual_before(rates)
     for k in range(known - 1):
-        before, after = median(rates[max(k - _AROUND, 0) : k], few), median(rates[k + 1 : k + 1 + _AROUND], few)
+        before, after = usual_before[k], usual_before[k + 1 + _AROUND]
         gap = own[k + 1] - own[k]
         size[k] = _beyond(rates[k] * gap, before, after, gap)
         usual = before if np.isnan(after) else (after if np.isnan(before) else 0.5 * (before + after))
@@ -126,7 +146,8 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
     first = _find_stretches(size, limit)
     stretches = len(first) - 1
     if stretches == 1:
-        return
+        return known
+    few = np.empty(_AROUND)
     worth, came = np.empty(stretches), np.empty(stretches, dtype=np.int64)
     for j in range(stretches):
         step = first[j] - 1  # from the one before
@@ -154,12 +175,13 @@ def strike_steps(surface_m: _Floats, slenderness: _Floats, spacing: float, most:
         if worth[j] > worth[best] and beyond <= most_at_end and _is_steep(surface_m, own, rates, spacing, last):
             best = j
     stop = stretches
-    while best >= 0:
-        for j in range(best + 1, stop):
-            surface_m[own[first[j] : first[j + 1]]] = np.nan
+    while True:
+        for k in range(first[best + 1], first[stop]):
+            surface_m[own[k]] = np.nan
+            known -= 1
+        if best < 0:
+            return known
         stop, best = best, came[best]
-    for j in range(stop):
-        surface_m[own[first[j] : first[j + 1]]] = np.nan
 
 
 @kernel(write(float64, 1), read(float64, 1), read(float64, 1), float64, float64)
