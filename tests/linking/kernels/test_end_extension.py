@@ -140,6 +140,16 @@ def test_a_tapered_end_is_reached_where_it_is_cut(width: int, narrowest: float) 
     assert max(misses) < 0.2 * width + 1.0  # some of these tips, of few pixels, look round
 
 
+def test_a_thin_cable_that_tapers_is_no_round_one() -> None:
+    misses = []
+    for angle in np.linspace(0.0, np.pi / 2, 25):
+        mask, tip = cone(float(angle), 6, 0.5)
+        frame, points, offsets = runs_of(mask)
+        ends = [end_of(frame, points[::step], offsets)[-1] for step in (1, -1)]
+        misses.append(min(np.hypot(*(end - tip)) for end in ends))
+    assert np.median(misses) < 1.0  # of 3, if its tip were a cap
+
+
 @pytest.mark.parametrize("side", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize("width", [16, 30])
 @pytest.mark.parametrize("angle", np.linspace(0.0, np.pi / 2, 5))

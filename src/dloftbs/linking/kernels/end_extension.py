@@ -100,7 +100,7 @@ Source: by hand; the raggedness of an edge, and a slanting cut, leave more.
 """
 
 _TAPERED_PX = 1.0
-"""Least length by which the mask is narrower there than the cable at either side, px.
+"""Least length by which half the mask's width is less there than the cable's, px.
 
 Source: numerics; the edge of a mask is known to a pixel.
 """
@@ -257,7 +257,7 @@ def _cap_radius(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: 
         if half >= narrowest or min(left, right) < 0.0:
             break
         # A slanting cut narrows one side alone.
-        if narrowing == 0 and max(left, right) >= min(_TAPERED * radius, radius - _TAPERED_PX):
+        if narrowing == 0 and (max(left, right) >= _TAPERED * radius or half >= radius - _TAPERED_PX):
             break
         narrowest = half
     return narrowest
