@@ -163,10 +163,10 @@ def assign(
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
-    alike = _have_similar_widths(models, observations) & ~colours_differ(models, observations)
-    misfit, start, backwards = kernels.align_all(
-        predicted, usual, is_loop, found, lengths, closed, alike * (_MISFIT_CAP * gate)
-    )
+    cap = _MISFIT_CAP * gate
+    possible = _have_similar_widths(models, observations) & ~colours_differ(models, observations)
+    possible &= _box_distances(predicted, found) < cap
+    misfit, start, backwards = kernels.align_all(predicted, usual, is_loop, found, lengths, closed, possible * cap)
     ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
     cost = covered * misfit / gate + 1.0 - covered
@@ -190,6 +190,14 @@ def _compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: flo
     mean = np.sqrt(np.multiply.outer([m.length for m in models], lengths))
     gates: FloatArray = np.maximum(np.array(widening)[:, None] * mean, np.array(least)[:, None])
     return gates
+
+
+def _box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
+    """Return the distances between the boxes of tracks (t, m, 2) and of curves (d, m, 2), shape (t, d)."""
+    before = tracks.min(axis=1)[:, None] - found.max(axis=1)
+    after = found.min(axis=1) - tracks.max(axis=1)[:, None]
+    distances: FloatArray = np.linalg.norm(np.maximum(np.maximum(before, after), 0.0), axis=2)
+    return distances
 
 
 def _have_similar_widths(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from numba import boolean, float64
 
 from dloftbs.kernels.compiler import helper, kernel, read
+from dloftbs.tracking.kernels.interpolation import value_at
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
@@ -47,54 +48,21 @@ Source: numerics; to 1/64 of a sample.
 
 
 @helper
-def _boxes(curves: _Floats) -> _Floats:
-    """Return the least and the greatest coordinates of curves (n, m, d), as (n, 2, d)."""
-    count, m, dims = curves.shape
-    result = np.empty((count, 2, dims))
-    for c in range(count):
-        for d in range(dims):
-            low, high = math.inf, -math.inf
-            for k in range(m):
-                low, high = min(low, curves[c, k, d]), max(high, curves[c, k, d])
-            result[c, 0, d], result[c, 1, d] = low, high
-    return result
-
-
-@helper
-def _box_distances(ones: _Floats, others: _Floats) -> _Floats:
-    """Return the distances between the boxes of curves (n, m, d) and of others (k, m, d), as (n, k)."""
-    first, second = _boxes(ones), _boxes(others)
-    result = np.empty((len(ones), len(others)))
-    for a in range(len(ones)):
-        for b in range(len(others)):
-            squared = 0.0
-            for d in range(ones.shape[2]):
-                apart = max(first[a, 0, d] - second[b, 1, d], second[b, 0, d] - first[a, 1, d], 0.0)
-                squared += apart * apart
-            result[a, b] = math.sqrt(squared)
-    return result
-
-
-@helper
 def _distances_as_they_lie(
     tracks: _Floats, found: _Floats, margin_ratio: float, limit: float
 ) -> tuple[_Floats, _Floats, _Ints]:
     """Return the mean and the largest distances of tracks (t, m, d) from curves (f, m, d), and their directions.
 
-    A direction is 1 or -1, 0 if one is not clearly better than the other. Distances are infinite if the boxes of the
-    two lie farther apart than `limit`.
+    A direction is 1 or -1, 0 if one is not clearly better than the other. Mean distances above `limit` are too small,
+    but above it.
     """
     count, m, dims = tracks.shape
     others = len(found)
     distance, largest = np.empty((count, others)), np.empty((count, others))
-    way = np.zeros((count, others), dtype=np.int64)
-    gap = _box_distances(tracks, found)
+    way, used = np.zeros((count, others), dtype=np.int64), len(range(0, m, _STRIDE))
     for t in range(count):
         for f in range(others):
-            if gap[t, f] > limit:
-                distance[t, f] = largest[t, f] = math.inf
-                continue
-            there, back, most_there, most_back, used = 0.0, 0.0, 0.0, 0.0, 0
+            there, back, most_there, most_back = 0.0, 0.0, 0.0, 0.0
             for k in range(0, m, _STRIDE):
                 one, other = 0.0, 0.0
                 for d in range(dims):
@@ -103,7 +71,8 @@ def _distances_as_they_lie(
                 there += math.sqrt(one)
                 back += math.sqrt(other)
                 most_there, most_back = max(most_there, one), max(most_back, other)
-                used += 1
+                if min(there, back) > limit * used:
+                    break  # too far already, whatever the rest adds
             distance[t, f] = min(there, back) / used
             largest[t, f] = math.sqrt(most_there if there <= back else most_back)
             if there * margin_ratio < back:
@@ -176,17 +145,6 @@ def match_unambiguous(
 
 
 @helper
-def _interpolate(points: _Floats, where: float, cyclic: bool, d: int) -> float:
-    """Interpolate a coordinate between samples (m, ...); the last sample of a loop is the first again."""
-    last = len(points) - 1
-    if cyclic:
-        where -= last * math.floor(where / last)
-    k = min(max(int(where), 0), last - 1)
-    share = where - k
-    return points[k, d] * (1.0 - share) + points[k + 1, d] * share
-
-
-@helper
 def _misfit(
     part: _Floats,
     whole: _Floats,
@@ -196,7 +154,6 @@ def _misfit(
     cyclic: bool,
     cap: float,
     shift_weight: float,
-    count: int,
 ) -> float:
     """Return the mean distance, at most `cap` each, of a part from a whole along which it lies.
 
@@ -215,18 +172,18 @@ def _misfit(
     cap : float
     shift_weight : float
         Share of the mean shift that counts.
-    count : int
-        Number of points that are compared.
     """
-    dims = part.shape[1]
+    dims, last = part.shape[1], len(whole) - 1
+    count = max(_MIN_SAMPLES, int(share * last) // 2 + 1)
     mean = np.zeros(dims)
     apart = np.empty((count, dims))
     for k in range(count):
         t = k / (count - 1)
         at = (1.0 - t if backwards else t) * (len(part) - 1)
-        where = (start + t * share) * (len(whole) - 1)
+        place = (start + t * share) * last
+        place -= last * math.floor(place / last) if cyclic else 0.0
         for d in range(dims):
-            apart[k, d] = _interpolate(part, at, False, d) - _interpolate(whole, where, cyclic, d)
+            apart[k, d] = value_at(part, at, d) - value_at(whole, place, d)
             mean[d] += apart[k, d] / count
     total = 0.0
     for k in range(count):
@@ -254,13 +211,12 @@ def _align(
     cap : float
     """
     steps = math.ceil(latest * (len(whole) - 1) / _SEARCH_STEP - 1e-9) if latest > 0.0 else 0
-    count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
     best, at, flipped = math.inf, 0.0, False
     for way in range(2):
         backwards = way == 1
         for k in range(steps + (0 if cyclic and steps else 1)):
             start = latest * k / steps if steps else 0.0
-            misfit = _misfit(part, whole, share, start, backwards, cyclic, cap, _SHIFT_WEIGHT, count)
+            misfit = _misfit(part, whole, share, start, backwards, cyclic, cap, _SHIFT_WEIGHT)
             if misfit < best:
                 best, at, flipped = misfit, start, backwards
     if steps:  # between the steps
@@ -271,10 +227,10 @@ def _align(
                 start = at + side * step
                 if not cyclic:
                     start = min(max(start, 0.0), latest)
-                misfit = _misfit(part, whole, share, start, flipped, cyclic, cap, _SHIFT_WEIGHT, count)
+                misfit = _misfit(part, whole, share, start, flipped, cyclic, cap, _SHIFT_WEIGHT)
                 if misfit < best:
                     best, at = misfit, start
-    return _misfit(part, whole, share, at, flipped, cyclic, cap, 1.0, count), at, flipped
+    return _misfit(part, whole, share, at, flipped, cyclic, cap, 1.0), at, flipped
 
 
 @kernel(read(float64, 2), read(float64, 2), float64, float64, float64)
@@ -293,8 +249,7 @@ def misfit_at(part: _Floats, whole: _Floats, share: float, start: float, shift_w
     shift_weight : float
         Share of the mean shift that counts, in 0..1.
     """
-    count = max(_MIN_SAMPLES, int(share * (len(whole) - 1)) // 2 + 1)
-    return _misfit(part, whole, share, start, False, False, math.inf, shift_weight, count)
+    return _misfit(part, whole, share, start, False, False, math.inf, shift_weight)
 
 
 @kernel(
@@ -330,7 +285,7 @@ def align_all(
         Positive.
     found_closed : (f,) bool
     cap : (t, f) float64
-        A sample's distance counts no more than this; pairs whose boxes lie as far apart are not measured.
+        A sample's distance counts no more than this; pairs of which it is 0 are not measured.
 
     Returns
     -------
@@ -345,10 +300,9 @@ def align_all(
     misfit = np.empty(shape)
     start = np.empty(shape)
     backwards = np.empty(shape, dtype=np.bool_)
-    apart = _box_distances(tracks, found)
     for t in range(shape[0]):
         for f in range(shape[1]):
-            if apart[t, f] >= cap[t, f]:
+            if cap[t, f] <= 0.0:
                 misfit[t, f], start[t, f], backwards[t, f] = math.inf, 0.0, False
                 continue
             share = found_lengths[f] / track_lengths[t]

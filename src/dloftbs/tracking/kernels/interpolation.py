@@ -12,23 +12,12 @@ _Floats = npt.NDArray[np.float64]
 
 
 @helper
-def _interpolate_at(samples: _Floats, u: float, into: _Floats) -> None:
-    """Write the value (d,) at `u` of samples (m, d) at even parameters from 0 to 1, rounded as by `numpy.interp`."""
-    last = len(samples) - 1
-    step = 1.0 / last
-    k = min(max(int(u * last), 0), last - 1)
-    if u < k * step:  # rounded up, or down
-        k = max(k - 1, 0)
-    elif k + 1 < last and u >= (k + 1) * step:
-        k += 1
-    low, high = k * step, (k + 1) * step if k + 1 < last else 1.0
-    for d in range(samples.shape[1]):
-        if u <= 0.0:
-            into[d] = samples[0, d]
-        elif u >= 1.0:
-            into[d] = samples[last, d]
-        else:
-            into[d] = (samples[k + 1, d] - samples[k, d]) / (high - low) * (u - low) + samples[k, d]
+def value_at(samples: _Floats, place: float, d: int) -> float:
+    """Return a coordinate between samples (m, ...) by their index; beyond the ends, it is that of the end."""
+    place = min(max(place, 0.0), len(samples) - 1.0)
+    k = min(int(place), len(samples) - 2)
+    share = place - k
+    return samples[k, d] * (1.0 - share) + samples[k + 1, d] * share
 
 
 @kernel(read(float64, 2), read(float64, 1))
@@ -48,7 +37,8 @@ def interpolate(samples: _Floats, u: _Floats) -> _Floats:
     """
     values = np.empty((len(u), samples.shape[1]))
     for k in range(len(u)):
-        _interpolate_at(samples, u[k], values[k])
+        for d in range(samples.shape[1]):
+            values[k, d] = value_at(samples, u[k] * (len(samples) - 1), d)
     return values
 
 
@@ -77,7 +67,7 @@ def move_control_points(
     places = np.cumsum(knots)
     for i in range(len(control)):
         u = (places[degree + i] - places[i]) / degree
-        _interpolate_at(velocity, u % 1.0 if closed else u, moved[i])
+        place = (u % 1.0 if closed else u) * (len(velocity) - 1)
         for d in range(2):
-            moved[i, d] = control[i, d] + seconds * moved[i, d]
+            moved[i, d] = control[i, d] + seconds * value_at(velocity, place, d)
     return moved
