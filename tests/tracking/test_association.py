@@ -67,10 +67,10 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
     predicted = np.array([model.predict_points(0.0) for model in models])
     observations = make_observations([detection_of(curve) for curve in seen])
-    association = associate(models, predicted, observations, view, config)
-    resolved, _ = resolve(models, predicted, association, view)
+    shown = associate(models, predicted, observations, view, config)
+    resolved = resolve(models, predicted, shown, view)
     assert pickle.dumps(models) == before
-    assert len(association.shown) == len(resolved) == 2
+    assert len(shown) == len(resolved) == 2
     assert any(one.matches for one in resolved) == bool(seen)
 
 
@@ -88,7 +88,7 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
     predicted = np.array([one.sample(SAMPLES) for one in swapped])
     for order in (1, -1):
         observations = make_observations(seen[::order])
-        shown = associate(models, predicted, observations, View((600, 900)), TrackingConfig()).shown
+        shown = associate(models, predicted, observations, View((600, 900)), TrackingConfig())
         assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
         assert [one.matches[0].observation.detection for one in shown] == seen
 
@@ -106,7 +106,7 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
     came = line((0.0, 100.0), (300.0, 100.0)), line((305.0, 100.0), (465.0, 100.0))
     predicted = np.array([one.sample(SAMPLES) for one in came])
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
-    shown = associate(models, predicted, seen, View((600, 900)), TrackingConfig()).shown
+    shown = associate(models, predicted, seen, View((600, 900)), TrackingConfig())
     assert [(bool(one.apart_from), one.merged) for one in shown] == [
         (kind is EndKind.FREE, kind is not EndKind.FREE)
     ] * 2

@@ -17,8 +17,7 @@ from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import gaps_on_track
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, gaps_on_track
 from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.track_model import TrackModel
 

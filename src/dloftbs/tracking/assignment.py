@@ -6,7 +6,7 @@ A cost is made of distance and length; width and colour exclude.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -61,90 +61,85 @@ Source: by hand; short objects move by more than a share of their length.
 
 def match_unambiguous(
     models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation]
-) -> list[int]:
-    """Return for each track one more than the index of its observation, negative if that is reversed, 0 if ambiguous.
+) -> dict[int, Observation]:
+    """Map tracks to observations, in the track's direction, that lie where they are predicted, and nothing else near.
 
-    A match is unambiguous if the track was seen as a whole before and lies on the observation, which is as long, and
-    nothing else is near.
+    The track was seen as a whole before, and the observation is as long.
     """
-    closed = np.array([one.curve.closed for one in observations])
-    points = np.array([one.points for one in observations])
-    whole = np.array([not (m.sight.hidden or m.misses or m.curve.closed) for m in models])
-    partner: list[int] = kernels.match_unambiguous(
-        predicted,
-        np.array([m.length for m in models]),
-        whole,
-        points,
-        closed,
-        _MAX_MEAN,
-        _MAX_ANYWHERE,
-        _MARGIN_RATIO,
-    ).tolist()
-    differ = colours_differ(models, observations)
-    for t, p in enumerate(partner):
-        if p:
-            one = observations[abs(p) - 1]
-            other = abs(one.length - models[t].length) > models[t].length_tolerance_px
-            other = other or widths_differ(models[t].width, one.width) or models[t].is_torn_in(one)
-            other = other or (one.curve_3d is not None and models[t].is_short(one))
-            if other or differ[t, abs(p) - 1]:
-                partner[t] = 0
-    return partner
+    return _match_near(models, predicted, observations, _is_unchanged, _MAX_MEAN, _MAX_ANYWHERE)
 
 
 def match_by_length(
     models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation], gate: float
-) -> list[int]:
-    """Return the same for tracks that no observation is unambiguously near: those as long as a clear one.
+) -> dict[int, Observation]:
+    """Map tracks to observations that are as long as they usually are, within the gate, and nothing else near.
 
     An object that a frame shows without a gap, from end to end, and as long as it usually is, has not exchanged a part
     with another one, wherever its track was routed before. `gate` is a share of the length.
     """
-    length = np.array([one.length for one in observations])
-    usual = np.array([m.lengths.usual_px for m in models])[:, None]
-    in_view = np.multiply.outer([m.lengths.metres for m in models], [one.px_per_m for one in observations])
-    expected = np.where(np.isnan(in_view), usual, in_view)
-    tolerance = np.array([m.length_tolerance_px for m in models])[:, None]
-    as_long = (np.abs(expected - length) <= tolerance) & [one.contiguous for one in observations] & ~np.isnan(usual)
-    as_long &= ~colours_differ(models, observations)
-    if not as_long.any():
-        return [0] * len(models)
-    partner = kernels.match_unambiguous(
-        predicted,
-        np.array([m.length for m in models]),
-        as_long.any(axis=1) & np.array([not m.curve.closed for m in models]),
-        np.array([one.points for one in observations]),
-        np.array([one.curve.closed for one in observations]),
-        gate,
-        np.inf,
-        _MARGIN_RATIO,
-    )
-    return [p if p and as_long[t, abs(p) - 1] else 0 for t, p in enumerate(partner.tolist())]
+    return _match_near(models, predicted, observations, _is_as_usual, gate, math.inf)
+
+
+def _match_near(
+    models: Sequence[TrackModel],
+    predicted: FloatArray,
+    observations: Sequence[Observation],
+    agree: Callable[[TrackModel, Observation], bool],
+    max_mean: float,
+    max_anywhere: float,
+) -> dict[int, Observation]:
+    """Map tracks to the only observations that are near to them, if the two agree; distances are shares of a length."""
+    lengths, points = np.array([m.length for m in models]), np.array([one.points for one in observations])
+    found = kernels.find_partners(predicted, lengths, points, max_mean, max_anywhere, _MARGIN_RATIO).tolist()
+    result = {}
+    for t, partner in enumerate(found):
+        if partner:
+            model, one = models[t], observations[abs(partner) - 1]
+            if not (model.curve.closed or one.curve.closed) and agree(model, one):
+                result[t] = one if partner > 0 else one.reversed()
+    return result
+
+
+def _is_unchanged(model: TrackModel, one: Observation) -> bool:
+    """Return True if an observation, as it lies on a track, shows all of it, and nothing that it was not."""
+    was_whole = not (model.sight.hidden or model.misses)
+    as_long = abs(one.length - model.length) <= model.length_tolerance_px
+    if not (was_whole and as_long) or widths_differ(model.width, one.width) or colours_differ([model], [one])[0, 0]:
+        return False
+    return not (model.is_torn_in(one) or (one.curve_3d is not None and model.is_short(one)))
+
+
+def _is_as_usual(model: TrackModel, one: Observation) -> bool:
+    """Return True if an observation has no gap and is as long as the track was in most full views."""
+    usual, in_view = model.lengths.usual_px, model.length_in_view(one)
+    if math.isnan(usual) or not one.contiguous or colours_differ([model], [one])[0, 0]:
+        return False
+    return abs((usual if math.isnan(in_view) else in_view) - one.length) <= model.length_tolerance_px
 
 
 def match_remaining(
     models: Sequence[TrackModel],
     predicted: FloatArray,
     shown: list[TrackObservation],
-    unassigned: list[Observation],
-) -> None:
-    """Match the only track of the last frame that is left with the only observation left, however far it moved.
+    unassigned: Sequence[Observation],
+) -> list[TrackObservation]:
+    """Return what a frame shows, with the only track of the last frame left and the only observation left matched.
 
-    Something may have hidden it since. Both lists are changed. Width, colour and length, in space if it is known there,
-    may not clearly differ.
+    It may have moved however far, and something may have hidden it since. Width, colour and length, in space if it is
+    known there, may not clearly differ.
     """
     left = [
         t for t, one in enumerate(shown) if not one.matches and (not models[t].misses or models[t].sight.is_covered)
     ]
     if len(left) != 1 or len(unassigned) != 1:
-        return
-    model, (one,) = models[left[0]], unassigned
-    wider, longer = width_ratio(model.width, one.width), one.length / model.length_as_seen(one)
+        return shown
+    (t,), (one,) = left, unassigned
+    wider, longer = width_ratio(models[t].width, one.width), one.length / models[t].length_as_seen(one)
     is_like = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in (wider, longer))
-    same_kind = one.curve_span == WHOLE and model.curve.closed == one.curve.closed
-    if is_like and same_kind and not colours_differ([model], [one])[0, 0]:
-        shown[left[0]] = TrackObservation((match_whole(predicted[left[0]], one),))
-        unassigned.clear()
+    same_kind = one.curve_span == WHOLE and models[t].curve.closed == one.curve.closed
+    if not (is_like and same_kind) or colours_differ([models[t]], [one])[0, 0]:
+        return shown
+    return [*shown[:t], TrackObservation((match_whole(predicted[t], one),)), *shown[t + 1 :]]
 
 
 def assign(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,33 +22,14 @@ from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 
 
-class Association(NamedTuple):
-    """Observations of each track in one frame, and those of none.
-
-    Parameters
-    ----------
-    shown : tuple of TrackObservation
-        By track.
-    ambiguous : tuple of Observation
-        Those that show no track unambiguously.
-    unassigned, parts : tuple of Observation
-        Parts of these that show no track, and all their parts.
-    """
-
-    shown: tuple[TrackObservation, ...]
-    ambiguous: tuple[Observation, ...]
-    unassigned: tuple[Observation, ...]
-    parts: tuple[Observation, ...]
-
-
 def associate(
     models: Sequence[TrackModel],
     predicted: FloatArray,
     observations: Sequence[Observation],
     view: View,
     config: TrackingConfig,
-) -> Association:
-    """Associate the observations of a frame with the tracks.
+) -> list[TrackObservation]:
+    """Return what a frame shows of each track.
 
     Parameters
     ----------
@@ -60,43 +40,36 @@ def associate(
     view : View
     config : TrackingConfig
     """
-    shown, ambiguous = [TrackObservation() for _ in models], list(observations)
+    shown, left = [TrackObservation() for _ in models], list(observations)
     for match, is_unambiguous in ((match_unambiguous, True), (partial(match_by_length, gate=config.gate), False)):
         rows = [t for t, one in enumerate(shown) if not one.matches]
-        if not rows or not ambiguous:
-            break
-        found = match([models[t] for t in rows], predicted[rows], ambiguous)
-        for t, partner in zip(rows, found, strict=True):
-            if partner:
-                found_one = ambiguous[abs(partner) - 1]
-                whole = PartialMatch(found_one if partner > 0 else found_one.reversed(), WHOLE, WHOLE)
-                shown[t] = TrackObservation((whole,), is_unambiguous)
-        ambiguous = [one for d, one in enumerate(ambiguous, 1) if d not in found and -d not in found]
-    unassigned = parts = ambiguous
+        if rows and left:
+            found = match([models[t] for t in rows], predicted[rows], left)
+            for k, one in found.items():
+                shown[rows[k]] = TrackObservation((PartialMatch(one, WHOLE, WHOLE),), is_unambiguous)
+            taken = {one.detection_index for one in found.values()}
+            left = [one for one in left if one.detection_index not in taken]
     rows = [t for t, one in enumerate(shown) if not one.matches]
-    if rows:
-        rest = [models[t] for t in rows]
-        own, unassigned, parts = _associate_ambiguous(rest, predicted[rows], ambiguous, view, config)
-        for t, one in zip(rows, own, strict=True):
-            shown[t] = one
-        match_remaining(models, predicted, shown, unassigned)
-    return Association(tuple(shown), tuple(ambiguous), tuple(unassigned), tuple(parts))
+    if rows and left:
+        ambiguous = _associate_ambiguous([models[t] for t in rows], predicted[rows], left, view, config)
+        for t, what in zip(rows, ambiguous, strict=True):
+            shown[t] = what
+    return shown
 
 
 def _associate_ambiguous(
     models: Sequence[TrackModel],
     predicted: FloatArray,
-    ambiguous: Sequence[Observation],
+    observations: Sequence[Observation],
     view: View,
     config: TrackingConfig,
-) -> tuple[list[TrackObservation], list[Observation], list[Observation]]:
-    """Return what ambiguous observations show of each track, their unassigned parts, and all their parts."""
-    shown, unassigned, parts = [TrackObservation() for _ in models], list(ambiguous), list(ambiguous)
+) -> list[TrackObservation]:
+    """Return what ambiguous observations show of each track."""
+    shown, unassigned = [TrackObservation() for _ in models], list(observations)
     rows = [t for t, model in enumerate(models) if _is_well_known(model, config)]
-    if ambiguous and rows:
-        routed = route_tracks(models, predicted, rows, ambiguous, view)
-        unassigned, parts = routed.unassigned, routed.parts
-        for t, matches in routed.matches.items():
+    if rows:
+        routed, unassigned = route_tracks(models, predicted, rows, observations, view)
+        for t, matches in routed.items():
             shown[t] = TrackObservation(tuple(matches))
     others = [t for t, one in enumerate(shown) if not one.matches]
     if unassigned and others:
@@ -105,7 +78,7 @@ def _associate_ambiguous(
             shown[others[k]] = TrackObservation((match,))
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
-    return _find_merged(models, shown), unassigned, parts
+    return match_remaining(models, predicted, _find_merged(models, shown), unassigned)
 
 
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:

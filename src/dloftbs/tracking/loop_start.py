@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
+from dloftbs.observation import Observation, sample_curve
 from dloftbs.tracking.partial_match import SAME_U
 
 _DEGREE = 3
@@ -13,6 +16,16 @@ _DEGREE = 3
 
 Source: by definition; cubic, as in the paper.
 """
+
+
+def restart_loop(observation: Observation, u: float) -> Observation:
+    """Return a loop that starts at the former `u`."""
+    curve = move_start(observation.curve, u)
+    if curve is observation.curve:
+        return observation
+    points, length = sample_curve(curve)
+    detection = None if observation.detection is None else replace(observation.detection, curve=curve)
+    return observation._replace(curve=curve, points=points, length=length, detection=detection)
 
 
 def move_start(curve: BSplineCurve, u: float) -> BSplineCurve:

@@ -134,3 +134,28 @@ def are_consecutive(first: PartialMatch, second: PartialMatch) -> bool:
     one, other = first.observation, second.observation
     same = one.detection_index == other.detection_index and one.backwards == other.backwards
     return same and first.curve_span[1] <= second.curve_span[0]
+
+
+def gaps_on_track(match: PartialMatch) -> list[tuple[float, float]]:
+    """Return the spans of a match that the detector inferred, in the track's ``u``."""
+    (low, high), (first, last) = match.track_span, match.curve_span
+    spans = [(max(a, first), min(b, last)) for a, b in match.observation.gaps]
+    # The division comes first: its result is 1 at most, so that rounding never leads beyond the track's end.
+    shares = [((a - first) / (last - first), (b - first) / (last - first)) for a, b in spans if b > a]
+    return [(low + a * (high - low), low + b * (high - low)) for a, b in shares]
+
+
+def merge_spans(spans: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
+    """Return ascending spans, those that touch merged."""
+    result: list[tuple[float, float]] = []
+    for low, high in spans:
+        if result and low <= result[-1][1]:
+            result[-1] = (result[-1][0], max(high, result[-1][1]))
+        else:
+            result.append((low, high))
+    return tuple(result)
+
+
+def inferred_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:
+    """Return the spans of a track that are hidden, or that the detector inferred."""
+    return merge_spans(sorted([*hidden_spans(matches), *(gap for match in matches for gap in gaps_on_track(match))]))

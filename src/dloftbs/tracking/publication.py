@@ -11,10 +11,9 @@ from dloftbs._arrays import FloatArray, frozen
 from dloftbs.observation import SAMPLES, U
 from dloftbs.tracking.curve_in_space import reconstruct_in_space
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import inferred_spans, visible_parts
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve
-from dloftbs.tracking.reconstruction import cut, reconstruct
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, inferred_spans
+from dloftbs.tracking.reconstruction import cut, reconstruct, visible_parts
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracks import EndKind, Track
 

@@ -16,7 +16,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.kernels import least_squares
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.kernels.hidden_spans import fill_hidden
-from dloftbs.tracking.partial_match import SAME_U
+from dloftbs.tracking.partial_match import SAME_U, PartialMatch
 
 CURVE_SAMPLES = 193
 """Number of samples of the reconstructed curve, at even parameters.
@@ -51,6 +51,11 @@ class VisiblePart(NamedTuple):
     curve: BSplineCurve
     track_span: tuple[float, float]
     curve_span: tuple[float, float]
+
+
+def visible_parts(matches: Sequence[PartialMatch]) -> list[VisiblePart]:
+    """Return the visible parts of a track, in the image."""
+    return [VisiblePart(match.observation.curve, match.track_span, match.curve_span) for match in matches]
 
 
 def reconstruct(

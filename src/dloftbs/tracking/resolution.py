@@ -10,9 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.observation import Observation, U
+from dloftbs.observation import U
 from dloftbs.tracking.alignment import find_whole_view
-from dloftbs.tracking.association import Association
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracking.partial_match import (
@@ -32,36 +31,29 @@ Source: bounds time; an odd number, so that it is one of them.
 
 
 def resolve(
-    models: Sequence[TrackModel], predicted: FloatArray, association: Association, view: View
-) -> tuple[list[TrackObservation], list[Observation]]:
-    """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object.
-
-    Returns what the frame shows of each, and the parts of observations that show no track.
-    """
-    result, unassigned = [], list(association.unassigned)
-    ambiguous = [one for one in association.shown if one.matches and not one.is_unambiguous]
-    if not ambiguous:
-        return list(association.shown), unassigned
-    claims = Counter(index for one in ambiguous for index in one.detection_indices)
-    for model, points, shown in zip(models, predicted, association.shown, strict=True):
-        if not shown.matches or shown.is_unambiguous:
-            result.append(shown)
-            continue
-        first, whole = shown.matches[0], None
-        alone = len(shown.detection_indices) == 1 and claims[first.observation.detection_index] == 1
-        if alone:
-            whole = find_whole_view(model, points, first.observation, first.track_span[0], view)
-        matches = shown.matches if whole is None else (whole,)
-        resolved, rejected = _drop_absent_spans(model, shown._replace(matches=matches))
-        claims.subtract({part.detection_index for part in rejected} - resolved.detection_indices)
-        unassigned += rejected
-        result.append(resolved)
-    # A detection of one track only is all that track's.
-    return result, [part for part in unassigned if claims[part.detection_index] != 1]
+    models: Sequence[TrackModel], predicted: FloatArray, shown: Sequence[TrackObservation], view: View
+) -> list[TrackObservation]:
+    """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object."""
+    claims = Counter(index for one in shown for index in one.detection_indices)
+    return [
+        one if one.is_unambiguous or not one.matches else _resolve(model, points, one, claims, view)
+        for model, points, one in zip(models, predicted, shown, strict=True)
+    ]
 
 
-def _drop_absent_spans(model: TrackModel, shown: TrackObservation) -> tuple[TrackObservation, list[Observation]]:
-    """Return what belongs to a track, and the observations that do not.
+def _resolve(
+    model: TrackModel, predicted: FloatArray, shown: TrackObservation, claims: Counter[int], view: View
+) -> TrackObservation:
+    """Return the same of one track; `claims` are the numbers of tracks that each detection shows."""
+    (index, *others), first = shown.detection_indices, shown.matches[0]
+    if not others and claims[index] == 1:
+        whole = find_whole_view(model, predicted, first.observation, first.track_span[0], view)
+        shown = shown if whole is None else shown._replace(matches=(whole,))
+    return _drop_absent_spans(model, shown)
+
+
+def _drop_absent_spans(model: TrackModel, shown: TrackObservation) -> TrackObservation:
+    """Return what belongs to a track.
 
     A span that is not seen is assumed hidden if it was seen in enough frames before, and hangs together with the
     visible part by more than a stretch that every frame so far has inferred. A gap that the detector bridges is not
@@ -74,14 +66,11 @@ def _drop_absent_spans(model: TrackModel, shown: TrackObservation) -> tuple[Trac
     questioned = [span for span in hidden_spans(matches) if span not in bridged]
     absent = [part for span in questioned if (part := _absent_part(model, span)) is not None]
     if not absent:
-        return shown, []
-    groups = _split_at(matches, absent)
-    kept = max(groups, key=lambda group: sum(m.track_span[1] - m.track_span[0] for m in group))
+        return shown
+    kept = max(_split_at(matches, absent), key=lambda group: sum(m.track_span[1] - m.track_span[0] for m in group))
     low = max((high for _, high in absent if high <= kept[0].track_span[0] + SAME_U), default=0.0)
     high = min((low for low, _ in absent if low >= kept[-1].track_span[1] - SAME_U), default=1.0)
-    moved = tuple(match.within(low, high) for match in kept)
-    rejected = [match.observation for group in groups if group is not kept for match in group]
-    return shown._replace(matches=moved, scope=(low, high)), rejected
+    return shown._replace(matches=tuple(match.within(low, high) for match in kept), scope=(low, high))
 
 
 def _absent_part(model: TrackModel, span: tuple[float, float]) -> tuple[float, float] | None:

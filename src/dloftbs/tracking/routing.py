@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
@@ -40,32 +39,16 @@ Source: by hand; shorter parts fit many places.
 """
 
 
-class RoutingResult(NamedTuple):
-    """Result of routing.
-
-    Parameters
-    ----------
-    matches : dict of int to list of PartialMatch
-        By the track's index.
-    unassigned : list of Observation
-        Parts of observations that no track claims most of.
-    parts : list of Observation
-        All parts, after the observations are split at their long gaps.
-    """
-
-    matches: dict[int, list[PartialMatch]]
-    unassigned: list[Observation]
-    parts: list[Observation]
-
-
 def route_tracks(
     models: Sequence[TrackModel],
     predicted: FloatArray,
     rows: Sequence[int],
     observations: Sequence[Observation],
     view: View,
-) -> RoutingResult:
+) -> tuple[dict[int, list[PartialMatch]], list[Observation]]:
     """Route tracks through a frame.
+
+    Returns the matches, by the track's index, and the parts of observations that no track claims most of.
 
     Parameters
     ----------
@@ -98,7 +81,7 @@ def route_tracks(
         for part, (first, last) in zip(parts, graph.bounds, strict=True)
         if graph.claimed[first : last + 1].mean() < _MAX_CLAIMED_SHARE
     ]
-    return RoutingResult(matches, unassigned, parts)
+    return matches, unassigned
 
 
 def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackModel) -> list[Interval]:

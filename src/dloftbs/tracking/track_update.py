@@ -8,10 +8,17 @@ from dloftbs.config import TrackingConfig
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import inferred_spans, restart_loop, visible_parts
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation, hidden_before, hidden_spans
+from dloftbs.tracking.loop_start import restart_loop
+from dloftbs.tracking.partial_match import (
+    WHOLE,
+    PartialMatch,
+    TrackObservation,
+    hidden_before,
+    hidden_spans,
+    inferred_spans,
+)
 from dloftbs.tracking.publication import make_visible_curve
-from dloftbs.tracking.reconstruction import reconstruct
+from dloftbs.tracking.reconstruction import reconstruct, visible_parts
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE
 

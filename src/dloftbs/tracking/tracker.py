@@ -21,7 +21,6 @@ from dloftbs.prior import Prediction
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.fusion import collect_new_objects
 from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
@@ -232,8 +231,8 @@ class Tracker:
         """Update the tracks by a frame's observations, and start tracks of new objects."""
         models, view, config = self._models, self._view, self._config
         predicted = np.array([model.predict_points(extrapolated_time(dt)) for model in models])
-        association = associate(models, predicted, observations, view, config)
-        resolved, unassigned = resolve(models, predicted, association, view)
+        shown = associate(models, predicted, observations, view, config)
+        resolved = resolve(models, predicted, shown, view)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)
             if sides is not None:
@@ -248,7 +247,8 @@ class Tracker:
             for model, one in zip(models, resolved, strict=True)
             if one.matches or self._continues_unseen(model, dt)
         ]
-        self._start_tracks(collect_new_objects(unassigned, association.parts, association.ambiguous))
+        known = {index for one in resolved for index in one.detection_indices}
+        self._start_tracks([one for one in observations if one.detection_index not in known])
 
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""

@@ -110,8 +110,7 @@ def test_a_pair_that_is_not_asked_for_does_not_fit():
 def match(tracks: list[BSplineCurve], found: list[BSplineCurve]) -> list[int]:
     a, b = np.array([samples(c) for c in tracks]), np.array([samples(c) for c in found])
     lengths = np.array([length_of(points) for points in a])
-    closed = [np.array([c.closed for c in curves]) for curves in (tracks, found)]
-    return kernels.match_unambiguous(a, lengths, ~closed[0], b, closed[1], 0.02, 0.03, 3.0).tolist()
+    return kernels.find_partners(a, lengths, b, 0.02, 0.03, 3.0).tolist()
 
 
 class TestWithoutDoubt:

@@ -82,31 +82,20 @@ def _distances_as_they_lie(
     return distance, largest, way
 
 
-@kernel(
-    read(float64, 3), read(float64, 1), read(boolean, 1), read(float64, 3), read(boolean, 1), float64, float64, float64
-)
-def match_unambiguous(
-    tracks: _Floats,
-    track_lengths: _Floats,
-    whole: _Bools,
-    found: _Floats,
-    found_closed: _Bools,
-    max_mean: float,
-    max_anywhere: float,
-    margin_ratio: float,
+@kernel(read(float64, 3), read(float64, 1), read(float64, 3), float64, float64, float64)
+def find_partners(
+    tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: float, max_anywhere: float, margin_ratio: float
 ) -> _Ints:
-    """Match curves with tracks unambiguously: the two are near to each other as a whole, and far from all others.
+    """Find the curve that alone is near to each track as a whole, which is alone near to it.
 
     Parameters
     ----------
     tracks : (t, m, d) float64
         Samples of each track's predicted curve.
-    track_lengths : (t,) float64
-    whole : (t,) bool
-        True if the track is open and was seen as a whole; no other is matched.
+    lengths : (t,) float64
+        Of the tracks.
     found : (f, m, d) float64
         Samples of the curves found; one or more.
-    found_closed : (f,) bool
     max_mean : float
         Largest mean distance of a match, as a share of the length; no other curve or track may be as near.
     max_anywhere : float
@@ -119,25 +108,16 @@ def match_unambiguous(
     (t,) int64
         One more than the index of the curve found, negative if that is reversed; 0 if it is ambiguous.
     """
-    count, others = len(tracks), len(found)
-    partner = np.zeros(count, dtype=np.int64)
-    longest = 0.0
-    for t in range(count):
-        longest = max(longest, track_lengths[t])
-    distance, largest, way = _distances_as_they_lie(tracks, found, margin_ratio, margin_ratio * max_mean * longest)
-    for t in range(count):
-        if not whole[t]:
-            continue
-        best = 0
-        for f in range(1, others):
-            if distance[t, f] < distance[t, best]:
-                best = f
-        limit = max(margin_ratio * distance[t, best], max_mean * track_lengths[t])
-        sure = not found_closed[best] and distance[t, best] <= max_mean * track_lengths[t]
-        sure &= largest[t, best] <= max_anywhere * track_lengths[t]
-        for f in range(others):
+    partner = np.zeros(len(tracks), dtype=np.int64)
+    limit = margin_ratio * max_mean * lengths.max()
+    distance, largest, way = _distances_as_they_lie(tracks, found, margin_ratio, limit)
+    for t in range(len(tracks)):
+        best = int(np.argmin(distance[t]))
+        limit = max(margin_ratio * distance[t, best], max_mean * lengths[t])
+        sure = distance[t, best] <= max_mean * lengths[t] and largest[t, best] <= max_anywhere * lengths[t]
+        for f in range(len(found)):
             sure &= f == best or distance[t, f] >= limit
-        for other in range(count):
+        for other in range(len(tracks)):
             sure &= other == t or distance[other, best] >= limit
         if sure:
             partner[t] = way[t, best] * (best + 1)
