@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from dloftbs.config import DepthConfig
 from dloftbs.crossings.kernels import crossing_order as order
 from dloftbs.crossings.kernels.crossing_groups import select_crossings
 from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
-from dloftbs.depth import to_metres
+from dloftbs.depth import unit_of
 from dloftbs.detection import Crossing, Detection
 from dloftbs.frame import Frame
 
@@ -165,20 +165,13 @@ def _on_top(
         return odds
     rows, columns = order.find_pixels(order.choose_places(*lines, pairs, at), *frame.size)
     if frame.depth is not None:
+        stored = frame.depth[rows, columns].astype(np.float64)
+        stored[rows < 0] = np.nan
         exact = np.issubdtype(frame.depth.dtype, np.floating)
-        metres = to_metres(frame.depth[rows, columns], frame.depth_unit_m, config)
-        metres[rows < 0] = np.nan
-        seen = lines.widths[pairs].min(axis=1) ** 2
-        agreement = order.judge_depth(metres, seen, 0.0 if exact else frame.depth_unit_m)
+        unit, seen = unit_of(frame.depth, frame.depth_unit_m), lines.widths[pairs].min(axis=1) ** 2
+        agreement = order.judge_depth(stored, unit, *config.range_m, seen, 0.0 if exact else unit)
         odds += np.minimum(np.maximum(_DEPTH_ODDS * agreement, -_MOST_DEPTH_ODDS), _MOST_DEPTH_ODDS)
     if frame.image is not None:
-        agreement = order.judge_image(_values(frame.image, rows, columns))
+        agreement = order.judge_image(frame.image, rows, columns)
         odds += np.minimum(np.maximum(_IMAGE_ODDS * agreement, -_MOST_IMAGE_ODDS), _MOST_IMAGE_ODDS)
     return odds
-
-
-def _values(array: npt.NDArray[Any], rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]) -> FloatArray:
-    """Return what an array (H, W, ...) holds at pixels (k, n), as float64; NaN at those of index -1."""
-    values = array[rows, columns].astype(np.float64)
-    values[rows < 0] = np.nan
-    return values

@@ -134,15 +134,12 @@ class OcclusionEvidence:
         depth = None if frame.camera is None else frame.depth
         if frame.occluders is None and depth is None and frame.image is None:
             return None
-        return cls(
-            occluders=frame.occluders,
-            mask=mask,
-            depth=depth,
-            image=frame.image,
-            camera=frame.camera,
-            config=config,
-            depth_unit_m=frame.depth_unit_m,
-        )
+        evidence = cls.__new__(cls)  # the frame was checked, and so was the mask
+        evidence._occluders = _NOTHING if frame.occluders is None else as_bytes(frame.occluders)
+        evidence._mask, evidence._depth, evidence._image = as_bytes(mask), depth, frame.image
+        evidence._camera, evidence._config, evidence._depth_unit_m = frame.camera, config, frame.depth_unit_m
+        evidence.size = frame.size
+        return evidence
 
     @property
     def has_image(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import Appearance, Observation
+from dloftbs.tracking.kernels.colour_differences import compare_colours
 from dloftbs.tracking.sight import samples_within
 from dloftbs.tracking.track_model import TrackModel
 
@@ -19,22 +21,10 @@ MAX_WIDTH_RATIO = 3.0
 Source: by hand; a cable that comes nearer by a half is twice as wide.
 """
 
-_OTHER_HUE_COSINE = 0.966
-"""Cosine of the angle of two colours, as vectors of channels, below which they are of different objects.
+_UNKNOWN = (math.nan, math.nan, math.nan)
+"""Colour that agrees with any, BGR.
 
-Source: by hand; 15 degrees, as red and orange. More or less light changes the length of the vector, not its direction.
-"""
-
-_OTHER_BRIGHTNESS = 2.5
-"""Ratio of the lengths of these vectors above which they are of different objects.
-
-Source: by hand; a shadow takes less, and white is four times as bright as black, and more.
-"""
-
-_DARK = 10.0
-"""Value added to each channel, levels of 255, so that noise makes no colour of black.
-
-Source: by hand; three times the noise of a camera's 8-bit image.
+Source: by definition.
 """
 
 
@@ -52,19 +42,13 @@ def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observat
     """Return, for each track and observation, True if they differ clearly in colour, shape (t, d)."""
     if all(one.appearance is None for one in observations):
         return np.zeros((len(models), len(observations)), np.bool_)
-    own, found = _table([m.appearance for m in models]), _table([one.appearance for one in observations])
-    lengths = np.linalg.norm(own, axis=1)[:, None], np.linalg.norm(found, axis=1)[None]
-    with np.errstate(invalid="ignore"):
-        other_hue = own @ found.T < _OTHER_HUE_COSINE * lengths[0] * lengths[1]
-        other_brightness = np.maximum(*lengths) > _OTHER_BRIGHTNESS * np.minimum(*lengths)
-    differ: npt.NDArray[np.bool_] = other_hue | other_brightness
-    return differ
+    own, found = (_colours([one.appearance for one in some]) for some in (models, observations))
+    return compare_colours(own, found)
 
 
-def _table(appearances: Sequence[Appearance | None]) -> FloatArray:
-    """Return colours (n, 3) as they are compared, NaN where they are unknown: these agree with any."""
-    unknown = np.full(3, np.nan)
-    return np.array([unknown if one is None else one.colour + _DARK for one in appearances]).reshape(-1, 3)
+def _colours(appearances: Sequence[Appearance | None]) -> FloatArray:
+    """Return colours (n, 3), NaN where they are unknown."""
+    return np.array([_UNKNOWN if one is None else one.colour for one in appearances]).reshape(-1, 3)
 
 
 def widths_differ(one: float, other: float) -> bool:

@@ -116,14 +116,13 @@ class View:
             return EndView(first), EndView(last)
         places = places_beyond(points, _BORDER_PX if math.isnan(sought.width) else sought.width, _BEYOND)
         ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
-        depth_m = None if ends_m is None else np.repeat(ends_m, len(_BEYOND))
+        depth_m = None if ends_m is None else ends_m.repeat(len(_BEYOND))
         told = self.occlusion.look(places, sought.width, depth_m)
-        hidden = (told.reshape(2, -1) == HIDDEN).any(axis=1).tolist()
+        hidden = [HIDDEN in end for end in told.reshape(2, -1).tolist()]
         if with_image and sought.appearance is not None:
             told = self.occlusion.look_at_image(places, sought.width, sought.appearance, told)
         # Nearer places may lie on the end itself.
-        told = told.reshape(2, -1)
-        in_sight = ((told != HIDDEN).all(axis=1) & (told[:, -1] == IN_SIGHT)).tolist()
+        in_sight = [HIDDEN not in end and end[-1] == IN_SIGHT for end in told.reshape(2, -1).tolist()]
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 
     def look(self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:

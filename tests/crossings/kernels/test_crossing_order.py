@@ -21,6 +21,19 @@ CELLS = ACROSS * ACROSS
 CORE = slice(1, 6)
 
 
+def depth_verdict(metres: np.ndarray, pixels: np.ndarray, resolution_m: float) -> np.ndarray:
+    """Return what the kernel tells of depth (k, PLACES) in metres, stored in half of them."""
+    return judge_depth(2.0 * metres, 0.5, 0.5, 1.5, pixels, resolution_m)
+
+
+def image_verdict(colours: np.ndarray, missing: np.ndarray | None = None) -> np.ndarray:
+    """Return what the kernel tells of colours (k, PLACES, 3), but for some places (PLACES,) outside of the image."""
+    rows, columns = np.indices(colours.shape[:2])
+    if missing is not None:
+        rows[:, missing] = columns[:, missing] = -1
+    return judge_image(colours.astype(np.uint8), rows, columns)
+
+
 def places_of(angle: float, width: float = 10.0, reach: float = 200.0, at: float = 0.0) -> np.ndarray:
     """Return the places of two straight lines through (0, 0), the first along x, the second turned by `angle`."""
     s = np.linspace(-reach, reach, 101)
@@ -87,27 +100,31 @@ def test_the_verdict_on_depth_agrees_with_the_literal_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
     values = rng.choice([0.99, 1.0, 1.01], (4, 1)) + rng.normal(0, 0.002, (4, PLACES))
     values[:, CELLS : CELLS + 2 * ALONG * ACROSS] += rng.choice([-0.01, 0.0, 0.01], (4, 1))
-    values[rng.random(values.shape) < 0.04] = np.nan
+    bad = rng.random(values.shape) < 0.04
+    values[bad] = rng.choice([0.0, 2.0, np.nan, np.inf], bad.sum())
     pixels = rng.uniform(0.5, 100.0, 4)
-    expected = [literal_depth(*row, 0.001) for row in zip(values, pixels, strict=True)]
-    np.testing.assert_allclose(judge_depth(values, pixels, 0.001), expected, atol=1e-9)
+    known = np.where((values >= 0.5) & (values <= 1.5), values, np.nan)
+    expected = [literal_depth(*row, 0.001) for row in zip(known, pixels, strict=True)]
+    np.testing.assert_allclose(depth_verdict(values, pixels, 0.001), expected, atol=1e-9)
 
 
 @given(st.integers(0, 2**31))
 def test_the_verdict_on_colours_agrees_with_the_literal_twin(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    values = rng.uniform(0, 255, (3, PLACES, 3)) * rng.random((3, 1, 3))
-    np.testing.assert_allclose(judge_image(values), [literal_image(one) for one in values], atol=1e-9)
+    values = np.floor(rng.uniform(0, 256, (3, PLACES, 3)) * rng.random((3, 1, 3)))
+    np.testing.assert_allclose(image_verdict(values), [literal_image(one) for one in values], atol=1e-9)
 
 
 def test_where_too_much_is_missing_nothing_is_told() -> None:
     values = np.where(np.arange(PLACES) < CELLS + 2 * ALONG * ACROSS, 0.99, 1.0)
-    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
+    assert depth_verdict(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
     for hole in (np.s_[:CELLS], np.s_[CELLS : CELLS + ALONG * ACROSS], np.s_[-ALONG * ACROSS :]):
         holed = values.copy()
         holed[hole] = np.nan
-        assert judge_depth(holed[None], np.array([9.0]), 0.0)[0] == 0.0
-        assert judge_image(np.repeat(holed[None, :, None], 3, axis=2))[0] == 0.0
+        assert depth_verdict(holed[None], np.array([9.0]), 0.0)[0] == 0.0
+        two_kinds = np.repeat(200.0 * (values[None, :, None] == 1.0), 3, axis=2)
+        assert image_verdict(two_kinds, np.isnan(holed))[0] == 0.0
+        assert image_verdict(two_kinds)[0] != 0.0
 
 
 @pytest.mark.parametrize("hole", [np.s_[:, 0, 2:], np.s_[0, 1, :4], np.s_[1, :, :, 3:]], ids=["far", "near", "along"])
@@ -117,8 +134,8 @@ def test_a_hole_that_leaves_a_part_does_not_matter(hole: tuple[slice, ...]) -> N
     sides += 0.02 * np.array([-1.0, 1.0])[:, None, None] * np.arange(3.0, 3.0 + ALONG)[:, None]
     sides[hole] = np.nan
     values[: CELLS // 2] = np.nan
-    assert judge_depth(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
+    assert depth_verdict(values[None], np.array([9.0]), 0.0)[0] == pytest.approx(0.01 / (1e-4 * 0.99**2))
 
 
 def test_a_picture_of_one_colour_tells_nothing() -> None:
-    assert judge_image(np.full((1, PLACES, 3), 80.0))[0] == 0.0
+    assert image_verdict(np.full((1, PLACES, 3), 80.0))[0] == 0.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, float64, int64
+from numba import boolean, float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.few import median
@@ -262,8 +262,10 @@ def _read_sides(values: _Floats, p: int, sides: _Floats) -> None:
                 n += 1
 
 
-@kernel(read(float64, 2), read(float64, 1), float64)
-def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Floats:
+@kernel(read(float64, 2), float64, float64, float64, read(float64, 1), float64)
+def judge_depth(
+    stored: _Floats, unit_m: float, low_m: float, high_m: float, pixels: _Floats, resolution_m: float
+) -> _Floats:
     """Tell from depth which pass is on top.
 
     For each pass the depth at the crossing is predicted from its two sides, from places that are as far from it on the
@@ -272,8 +274,12 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
 
     Parameters
     ----------
-    values : (k, PLACES) float64
-        Depth in metres at the places; NaN where it is missing.
+    stored : (k, PLACES) float64
+        Depth at the places, counts; NaN where there is none.
+    unit_m : float
+        Metres of one count.
+    low_m, high_m : float
+        Depth outside of this range is missing.
     pixels : (k,) float64
         Number of pixels of one side, about.
     resolution_m : float
@@ -285,20 +291,23 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
         By how much better it agrees with the first pass than with the second, as a multiple of the noise's deviation:
         below 0 where the second is on top, 0 where it cannot be told.
     """
-    result = np.zeros(len(values))
+    result, values = np.zeros(len(stored)), np.empty(PLACES)
     low, high = ACROSS // 2 - _CORE, ACROSS // 2 + _CORE + 1
     predicted, sides = np.empty(2), np.empty((2, ALONG, ACROSS))
     core, pairs = np.empty((high - low) ** 2), np.empty(ALONG * (high - low))
-    for k in range(len(values)):
+    for k in range(len(stored)):
+        for n in range(PLACES):
+            metres = stored[k, n] * unit_m
+            values[n] = metres if low_m <= metres <= high_m else np.nan
         n = 0
         for i in range(low, high):
             for j in range(low, high):
-                core[n] = values[k, i * ACROSS + j]
+                core[n] = values[i * ACROSS + j]
                 n += 1
         measured = _median(core, _LEAST_KNOWN)
         variance = resolution_m**2 / 12.0
         for p in range(2):
-            _read_sides(values[k], p, sides)
+            _read_sides(values, p, sides)
             n, known = 0, 0
             for row in range(ALONG):
                 for i in range(low, high):
@@ -315,8 +324,8 @@ def judge_depth(values: _Floats, pixels: _Floats, resolution_m: float) -> _Float
     return result
 
 
-@kernel(read(float64, 3))
-def judge_image(values: _Floats) -> _Floats:
+@kernel(read(uint8, 3), read(int64, 2), read(int64, 2))
+def judge_image(image: npt.NDArray[np.uint8], rows: _Ints, columns: _Ints) -> _Floats:
     """Tell from colours which pass is on top.
 
     For each pass its look across is predicted from its two sides: its colour, its shading and its darker borders. At
@@ -325,23 +334,27 @@ def judge_image(values: _Floats) -> _Floats:
 
     Parameters
     ----------
-    values : (k, PLACES, 3) float64
-        Colours at the places; NaN where there is none.
+    image : (H, W, 3) uint8
+    rows, columns : (k, PLACES) int64
+        Pixels of the places; -1 where there is none: then nothing is told.
 
     Returns
     -------
     (k,) float64
         The share by which the first pass agrees better than the second: from -1 to 1, 0 where it cannot be told.
     """
-    result = np.zeros(len(values))
+    result, values = np.zeros(len(rows)), np.empty((3, PLACES))
     look, sides, few = np.empty((2, ACROSS, 3)), np.empty((3, 2, ALONG, ACROSS)), np.empty(ALONG)
-    for k in range(len(values)):
-        if np.isnan(values[k]).any():
+    for k in range(len(rows)):
+        if (rows[k] < 0).any():
             continue
+        for n in range(PLACES):
+            for channel in range(3):
+                values[channel, n] = image[rows[k, n], columns[k, n], channel]
         spread = 0.0
         for p in range(2):
             for channel in range(3):
-                _read_sides(values[k, :, channel], p, sides[channel])
+                _read_sides(values[channel], p, sides[channel])
             for i in range(ACROSS):
                 for channel in range(3):
                     level, squares = 0.0, 0.0
@@ -357,7 +370,7 @@ def judge_image(values: _Floats) -> _Floats:
         for i in range(ACROSS):
             for j in range(ACROSS):
                 for channel in range(3):
-                    value = values[k, i * ACROSS + j, channel]
+                    value = values[channel, i * ACROSS + j]
                     one += (value - look[0, i, channel]) ** 2
                     two += (value - look[1, j, channel]) ** 2
         one, two = np.sqrt(one / ACROSS**2), np.sqrt(two / ACROSS**2)

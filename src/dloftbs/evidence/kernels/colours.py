@@ -81,12 +81,12 @@ def block_mean(image: npt.NDArray[np.uint8], x: float, y: float, half: int, colo
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     if row < half or column < half or row + half >= image.shape[0] or column + half >= image.shape[1]:
         return False
-    colour[:] = 0.0
+    blue = green = red = 0
     for r in range(row - half, row + half + 1):
         for c in range(column - half, column + half + 1):
-            for k in range(3):
-                colour[k] += image[r, c, k]
-    colour /= (2 * half + 1) ** 2
+            blue, green, red = blue + image[r, c, 0], green + image[r, c, 1], red + image[r, c, 2]
+    count = (2 * half + 1) ** 2
+    colour[0], colour[1], colour[2] = blue / count, green / count, red / count
     return True
 
 
