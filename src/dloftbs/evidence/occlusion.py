@@ -12,11 +12,11 @@ from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_typ
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
-from dloftbs.depth import unit_of
+from dloftbs.depth import ReadableDepth
 from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
 from dloftbs.evidence.kernels.gap_depths import EDGE_PX
-from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around, pixels_around
+from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around
 from dloftbs.frame import Frame
 from dloftbs.observation import SAMPLES, Appearance, U, sample_curve
 
@@ -36,18 +36,6 @@ DEPTH_NOISE_PER_M = 0.012
 """The same difference in addition, metres at a distance of one, growing with its square.
 
 Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
-"""
-
-_LEAST_DEPTHS = 3
-"""Least number of pixels of a place with depth, of five, that tell that it is in plain sight.
-
-Source: by definition; the majority.
-"""
-
-_CROSS = np.array([(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)])
-"""Pixels of a place that are asked for their depth, from its middle, widths.
-
-Source: geometry; the cable's middle and its edges.
 """
 
 _NOTHING = np.zeros((0, 0), dtype=np.uint8)
@@ -112,12 +100,12 @@ class OcclusionEvidence:
             check_type("camera", camera, PinholeCamera)
         self._occluders = _NOTHING if occluders is None else as_bytes(check_mask(occluders, "occluders"))
         self._mask = _NOTHING if mask is None else as_bytes(check_mask(mask))
-        self._depth = None if depth is None else check_depth(depth)
         self._image = None if image is None else check_image(image)
         self._camera = camera
-        self._config = DepthConfig() if config is None else config
-        self._depth_unit_m = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
-        arrays = (self._occluders, self._mask, self._depth, self._image)
+        unit = check_number("depth_unit_m", depth_unit_m, *DEPTH_UNITS_M)
+        stored = None if depth is None else check_depth(depth)
+        self._depth = None if stored is None else ReadableDepth.of(stored, unit, config or DepthConfig())
+        arrays = (self._occluders, self._mask, stored, self._image)
         shapes = {array.shape[:2] for array in arrays if array is not None and array is not _NOTHING}
         if len(shapes) > 1:
             raise InputError(f"occluders, mask, depth and image must have the same size, got {sorted(shapes)}")
@@ -136,8 +124,8 @@ class OcclusionEvidence:
             return None
         evidence = cls.__new__(cls)  # the frame was checked, and so was the mask
         evidence._occluders = _NOTHING if frame.occluders is None else as_bytes(frame.occluders)
-        evidence._mask, evidence._depth, evidence._image = as_bytes(mask), depth, frame.image
-        evidence._camera, evidence._config, evidence._depth_unit_m = frame.camera, config, frame.depth_unit_m
+        evidence._depth = None if depth is None else ReadableDepth.of(depth, frame.depth_unit_m, config)
+        evidence._mask, evidence._image, evidence._camera = as_bytes(mask), frame.image, frame.camera
         evidence.size = frame.size
         return evidence
 
@@ -191,11 +179,8 @@ class OcclusionEvidence:
         reach = max(EDGE_PX, 0.0 if math.isnan(width) else width)
         h, w = self.size
         if self._depth is not None and depth_m is not None:
-            rows, columns = pixels_around(points, _CROSS, reach, h, w)
-            stored = self._depth[rows, columns].astype(np.float64)
-            limits = *self._config.range_m, DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
-            unit = unit_of(self._depth, self._depth_unit_m)
-            judge_depths(stored, unit, depth_m, *limits, _LEAST_DEPTHS, HIDDEN, IN_SIGHT, told)
+            limits = reach, DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
+            judge_depths(points, *self._depth, depth_m, *limits, HIDDEN, IN_SIGHT, told)
         look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
         return told if appearance is None else self.look_at_image(points, width, appearance, told)
 

@@ -2,74 +2,53 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int64, uint8
+from numba import float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
+
+_LEAST_DEPTHS = 3
+"""Least number of pixels of a place with depth, of five, that tell that it is in plain sight.
+
+Source: by definition; the majority.
+"""
+
+_CROSS = np.array([(0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5)])
+"""Pixels of a place that are asked for their depth, from its middle, widths.
+
+Source: geometry; the cable's middle and its edges.
+"""
+
+
+@helper
+def _pixel(x: float, most: int) -> int:
+    """Return the row or column nearest to a coordinate; beyond the border that of the border counts."""
+    return min(max(int(np.rint(x)), 0), most - 1)
 
 
 @helper
 def _is_set(pixels: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     """Return True if the pixel nearest to a place is not 0; beyond the border that of the border counts."""
-    row = min(max(int(np.rint(y)), 0), pixels.shape[0] - 1)
-    column = min(max(int(np.rint(x)), 0), pixels.shape[1] - 1)
-    return bool(pixels[row, column] != 0)
-
-
-@kernel(read(float64, 2), read(float64, 2), float64, int64, int64)
-def pixels_around(
-    points: npt.NDArray[np.float64], offsets: npt.NDArray[np.float64], scale: float, rows: int, columns: int
-) -> npt.NDArray[np.int64]:
-    """Find the pixels nearest to places around others.
-
-    Parameters
-    ----------
-    points : (n, 2) float64
-        ``(x, y)`` px.
-    offsets : (k, 2) float64
-        Of the places around each, as shares of `scale`.
-    scale : float
-        px.
-    rows, columns : int
-        Size of the image; the border's pixels stand for those beyond it.
-
-    Returns
-    -------
-    (2, n, k) int64
-        Rows and columns.
-    """
-    found = np.empty((2, len(points), len(offsets)), dtype=np.int64)
-    for n in range(len(points)):
-        for k in range(len(offsets)):
-            x, y = points[n, 0] + scale * offsets[k, 0], points[n, 1] + scale * offsets[k, 1]
-            found[0, n, k] = min(max(int(np.rint(y)), 0), rows - 1)
-            found[1, n, k] = min(max(int(np.rint(x)), 0), columns - 1)
-    return found
+    return bool(pixels[_pixel(y, pixels.shape[0]), _pixel(x, pixels.shape[1])] != 0)
 
 
 @kernel(
-    read(float64, 2),
-    float64,
-    read(float64, 1),
-    float64,
-    float64,
-    float64,
-    float64,
-    int64,
-    int64,
-    int64,
-    write(int64, 1),
-)
+    read(float64, 2), (read(float32, 2), read(float64, 2), read(uint16, 2)), float64, float64, float64,
+    read(float64, 1), float64, float64, float64, int64, int64, write(int64, 1),
+)  # fmt: skip
 def judge_depths(
-    stored: npt.NDArray[np.float64],
-    unit: float,
+    points: npt.NDArray[np.float64],
+    depth: npt.NDArray[Any],
+    unit_m: float,
+    nearest_m: float,
+    farthest_m: float,
     expected: npt.NDArray[np.float64],
-    nearest: float,
-    farthest: float,
+    reach: float,
     tolerance: float,
     noise: float,
-    least: int,
     hidden: int,
     in_sight: int,
     told: npt.NDArray[np.int64],
@@ -78,37 +57,44 @@ def judge_depths(
 
     Parameters
     ----------
-    stored : (n, k) float64
-        Around each place, counts.
-    unit : float
+    points : (n, 2) float64
+        ``(x, y)`` px; the border's pixels stand for those beyond it.
+    depth : (H, W) float32, float64 or uint16
+        Counts.
+    unit_m : float
         Metres per count.
+    nearest_m, farthest_m : float
+        Depths outside of these are missing, and so are those that are not finite.
     expected : (n,) float64
         That of the cable, m; NaN where it is unknown: nothing is told.
-    nearest, farthest : float
-        Depths outside of these, m, are missing, and so are those that are not finite.
+    reach : float
+        Width of the cable, px.
     tolerance : float
         Largest difference that tells nothing, m, at no distance.
     noise : float
         The same in addition, at a distance of one metre; it grows with the square.
-    least : int
-        Number of depths, all of them farther than the cable, that tell that the place is in plain sight.
     hidden, in_sight : int
         Codes; a place is hidden if most known depths are nearer than the cable.
     told : (n,) int64
         Written where the depths tell.
     """
-    for n in range(len(stored)):
+    counts = np.empty((len(points), len(_CROSS)))
+    for n in range(len(points)):
+        for k in range(len(_CROSS)):
+            x, y = points[n, 0] + reach * _CROSS[k, 0], points[n, 1] + reach * _CROSS[k, 1]
+            counts[n, k] = depth[_pixel(y, depth.shape[0]), _pixel(x, depth.shape[1])]
+    for n in range(len(points)):
         limit = tolerance + noise * expected[n] * expected[n]
         nearer, farther, known = 0, 0, 0
-        for k in range(stored.shape[1]):
-            metres = stored[n, k] * unit
-            if nearest <= metres <= farthest:
+        for k in range(len(_CROSS)):
+            metres = counts[n, k] * unit_m
+            if nearest_m <= metres <= farthest_m:
                 known += 1
                 nearer += metres < expected[n] - limit
                 farther += metres > expected[n] + limit
         if 2 * nearer > known:
             told[n] = hidden
-        elif farther == known and known >= least:
+        elif farther == known and known >= _LEAST_DEPTHS:
             told[n] = in_sight
 
 
