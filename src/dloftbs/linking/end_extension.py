@@ -14,7 +14,6 @@ from dloftbs.graph import (
     FREE,
     POSITION,
     RAY,
-    TANGENT,
     UNAVAILABLE,
     Branches,
     EndMatching,
@@ -79,70 +78,33 @@ class CableAxes:
         self._width, self._matching = graph.width, matching
 
     def near(self, end: int) -> FloatArray:
-        """Return points (n, 2) of the axes of the other cables near an end that stays open at a junction, px.
-
-        A spur at its junction is the tip of the open end that points to it best.
-        """
-        branches = self._matching.branches
-        here, reach = branches.end_states[end, POSITION], (_AHEAD_WIDTHS + 1.0) * self._width
-        axes, owners, low, high = self._listed
-        is_near = ((low <= here + reach) & (high >= here - reach)).all(axis=1) & (owners != branch_of(end))
-        near = [axes[k] for k in np.flatnonzero(is_near)]
-        near += [
-            axis
-            for tip, axis in self._spurs.get(branches.nodes[end], ())
-            if not _points_best(self._matching, end, branches.end_states[tip, POSITION])
-        ]
-        points = np.concatenate((np.empty((0, 2)), *near))
-        return points[np.abs(points - here).max(axis=1, initial=0.0) <= reach]
+        """Return points (n, 2) of the axes of the other cables near an end that stays open at a junction, px."""
+        points, owners = self._points
+        here = self._matching.branches.end_states[end, POSITION]
+        is_near = (np.abs(points - here) <= (_AHEAD_WIDTHS + 1.0) * self._width).all(axis=1)
+        return points[is_near & (owners != branch_of(end))]
 
     @cached_property
-    def _listed(self) -> tuple[list[FloatArray], npt.NDArray[np.int64], FloatArray, FloatArray]:
-        """The axes of the branches of cables, the branch of each, and the corners of the box around it."""
+    def _points(self) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+        """The points of the axes (n, 2), px, and the branch of each."""
         matching = self._matching
         branches, partner, nodes = matching.branches, matching.partner, matching.branches.nodes
-        axes, owners = [], []
-        for branch in range(len(branches.spurs)):
-            first, last = start_of(branch), stop_of(branch)
+        axes, owners = [np.empty((0, 2))], []
+        for branch, span in enumerate(branches.spans):
+            ends = start_of(branch), stop_of(branch)
+            is_lone_spur = branches.spurs[branch] and matching.is_open(ends[0]) and matching.is_open(ends[1])
             # One without any end to join lies inside of a junction.
-            if nodes[first] == nodes[last] == UNAVAILABLE or self._is_lone_spur(branch):
+            if is_lone_spur or nodes[ends[0]] == nodes[ends[1]] == UNAVAILABLE:
                 continue
-            joints = [
+            before = len(axes)
+            axes.append(branches.points[slice(*span)])
+            axes += [
                 between(*branches.end_states[[end, partner[end]], POSITION])
-                for end in (first, last)
+                for end in ends
                 if partner[end] > end and matching.is_crossing(end)
             ]
-            axis = np.concatenate((self._axis(branch), *joints))
-            if len(axis):
-                axes.append(axis)
-                owners.append(branch)
-        corners = np.array([(axis.min(axis=0), axis.max(axis=0)) for axis in axes]).reshape(-1, 2, 2)
-        return axes, np.array(owners, np.int64), corners[:, 0], corners[:, 1]
-
-    @cached_property
-    def _spurs(self) -> dict[int, list[tuple[int, FloatArray]]]:
-        """The spurs that are in no cable: the tip and the axis of each, by the junction where they are."""
-        nodes = self._matching.branches.nodes
-        found: dict[int, list[tuple[int, FloatArray]]] = {}
-        for branch in filter(self._is_lone_spur, range(len(self._matching.branches.spurs))):
-            tip = stop_of(branch) if nodes[stop_of(branch)] < 0 else start_of(branch)
-            found.setdefault(nodes[other_end(tip)], []).append((tip, self._axis(branch)))
-        return found
-
-    def _is_lone_spur(self, branch: int) -> bool:
-        matching = self._matching
-        is_open = matching.is_open(start_of(branch)) and matching.is_open(stop_of(branch))
-        return matching.branches.spurs[branch] and is_open
-
-    def _axis(self, branch: int) -> FloatArray:
-        """Return the points of a branch, and of the caps that lie ahead of its ends."""
-        branches = self._matching.branches
-        caps = [
-            branches.end_states[end, POSITION] + np.arange(self._width)[:, None] * branches.end_states[end, TANGENT]
-            for end in (start_of(branch), stop_of(branch))
-            if branches.nodes[end] < 0
-        ]
-        return np.concatenate((branches.points[slice(*branches.spans[branch])], *caps))
+            owners += [branch] * sum(map(len, axes[before:]))
+        return np.concatenate(axes), np.array(owners, np.int64)
 
 
 def extend_ends(
@@ -284,19 +246,6 @@ def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> npt.NDArray[np.bo
     inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
     on_mask: npt.NDArray[np.bool_] = mask[rows * inside, columns * inside] != 0
     return on_mask & inside
-
-
-def _points_best(matching: EndMatching, end: int, place: FloatArray) -> bool:
-    """Tell whether of the ends that stay open at a junction none points to a place more than this one."""
-    branches = matching.branches
-    rivals = [
-        i
-        for i, node in enumerate(branches.nodes)
-        if node == branches.nodes[end] and matching.is_open(i) and not branches.spurs[branch_of(i)]
-    ]
-    way = place - branches.end_states[rivals, POSITION]
-    facing = (way * branches.end_states[rivals, TANGENT]).sum(axis=1) / np.maximum(np.hypot(*way.T), 1e-9)
-    return rivals[int(np.argmax(facing))] == end
 
 
 def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: Span) -> Span:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dloftbs.graph import EndMatching, Graph, branch_of, other_end, same_side
+from dloftbs.graph import EndMatching, Graph, branch_of
 from dloftbs.linking.kernels.joint_features import turn_costs
 
 _MOST_RINGS = 20
@@ -19,12 +19,6 @@ _MOST_EXTRA_COST = 2.0
 """Largest extra cost of opening a ring into a cable that crosses it, nats.
 
 Source: by hand; in favour of it is that closed cables are rare.
-"""
-
-_RATHER_THAN_GAP = 1.2
-"""Largest extra cost of an exchange over opening the ring at a gap, nats.
-
-Source: by hand; an exchange keeps one cable more whole.
 """
 
 
@@ -49,7 +43,7 @@ def _open(graph: Graph, matching: EndMatching, loop: list[int]) -> bool:
     if gaps:
         cost, end = max(gaps)
         gain = open_cost[end] + open_cost[matching.partner[end]] - cost
-        if exchange is None or extra_cost > gain + _RATHER_THAN_GAP:
+        if exchange is None or extra_cost > gain:
             matching.open(end)
             return True
     elif exchange is None or extra_cost > _MOST_EXTRA_COST:
@@ -65,52 +59,33 @@ def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tupl
     options = [option for end in loop for option in _exchanges(matching, end, members)]
     if not options:
         return None, 0.0
-    ends = np.array([around for _, _, around in options])
-    # Joined now: the first two, and the last two; then: crosswise. To an open end, its new partner stands for its own.
-    pairs = ends[:, ((0, 1), (2, 3), (0, 3), (2, 1))]
+    (mine, other), partner = np.array(options).T, np.array(matching.partner)
+    to_open = partner[other] < 0  # its new partner stands for its own
+    around = np.stack((mine, partner[mine], other, np.where(to_open, partner[mine], partner[other])), axis=1)
+    # Joined now: the first two, and the last two; then: crosswise.
+    pairs = around[:, ((0, 1), (2, 3), (0, 3), (2, 1))]
     nodes = np.array(matching.branches.nodes)[pairs]
     gaps = (nodes[..., 0] < 0) | (nodes[..., 0] != nodes[..., 1])
     states = matching.branches.end_states
     costs = turn_costs(states, pairs.reshape(-1, 2), gaps.ravel(), graph.width).reshape(-1, 4)
-    to_open = ends[:, 1] == ends[:, 3]
     old = costs[:, 0] + np.where(to_open, 0.0, costs[:, 1])
     new = costs[:, 3] + np.where(to_open, 0.0, costs[:, 2])
     best = int(np.argmin(new - old))
-    return options[best][:2], float((new - old)[best])
+    return options[best], float((new - old)[best])
 
 
-def _exchanges(
-    matching: EndMatching, end: int, members: set[int]
-) -> Iterator[tuple[int, int, tuple[int, int, int, int]]]:
-    """List the exchanges of an end of a loop with ends of other cables, and the four ends around both joints."""
+def _exchanges(matching: EndMatching, end: int, members: set[int]) -> Iterator[tuple[int, int]]:
+    """List the ends of other cables that an end of a loop, or its partner, may exchange partners with."""
     partner, nodes, spurs = matching.partner, matching.branches.nodes, matching.branches.spurs
     others = [e for e in range(len(nodes)) if branch_of(e) not in members and not spurs[branch_of(e)]]
     for other in others:
         if not matching.is_crossing(end):
             if partner[other] >= 0:
-                yield end, other, (end, partner[end], other, partner[other])
+                yield end, other
         elif nodes[other] == nodes[end]:
-            if partner[other] < 0:
+            if matching.is_crossing(other):
+                yield end, other
+            elif partner[other] < 0:
                 # An open end beside the loop is more likely one of the loop's than another cable's.
-                for mine in (end, partner[end]):
-                    yield mine, other, (mine, partner[mine], other, partner[mine])
-            elif matching.is_crossing(other):
-                yield end, other, (end, partner[end], other, partner[other])
-    duplicate = matching.branches.duplicate_of.get(branch_of(end))
-    if duplicate is not None and duplicate not in members:
-        mine = other_end(end)
-        its = same_side(duplicate, mine)
-        before, after, its_before, its_after = (_beyond(matching, e) for e in (end, mine, other_end(its), its))
-        if min(before, after, its_before, its_after) >= 0:
-            yield mine, its, (before, after, its_before, its_after)
-
-
-def _beyond(matching: EndMatching, end: int) -> int:
-    """Return the first end beyond a joint that is not of a shared branch, or -1."""
-    duplicate_of = matching.branches.duplicate_of
-    for _ in range(len(matching.branches.spurs)):
-        end = matching.partner[end]
-        if end < 0 or branch_of(end) not in duplicate_of:
-            return end
-        end = other_end(end)
-    return -1
+                yield end, other
+                yield partner[end], other

@@ -269,7 +269,6 @@ def _other_one_stops(
             (start + lone, stop) if forwards else (start, stop - lone),
             forwards,
             length + lone,
-            onward,
         )
         if abs(gain) >= LEAST_GAIN:
             return gain > 0.0
