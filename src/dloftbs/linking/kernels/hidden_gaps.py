@@ -27,22 +27,10 @@ _HIDDEN_MARGIN = 0.8
 Source: by hand; the odds that such a gap is hidden are above two to one, e to the power of 0.8.
 """
 
-_HIDDEN_WIDTHS = 2.0
-"""Length from which a gap is evidence that something hides parts of the cables, widths.
-
-Source: by hand; shorter gaps are common in masks of cables in plain sight.
-"""
-
 _SIZE_RATIO = 1.5
 """Length of another gap over that of the longest one with evidence, up to which the same may hide it.
 
 Source: by hand; a disc hides chords of any length up to its diameter.
-"""
-
-_MOST_EVIDENCE = 3
-"""Number of gaps with evidence that are kept, the longest.
-
-Source: derived; a pair shares its ends with two of them at most.
 """
 
 
@@ -78,57 +66,32 @@ def _match_gaining(
 
 
 @helper
-def _find_hidden(
+def _lower_costs(
+    rows: npt.NDArray[np.int64],
+    columns: npt.NDArray[np.int64],
+    costs: npt.NDArray[np.float64],
     partner: npt.NDArray[np.int64],
     margin: npt.NDArray[np.float64],
     nodes: npt.NDArray[np.int64],
     states: npt.NDArray[np.float64],
     width: float,
-    hidden: npt.NDArray[np.int64],
-    lengths: npt.NDArray[np.float64],
-) -> int:
-    """Write the joints that are evidence that something hides, the longest first, and their lengths; count them."""
-    count = 0
-    for i in range(len(partner)):
-        if partner[i] <= i or margin[i] < _HIDDEN_MARGIN:
-            continue
-        length = _gap_length(nodes, states, i, partner[i])
-        if length < _HIDDEN_WIDTHS * width:
-            continue
-        place = min(count, _MOST_EVIDENCE)
-        while place > 0 and lengths[place - 1] < length:
-            place -= 1
-        for k in range(min(count, _MOST_EVIDENCE - 1), place, -1):
-            hidden[k], lengths[k] = hidden[k - 1], lengths[k - 1]
-        if place < _MOST_EVIDENCE:
-            hidden[place], lengths[place] = i, length
-            count = min(count + 1, _MOST_EVIDENCE)
-    return count
-
-
-@helper
-def _lower_costs(
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    hidden: npt.NDArray[np.int64],
-    lengths: npt.NDArray[np.float64],
-    partner: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    states: npt.NDArray[np.float64],
-    width: float,
 ) -> npt.NDArray[np.float64]:
-    """Return the costs, lower for gaps that share no end with a hidden one of about their size."""
+    """Return the costs, lower for gaps that share no end with a sure one of about their size or longer."""
+    sure, lengths, count = np.empty(len(partner), dtype=np.int64), np.empty(len(partner)), 0
+    for i in range(len(partner)):
+        if partner[i] > i and margin[i] >= _HIDDEN_MARGIN:
+            sure[count], lengths[count] = i, _gap_length(nodes, states, i, partner[i])
+            count += lengths[count] > 0.0
     lowered = costs.copy()
-    for p in range(len(rows)):
-        i, j = rows[p], columns[p]
-        for k in range(len(hidden)):
-            a, b = hidden[k], partner[hidden[k]]
+    for p in range(len(rows) if count > 0 else 0):
+        i, j, longest = rows[p], columns[p], 0.0
+        for k in range(count):
+            a, b = sure[k], partner[sure[k]]
             if i not in (a, b) and j not in (a, b):
-                length = _gap_length(nodes, states, i, j)
-                if length <= _SIZE_RATIO * lengths[k]:
-                    lowered[p] -= _HIDING_SHARE * JOINT[GAP_LENGTH] * length / width
-                break
+                longest = max(longest, lengths[k])
+        length = _gap_length(nodes, states, i, j)
+        if length <= _SIZE_RATIO * longest:
+            lowered[p] -= _HIDING_SHARE * JOINT[GAP_LENGTH] * length / width
     return lowered
 
 
@@ -180,49 +143,8 @@ def match_with_hiding(
     """
     given = costs.copy()  # of the type of the lowered costs, so that they are matched by the same code
     joints, lacking = _match_gaining(rows, columns, given, bonus, open_cost, end_id)
-    hidden, lengths = np.empty(_MOST_EVIDENCE, dtype=np.int64), np.empty(_MOST_EVIDENCE)
-    count = _find_hidden(joints[0], joints[2], nodes, states, width, hidden, lengths)
-    lowered = _lower_costs(rows, columns, given, hidden[:count], lengths, joints[0], nodes, states, width)
-    if count > 0:
+    lowered = _lower_costs(rows, columns, given, joints[0], joints[2], nodes, states, width)
+    if (lowered != given).any():
         joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
     partner, cost, margin, alternative, override = joints
     return partner, cost, margin, alternative, override, lowered, lacking
-
-
-@kernel(
-    read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(float64, 1), read(int64, 1),
-    read(float64, 2), float64,
-)  # fmt: skip
-def lower_hidden(
-    rows: npt.NDArray[np.int64],
-    columns: npt.NDArray[np.int64],
-    costs: npt.NDArray[np.float64],
-    partner: npt.NDArray[np.int64],
-    margin: npt.NDArray[np.float64],
-    nodes: npt.NDArray[np.int64],
-    states: npt.NDArray[np.float64],
-    width: float,
-) -> npt.NDArray[np.float64]:
-    """Return the costs of pairs of ends as `match_with_hiding` lowers them, after a matching that is made.
-
-    Parameters
-    ----------
-    rows, columns : (k,) int64
-    costs : (k,) float64
-    partner : (n,) int64
-        Of each end in the matching, or -1.
-    margin : (n,) float64
-        Of each joint.
-    nodes : (n,) int64
-    states : (n, 6) float64
-    width : float
-        px.
-
-    Returns
-    -------
-    (k,) float64
-        nats.
-    """
-    hidden, lengths = np.empty(_MOST_EVIDENCE, dtype=np.int64), np.empty(_MOST_EVIDENCE)
-    count = _find_hidden(partner, margin, nodes, states, width, hidden, lengths)
-    return _lower_costs(rows, columns, costs, hidden[:count], lengths, partner, nodes, states, width)
