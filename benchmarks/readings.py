@@ -222,13 +222,13 @@ def _overlap_cost(look: Look) -> float:
     shared = {branch for branch in ids if ids.count(branch) > 1}
     if not shared:
         return 0.0
-    graph, nothing = look.graph, np.empty(0, dtype=np.int64)
+    graph = look.graph
     spans = graph.spans
-    reach, widths = wide_stretches.wide_reach(graph.nodes, spans, graph.radius, graph.width)
+    reach, widths = wide_stretches.wide_reach(spans, graph.radius, graph.width)
     links = junction_costs(graph.nodes, graph.spurs, graph.end_states, graph.width)
     anywhere = np.ones(len(links[0]) - 1, dtype=np.bool_)
     paths, _, costs = branch_overlap.list_paths(
-        graph.nodes, graph.spurs, anywhere, reach, spans, widths, graph.width, *links, nothing, nothing
+        graph.nodes, graph.spurs, anywhere, reach, spans, widths, graph.width, *links
     )
     return min(
         float(cost)

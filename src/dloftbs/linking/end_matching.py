@@ -13,6 +13,7 @@ from dloftbs.graph import (
     Branches,
     EndMatching,
     Graph,
+    branch_of,
     ends_of,
     is_start,
     other_end,
@@ -30,12 +31,6 @@ from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.prior import TemporalPrior
-
-_ROUNDS = 4
-"""Largest number of searches for branches that are counted twice.
-
-Source: bounds time; each search adds the set of paths that saves most.
-"""
 
 PRIOR_BONUS = 2.4
 """Maximum discount for a joint that follows a predicted curve, nats.
@@ -283,34 +278,24 @@ def _find_shared(graph: Graph, mask: npt.NDArray[np.uint8]) -> tuple[_Ints, _Int
     raw_radius : (m,) float64 or None
         Half the mask's width at each point of the graph, not smoothed; None where no branch can be shared.
     """
-    duplicates = partial = reach = np.empty(0, dtype=np.int64)
-    gains = np.empty(0)
     spans, width = graph.spans, graph.width
-    junctions = junction_costs(graph.nodes, graph.spurs, graph.end_states, width)
+    junctions = first, members, _, _ = junction_costs(graph.nodes, graph.spurs, graph.end_states, width)
     open_cost = np.full(len(graph.nodes), OPEN[OPEN_JUNCTION])
     open_cost[graph.spurs.repeat(2)] = 0.0
-    raw_radius = None
-    for _ in range(_ROUNDS):
-        sets, slots = branch_overlap.cable_ends(graph.nodes, graph.spurs, *junctions[:2], duplicates, partial)
-        unresolved = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions) >= OPEN[OPEN_JUNCTION]
-        if not unresolved.any():
-            break
-        if raw_radius is None:
-            # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
-            raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
-            reach, widths = wide_reach(graph.nodes, spans, raw_radius, width)
-        paths, inside, path_cost = branch_overlap.list_paths(
-            graph.nodes, graph.spurs, unresolved, reach, spans, widths, width, *junctions, duplicates, partial
-        )
-        if len(paths) == 0:
-            break
-        sets, slots, changes = branch_overlap.changed_junctions(
-            paths, inside, graph.nodes, *junctions[:2], duplicates, partial
-        )
-        totals = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions)
-        chosen = branch_overlap.choose_paths(paths, inside, path_cost, changes, totals, graph.nodes)
-        if len(chosen[0]) == 0:
-            break
-        so_far = (duplicates, partial, gains)
-        duplicates, partial, gains = (np.concatenate(both) for both in zip(so_far, chosen, strict=True))
-    return duplicates, partial, gains, reach, raw_radius
+    is_cable = ~graph.spurs[branch_of(members)]
+    sets, slots = np.concatenate(([0], np.cumsum(is_cable)))[first], members[is_cable]
+    unresolved = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions) >= OPEN[OPEN_JUNCTION]
+    none = np.empty(0, dtype=np.int64)
+    if not unresolved.any():
+        return none, none, np.empty(0), none, None
+    # Not smoothed: the width of re-centring is limited to that of one cable where two lie side by side.
+    raw_radius = measure_radius(mask, graph.pixels, graph.offsets, _CHORD_REACH_PX)
+    reach, widths = wide_reach(spans, raw_radius, width)
+    paths, inside, path_cost = branch_overlap.list_paths(
+        graph.nodes, graph.spurs, unresolved, reach, spans, widths, width, *junctions
+    )
+    if len(paths) == 0:
+        return none, none, np.empty(0), none, None
+    sets, slots, changes = branch_overlap.changed_junctions(paths, inside, graph.nodes, first, members)
+    totals = end_matching.least_costs(sets, slots, graph.nodes, open_cost, *junctions)
+    return *branch_overlap.choose_paths(paths, inside, path_cost, changes, totals, graph.nodes), reach, raw_radius

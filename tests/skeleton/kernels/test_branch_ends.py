@@ -137,9 +137,9 @@ def test_one_point_has_no_direction() -> None:
     assert states.tolist() == [[3.0, 4.0, 0.0, 0.0, 0.0, 0.0]] * 2
 
 
-def reach_of(radii: list[float], nodes: tuple[int, int] = (0, 1), width: float = 4.0) -> list[int]:
+def reach_of(radii: list[float], width: float = 4.0) -> list[int]:
     spans = np.array([[0, len(radii)]])
-    return wide_reach(np.array(nodes), spans, np.array(radii), width)[0].tolist()
+    return wide_reach(spans, np.array(radii), width)[0].tolist()
 
 
 def test_the_reach_of_two_cables_ends_where_one_is_left() -> None:
@@ -155,15 +155,10 @@ def test_a_short_narrow_place_does_not_end_the_reach() -> None:
     assert reach_of([4.0] * 10 + [2.0] * 9 + [4.0] * 10 + [2.0] * 30)[0] == 10
 
 
-def test_two_cables_get_narrower_together_towards_a_free_end() -> None:
-    assert reach_of([4.0] * 20 + [2.0] * 4, (0, FREE)) == [24, 24]
-    assert reach_of([4.0] * 20 + [2.0] * 4, (0, 1)) == [20, 24]
-
-
 def test_the_mean_width_of_each_branch() -> None:
     spans = np.array([[0, 4], [6, 8], [9, 9]])
     radii = np.arange(12.0)
-    assert wide_reach(np.full(6, -1), spans, radii, 5.0)[1].tolist() == [3.0, 13.0, 5.0]
+    assert wide_reach(spans, radii, 5.0)[1].tolist() == [3.0, 13.0, 5.0]
 
 
 def bar_with_end(kind: str, width: int, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

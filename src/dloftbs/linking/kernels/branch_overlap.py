@@ -13,19 +13,13 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
-from dloftbs.kernels.shared.graph_ends import branch_of, other_end, start_of, stop_of
+from dloftbs.kernels.shared.graph_ends import branch_of, other_end
 from dloftbs.kernels.shared.selection import falling_order
 
 MOST_RUNS = 6
 """Largest number of branches of a path that two cables share.
 
 Source: bounds time and memory.
-"""
-
-_LONGEST_WIDTHS = 30.0
-"""Largest length of a path that two cables share, widths.
-
-Source: by hand; it bounds the search.
 """
 
 _MOST_TRIALS = 32
@@ -62,7 +56,7 @@ none is read otherwise at half or twice as much.
 _THIN_COST = 1.4
 """Extra cost of sharing a branch, nats per width of its length, where the mask is as narrow as one cable.
 
-Source: by hand; see `_EVIDENCE_WIDTHS` for its limit.
+Source: by hand.
 """
 
 _THIN = 1.15
@@ -77,12 +71,6 @@ _BONUS_WIDE = 0.6
 Source: by hand.
 """
 
-_EVIDENCE_WIDTHS = 6.0
-"""Length of a branch beyond which its width tells no more, widths.
-
-Source: by hand; widths of neighbouring places are not independent.
-"""
-
 _INNER_END_COST = 0.8
 """Extra cost of a cable that ends inside of a shared branch, nats.
 
@@ -95,101 +83,20 @@ _LEAST_WIDE_WIDTHS = 0.75
 Source: by hand; a junction widens the mask for half a width.
 """
 
-_MOSTLY = 0.75
-"""Share of a branch with a free end that must be wide, where two cables end together.
-
-Source: by hand.
-"""
-
-_THIN_BETWEEN_WIDTHS = 3.0
-"""Length between two wide stretches, widths, below which the branch counts as crossed and not as ended in.
-
-Source: by hand; two cables that cross are thin for less.
-"""
-
-_THIN_BETWEEN = 0.6
-"""Share of a branch between two wide stretches below which it counts as crossed.
-
-Source: by hand; as `_THIN_BETWEEN_WIDTHS`.
-"""
-
 
 @helper
 def _overlap_cost(length: float, branch_width: float, width: float) -> float:
     """Return the cost of two cables sharing a branch: lower where the mask is wider than one cable."""
-    ratio, share = branch_width / width, min(length / width, _EVIDENCE_WIDTHS)
-    overlap_cost = _COST_PER_WIDTH * length / width
+    ratio, share = branch_width / width, length / width
+    overlap_cost = _COST_PER_WIDTH * share
     if ratio < _THIN:
         return overlap_cost + _THIN_COST * share * min((_THIN - ratio) / (_THIN - 1.0), 1.0)
     return overlap_cost - _BONUS_WIDE * share * min(ratio - _THIN, 0.5)
 
 
-@helper
-def _slots_at(
-    node: int,
-    nodes: npt.NDArray[np.int64],
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    duplicates: npt.NDArray[np.int64],
-    partial: npt.NDArray[np.int64],
-    slots: npt.NDArray[np.int64],
-) -> int:
-    """Write the ends at a junction, those of shared branches once for each cable, up to the room; count them."""
-    count = 0
-    for k in range(first[node], first[node + 1]):
-        if count < len(slots):
-            slots[count] = members[k]
-            count += 1
-    for c in range(len(duplicates)):
-        for end in (start_of(duplicates[c]), stop_of(duplicates[c])):
-            if nodes[end] == node and partial[c] in (-1, end) and count < len(slots):
-                slots[count] = end
-                count += 1
-    return count
-
-
-@kernel(read(int64, 1), read(boolean, 1), read(int64, 1), read(int64, 1), read(int64, 1), read(int64, 1))
-def cable_ends(
-    nodes: npt.NDArray[np.int64],
-    spur: npt.NDArray[np.bool_],
-    first: npt.NDArray[np.int64],
-    members: npt.NDArray[np.int64],
-    duplicates: npt.NDArray[np.int64],
-    partial: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """List the ends at each junction, those of shared branches once for each cable, spurs left out.
-
-    Parameters
-    ----------
-    nodes : (2 n,) int64
-        The junction at each end, negative where there is none.
-    spur : (n,) bool
-    first, members
-        As `pair_costs.junction_costs` makes them.
-    duplicates, partial : (c,) int64
-        As `list_paths` takes them.
-
-    Returns
-    -------
-    sets : (j + 1,) int64
-        Start of the set of each junction in `slots`.
-    slots : (m,) int64
-    """
-    sets = np.zeros(len(first), dtype=np.int64)
-    slots = np.empty(len(members) + 2 * len(duplicates), dtype=np.int64)
-    here = np.empty(_MOST_SLOTS, dtype=np.int64)
-    for node in range(len(first) - 1):
-        sets[node + 1] = sets[node]
-        for k in range(_slots_at(node, nodes, first, members, duplicates, partial, here)):
-            if not spur[branch_of(here[k])]:
-                slots[sets[node + 1]] = here[k]
-                sets[node + 1] += 1
-    return sets, slots[: sets[-1]].copy()
-
-
 @kernel(
     read(int64, 1), read(boolean, 1), read(boolean, 1), read(int64, 1), read(int64, 2), read(float64, 1), float64,
-    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1), read(int64, 1), read(int64, 1),
+    read(int64, 1), read(int64, 1), read(int64, 1), read(float64, 1),
 )  # fmt: skip
 def list_paths(
     nodes: npt.NDArray[np.int64],
@@ -203,8 +110,6 @@ def list_paths(
     members: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
     costs: npt.NDArray[np.float64],
-    duplicates: npt.NDArray[np.int64],
-    partial: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_], npt.NDArray[np.float64]]:
     """List the series of branches that two cables may share.
 
@@ -224,8 +129,6 @@ def list_paths(
         Of one cable, px.
     first, members, starts, costs
         As `pair_costs.junction_costs` makes them.
-    duplicates, partial : (c,) int64
-        Branches already duplicated, and for each the end from which it is shared in part, or -1.
 
     Returns
     -------
@@ -238,22 +141,18 @@ def list_paths(
     """
     count = len(first) - 1
     lengths = (spans[:, 1] - spans[:, 0]).astype(np.float64)
-    slots = np.empty(_MOST_SLOTS, dtype=np.int64)
     may_share = np.zeros(count, dtype=np.bool_)
     has_spur = np.zeros(count, dtype=np.bool_)
     for node in range(count):
-        size = _slots_at(node, nodes, first, members, duplicates, partial, slots)
-        may_share[node] = unresolved[node] and size <= _MOST_ARMS
-        for k in range(min(size, _MOST_ARMS)):
-            has_spur[node] = has_spur[node] or spur[branch_of(slots[k])]  # it may be the tip of the second cable
+        ends = members[first[node] : first[node + 1]]
+        may_share[node] = unresolved[node] and len(ends) <= _MOST_ARMS
+        for end in ends:
+            has_spur[node] = has_spur[node] or spur[branch_of(end)]  # it may be the tip of the second cable
     room = 2 * len(nodes) + 64
     paths = np.full((room, MOST_RUNS), -1, dtype=np.int64)
     inside = np.zeros(room, dtype=np.bool_)
     overlap_cost = np.empty(room)
     found = 0
-    is_shared = np.zeros(len(lengths), dtype=np.bool_)
-    for c in range(len(duplicates)):
-        is_shared[duplicates[c]] = True
     stack = np.full((_MOST_SLOTS, MOST_RUNS), -1, dtype=np.int64)
     depth = np.empty(_MOST_SLOTS, dtype=np.int64)
     for start in range(len(nodes)):
@@ -268,31 +167,23 @@ def list_paths(
             path = stack[height].copy()
             end = path[steps - 1]
             branch, node = branch_of(end), nodes[other_end(end)]
-            blocked = is_shared[branch] or node == nodes[start]
-            total, so_far = 0.0, 0.0
+            blocked = node == nodes[start]
+            so_far = 0.0
             for s in range(steps - 1):
                 before = branch_of(path[s])
                 blocked = blocked or before == branch
-                total += lengths[before]
                 so_far += _overlap_cost(lengths[before], widths[before], width)
             if blocked:
                 continue
             drops = reach[end] + 0.5 * width < lengths[branch] and lengths[branch] > width
-            ends = (drops and reach[end] >= _LEAST_WIDE_WIDTHS * width) or (
-                node < 0 and reach[end] > _MOSTLY * lengths[branch]
-            )
-            may_stop = node >= 0 and may_share[node]
-            # From both sides wide and thin between: two cables cross there.
-            thin = lengths[branch] - reach[end] - reach[other_end(end)]
-            if ends and may_stop and thin < max(_THIN_BETWEEN_WIDTHS * width, _THIN_BETWEEN * lengths[branch]):
-                ends = False
-            if ends and total + reach[end] <= _LONGEST_WIDTHS * width:
+            if drops and reach[end] >= _LEAST_WIDE_WIDTHS * width:
                 copy_to(paths[found], path[:steps])
                 inside[found] = True
                 overlap_cost[found] = so_far + _INNER_END_COST + _COST_PER_WIDTH * reach[end] / width
                 found += 1
-            if node < 0 or total + lengths[branch] > _LONGEST_WIDTHS * width:
+            if node < 0:
                 continue
+            may_stop = may_share[node]
             if may_stop or has_spur[node]:
                 copy_to(paths[found], path[:steps])
                 overlap_cost[found] = so_far + _overlap_cost(lengths[branch], widths[branch], width)
@@ -307,8 +198,7 @@ def list_paths(
                 here += 1
             for k in range(size):
                 onward = members[first[node] + k]
-                leads = nodes[other_end(onward)] >= 0 or reach[onward] >= _LEAST_WIDE_WIDTHS * width
-                if branch_of(onward) == branch or spur[branch_of(onward)] or not leads or height == _MOST_SLOTS:
+                if branch_of(onward) == branch or spur[branch_of(onward)] or height == _MOST_SLOTS:
                     continue
                 if costs[starts[node] + here * size + k] < _STRAIGHT_ON:
                     copy_to(stack[height], path)
@@ -318,23 +208,19 @@ def list_paths(
     return paths[:found].copy(), inside[:found].copy(), overlap_cost[:found].copy()
 
 
-@kernel(
-    read(int64, 2), read(boolean, 1), read(int64, 1), read(int64, 1), read(int64, 1), read(int64, 1), read(int64, 1)
-)
+@kernel(read(int64, 2), read(boolean, 1), read(int64, 1), read(int64, 1), read(int64, 1))
 def changed_junctions(
     paths: npt.NDArray[np.int64],
     inside: npt.NDArray[np.bool_],
     nodes: npt.NDArray[np.int64],
     first: npt.NDArray[np.int64],
     members: npt.NDArray[np.int64],
-    duplicates: npt.NDArray[np.int64],
-    partial: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """List the ends at every junction on the paths, before and after their branches are shared.
 
     Parameters
     ----------
-    paths, inside, nodes, first, members, duplicates, partial
+    paths, inside, nodes, first, members
         As `list_paths` takes and makes them.
 
     Returns
@@ -361,9 +247,9 @@ def changed_junctions(
         for s in range(steps if inside[p] else steps + 1):
             node = nodes[paths[p, s]] if s < steps else nodes[other_end(paths[p, s - 1])]
             if before[node] < 0:
-                at = sets[found]
-                here = slots[at : at + _MOST_SLOTS - 2]
-                sets[found + 1] = at + _slots_at(node, nodes, first, members, duplicates, partial, here)
+                size = min(first[node + 1] - first[node], _MOST_SLOTS - 2)
+                slots[sets[found] : sets[found] + size] = members[first[node] : first[node] + size]
+                sets[found + 1] = sets[found] + size
                 before[node] = found
                 found += 1
             only = other_end(paths[p, s - 1]) if s == steps else (paths[p, s] if s == 0 else -1)

@@ -213,9 +213,8 @@ def find_swaps(
     at = 0
     while at <= n:
         narrow = at < n and separation[at] < narrow_px
-        hidden = 0 < at < n and arc[at] - arc[at - 1] > width
         edge = (at == 0 and separation[0] < wide_px) or (at == n and separation[n - 1] < wide_px)
-        if not (narrow or hidden or edge):
+        if not (narrow or edge):
             at += 1
             continue
         place = at

@@ -7,7 +7,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import kernel, read
-from dloftbs.kernels.shared.graph_ends import branch_of, inward, other_end
+from dloftbs.kernels.shared.graph_ends import branch_of, inward
 
 _WIDE = 1.3
 """Width of the mask, in widths of a cable, above which two cables lie side by side.
@@ -28,15 +28,14 @@ Source: by hand; two cables that cross are narrow for less.
 """
 
 
-@kernel(read(int64, 1), read(int64, 2), read(float64, 1), float64)
+@kernel(read(int64, 2), read(float64, 1), float64)
 def wide_reach(
-    nodes: npt.NDArray[np.int64], spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
+    spans: npt.NDArray[np.int64], radii: npt.NDArray[np.float64], width: float
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
     """Count the points from each end of each branch on over which the mask is wider than one cable; return mean widths.
 
     Parameters
     ----------
-    nodes : (2 n,) int64
     spans : (n, 2) int64
         As `clear_spans` makes them.
     radii : (m,) float64
@@ -67,7 +66,4 @@ def wide_reach(
             thin = thin + 1 if r < 0.5 * _NARROW * width else 0
             if thin >= _LASTING_WIDTHS * width:
                 break
-        # Towards a free end two cables get narrower together.
-        if nodes[other_end(end)] < 0 and reach[end] > 0.75 * width and stop - start - reach[end] < 2.0 * width:
-            reach[end] = stop - start
     return reach, widths
