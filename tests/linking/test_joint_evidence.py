@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from dloftbs.graph import FREE, UNAVAILABLE
+from dloftbs.graph import FREE
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
 from dloftbs.linking.kernels.weights import JOINT
@@ -32,9 +32,9 @@ class Depths:
         return np.zeros((len(pairs), 3))
 
 
-def swerve_of(depth: float, shared_depth: float, shared: bool, ends_inside: bool = False) -> float:
+def swerve_of(depth: float, shared_depth: float, shared: bool) -> float:
     """Return the column of a joint from a cable, branch 0, into branch 1, which branch 2 may double."""
-    nodes = [FREE, 0, 0, FREE] + [0, UNAVAILABLE if ends_inside else FREE] * shared
+    nodes = [FREE, 0, 0, FREE] + [0, FREE] * shared
     ids = np.array([0, 1, 2, 3] + [2, 3] * shared)
     joints = np.zeros((1, len(JOINT)))
     states, roundness = np.zeros((len(ids), 6)), np.ones(len(ids))
@@ -48,11 +48,6 @@ def test_a_step_in_depth_is_one_of_the_cable(depth: float) -> None:
     assert swerve_of(depth, 0.85, shared=False) > 0.0
 
 
-def test_a_cable_may_come_to_lie_below_the_one_that_shows_but_does_not_dive_through_it() -> None:
-    assert swerve_of(0.9, 0.85, shared=True) == 0.0
-    assert swerve_of(0.8, 0.85, shared=True) == swerve_of(0.8, 0.85, shared=False)
-
-
 @pytest.mark.parametrize("depth", [0.8, 0.9])
-def test_where_one_cable_ends_inside_of_a_branch_its_depth_is_either_ones(depth: float) -> None:
-    assert swerve_of(depth, 0.85, shared=True, ends_inside=True) == 0.0
+def test_where_two_cables_share_a_branch_its_depth_is_either_ones(depth: float) -> None:
+    assert swerve_of(depth, 0.85, shared=True) == 0.0

@@ -68,7 +68,7 @@ def cut_into_pieces(
 ) -> list[Piece]:
     """Cut a chain into pieces at its joints; branches with only a spur between them make one piece."""
     branches, partner, costs, margins = matching.branches, matching.partner, matching.cost, matching.margin
-    nodes, duplicate_of, spans = branches.nodes, branches.duplicate_of, branches.spans
+    nodes, spans = branches.nodes, branches.spans
     width, last = graph.width, len(chain) - 1
     pieces: list[Piece] = []
     cost, margin, through = 0.0, math.inf, True
@@ -80,7 +80,7 @@ def cut_into_pieces(
         start, stop = spans[branch]
         if k in (0, last) or stop - start < 2:
             start, stop = _own_span(graph, offsets, matching, branch)
-        if stop <= start or (branch in duplicate_of and pieces and stop - start < width):
+        if stop <= start:
             continue
         span = (start, stop, 1) if is_start(end) else (stop - 1, start - 1, -1)
         alone = bool(pieces) and through and degree[node] == 2
@@ -125,8 +125,6 @@ def _own_span(graph: Graph, offsets: list[int], matching: EndMatching, branch: i
     start, stop = matching.branches.spans[branch]
     if branch >= graph.branch_count:
         return start, stop
-    if stop - start < 2 and matching.branches.spurs[branch]:
-        return offsets[branch], offsets[branch + 1]
     partner = matching.partner
     return (
         offsets[branch] if partner[start_of(branch)] < 0 else start,

@@ -11,7 +11,6 @@ from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, other_end
 from dloftbs.kernels.polyline_lengths import lay_out
-from dloftbs.linking.cable_chains import list_cables
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces
 from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.end_extension import CableAxes, extend_ends
@@ -72,7 +71,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
             left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False, bounded=True)
     offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
     mask, axes = crop.oriented(crop.pixels), CableAxes(graph, matching)
-    for chain, is_loop in list_cables(matching):
+    for chain, is_loop in matching.chains():
         pieces = cut_into_pieces(mask, graph, offsets, matching, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
         if is_loop and count >= around:

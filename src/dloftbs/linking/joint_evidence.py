@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
-from dloftbs.linking.kernels.joint_evidence import describe_seen, find_comparable, list_gaps
+from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
 
 _MOST_SWERVE_RAD = 0.4
@@ -43,7 +43,7 @@ def add_evidence(
     own = ids[pairs]
     describe_seen(evidence.across(own[gaps]), gaps, lengths, pairs, roundness, evidence.width, joints)
     if evidence.tells_swerves:
-        swerves = evidence.swerves(own, lengths) * find_comparable(ids, nodes, evidence.depths, pairs)
+        swerves = evidence.swerves(own, lengths) * ~are_shared(ids)[pairs].any(axis=1)
         joints[:, DEPTH_SWERVE] = swerve_bends(swerves)
 
 

@@ -7,7 +7,6 @@ import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
 from dloftbs.graph import UNAVAILABLE, EndMatching, Graph, branch_of, ends_of, other_end, start_of, stop_of
-from dloftbs.linking.cable_chains import list_cables
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_LENGTH, GAP_ROUND, describe_pairs, prices
 from dloftbs.linking.kernels.weights import JOINT
@@ -52,7 +51,7 @@ def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: 
     evidence : EndEvidence, optional
         What the frame tells of the gaps.
     """
-    chains = list_cables(matching)
+    chains = matching.chains()
     if len(chains) + len(graph.loops) <= objects:
         return
     spans = matching.branches.spans

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.linking.kernels.joint_evidence import describe_seen, find_comparable, list_gaps
+from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
 from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND
 from dloftbs.linking.kernels.weights import JOINT
 
@@ -53,20 +53,3 @@ def test_what_is_seen_is_written_and_a_hidden_end_has_any_shape(seed: int) -> No
         expected[k, GAP_ROUND] *= left / max(roundness[pair].sum(), 1e-9)
     describe_seen(seen, gaps, lengths, pairs, roundness, WIDTH, joints)
     np.testing.assert_allclose(joints, expected, rtol=1e-12)
-
-
-@given(seeds)
-def test_depths_are_compared_as_the_literal_twin_does(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    nodes, ids, pairs, count = random_ends(rng)
-    depths = rng.choice([0.5, 0.6, np.nan], (count, 2))
-    shared = {end for end in ids.tolist() if (ids == end).sum() > 1}
-    ended_in = {int(ids[end ^ 1]) for end in range(len(ids)) if nodes[end] == -2}
-    expected = []
-    for near, far in ids[pairs].tolist():
-        dives = [
-            depths[one, 0] < depths[other, 0] and one not in shared and other not in ended_in
-            for one, other in ((near, far), (far, near))
-        ]
-        expected.append(any(dives) or not shared & {near, far})
-    assert find_comparable(ids, nodes, depths, pairs).tolist() == expected

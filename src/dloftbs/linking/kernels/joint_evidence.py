@@ -9,7 +9,7 @@ import numpy.typing as npt
 from numba import float64, int64
 
 from dloftbs.kernels.compiler import kernel, read, write
-from dloftbs.kernels.shared.graph_ends import UNAVAILABLE, X, Y, other_end
+from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND
 
 _MOST_GROUND = 0.5
@@ -99,46 +99,3 @@ def describe_seen(
         i, j = pairs[k]
         shape = roundness[i] * (1.0 - covered[i]) + roundness[j] * (1.0 - covered[j])
         joints[k, GAP_ROUND] *= shape / max(roundness[i] + roundness[j], 1e-9)
-
-
-@kernel(read(int64, 1), read(int64, 1), read(float64, 2), read(int64, 2))
-def find_comparable(
-    ids: npt.NDArray[np.int64],
-    nodes: npt.NDArray[np.int64],
-    depths: npt.NDArray[np.float64],
-    pairs: npt.NDArray[np.int64],
-) -> npt.NDArray[np.bool_]:
-    """Tell for which pairs of ends a difference in depth would be one of the same cable.
-
-    Where two cables share a branch, depth is that of the one on top: a cable that comes from farther away may lie
-    below it, one that comes from nearer would have to dive. Of a branch that is shared in part it is either one's.
-
-    Parameters
-    ----------
-    ids : (n,) int64
-        End of the graph that each end stands for, equal on duplicates of a branch.
-    nodes : (n,) int64
-        The junction at each end, negative where there is none.
-    depths : (2 b, columns) float64
-        Of each end of the graph, first its depth, m; NaN where it is unknown.
-    pairs : (k, 2) int64
-
-    Returns
-    -------
-    (k,) bool
-    """
-    shares = np.zeros(len(depths), dtype=np.int64)
-    ended_in = np.zeros(len(depths), dtype=np.bool_)
-    for end in range(len(ids)):
-        shares[ids[end]] += 1
-        if nodes[end] == UNAVAILABLE:
-            ended_in[ids[other_end(end)]] = True
-    comparable = np.empty(len(pairs), dtype=np.bool_)
-    for k in range(len(pairs)):
-        i, j = ids[pairs[k, 0]], ids[pairs[k, 1]]
-        shared_i, shared_j = shares[i] > 1, shares[j] > 1
-        dives = (depths[i, 0] < depths[j, 0] and not shared_i and not ended_in[j]) or (
-            depths[j, 0] < depths[i, 0] and not shared_j and not ended_in[i]
-        )
-        comparable[k] = dives or not (shared_i or shared_j)
-    return comparable
