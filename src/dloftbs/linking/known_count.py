@@ -9,8 +9,8 @@ from dloftbs.evidence import EndEvidence
 from dloftbs.graph import UNAVAILABLE, EndMatching, Graph, branch_of, ends_of, other_end, start_of, stop_of
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_LENGTH, GAP_ROUND, describe_pairs, prices
+from dloftbs.linking.kernels.path_cover import cover
 from dloftbs.linking.kernels.weights import JOINT
-from dloftbs.linking.path_cover import cover
 
 _SPECK_WIDTHS = 3.0
 """Length up to which a piece is left out for nothing, widths.
@@ -63,7 +63,7 @@ def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: 
             ends[start_of(k)], ends[stop_of(k)] = chain[0], other_end(chain[-1])
     pairs, costs, extra = _list_pairs(graph, matching, ends, evidence)
     drop_costs = _DROP_COST_PER_WIDTH * np.maximum(np.array(lengths) / graph.width - _SPECK_WIDTHS, 0.0)
-    for k in cover(pairs, extra, drop_costs, objects):
+    for k in cover(pairs, extra, drop_costs, objects).tolist():
         i, j = ends[pairs[k]].tolist()
         matching.join(i, j, costs.item(k), 0.0)
 
