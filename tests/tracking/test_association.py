@@ -65,10 +65,9 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
             models[-1].update_whole(one, np.zeros_like(one.points))
             models[-1].count_hit(1)
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
-    predicted = np.array([model.predict_points(0.0) for model in models])
     observations = make_observations([detection_of(curve) for curve in seen])
-    shown = associate(models, predicted, observations, view, config)
-    resolved = resolve(models, predicted, shown, view)
+    shown = associate(models, observations, view, config)
+    resolved = resolve(models, shown, view)
     assert pickle.dumps(models) == before
     assert len(shown) == len(resolved) == 2
     assert any(one.matches for one in resolved) == bool(seen)
@@ -85,10 +84,11 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
             models[-1].update_whole(one, np.zeros_like(one.points))
             models[-1].count_hit(1)
     swapped = bent((0.0, 0.0), (250.0, 0.0), (440.0, 40.0)), bent((50.0, -260.0), (250.0, 0.0), (400.0, 0.0))
-    predicted = np.array([one.sample(SAMPLES) for one in swapped])
+    for model, one in zip(models, swapped, strict=True):
+        model.predicted = one.sample(SAMPLES)
     for order in (1, -1):
         observations = make_observations(seen[::order])
-        shown = associate(models, predicted, observations, View((600, 900)), TrackingConfig())
+        shown = associate(models, observations, View((600, 900)), TrackingConfig())
         assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
         assert [one.matches[0].observation.detection for one in shown] == seen
 
@@ -104,9 +104,10 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
             models[-1].count_hit(1)
             models[-1].record((EndKind.BORDER, kind) if number == 1 else (EndKind.FREE, EndKind.HIDDEN))
     came = line((0.0, 100.0), (300.0, 100.0)), line((305.0, 100.0), (465.0, 100.0))
-    predicted = np.array([one.sample(SAMPLES) for one in came])
+    for model, one in zip(models, came, strict=True):
+        model.predicted = one.sample(SAMPLES)
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
-    shown = associate(models, predicted, seen, View((600, 900)), TrackingConfig())
+    shown = associate(models, seen, View((600, 900)), TrackingConfig())
     assert [(bool(one.apart_from), one.merged) for one in shown] == [
         (kind is EndKind.FREE, kind is not EndKind.FREE)
     ] * 2

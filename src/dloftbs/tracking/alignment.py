@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
@@ -78,9 +77,7 @@ def _missing_before(model: TrackModel, observation: Observation, start_px: float
     return 0.0 if start <= after else missing
 
 
-def find_whole_view(
-    model: TrackModel, predicted: FloatArray, observation: Observation, start: float, view: View
-) -> PartialMatch | None:
+def find_whole_view(model: TrackModel, observation: Observation, start: float, view: View) -> PartialMatch | None:
     """Return the match with the whole object of an observation that shows one track alone; None if that is not known.
 
     It is the whole track, whatever its length, tilt and bend, unless the image's border or an occluder cuts it. Where
@@ -89,8 +86,6 @@ def find_whole_view(
     Parameters
     ----------
     model : TrackModel
-    predicted : numpy.ndarray, shape (SAMPLES, 2)
-        Predicted samples of the track.
     observation : Observation
         In the track's direction.
     start : float
@@ -105,36 +100,34 @@ def find_whole_view(
         share = whole.length / model.length_in_view(whole)
         told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres tells how much is hidden
         return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
-    length = float(np.hypot(*np.diff(predicted, axis=0).T).sum())
+    length = float(np.hypot(*np.diff(model.predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
         if observation.length > _MAJORITY * whole.length:
             return PartialMatch(whole, WHOLE, WHOLE)
-        return match_whole(predicted, whole)  # all of it tells the direction better than a small part
+        return match_whole(model, whole)  # all of it tells the direction better than a small part
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None
     share = whole.length / length
-    same = (first.in_sight and last.in_sight) or not _stayed_but_for_an_end(model, predicted, whole, start, share)
+    same = (first.in_sight and last.in_sight) or not _stayed_but_for_an_end(model, whole, start, share)
     return PartialMatch(whole, WHOLE, WHOLE) if same else None
 
 
-def match_whole(predicted: FloatArray, observation: Observation) -> PartialMatch:
-    """Return the match of a whole track, by its predicted samples, with an observation in the better direction."""
+def match_whole(model: TrackModel, observation: Observation) -> PartialMatch:
+    """Return the match of a whole track, as it is predicted, with an observation in the better direction."""
     both = observation, observation.reversed()
-    misfits = [kernels.misfit_at(one.points, predicted, 1.0, 0.0, _SHIFT_WEIGHT) for one in both]
+    misfits = [kernels.misfit_at(one.points, model.predicted, 1.0, 0.0, _SHIFT_WEIGHT) for one in both]
     return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
 
 
-def _stayed_but_for_an_end(
-    model: TrackModel, predicted: FloatArray, whole: Observation, start: float, share: float
-) -> bool:
+def _stayed_but_for_an_end(model: TrackModel, whole: Observation, start: float, share: float) -> bool:
     """Return True if an observation fits clearly better as a part of a track, or with a new part, than as a whole.
 
     `share` is the ratio of its length to that of the track as predicted.
     """
-    short, long = (whole.points, predicted) if share <= 1.0 else (predicted, whole.points)
+    short, long = (whole.points, model.predicted) if share <= 1.0 else (model.predicted, whole.points)
     share = min(share, 1.0 / share)
     starts = (0.0, min(max(start, 0.0), 1.0 - share), 1.0 - share)
     misfit_if_cut = min(kernels.misfit_at(short, long, share, low, 1.0) for low in starts)
     if share >= _MAJORITY and misfit_if_cut > _CUT_WIDTHS * model.width:  # never of an unknown width
         return False
-    return misfit_if_cut <= _CUT_FIT * kernels.misfit_at(whole.points, predicted, 1.0, 0.0, 1.0)
+    return misfit_if_cut <= _CUT_FIT * kernels.misfit_at(whole.points, model.predicted, 1.0, 0.0, 1.0)

@@ -9,14 +9,13 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import match_whole, place_part
-from dloftbs.tracking.appearance import MAX_WIDTH_RATIO, colours_differ, width_ratio, widths_differ
+from dloftbs.tracking.appearance import colours_differ, width_ratio, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
@@ -59,44 +58,42 @@ Source: by hand; short objects move by more than a share of their length.
 """
 
 
-def match_unambiguous(
-    models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation]
-) -> dict[int, Observation]:
-    """Map tracks to observations, in the track's direction, that lie where they are predicted, and nothing else near.
+def match_unambiguous(models: Sequence[TrackModel], observations: Sequence[Observation]) -> dict[int, Observation]:
+    """Map ids of tracks to observations, in the track's direction, that lie as predicted, and nothing else near.
 
     The track was seen as a whole before, and the observation is as long.
     """
-    return _match_near(models, predicted, observations, _is_unchanged, _MAX_MEAN, _MAX_ANYWHERE)
+    return _match_near(models, observations, _is_unchanged, _MAX_MEAN, _MAX_ANYWHERE)
 
 
 def match_by_length(
-    models: Sequence[TrackModel], predicted: FloatArray, observations: Sequence[Observation], gate: float
+    models: Sequence[TrackModel], observations: Sequence[Observation], gate: float
 ) -> dict[int, Observation]:
-    """Map tracks to observations that are as long as they usually are, within the gate, and nothing else near.
+    """Map ids of tracks to observations that are as long as they usually are, within the gate, and nothing else near.
 
     An object that a frame shows without a gap, from end to end, and as long as it usually is, has not exchanged a part
     with another one, wherever its track was routed before. `gate` is a share of the length.
     """
-    return _match_near(models, predicted, observations, _is_as_usual, gate, math.inf)
+    return _match_near(models, observations, _is_as_usual, gate, math.inf)
 
 
 def _match_near(
     models: Sequence[TrackModel],
-    predicted: FloatArray,
     observations: Sequence[Observation],
     agree: Callable[[TrackModel, Observation], bool],
     max_mean: float,
     max_anywhere: float,
 ) -> dict[int, Observation]:
     """Map tracks to the only observations that are near to them, if the two agree; distances are shares of a length."""
-    lengths, points = np.array([m.length for m in models]), np.array([one.points for one in observations])
+    lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
+    points = np.array([one.points for one in observations])
     found = kernels.find_partners(predicted, lengths, points, max_mean, max_anywhere, _MARGIN_RATIO).tolist()
     result = {}
-    for t, partner in enumerate(found):
+    for model, partner in zip(models, found, strict=True):
         if partner:
-            model, one = models[t], observations[abs(partner) - 1]
+            one = observations[abs(partner) - 1]
             if not (model.curve.closed or one.curve.closed) and agree(model, one):
-                result[t] = one if partner > 0 else one.reversed()
+                result[model.id] = one if partner > 0 else one.reversed()
     return result
 
 
@@ -117,50 +114,39 @@ def _is_as_usual(model: TrackModel, one: Observation) -> bool:
     return abs((usual if math.isnan(in_view) else in_view) - one.length) <= model.length_tolerance_px
 
 
-def match_remaining(
-    models: Sequence[TrackModel],
-    predicted: FloatArray,
-    shown: list[TrackObservation],
-    unassigned: Sequence[Observation],
-) -> list[TrackObservation]:
-    """Return what a frame shows, with the only track of the last frame left and the only observation left matched.
+def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observation]) -> dict[int, TrackObservation]:
+    """Match the only track of the last frame that is left with the only observation left, if so, by the track's id.
 
     It may have moved however far, and something may have hidden it since. Width, colour and length, in space if it is
     known there, may not clearly differ.
     """
-    left = [
-        t for t, one in enumerate(shown) if not one.matches and (not models[t].misses or models[t].sight.is_covered)
-    ]
+    left = [model for model in models if not model.misses or model.sight.is_covered]
     if len(left) != 1 or len(unassigned) != 1:
-        return shown
-    (t,), (one,) = left, unassigned
-    wider, longer = width_ratio(models[t].width, one.width), one.length / models[t].length_as_seen(one)
+        return {}
+    (model,), (one,) = left, unassigned
+    wider, longer = width_ratio(model.width, one.width), one.length / model.length_as_seen(one)
     is_like = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in (wider, longer))
-    same_kind = one.curve_span == WHOLE and models[t].curve.closed == one.curve.closed
-    if not (is_like and same_kind) or colours_differ([models[t]], [one])[0, 0]:
-        return shown
-    return [*shown[:t], TrackObservation((match_whole(predicted[t], one),)), *shown[t + 1 :]]
+    same_kind = one.curve_span == WHOLE and model.curve.closed == one.curve.closed
+    if not (is_like and same_kind) or colours_differ([model], [one])[0, 0]:
+        return {}
+    return {model.id: TrackObservation((match_whole(model, one),))}
 
 
 def assign(
-    models: Sequence[TrackModel],
-    predicted: FloatArray,
-    observations: Sequence[Observation],
-    config: TrackingConfig,
-    view: View,
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> dict[int, tuple[int, PartialMatch]]:
-    """Map tracks to observations and how these show them: as many pairs as possible, with the least total cost.
+    """Map ids of tracks to observations and how these show them: as many pairs as possible, with the least total cost.
 
-    The keys are indices of tracks; the values are an index of an observation, and the match.
+    The values are an index of an observation, and the match.
     """
-    found = np.array([one.points for one in observations])
+    predicted, found = np.array([m.predicted for m in models]), np.array([one.points for one in observations])
     usual, is_loop = np.array([m.length for m in models]), np.array([m.curve.closed for m in models])
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
     cap = _MISFIT_CAP * gate
-    possible = _have_similar_widths(models, observations) & ~colours_differ(models, observations)
-    possible &= _box_distances(predicted, found) < cap
+    other_width = np.array([[widths_differ(model.width, one.width) for one in observations] for model in models])
+    possible = ~(other_width | colours_differ(models, observations)) & (_box_distances(predicted, found) < cap)
     misfit, start, backwards = kernels.align_all(predicted, usual, is_loop, found, lengths, closed, possible * cap)
     ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
@@ -171,10 +157,9 @@ def assign(
     result = {}
     for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
         if fits[t, d]:
-            oriented = observations[d].reversed() if backwards[t, d] else observations[d]
-            low = float(start[t, d])
-            match = _match(models[t], oriented, low, config, view, backwards=bool(backwards[t, d]))
-            result[t] = d, match
+            one = observations[d].reversed() if backwards[t, d] else observations[d]
+            match = _match(models[t], one, float(start[t, d]), view, config, backwards=bool(backwards[t, d]))
+            result[models[t].id] = d, match
     return result
 
 
@@ -195,22 +180,15 @@ def _box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
     return distances
 
 
-def _have_similar_widths(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
-    ratio = np.divide.outer([m.width for m in models], [one.width for one in observations])
-    differs: npt.NDArray[np.bool_] = (ratio > MAX_WIDTH_RATIO) | (ratio < 1.0 / MAX_WIDTH_RATIO)
-    return ~differs  # an unknown width agrees with any
-
-
 def _match(
-    model: TrackModel, oriented: Observation, start: float, config: TrackingConfig, view: View, *, backwards: bool
+    model: TrackModel, oriented: Observation, start: float, view: View, config: TrackingConfig, *, backwards: bool
 ) -> PartialMatch:
     """Return the match of a track with an observation in its direction; `start` is that of the shorter one."""
     if oriented.curve.closed:
         share = min(model.length / oriented.length, 1.0)
         seam = -start if model.curve.closed else 1.0 - start - share if backwards else start
         return PartialMatch(oriented, WHOLE, (seam % 1.0, seam % 1.0 + 1.0))
-    overrides = model.conflict.overrides(oriented, config.override_frames, model.width_or_0)
-    if model.curve.closed or overrides:
+    if model.curve.closed or model.conflict.overrides(oriented, config.override_frames, model.width_or_0):
         return PartialMatch(oriented, WHOLE, oriented.curve_span)
     start_px = start * model.length
     if oriented.length > model.length:

@@ -11,7 +11,6 @@ from functools import partial
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.assignment import assign, match_by_length, match_remaining, match_unambiguous
@@ -23,62 +22,41 @@ from dloftbs.tracking.track_model import TrackModel
 
 
 def associate(
-    models: Sequence[TrackModel],
-    predicted: FloatArray,
-    observations: Sequence[Observation],
-    view: View,
-    config: TrackingConfig,
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> list[TrackObservation]:
-    """Return what a frame shows of each track.
-
-    Parameters
-    ----------
-    models : sequence of TrackModel
-    predicted : numpy.ndarray, shape (t, SAMPLES, 2)
-        Predicted samples of the models.
-    observations : sequence of Observation
-    view : View
-    config : TrackingConfig
-    """
-    shown, left = [TrackObservation() for _ in models], list(observations)
+    """Return what a frame shows of each track, by where it is predicted."""
+    shown, left = dict[int, TrackObservation](), list(observations)
     for match, is_unambiguous in ((match_unambiguous, True), (partial(match_by_length, gate=config.gate), False)):
-        rows = [t for t, one in enumerate(shown) if not one.matches]
-        if rows and left:
-            found = match([models[t] for t in rows], predicted[rows], left)
-            for k, one in found.items():
-                shown[rows[k]] = TrackObservation((PartialMatch(one, WHOLE, WHOLE),), is_unambiguous)
+        rest = [model for model in models if model.id not in shown]
+        if rest and left:
+            found = match(rest, left)
+            shown |= {
+                t: TrackObservation((PartialMatch(one, WHOLE, WHOLE),), is_unambiguous) for t, one in found.items()
+            }
             taken = {one.detection_index for one in found.values()}
             left = [one for one in left if one.detection_index not in taken]
-    rows = [t for t, one in enumerate(shown) if not one.matches]
-    if rows and left:
-        ambiguous = _associate_ambiguous([models[t] for t in rows], predicted[rows], left, view, config)
-        for t, what in zip(rows, ambiguous, strict=True):
-            shown[t] = what
-    return shown
+    rest = [model for model in models if model.id not in shown]
+    if rest and left:
+        shown |= _associate_ambiguous(rest, left, view, config)
+    return [shown.get(model.id, TrackObservation()) for model in models]
 
 
 def _associate_ambiguous(
-    models: Sequence[TrackModel],
-    predicted: FloatArray,
-    observations: Sequence[Observation],
-    view: View,
-    config: TrackingConfig,
-) -> list[TrackObservation]:
-    """Return what ambiguous observations show of each track."""
-    shown, unassigned = [TrackObservation() for _ in models], list(observations)
-    rows = [t for t, model in enumerate(models) if _is_well_known(model, config)]
-    if rows:
-        routed, unassigned = route_tracks(models, predicted, rows, observations, view)
-        for t, matches in routed.items():
-            shown[t] = TrackObservation(tuple(matches))
-    others = [t for t, one in enumerate(shown) if not one.matches]
-    if unassigned and others:
-        assigned = assign([models[t] for t in others], predicted[others], unassigned, config, view)
-        for k, (_, match) in assigned.items():
-            shown[others[k]] = TrackObservation((match,))
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
+) -> dict[int, TrackObservation]:
+    """Return what ambiguous observations show of the tracks, by their ids."""
+    shown, unassigned = dict[int, TrackObservation](), list(observations)
+    known = [model for model in models if _is_well_known(model, config)]
+    if known:
+        shown, unassigned = route_tracks(known, observations, view)
+    rest = [model for model in models if model.id not in shown]
+    if unassigned and rest:
+        assigned = assign(rest, unassigned, view, config)
+        shown |= {t: TrackObservation((match,)) for t, (_, match) in assigned.items()}
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
-    return match_remaining(models, predicted, _find_merged(models, shown), unassigned)
+        rest = [model for model in rest if model.id not in shown]
+    return _find_merged(models, shown) | match_remaining(rest, unassigned)
 
 
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
@@ -88,32 +66,32 @@ def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     return seen and max(model.conflict.frames, model.conflict.merged_frames) < least
 
 
-def _find_merged(models: Sequence[TrackModel], shown: Sequence[TrackObservation]) -> list[TrackObservation]:
+def _find_merged(models: Sequence[TrackModel], shown: dict[int, TrackObservation]) -> dict[int, TrackObservation]:
     """Return what a frame shows of the tracks with the pairs marked that together are one detection.
 
     They are one, or known to be two: also where the detection bridges a gap between them.
     """
-    result, sharing = list(shown), dict[int, list[int]]()
-    for t, one in enumerate(shown):
-        for index in one.detection_indices:
-            sharing.setdefault(index, []).append(t)
-    for index, tracks in sharing.items():
-        if len(tracks) != 2:
+    result, sharing = dict(shown), dict[int, list[TrackModel]]()
+    for model in models:
+        for index in shown[model.id].detection_indices if model.id in shown else ():
+            sharing.setdefault(index, []).append(model)
+    for index, pair in sharing.items():
+        if len(pair) != 2:
             continue
-        matches = shown[tracks[0]].matches
+        matches = shown[pair[0].id].matches
         shared = next(m.observation for m in matches if m.observation.detection_index == index)
         bridged = shared.object_length * sum(high - low for low, high in shared.gaps)
-        pair = [models[t] for t in tracks]
         tolerance = sum(m.position_tolerance_px for m in pair)
         excess = sum(m.length for m in pair) - shared.object_length
         if abs(excess + bridged) >= tolerance:
             continue
         if pair[1].id in pair[0].apart or pair[0].id in pair[1].apart or _moved_apart(pair[0], pair[1], bridged):
-            for t, other in zip(tracks, pair[::-1], strict=True):
-                result[t] = result[t]._replace(apart_from=result[t].apart_from | {other.id})
+            for model, other in zip(pair, pair[::-1], strict=True):
+                one = result[model.id]
+                result[model.id] = one._replace(apart_from=one.apart_from | {other.id})
         elif abs(excess) < tolerance:
-            for t in tracks:
-                result[t] = result[t]._replace(merged=True)
+            for model in pair:
+                result[model.id] = result[model.id]._replace(merged=True)
     return result
 
 
@@ -127,7 +105,7 @@ def _moved_apart(one: TrackModel, other: TrackModel, bridged_px: float) -> bool:
     if not len(back):
         return False
     first, second = (one.hits - back) % HISTORY_FRAMES, (other.hits - back) % HISTORY_FRAMES
-    now = one.ends[:, None] - other.ends[None]
+    now = one.points[[0, -1]][:, None] - other.points[[0, -1]]
     i, j = np.unravel_index(np.linalg.norm(now, axis=2).argmin(), (2, 2))
     distances = np.linalg.norm(one.lengths.recent_ends[first, i] - other.lengths.recent_ends[second, j], axis=1)
     as_now = np.abs(one.lengths.recent_px[first] - one.length) < one.position_tolerance_px

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,23 +19,6 @@ from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before
 from dloftbs.tracking.reconstruction import CURVE_SAMPLES, EVEN_U, VisiblePart, fit_samples, reconstruct
 
 
-class PlacedParts(NamedTuple):
-    """The parts of a track where the camera sees them, by their places in space.
-
-    Parameters
-    ----------
-    matches : list of PartialMatch
-    curve : BSplineCurve
-        The whole track as the camera sees it.
-    px_per_m : float
-        Scale of the view.
-    """
-
-    matches: list[PartialMatch]
-    curve: BSplineCurve
-    px_per_m: float
-
-
 def reconstruct_in_space(
     before: BSplineCurve | None,
     scope: tuple[float, float],
@@ -46,20 +28,12 @@ def reconstruct_in_space(
 ) -> tuple[BSplineCurve | None, list[VisiblePart]]:
     """Return the whole curve in space, so many metres long, and its visible parts there.
 
-    There is no curve if it was never known, or no match has one there.
-    """
-    parts = [] if before is None else _place_in_space(metres, matches, view)
-    return None if before is None or not parts else reconstruct(before, scope, parts, metres), parts
-
-
-def _place_in_space(metres: float, matches: Sequence[PartialMatch], view: View) -> list[VisiblePart]:
-    """Return the parts in space: the distance of each from the nearer end, in metres, by its place in the image.
-
-    Without matches that have a curve there, and for an object whose length is not known, there are none.
+    The distance of each from the nearer end, in metres, is that of its place in the image. There is no curve if it was
+    never known, if the length is not, or if no match has one there.
     """
     parts: list[VisiblePart] = []
-    if math.isnan(metres):
-        return parts
+    if before is None or math.isnan(metres):
+        return None, parts
     for match, gap in zip(matches, hidden_before(matches), strict=False):
         curve = match.observation.curve_3d
         if curve is None:
@@ -73,7 +47,7 @@ def _place_in_space(metres: float, matches: Sequence[PartialMatch], view: View) 
             start = max(start if gap > 0.0 else 0.0, parts[-1].track_span[1])
         if start < 1.0:
             parts.append(VisiblePart(curve, (start, min(start + share, 1.0)), seen))
-    return parts
+    return reconstruct(before, scope, parts, metres) if parts else None, parts
 
 
 def span_in_space(curve_3d: BSplineCurve, span: tuple[float, float], view: View) -> tuple[float, float]:
@@ -91,8 +65,10 @@ def span_in_space(curve_3d: BSplineCurve, span: tuple[float, float], view: View)
 
 def place_by_space(
     curve_3d: BSplineCurve, metres: float, matches: Sequence[PartialMatch], parts: Sequence[VisiblePart], view: View
-) -> PlacedParts | None:
+) -> tuple[list[PartialMatch], BSplineCurve, float] | None:
     """Return the parts of a track placed by its whole curve in space; None without a camera that sees all of it.
+
+    With them come the whole track as the camera sees it, and the scale of the view, px a metre.
 
     Parameters
     ----------
@@ -126,7 +102,7 @@ def place_by_space(
         placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
     evenly = np.stack([np.interp(EVEN_U * along[-1], along, column) for column in points.T], axis=1)
     covered = float(share[1::2].sum() + share[::2][is_hidden].sum())  # less than all if the parts are too short
-    return PlacedParts(placed, fit_samples(evenly), length / (covered * metres))
+    return placed, fit_samples(evenly), length / (covered * metres)
 
 
 def _arc_lengths(points: FloatArray) -> FloatArray:

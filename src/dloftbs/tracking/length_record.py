@@ -23,6 +23,7 @@ HISTORY_FRAMES = 32
 Source: bounds memory; a second at 30 per second.
 """
 
+
 _WIDTH_GAIN = 0.5
 """Share of a change of width that the length of a partly hidden object follows per frame.
 
@@ -45,8 +46,6 @@ class LengthRecord:
         In the last frames, `HISTORY_FRAMES` at most, that showed the whole object without long gaps.
     full_m : list of float
         The same in space, metres, as far as it is known.
-    usual_px, usual_m : float
-        Length in most frames that showed the whole object, px and metres: medians of these, NaN if they are too few.
     full_width : float
         Width of the object in the last of these, px; NaN if it is not known.
     px_per_m : float
@@ -58,23 +57,26 @@ class LengthRecord:
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
     full_px: list[float] = field(default_factory=list)
     full_m: list[float] = field(default_factory=list)
-    usual_px: float = math.nan
-    usual_m: float = math.nan
     full_width: float = math.nan
     px_per_m: float = math.nan
 
     @property
+    def usual_px(self) -> float:
+        """Length in most frames that showed the whole object, px; NaN if they are too few."""
+        return statistics.median(self.full_px) if len(self.full_px) >= MIN_SEEN_FRAMES else math.nan
+
+    @property
     def metres(self) -> float:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
-        return self.px / self.px_per_m if math.isnan(self.usual_m) else self.usual_m
+        return statistics.median(self.full_m) if self.full_m else self.px / self.px_per_m
 
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
-        self.px, self.full_m, self.usual_m = share * self.px, [share * one for one in self.full_m], share * self.usual_m
+        self.px, self.full_m = share * self.px, [share * one for one in self.full_m]
 
     def forget_full(self) -> None:
         """Forget the lengths, px, of the views that showed the whole object: it is another one."""
-        self.full_px, self.usual_px = [], math.nan
+        self.full_px = []
 
     def rescale(self, px_per_m: float, width: float) -> None:
         """Take all lengths to the scale of another view, which shows the object this wide; NaN is an unknown scale."""
@@ -91,7 +93,7 @@ class LengthRecord:
             self.full_width *= ratio
 
     def _multiply(self, ratio: float) -> None:
-        self.px, self.recent_px, self.usual_px = ratio * self.px, ratio * self.recent_px, ratio * self.usual_px
+        self.px, self.recent_px = ratio * self.px, ratio * self.recent_px
         self.full_px = [ratio * one for one in self.full_px]
 
     def follow_tilt(self, length: float) -> None:
@@ -107,7 +109,6 @@ class LengthRecord:
         self.full_px = [*self.full_px[1 - HISTORY_FRAMES :], length]
         if not math.isnan(self.px_per_m):
             self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
-        self.usual_px, self.usual_m = _median(self.full_px, MIN_SEEN_FRAMES), _median(self.full_m, 1)
 
     def record(self, start: FloatArray | float, end: FloatArray | float, hits: int) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""
@@ -124,10 +125,6 @@ class LengthRecord:
         An object that came nearer is wider, and longer by as much.
         """
         nearer = width / self.full_width
-        length = (self.px if math.isnan(self.usual_px) else self.usual_px) * (nearer if nearer > 1.0 else 1.0)
+        usual = self.usual_px
+        length = (self.px if math.isnan(usual) else usual) * (nearer if nearer > 1.0 else 1.0)
         return hidden > MAX_BRIDGE * max(length - visible, 0.0) + tolerance
-
-
-def _median(lengths: list[float], least: int) -> float:
-    """Return the median of lengths, NaN if they are fewer than `least`."""
-    return statistics.median(lengths) if len(lengths) >= least else math.nan

@@ -1,4 +1,4 @@
-"""Localisation of all intervals along a track, with hidden spans between them as long as the evidence tells."""
+"""Localisation of a track's intervals: how far each follows its part, and where it lies along the track."""
 
 from __future__ import annotations
 
@@ -8,15 +8,26 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import place_part
-from dloftbs.tracking.extension import HIDDEN_UNCERTAINTY, fit_length
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.partial_match import PartialMatch
+from dloftbs.tracking.kernels.routing import SAMPLES_PER_NODE
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.sample_graph import Interval, SampleGraph
 from dloftbs.tracking.track_model import TrackModel
+
+_HIDDEN_UNCERTAINTY = 0.15
+"""Uncertainty of the length of a gap that the detector bridged, as a share of it.
+
+Source: by hand.
+"""
+
+
+_SHORT_EXTENSION = 2 * SAMPLES_PER_NODE
+"""Number of samples of a short extension: two nodes, at an edge that is no end of the track.
+
+Source: by hand.
+"""
 
 _SPAN_SAMPLES = 33
 """Number of samples of a hidden span whose chord is measured.
@@ -33,54 +44,103 @@ Source: by hand; of a hairpin, whose ends meet.
 
 def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, view: View) -> list[PartialMatch]:
     """Return the matches of all intervals of a track, laid along it together with the hidden spans between them."""
-    if len(intervals) == 1:
-        alone = fit_length(graph, intervals[0], model)
-        return [place_part(model, graph.observe(alone), _own_margins(graph, alone, alone, model)[0], view)]
-    observed = [graph.observe(one) for one in intervals]
-    hidden = [_hidden_length(graph, *pair, model) for pair in pairwise(intervals)]
-    lengths = [graph.length(one) for one in intervals]
-    before, after = _hidden_at_ends(graph, intervals, observed, model, view)
-    between = model.length - before - sum(lengths) - after
-    uncertain = HIDDEN_UNCERTAINTY * sum(hidden) + before + after
-    if min(between, sum(hidden)) > 0.0 and abs(between - sum(hidden)) <= uncertain:
-        hidden = [one * between / sum(hidden) for one in hidden]
-    total = sum(lengths) + sum(hidden)
-    low, high = before / (before + total + after), 1.0 - after / (before + total + after)
-    edges = accumulate([0.0, *(px for pair in zip(lengths, hidden, strict=False) for px in pair), lengths[-1]])
-    u = [low + edge / total * (high - low) for edge in edges]
-    u[-1] = high
-    spans = [[first, last] for first, last in zip(u[::2], u[1::2], strict=True)]
-    for n, (one, following) in enumerate(pairwise(intervals)):
-        if following.first == one.last + 1:  # the track changes from one to the other: nothing is hidden
-            spans[n][1] = spans[n + 1][0] = 0.5 * (spans[n][1] + spans[n + 1][0])
+    whole = _match_detection(graph, intervals, model)
+    if whole is not None:
+        return [whole]
+    extended = _extend_to_ends(graph, intervals, model)
+    if len(extended) == 1:
+        extended = [_fit_length(graph, extended[0], model)]
+    observed = [graph.observe(one) for one in extended]
+    before, after = graph.place(extended[0], model)[0], model.length - graph.place(extended[-1], model)[1]
+    if len(observed) == 1:
+        return [place_part(model, observed[0], before, view)]
+    # What is left over is none of the ends': it may as well be between, where a bend is seen to span little.
+    ends = view.ends(observed[0], model)[0], view.ends(observed[-1], model)[1]
+    least = model.position_tolerance_px
+    before, after = (
+        px if px > least and not end.in_sight else 0.0 for px, end in zip((before, after), ends, strict=True)
+    )
+    lengths = [one.length for one in observed]
+    between = [_hidden_length(graph, *pair, model) for pair in pairwise(extended)]
+    steps = [before, *(px for pair in zip(lengths, between, strict=False) for px in pair), lengths[-1], after]
+    u = [edge / sum(steps) for edge in accumulate(steps)]
+    u[-2] = u[-2] if after else 1.0  # not by a rounding error before it
+    for n, (one, other) in enumerate(pairwise(extended)):
+        if other.first == one.last + 1:  # the track changes from one to the other: nothing is hidden
+            u[2 * n + 1] = u[2 * n + 2] = 0.5 * (u[2 * n + 1] + u[2 * n + 2])
     return [
-        PartialMatch(one, (first, last), one.curve_span) for one, (first, last) in zip(observed, spans, strict=True)
+        PartialMatch(one, span, one.curve_span)
+        for one, span in zip(observed, zip(u[:-1:2], u[1::2], strict=True), strict=True)
     ]
 
 
-def _hidden_at_ends(
-    graph: SampleGraph,
-    intervals: Sequence[Interval],
-    observed: Sequence[Observation],
-    model: TrackModel,
-    view: View,
-) -> tuple[float, float]:
-    """Return the lengths before and after several intervals, px: by where the outer ones lie, 0 for an end in sight.
+def _match_detection(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> PartialMatch | None:
+    """Return the match with a detection that all intervals follow, if it is as long as the track and no other's."""
+    part = graph.parts[intervals[0].part]
+    whole = (part if intervals[0].direction > 0 else part.reversed()).between(*WHOLE)
+    own = [p for p, one in enumerate(graph.parts) if one.detection_index == part.detection_index]
+    samples = slice(graph.bounds[own[0]][0], graph.bounds[own[-1]][1] + 1)
+    gaps = whole.length - sum(graph.parts[p].length for p in own)
+    tolerance = model.length_tolerance_px + _HIDDEN_UNCERTAINTY * gaps
+    as_long = abs(whole.length - model.length) <= tolerance
+    as_long = as_long or model.lengths.is_usual(whole.length, model.length_tolerance_px)
+    shared = np.count_nonzero(graph.claimed[samples]) > sum(abs(one.end - one.start) + 1 for one in intervals)
+    if not as_long or shared or not all(graph.are_consecutive(*pair) for pair in pairwise(intervals)):
+        return None
+    graph.claimed[samples] = True
+    return PartialMatch(whole, WHOLE, WHOLE)
 
-    What their lengths leave over is none of them: it may as well be between, where a bend is seen to span little.
+
+def _extend_to_ends(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[Interval]:
+    """Return intervals extended to the ends of their parts: by a little, and outwards by what is hidden of the track.
+
+    Where the track ends, so does its part. Samples of other tracks end an extension, and so do neighbours of
+    consecutive nodes.
     """
-    least = model.position_tolerance_px
-    margins = _own_margins(graph, intervals[0], intervals[-1], model)
-    ends = view.ends(observed[0], model)[0], view.ends(observed[-1], model)[1]
-    before, after = (px if px > least and not end.in_sight else 0.0 for px, end in zip(margins, ends, strict=True))
-    return before, after
+    outer = intervals[0].first, graph.last_node(model) - intervals[-1].last
+    limits = [_SHORT_EXTENSION if other.first > one.last + 1 else 0 for one, other in pairwise(intervals)]
+    before, after = (_SHORT_EXTENSION + SAMPLES_PER_NODE * n if n else len(graph.points) for n in outer)
+    result = []
+    for one, back, onward in zip(intervals, [before, *limits], [*limits, after], strict=True):
+        first, last = graph.bounds[one.part][:: one.direction]
+        start = first if graph.is_free(one.start, first, back) else one.start
+        end = last if graph.is_free(one.end, last, onward) else one.end
+        result.append(one._replace(start=start, end=end))
+        graph.claimed[result[-1].samples] = True
+    return result
 
 
-def _own_margins(graph: SampleGraph, first: Interval, last: Interval, model: TrackModel) -> tuple[float, float]:
-    """Return the lengths of the predicted track before one interval and after another, px, by the median of nodes."""
-    step = model.length / (graph.last_node(model) * kernels.SAMPLES_PER_NODE)
-    before = (first.origin + first.direction * first.start) * step
-    return before, model.length - (last.origin + last.direction * last.end) * step
+def _fit_length(graph: SampleGraph, interval: Interval, model: TrackModel) -> Interval:
+    """Return an interval as long as its track where the detection goes on beyond: only the length tells its end.
+
+    It is extended no further than to the samples of other tracks.
+    """
+    first, last = graph.bounds[interval.part][:: interval.direction]
+    free = [
+        interval.first == 0 and interval.start != first,
+        interval.last == graph.last_node(model) and interval.end != last,
+    ]
+    if not any(free):
+        return interval
+    missing = round((model.length - graph.length(interval)) / graph.sample_spacing(interval.part) / sum(free))
+    start, end, direction = interval.start, interval.end, interval.direction
+    start = _shift_edge(graph, interval.part, start, -direction, missing) if free[0] else start
+    end = _shift_edge(graph, interval.part, end, direction, missing) if free[1] else end
+    if (end - start) * direction <= 0:
+        return interval
+    result = interval._replace(start=start, end=end)
+    graph.claimed[result.samples] = True
+    return result
+
+
+def _shift_edge(graph: SampleGraph, part: int, edge: int, direction: int, count: int) -> int:
+    """Return an edge moved outwards by some samples, up to the next claimed one; inwards if `count` is negative."""
+    if count <= 0:
+        return edge + direction * count
+    stop = graph.bounds[part][1 if direction > 0 else 0]
+    onward = np.arange(edge + direction, stop + direction, direction)[:count]
+    claimed = np.flatnonzero(graph.claimed[onward])
+    return edge + direction * int(claimed[0] if len(claimed) else len(onward))
 
 
 def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, model: TrackModel) -> float:
@@ -89,12 +149,12 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     if following.first == interval.last + 1:
         return chord
     if graph.are_consecutive(interval, following):
-        (_, low), (high, _) = graph.curve_span(interval), graph.curve_span(following)
-        return (high - low) * graph.parts[interval.part].object_length
+        return (graph.curve_span(following)[0] - graph.curve_span(interval)[1]) * graph.parts[
+            interval.part
+        ].object_length
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
-    low, high = (one.origin + one.direction * i for one, i in ((interval, interval.end), (following, following.start)))
-    u = np.linspace(low, high, _SPAN_SAMPLES) / (kernels.SAMPLES_PER_NODE * graph.last_node(model))
-    shape = interpolate(model.shape, u)
+    places = graph.place(interval, model)[1], graph.place(following, model)[0]
+    shape = interpolate(model.shape, np.linspace(*places, _SPAN_SAMPLES) / model.length)
     length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)

@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.observation import U
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.frame_view import View
@@ -30,24 +29,20 @@ Source: bounds time; an odd number, so that it is one of them.
 """
 
 
-def resolve(
-    models: Sequence[TrackModel], predicted: FloatArray, shown: Sequence[TrackObservation], view: View
-) -> list[TrackObservation]:
+def resolve(models: Sequence[TrackModel], shown: Sequence[TrackObservation], view: View) -> list[TrackObservation]:
     """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object."""
-    claims = Counter(index for one in shown for index in one.detection_indices)
+    claims = Counter(index for one in shown if not one.is_unambiguous for index in one.detection_indices)
     return [
-        one if one.is_unambiguous or not one.matches else _resolve(model, points, one, claims, view)
-        for model, points, one in zip(models, predicted, shown, strict=True)
+        one if one.is_unambiguous or not one.matches else _resolve(model, one, claims, view)
+        for model, one in zip(models, shown, strict=True)
     ]
 
 
-def _resolve(
-    model: TrackModel, predicted: FloatArray, shown: TrackObservation, claims: Counter[int], view: View
-) -> TrackObservation:
+def _resolve(model: TrackModel, shown: TrackObservation, claims: Counter[int], view: View) -> TrackObservation:
     """Return the same of one track; `claims` are the numbers of tracks that each detection shows."""
     (index, *others), first = shown.detection_indices, shown.matches[0]
     if not others and claims[index] == 1:
-        whole = find_whole_view(model, predicted, first.observation, first.track_span[0], view)
+        whole = find_whole_view(model, first.observation, first.track_span[0], view)
         shown = shown if whole is None else shown._replace(matches=(whole,))
     return _drop_absent_spans(model, shown)
 

@@ -10,13 +10,11 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from dloftbs._arrays import FloatArray
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
-from dloftbs.tracking.extension import complete_detection, extend_to_ends
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.localization import localize
-from dloftbs.tracking.partial_match import PartialMatch
+from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel
 
@@ -40,48 +38,33 @@ Source: by hand; shorter parts fit many places.
 
 
 def route_tracks(
-    models: Sequence[TrackModel],
-    predicted: FloatArray,
-    rows: Sequence[int],
-    observations: Sequence[Observation],
-    view: View,
-) -> tuple[dict[int, list[PartialMatch]], list[Observation]]:
-    """Route tracks through a frame.
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View
+) -> tuple[dict[int, TrackObservation], list[Observation]]:
+    """Route tracks through observations.
 
-    Returns the matches, by the track's index, and the parts of observations that no track claims most of.
-
-    Parameters
-    ----------
-    models : sequence of TrackModel
-    predicted : numpy.ndarray, shape (t, SAMPLES, 2)
-        Predicted samples of all the models.
-    rows : sequence of int
-        Tracks to route.
-    observations : sequence of Observation
-        The observations to route them through.
-    view : View
+    Returns what these show of the tracks, by their ids, and the parts of them that no track claims most of.
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
-    graph = SampleGraph(parts, max(node_spacing(models[t]) for t in rows))
+    graph = SampleGraph(parts, max(node_spacing(model) for model in models))
     others = colours_differ(models, parts)
-    routes = {t: graph.find_route(models[t], predicted[t], others[t]) for t in rows}
+    routes = [graph.find_route(model, other) for model, other in zip(models, others, strict=True)]
     claimed: dict[int, list[Interval]] = {}
-    for t in sorted(routes, key=lambda t: (routes[t].cost, t)):
+    for t in sorted(range(len(models)), key=lambda t: (routes[t].cost, t)):
         if graph.overlap(routes[t].intervals) > _MAX_SHARED_NODES:
-            routes[t] = graph.find_route(models[t], predicted[t], others[t])
+            routes[t] = graph.find_route(models[t], others[t])
         if routes[t].seen_share >= _MIN_SEEN_SHARE:
             claimed[t] = _within_length(graph, routes[t].intervals, models[t])
             graph.claim(claimed[t])
-    matches = {}
-    for t, intervals in claimed.items():
-        complete = complete_detection(graph, intervals, models[t])
-        matches[t] = localize(graph, extend_to_ends(graph, complete, models[t]), models[t], view)
+    shown = {
+        models[t].id: TrackObservation(tuple(localize(graph, intervals, models[t], view)))
+        for t, intervals in claimed.items()
+    }
     unassigned = [
         part
         for part, (first, last) in zip(parts, graph.bounds, strict=True)
         if graph.claimed[first : last + 1].mean() < _MAX_CLAIMED_SHARE
     ]
-    return matches, unassigned
+    return shown, unassigned
 
 
 def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackModel) -> list[Interval]:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
 from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
 from dloftbs.tracking.kernels.interpolation import interpolate
@@ -106,8 +105,6 @@ class SampleGraph:
     bounds : list of [int, int]
         First and last sample of each part.
     claimed : numpy.ndarray, shape (n,), bool
-    parts_of : dict of int to list of int
-        The parts of each detection, by its index.
     """
 
     def __init__(self, parts: Sequence[Observation], spacing: float) -> None:
@@ -122,28 +119,22 @@ class SampleGraph:
         self.points = self._samples[:, :2]
         for part, first, end in zip(parts, last - counts, last, strict=True):
             self.points[first:end] = sample_curve(part.curve, *part.curve_span, end - first)[0]
-        self._extra_cost = np.zeros(len(self.points))
         self.claimed = np.zeros(len(self.points), np.bool_)
-        self.parts_of: dict[int, list[int]] = {}
-        for p, part in enumerate(parts):
-            self.parts_of.setdefault(part.detection_index, []).append(p)
-        self._boxes = np.empty((len(parts), 4))
-        self._longest_step = kernels.describe_curves(self._samples, self._bounds, self._boxes)
+        self._longest_step = kernels.describe_curves(self._samples, self._bounds)
 
-    def find_route(self, model: TrackModel, predicted: FloatArray, others: npt.NDArray[np.bool_]) -> Route:
+    def find_route(self, model: TrackModel, others: npt.NDArray[np.bool_]) -> Route:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
         widening = np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
         reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length) * widening
         hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
-        nodes = interpolate(np.column_stack((predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
+        nodes = interpolate(np.column_stack((model.predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
         assignment = np.empty(count, np.int64)
-        self._samples[:, 4] = self._extra_cost + _CLAIMED_COST * others[self._part_of]
+        self._samples[:, 4] = _CLAIMED_COST * (self.claimed.astype(np.float64) + others[self._part_of])
         cost = kernels.find_route(
             nodes,
             self._samples,
             self._bounds,
-            self._boxes,
             self._longest_step,
             model.length / (count - 1),
             model.position_tolerance_px + self._spacing,
@@ -169,12 +160,6 @@ class SampleGraph:
         """Claim the samples of a track's intervals."""
         for one in intervals:
             self.claimed[one.samples] = True
-            self._extra_cost[one.samples] = _CLAIMED_COST
-
-    def claimed_count(self, part: int) -> int:
-        """Return the number of samples of a part that are claimed."""
-        first, last = self.bounds[part]
-        return int(np.count_nonzero(self.claimed[first : last + 1]))
 
     def last_node(self, model: TrackModel) -> int:
         """Return the index of a track's last node."""
@@ -188,6 +173,17 @@ class SampleGraph:
     def length(self, interval: Interval) -> float:
         """Return the length of an interval, px."""
         return abs(interval.end - interval.start) * self.sample_spacing(interval.part)
+
+    def place(self, interval: Interval, model: TrackModel) -> tuple[float, float]:
+        """Return where an interval begins and ends along a track as predicted, px, by the median of its nodes."""
+        step = model.length / (self.last_node(model) * kernels.SAMPLES_PER_NODE)
+        start, end = (step * (interval.origin + interval.direction * i) for i in (interval.start, interval.end))
+        return start, end
+
+    def is_free(self, edge: int, end: int, limit: int) -> bool:
+        """Return True if an interval's edge is near the end of its part, and no sample beyond it is claimed."""
+        low, high = sorted((edge, end))
+        return high - low <= limit and np.count_nonzero(self.claimed[low : high + 1]) == 1
 
     def curve_span(self, interval: Interval) -> tuple[float, float]:
         """Return the span of an interval, in ``u`` of the detection in the track's direction."""

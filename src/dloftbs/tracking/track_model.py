@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
-from dloftbs.observation import SAMPLES, Appearance, Observation, U
+from dloftbs.observation import Appearance, Observation, U
 from dloftbs.tracking.conflict import Conflict
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
@@ -50,6 +50,8 @@ class TrackModel:
         Samples of the curve, px.
     shape : numpy.ndarray, shape (SAMPLES, 2)
         The samples when the whole object was last seen.
+    predicted : numpy.ndarray, shape (SAMPLES, 2)
+        The samples where this frame is expected to show them.
     width : float
         px; NaN while it is unknown.
     lengths : LengthRecord
@@ -79,6 +81,7 @@ class TrackModel:
     curve_3d: BSplineCurve | None
     points: FloatArray
     shape: FloatArray
+    predicted: FloatArray
     width: float
     lengths: LengthRecord
     sight: Sight
@@ -104,6 +107,7 @@ class TrackModel:
             observation.curve_3d,
             observation.points,
             observation.points,
+            observation.points,
             observation.width,
             LengthRecord(observation.length, px_per_m=observation.px_per_m),
             Sight.of_whole(observation.gaps),
@@ -115,11 +119,6 @@ class TrackModel:
     def length(self) -> float:
         """Filtered length, px."""
         return self.lengths.px
-
-    @property
-    def ends(self) -> FloatArray:
-        """Ends, shape (2, 2), px."""
-        return self.points[:: SAMPLES - 1]
 
     @property
     def width_or_0(self) -> float:
@@ -141,9 +140,9 @@ class TrackModel:
         """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self.width_or_0
 
-    def predict_points(self, duration_s: float) -> FloatArray:
-        """Return the samples after some seconds of their motion."""
-        return self.points + duration_s * self.motion.velocity
+    def predict(self, duration_s: float) -> None:
+        """Predict the samples after some seconds of their motion."""
+        self.predicted = self.points + duration_s * self.motion.velocity
 
     def length_in_view(self, observation: Observation) -> float:
         """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""
@@ -239,19 +238,12 @@ class TrackModel:
 
     def split_off(self, track_id: int) -> TrackModel:
         """Return the same track with another id, from now on another object."""
-        before, self.apart = self.apart, self.apart | {track_id}
         self.separation.forget()
         self.lengths.forget_full()
-        return replace(
-            self,
-            id=track_id,
-            apart=before | {self.id},
-            lengths=deepcopy(self.lengths),
-            sight=deepcopy(self.sight),
-            motion=deepcopy(self.motion),
-            conflict=Conflict(),
-            separation=Separation(),
-        )
+        other = deepcopy(self)
+        other.id, other.conflict = track_id, Conflict()
+        self.apart, other.apart = self.apart | {track_id}, self.apart | {self.id}
+        return other
 
     def cut_to(self, scope: tuple[float, float]) -> None:
         """Give up what lies beyond a span of ``u``."""

@@ -23,21 +23,8 @@ from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE
 
 
-def update_seen(
-    models: Sequence[TrackModel], shown: Sequence[TrackObservation], view: View, config: TrackingConfig, dt: float
-) -> None:
-    """Update tracks that a frame shows, wholly or in part."""
-    for model, one in zip(models, shown, strict=True):
-        if one.is_unambiguous:
-            observation = one.matches[0].observation
-            model.update_whole(observation, model.motion.after(observation.points - model.points, dt))
-            model.conflict.clear()
-        else:
-            _update_ambiguous(model, one, view, dt)
-        model.count_hit(config.min_hits)
-
-
-def _update_ambiguous(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> None:
+def update_seen(model: TrackModel, shown: TrackObservation, view: View, config: TrackingConfig, dt: float) -> None:
+    """Update a track that a frame shows, wholly or in part."""
     model.cut_to(shown.scope)
     if len(shown.matches) == 1 and shown.matches[0].is_complete:
         _update_whole(model, shown.matches[0], dt)
@@ -46,6 +33,7 @@ def _update_ambiguous(model: TrackModel, shown: TrackObservation, view: View, dt
         model.visible = make_visible_curve(model, matches, view)
     model.conflict.count_merged(merged=shown.merged)
     model.apart |= shown.apart_from
+    model.count_hit(config.min_hits)
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
@@ -81,10 +69,10 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
         _follow_view(model, matches)
         curve = reconstruct(model.curve, shown.scope, visible_parts(matches), model.length)
     else:
-        matches, width = placed.matches, max(match.observation.width for match in placed.matches)
-        model.lengths.rescale(placed.px_per_m, width)
-        model.lengths.px = placed.px_per_m * metres
-        curve = reconstruct(placed.curve, WHOLE, visible_parts(matches), model.length)
+        matches, before, px_per_m = placed
+        model.lengths.rescale(px_per_m, max(match.observation.width for match in matches))
+        model.lengths.px = px_per_m * metres
+        curve = reconstruct(before, WHOLE, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
     points, _ = sample_curve(curve)

@@ -7,8 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from dloftbs._arrays import LARGEST
 from dloftbs._values import check_number, check_size, check_stamp, check_type, count_of
 from dloftbs.config import TrackingConfig
@@ -230,9 +228,9 @@ class Tracker:
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
         """Update the tracks by a frame's observations, and start tracks of new objects."""
         models, view, config = self._models, self._view, self._config
-        predicted = np.array([model.predict_points(extrapolated_time(dt)) for model in models])
-        shown = associate(models, predicted, observations, view, config)
-        resolved = resolve(models, predicted, shown, view)
+        for model in models:
+            model.predict(extrapolated_time(dt))
+        resolved = resolve(models, associate(models, observations, view, config), view)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)
             if sides is not None:
@@ -240,8 +238,9 @@ class Tracker:
                 resolved.append(other)
                 models.append(model.split_off(self._next_id))
                 self._next_id += 1
-        seen = [(model, one) for model, one in zip(models, resolved, strict=True) if one.matches]
-        update_seen([model for model, _ in seen], [one for _, one in seen], view, config, dt)
+        for model, one in zip(models, resolved, strict=True):
+            if one.matches:
+                update_seen(model, one, view, config, dt)
         self._models = [
             model
             for model, one in zip(models, resolved, strict=True)

@@ -59,10 +59,10 @@ class Problem(NamedTuple):
     def route(self) -> tuple[list[int], float]:
         at = np.zeros(len(self.nodes), np.int64)
         nodes = np.column_stack((self.nodes, self.reach, self.unseen))
-        samples, boxes = described(self.samples), np.empty((len(self.bounds), 4))
+        samples = described(self.samples)
         samples[:, 4] = self.extra
-        longest = kernels.describe_curves(samples, self.bounds, boxes)
-        price = kernels.find_route(nodes, samples, self.bounds, boxes, longest, self.spacing, self.slack, at)
+        longest = kernels.describe_curves(samples, self.bounds)
+        price = kernels.find_route(nodes, samples, self.bounds, longest, self.spacing, self.slack, at)
         return at.tolist(), price
 
     def moved(self, matrix: np.ndarray) -> Problem:
@@ -95,7 +95,6 @@ class Twin:
         self.own = [self._near(k) for k in range(len(problem.nodes))]
         self.seen = functools.cache(self._seen)
         self.hidden_cost = functools.cache(self._hidden_cost)
-        self.least = functools.cache(self._least)
 
     def cheapest(self) -> float:
         last = len(self.problem.nodes) - 1
@@ -183,20 +182,13 @@ class Twin:
             and not (same and signed <= before)
         )
 
-    def _least(self, k: int) -> float:
-        """Return what the cheapest state of a node costs."""
-        return min([self.hidden_cost(k)[0], *(self.seen(k, s) for s in self.own[k])])
-
     def _seen(self, k: int, signed: int) -> float:
         """Return what it costs at least to come to a sample."""
         if k == 0:
             return self.own[0][signed] + self._edge(signed, after=False)
         cost, last = self.hidden_cost(k - 1)
         ways = [cost + self._edge(signed, after=False)] if self._fits(last, k, signed) else []
-        limit = self.least(k - 1) + kernels._PRUNE_COST
-        for before in self.own[k - 1]:
-            if self.seen(k - 1, before) <= limit:
-                ways.append(self.seen(k - 1, before) + self._onward(k, before, signed))
+        ways += [self.seen(k - 1, before) + self._onward(k, before, signed) for before in self.own[k - 1]]
         return min(ways, default=math.inf) + self.own[k][signed]
 
     def _hidden_cost(self, k: int) -> tuple[float, tuple[int, int] | None]:
@@ -244,14 +236,12 @@ def problems(draw: st.DrawFn) -> Problem:
     return problem
 
 
-def test_curves_are_described_by_their_tangents_and_boxes():
+def test_curves_are_described_by_their_tangents():
     points = np.random.default_rng(3).normal(0.0, 50.0, (30, 2))
     bounds = np.array([(0, 9), (10, 10), (11, 29)])
-    samples, boxes = described(points), np.empty((3, 4))
-    longest = kernels.describe_curves(samples, bounds, boxes)
+    samples = described(points)
+    longest = kernels.describe_curves(samples, bounds)
     runs = [points[first : last + 1] for first, last in bounds]
-    expected = [(run[:, d].min(), run[:, d].max()) for run in runs for d in (0, 1)]
-    assert boxes.reshape(6, 2).tolist() == [list(pair) for pair in expected]
     assert longest == pytest.approx(max(np.hypot(*np.diff(run, axis=0).T).max(initial=0.0) for run in runs))
     part = np.repeat(np.arange(3), [len(run) for run in runs])
     np.testing.assert_allclose(samples[:, 2:4], Twin._directions(points, part))

@@ -78,16 +78,6 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
     return False
 
 
-@helper
-def _length(points: _Floats, first: int, last: int) -> float:
-    """Return the length of the polygon from one index to another."""
-    total = 0.0
-    for k in range(first, last):
-        step = points[k + 1] - points[k]
-        total += math.sqrt((step * step).sum())
-    return total
-
-
 @kernel(read(float64, 2), write(float64, 2), read(int64, 2), int64, float64)
 def fill_hidden(old: _Floats, new: _Floats, visible: _Ints, window: int, length: float) -> None:
     """Move the hidden spans of a curve along with its visible parts: bent in between, rigidly where that fails.
@@ -112,7 +102,8 @@ def fill_hidden(old: _Floats, new: _Floats, visible: _Ints, window: int, length:
         if right - left < 2:
             continue
         first, last = max(left, 0), min(right, len(old) - 1)
-        before = _length(old, first, last)
+        former = old[first + 1 : last + 1] - old[first:last]
+        before = np.sqrt((former * former).sum(axis=1)).sum()
         scale = (last - first) * step / before if before > 0.0 else 1.0
         steps = max(right - left, window)
         by_left, by_right = np.eye(old.shape[1]), np.eye(old.shape[1])

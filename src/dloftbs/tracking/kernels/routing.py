@@ -78,7 +78,7 @@ Source: by hand; a curve that is seen to go on is hardly hidden.
 MAX_BRIDGE = 1.15
 """Ratio of the chord between the ends of a hidden span to its length up to which it may be hidden.
 
-Source: by hand; with `HIDDEN_UNCERTAINTY` of the length.
+Source: by hand; a hidden length is known to 15 %.
 """
 
 MAX_BRIDGE_CHANGE = 0.5
@@ -103,12 +103,6 @@ _MIN_SWITCH_ADVANCE = 0.2
 """Advance along the track with such a change, multiples of the node spacing.
 
 Source: by hand; above 0, so that no track turns back.
-"""
-
-_PRUNE_COST = 8.0
-"""Cost above that of a node's cheapest state beyond which a state is not continued.
-
-Source: bounds time; more than two hidden spans inside of curves.
 """
 
 
@@ -142,13 +136,13 @@ def _tangent(points: _Floats, first: int, last: int, i: int) -> tuple[float, flo
 
 
 @helper
-def _find_candidates(k: int, problem: _Problem, step: float, nearby: _Ints, candidates: _Candidates) -> None:
-    """Find the samples, a step apart at most, that a node may be seen at, on the nearby curves."""
+def _find_candidates(k: int, problem: _Problem, step: float, candidates: _Candidates) -> None:
+    """Find the samples, a step apart at most, that a node may be seen at."""
     found, costs, count = candidates.found[k], candidates.costs[k], 0
     samples, bounds = problem.samples, problem.bounds
     x, y, reach = problem.nodes[k, 0], problem.nodes[k, 1], problem.nodes[k, 2]
     towards_x, towards_y = problem.headings[k, 0], problem.headings[k, 1]
-    for p in nearby:
+    for p in range(len(bounds)):
         i, last = bounds[p, 0], bounds[p, 1]
         while i <= last:
             dx, dy = samples[i, 0] - x, samples[i, 1] - y
@@ -171,27 +165,9 @@ def _find_candidates(k: int, problem: _Problem, step: float, nearby: _Ints, cand
     candidates.sizes[k] = count
 
 
-@helper
-def _reachable_boxes(nodes: _Floats, boxes: _Floats) -> _Ints:
-    """Return the indices of the boxes that a node may reach."""
-    most, left, right, top, bottom = -math.inf, math.inf, -math.inf, math.inf, -math.inf
-    for k in range(len(nodes)):
-        left, right = min(left, nodes[k, 0]), max(right, nodes[k, 0])
-        top, bottom = min(top, nodes[k, 1]), max(bottom, nodes[k, 1])
-        most = max(most, nodes[k, 2])
-    left, right, top, bottom = left - most, right + most, top - most, bottom + most
-    result = np.empty(len(boxes), dtype=np.int64)
-    count = 0
-    for p in range(len(boxes)):
-        if boxes[p, 0] <= right and boxes[p, 1] >= left and boxes[p, 2] <= bottom and boxes[p, 3] >= top:
-            result[count] = p
-            count += 1
-    return result[:count]
-
-
-@kernel(write(float64, 2), read(int64, 2), write(float64, 2))
-def describe_curves(samples: _Floats, bounds: _Ints, boxes: _Floats) -> float:
-    """Find the tangents along curves, and the boxes around them.
+@kernel(write(float64, 2), read(int64, 2))
+def describe_curves(samples: _Floats, bounds: _Ints) -> float:
+    """Find the tangents along curves.
 
     Parameters
     ----------
@@ -199,8 +175,6 @@ def describe_curves(samples: _Floats, bounds: _Ints, boxes: _Floats) -> float:
         As for `find_route`, one curve after the other; the tangents are written.
     bounds : (p, 2) int64
         First and last sample of each curve.
-    boxes : (p, 4) float64
-        Written: least and greatest x, least and greatest y of each curve.
 
     Returns
     -------
@@ -209,39 +183,33 @@ def describe_curves(samples: _Floats, bounds: _Ints, boxes: _Floats) -> float:
     """
     longest = 0.0
     for p in range(len(bounds)):
-        boxes[p, 0] = boxes[p, 2] = math.inf
-        boxes[p, 1] = boxes[p, 3] = -math.inf
         for i in range(bounds[p, 0], bounds[p, 1] + 1):
-            x, y = samples[i, 0], samples[i, 1]
             samples[i, _TANGENT_X], samples[i, _TANGENT_Y] = _tangent(samples, bounds[p, 0], bounds[p, 1], i)
-            boxes[p, 0], boxes[p, 1] = min(boxes[p, 0], x), max(boxes[p, 1], x)
-            boxes[p, 2], boxes[p, 3] = min(boxes[p, 2], y), max(boxes[p, 3], y)
             if i > bounds[p, 0]:
-                longest = max(longest, math.hypot(x - samples[i - 1, 0], y - samples[i - 1, 1]))
+                step_x, step_y = samples[i, 0] - samples[i - 1, 0], samples[i, 1] - samples[i - 1, 1]
+                longest = max(longest, math.hypot(step_x, step_y))
     return longest
 
 
 @inlined
-def _hiding_cost(signed: int, after: bool, part: _Ints, bounds: _Ints, room: int) -> float:
+def _hiding_cost(signed: int, after: bool, problem: _Problem) -> float:
     """Return the cost of a hidden span that begins after a sample, or ends before it."""
-    i = abs(signed) - 1
-    first, last = bounds[part[i], 0], bounds[part[i], 1]
+    i, room = abs(signed) - 1, int(problem.slack / (problem.spacing / SAMPLES_PER_NODE))
+    first, last = problem.bounds[problem.part[i], 0], problem.bounds[problem.part[i], 1]
     beyond = last - i if (signed > 0) == after else i - first
     return _HIDE_AT_END_COST if beyond <= room else _HIDE_INSIDE_COST
 
 
 @inlined
-def _follow_curve(
-    signed: int, part: _Ints, bounds: _Ints, place: _Ints, former: _Ints, total: _Floats, limit: float
-) -> tuple[float, int]:
+def _follow_curve(signed: int, problem: _Problem, place: _Ints, former: _Ints, total: _Floats) -> tuple[float, int]:
     """Return the least cost of reaching a sample along its curve, and the former node's candidate that has it."""
     i, way = abs(signed) - 1, 1 if signed > 0 else -1
-    first, last = bounds[part[i], 0], bounds[part[i], 1]
+    first, last = problem.bounds[problem.part[i], 0], problem.bounds[problem.part[i], 1]
     before = i - first if way > 0 else last - i
     least, source = math.inf, -1
     for advance in range(2, min(before, _MAX_STEP) + 1):
         p = place[i - way * advance]
-        if p >= 0 and total[p] <= limit and way * former[p] > 0:
+        if p >= 0 and way * former[p] > 0:
             cost = total[p] + _SLIP_COST[advance - 2]
             if cost < least or (cost == least and p < source):
                 least, source = cost, p
@@ -249,23 +217,14 @@ def _follow_curve(
 
 
 @inlined
-def _may_reappear(
-    signed: int,
-    node: int,
-    last_signed: int,
-    last_node: int,
-    nodes: _Floats,
-    samples: _Floats,
-    part: _Ints,
-    spacing: float,
-    slack: float,
-) -> bool:
+def _may_reappear(signed: int, node: int, last_signed: int, last_node: int, problem: _Problem) -> bool:
     """Return True if a curve that was last seen at a node may be seen again at a sample, by the hidden length."""
     if last_node < 0:
         return True
     i, j, way = abs(signed) - 1, abs(last_signed) - 1, 1 if signed > 0 else -1
+    nodes, samples, part, slack = problem.nodes, problem.samples, problem.part, problem.slack
     dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
-    hidden = (node - last_node) * spacing
+    hidden = (node - last_node) * problem.spacing
     if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE * hidden + slack:
         return False
     dx -= nodes[node, 0] - nodes[last_node, 0]
@@ -277,16 +236,16 @@ def _may_reappear(
 
 
 @inlined
-def _may_switch(
-    signed: int, other: int, ahead_x: float, ahead_y: float, samples: _Floats, part: _Ints, spacing: float
-) -> bool:
-    """Return True if a track may change from one sample to another one, that is not the next along its curve."""
+def _may_switch(signed: int, other: int, node: int, problem: _Problem) -> bool:
+    """Return True if a track may change to a sample at a node from another one, that is not the last on its curve."""
     i, j, way = abs(signed) - 1, abs(other) - 1, 1 if signed > 0 else -1
+    samples, part, spacing = problem.samples, problem.part, problem.spacing
     if part[i] == part[j] and way * other > 0 and 2 <= way * (i - j) <= _MAX_STEP:
         return False
     dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
     near = dx * dx + dy * dy <= (_MAX_SWITCH_STEP * spacing) ** 2
-    return near and dx * ahead_x + dy * ahead_y >= _MIN_SWITCH_ADVANCE * spacing
+    ahead = dx * problem.headings[node, 0] + dy * problem.headings[node, 1]
+    return near and ahead >= _MIN_SWITCH_ADVANCE * spacing
 
 
 @helper
@@ -312,57 +271,52 @@ def _accumulate_costs(problem: _Problem, candidates: _Candidates, back: _Ints, h
     A state is a candidate of a node, or -1 for being hidden.
     """
     found, costs, sizes = candidates.found, candidates.costs, candidates.sizes
-    nodes, headings, samples, part, bounds, spacing, slack = problem
-    count, hidden_cost, room = len(nodes), nodes[:, 3], int(slack / (spacing / SAMPLES_PER_NODE))
+    count, hidden_cost = len(problem.nodes), problem.nodes[:, 3]
     total = np.empty((count, _MAX_CANDIDATES))
-    place = np.full(len(samples), -1, dtype=np.int64)  # of each sample among the former node's candidates
+    place = np.full(len(problem.samples), -1, dtype=np.int64)  # of each sample among the former node's candidates
     hidden_total, last_node, last_signed = hidden_cost[0], -1, 0  # cheapest hidden state, and where it was last seen
     for c in range(sizes[0]):
-        total[0, c] = costs[0, c] + _hiding_cost(found[0, c], False, part, bounds, room)
+        total[0, c] = costs[0, c] + _hiding_cost(found[0, c], False, problem)
     for k in range(1, count):
         former, former_total, former_size = found[k - 1], total[k - 1], sizes[k - 1]
         cheapest = math.inf
         for p in range(former_size):
             cheapest = min(cheapest, former_total[p])
             place[abs(former[p]) - 1] = p
-        limit = min(hidden_total, cheapest) + _PRUNE_COST
         for c in range(sizes[k]):
-            signed, ahead_x, ahead_y = found[k, c], headings[k, 0], headings[k, 1]
-            least, source = _follow_curve(signed, part, bounds, place, former, former_total, limit)
-            cost = hidden_total + _hiding_cost(signed, False, part, bounds, room)
-            if cost < least and _may_reappear(signed, k, last_signed, last_node, nodes, samples, part, spacing, slack):
+            signed = found[k, c]
+            least, source = _follow_curve(signed, problem, place, former, former_total)
+            cost = hidden_total + _hiding_cost(signed, False, problem)
+            if cost < least and _may_reappear(signed, k, last_signed, last_node, problem):
                 least, source = cost, -1
             if cheapest + _SWITCH_COST <= least:
                 for p in range(former_size):
                     cost = former_total[p] + _SWITCH_COST
-                    if cost > least or former_total[p] > limit or (cost == least and 0 <= source <= p):
+                    if cost > least or (cost == least and 0 <= source <= p):
                         continue
-                    if _may_switch(signed, former[p], ahead_x, ahead_y, samples, part, spacing):
+                    if _may_switch(signed, former[p], k, problem):
                         least, source = cost, p
             total[k, c], back[k, c] = least + costs[k, c], source
         for p in range(former_size):
             place[abs(former[p]) - 1] = -1
         hidden_total += hidden_cost[k]
         for p in range(former_size):
-            cost = former_total[p] + _hiding_cost(former[p], True, part, bounds, room) + hidden_cost[k]
+            cost = former_total[p] + _hiding_cost(former[p], True, problem) + hidden_cost[k]
             if cost < hidden_total:
                 hidden_total, hidden_back[k], last_node, last_signed = cost, p, k - 1, former[p]
     state, least = -1, hidden_total
     for c in range(sizes[count - 1]):
-        cost = total[count - 1, c] + _hiding_cost(found[count - 1, c], True, part, bounds, room)
+        cost = total[count - 1, c] + _hiding_cost(found[count - 1, c], True, problem)
         if cost < least:
             state, least = c, cost
     return state
 
 
-@kernel(
-    read(float64, 2), read(float64, 2), read(int64, 2), read(float64, 2), float64, float64, float64, write(int64, 1)
-)
+@kernel(read(float64, 2), read(float64, 2), read(int64, 2), float64, float64, float64, write(int64, 1))
 def find_route(
     nodes: _Floats,
     samples: _Floats,
     bounds: _Ints,
-    boxes: _Floats,
     longest_step: float,
     spacing: float,
     slack: float,
@@ -383,8 +337,8 @@ def find_route(
         unit tangent, and what is added to the cost.
     bounds : (p, 2) int64
         First and last sample of each curve.
-    boxes, longest_step
-        As `describe_curves` makes them.
+    longest_step : float
+        From sample to sample, as `describe_curves` finds it.
     spacing : float
         From node to node.
     slack : float
@@ -408,9 +362,9 @@ def find_route(
     candidates = _Candidates(
         np.empty((count, _MAX_CANDIDATES), np.int64), np.empty((count, _MAX_CANDIDATES)), np.empty(count, np.int64)
     )
-    nearby, step = _reachable_boxes(nodes, boxes), max(longest_step, spacing / SAMPLES_PER_NODE)
+    step = max(longest_step, spacing / SAMPLES_PER_NODE)
     for k in range(count):
-        _find_candidates(k, problem, step, nearby, candidates)
+        _find_candidates(k, problem, step, candidates)
     back = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)  # state of the former node; -1: hidden
     hidden_back = np.full(count, -1, dtype=np.int64)
     state = _accumulate_costs(problem, candidates, back, hidden_back)
