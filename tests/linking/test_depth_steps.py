@@ -10,6 +10,9 @@ from linking_examples import graph_of
 import dloftbs
 from dloftbs import PinholeCamera
 from dloftbs.evidence import EvidenceMap
+from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
+from dloftbs.linking.end_matching import match_ends
+from dloftbs.linking.kernels.joint_features import turn_costs
 from dloftbs.synthetic import DepthNoise
 
 SIZE = (300, 420)
@@ -60,6 +63,42 @@ APART = {frozenset({(False, False), (True, False)}), frozenset({(False, True), (
 def test_depth_tells_what_the_mask_cannot(heights, expected, over, seed):
     mask, depth = scene(heights, seed, over=over)
     assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == expected
+
+
+def crowded(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return mask and depth of arms that touch between two more cables; depth is known beyond these alone."""
+    across = [np.array([(x, 20.0), (x + 2.0, 150.0), (x - 5.0, 280.0)]) for x in (170.0, 250.0)]
+    mask, depth = np.zeros(SIZE, bool), np.full(SIZE, TABLE_M, np.float32)
+    for line, height in zip([*ARMS, *across], (0.1, 0.3, 0.3, 0.1, 0.4, 0.5), strict=True):
+        drawn = draw_cable(line, WIDTH, SIZE) > 0
+        mask |= drawn
+        depth[drawn] = TABLE_M - height
+    depth = NOISE.apply(depth, mask, np.random.default_rng(seed)).astype(np.float32)
+    depth[:, 176:244] = 0.0
+    return mask, depth
+
+
+@seeds
+def test_branches_without_depth_take_it_from_the_next_ones(seed):
+    mask, depth = crowded(seed)
+    assert sides_of(dloftbs.detect(mask)) == CROSSED
+    assert sides_of(dloftbs.detect(mask, depth=depth, camera=CAMERA)) == APART
+
+
+@seeds
+def test_exchanged_joints_have_the_cost_of_their_own_bending(seed):
+    mask, depth = crowded(seed)
+    crop, graph = graph_of(mask)
+    evidence = EvidenceMap(crop, depth=depth, camera=CAMERA).at(graph)
+    matching = match_ends(crop, graph, 20.0, evidence=evidence)
+    before = list(matching.partner)
+    exchange_by_depth(graph, matching, DepthSteps(graph, matching, evidence))
+    changed = [end for end, partner in enumerate(matching.partner) if partner != before[end]]
+    assert len(changed) == 4
+    for end in changed:
+        pair = np.array([[end, matching.partner[end]]])
+        through = turn_costs(matching.branches.end_states, pair, np.zeros(1, np.bool_), graph.width)
+        assert matching.cost[end] == pytest.approx(float(through[0]))
 
 
 @pytest.mark.parametrize("over", [False, True])

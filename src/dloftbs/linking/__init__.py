@@ -9,7 +9,7 @@ from dloftbs.config import LinkingConfig
 from dloftbs.evidence import EvidenceMap
 from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking.centerlines import assemble
-from dloftbs.linking.depth_steps import DepthSteps
+from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
 from dloftbs.linking.known_count import merge_to_count
@@ -66,6 +66,7 @@ def link(
     steps = None
     if at_ends is not None and at_ends.tells_swerves and bool((graph.nodes >= 0).any()):
         steps = DepthSteps(graph, matching, at_ends)
+        exchange_by_depth(graph, matching, steps)
     separate_parallel_runs(graph, matching, prior, steps)
     open_loops(graph, matching)
     link_hidden_ends(graph, matching, config.max_gap_widths)
