@@ -173,6 +173,63 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
     return total / count, count
 
 
+@helper
+def _judge(
+    points: _Floats,
+    tangents: _Floats,
+    radius: _Floats,
+    rows: _Pixels,
+    columns: _Pixels,
+    inside: npt.NDArray[np.bool_],
+    on_mask: _Floats,
+    values: _Floats,
+    unit_m: float,
+    low_m: float,
+    high_m: float,
+    focal_px: float,
+    dx: float,
+    dy: float,
+    fattened: float,
+    ground: _Floats,
+    noise: float,
+) -> tuple[_Floats, _Floats, float]:
+    """Return what `find_surface` does, given what its arrays hold (`_ENOUGH`, n) at the pixels of each section."""
+    n = len(points)
+    surface, counts = np.full(n, np.nan), np.zeros(n)
+    # Of each section: how many of its pixels are the object's, how many of these have depth, how far they were moved.
+    asked, known, moved = np.zeros(n), np.zeros(n), np.zeros(n)
+    middle_x, middle_y, way_x, way_y = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    per_px, slenderness = np.empty(n), np.empty(n)
+    for i in range(n):
+        middle_x[i], middle_y[i], way_x[i], way_y[i] = (
+            points[i, 0] + dx,
+            points[i, 1] + dy,
+            tangents[i, 0],
+            tangents[i, 1],
+        )
+        per_px[i], slenderness[i] = 1.0 / radius[i], radius[i] / focal_px
+    for j in range(_ENOUGH):
+        for i in range(n):
+            own, z = inside[j, i] & (on_mask[j, i] != 0.0), values[j, i] * unit_m
+            offset = abs((rows[j, i] - middle_y[i]) * way_x[i] - (columns[j, i] - middle_x[i]) * way_y[i]) - fattened
+            beside = offset * per_px[i] if offset > 0.0 else 0.0
+            beside = beside if beside < _WIDEST else _WIDEST
+            back = 1.0 - np.sqrt(1.0 - beside * beside)
+            # At a slenderness of 1 the object would reach behind the camera.
+            has_depth = own & (z > 0.0) & (z >= low_m) & (z <= high_m) & (z < np.inf) & (slenderness[i] * back < 1.0)
+            values[j, i] = z - z * slenderness[i] * back if has_depth else np.inf
+            moved[i] += back if has_depth else 0.0
+            known[i] += 1.0 if has_depth else 0.0
+            asked[i] += 1.0 if own else 0.0
+    sort_columns(values)
+    few = np.empty(_ENOUGH)
+    for i in range(n):
+        if known[i] > 0.0 and known[i] >= _LEAST_SHARE * asked[i]:
+            copy_to(few, values[:, i])
+            surface[i], counts[i] = _level(few, int(known[i]), slenderness[i], ground[i], noise)
+    return surface, counts, moved.sum() / max(known.sum(), 1.0)
+
+
 @kernel(
     read(float64, 2),
     read(float64, 2),
@@ -266,8 +323,6 @@ def find_surface(
         Mean distance that pixels were moved to the middle line, as a share of the radius. That is as seen at a right
         angle; where the object is seen obliquely, the surface falls back by more.
     """
-    n = len(points)
-    surface, counts = np.full(n, np.nan), np.zeros(n)
     x, y = _lay_places(points, tangents, radius, used, share, border, least)
     inside = np.ones(x.shape, dtype=np.bool_)
     on_mask, values = np.empty(x.shape), np.empty(x.shape)
@@ -275,29 +330,22 @@ def find_surface(
     _read(mask, rows, columns, on_mask)
     rows, columns = _pixels_of(y, dy, 0, depth.shape[0], inside), _pixels_of(x, dx, 0, depth.shape[1], inside)
     _read(depth, rows, columns, values)
-    # Of each section: how many of its pixels are the object's, how many of these have depth, how far they were moved.
-    own, known, moved = np.zeros(n), np.zeros(n), np.zeros(n)
-    middle_x, middle_y = points[:, 0] + dx, points[:, 1] + dy
-    way_x, way_y = tangents[:, 0].copy(), tangents[:, 1].copy()
-    per_px, slenderness = 1.0 / radius, radius / focal_px
-    for j in range(_ENOUGH):
-        for i in range(n):
-            is_own = inside[j, i] & (on_mask[j, i] != 0.0)
-            z = values[j, i] * unit_m
-            offset = abs((rows[j, i] - middle_y[i]) * way_x[i] - (columns[j, i] - middle_x[i]) * way_y[i]) - fattened
-            beside = offset * per_px[i] if offset > 0.0 else 0.0
-            beside = beside if beside < _WIDEST else _WIDEST
-            back = 1.0 - np.sqrt(1.0 - beside * beside)
-            # At a slenderness of 1 the object would reach behind the camera.
-            has_depth = is_own & (z > 0.0) & (z >= low_m) & (z <= high_m) & (z < np.inf) & (slenderness[i] * back < 1.0)
-            values[j, i] = z - z * slenderness[i] * back if has_depth else np.inf
-            moved[i] += back if has_depth else 0.0
-            known[i] += 1.0 if has_depth else 0.0
-            own[i] += 1.0 if is_own else 0.0
-    sort_columns(values)
-    few = np.empty(_ENOUGH)
-    for i in range(n):
-        if known[i] > 0.0 and known[i] >= _LEAST_SHARE * own[i]:
-            copy_to(few, values[:, i])
-            surface[i], counts[i] = _level(few, int(known[i]), slenderness[i], ground[i], noise)
-    return surface, counts, moved.sum() / max(known.sum(), 1.0)
+    return _judge(
+        points,
+        tangents,
+        radius,
+        rows,
+        columns,
+        inside,
+        on_mask,
+        values,
+        unit_m,
+        low_m,
+        high_m,
+        focal_px,
+        dx,
+        dy,
+        fattened,
+        ground,
+        noise,
+    )
