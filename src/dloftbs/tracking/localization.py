@@ -22,7 +22,6 @@ _HIDDEN_UNCERTAINTY = 0.15
 Source: by hand.
 """
 
-
 _SHORT_EXTENSION = 2 * SAMPLES_PER_NODE
 """Number of samples of a short extension: two nodes, at an edge that is no end of the track.
 

@@ -73,7 +73,6 @@ _LEAST_SHARE = 0.25
 Source: by hand.
 """
 
-
 _NOWHERE = -1e6
 """Coordinate of no pixel of any image, px.
 
