@@ -9,7 +9,8 @@ from dloftbs.kernels import tracing
 from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.skeleton.kernels import branch_ends
 from dloftbs.skeleton.kernels import junctions as kernels
-from dloftbs.skeleton.kernels.kinks import find_corners, find_kinks, split_branches
+from dloftbs.skeleton.kernels.corners import find_corners
+from dloftbs.skeleton.kernels.kinks import find_kinks, split_branches
 from dloftbs.skeleton.kernels.recentring import recentre
 
 _SPUR_WIDTHS = 0.6
