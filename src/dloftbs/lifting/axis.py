@@ -202,9 +202,9 @@ def lift(
     beside = look_beside([(s.points, s.tangents, s.radius) for s in sections], crop, depth)
     edges = DepthEdges() if depth_edges is None else depth_edges
     edges.add(beside)
-    shown = *edges.displacement_px, edges.fattening_px
+    edges_px = *edges.displacement_px, edges.fattening_px
     return [
-        _lift_one(detection, own, one, shown, crop, depth, camera)
+        _lift_one(detection, own, one, edges_px, crop, depth, camera)
         for detection, own, one in zip(detections, sections, beside, strict=True)
     ]
 
@@ -228,15 +228,15 @@ def _lift_one(
     detection: Detection,
     sections: _Sections,
     beside: Beside,
-    edges: tuple[float, float, float],
+    edges_px: tuple[float, float, float],
     crop: MaskCrop,
     depth: ReadableDepth,
     camera: PinholeCamera,
 ) -> Lifted | str:
-    """Lift one object; `edges` is the displacement ``(x, y)`` and the fattening of the depth image, px."""
+    """Lift one object; `edges_px` has the displacement ``(x, y)`` and the fattening of the depth image."""
     closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
-    surface, counts, shift = _surface(sections, beside, edges, focal_px, crop, depth)
+    surface, counts, shift = _surface(sections, beside, edges_px, focal_px, crop, depth)
     slenderness, spacing = sections.radius / focal_px, sections.spacing_px / focal_px
     strike_ground(surface, beside.ground_m, slenderness, beside.noise_per_m, spacing)
     most = max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2)
@@ -270,7 +270,7 @@ def _lift_one(
 def _surface(
     sections: _Sections,
     beside: Beside,
-    edges: tuple[float, float, float],
+    edges_px: tuple[float, float, float],
     focal_px: float,
     crop: MaskCrop,
     depth: ReadableDepth,
@@ -291,7 +291,7 @@ def _surface(
         _SHARE,
         _BORDER_PX,
         _LEAST_SHARE,
-        *edges,
+        *edges_px,
         beside.ground_m,
         beside.noise_per_m,
     )

@@ -36,7 +36,7 @@ _Floats = npt.NDArray[np.float64]
 
 
 def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: EndEvidence | None = None) -> None:
-    """Join cables across gaps until no more than a known number is left, at the least total cost.
+    """Join cables across gaps until no more than a known number is left, at a low total cost.
 
     A piece may be left out instead, at a cost that grows with its length: no cable takes a detour to a speck, and what
     is too long to be dirt is joined. Gaps may be of any length.

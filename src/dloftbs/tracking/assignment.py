@@ -145,8 +145,9 @@ def assign(
     closed = np.array([one.curve.closed for one in observations])
     gate = _compute_gates(models, lengths, config.gate)
     cap = _MISFIT_CAP * gate
-    other_width = np.array([[widths_differ(model.width, one.width) for one in observations] for model in models])
-    possible = ~(other_width | colours_differ(models, observations)) & (_box_distances(predicted, found) < cap)
+    possible = (_box_distances(predicted, found) < cap) & ~colours_differ(models, observations)
+    for t, d in np.argwhere(possible).tolist():
+        possible[t, d] = not widths_differ(models[t].width, observations[d].width)
     misfit, start, backwards = kernels.align_all(predicted, usual, is_loop, found, lengths, closed, possible * cap)
     ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)

@@ -23,7 +23,6 @@ HISTORY_FRAMES = 32
 Source: bounds memory; a second at 30 per second.
 """
 
-
 _WIDTH_GAIN = 0.5
 """Share of a change of width that the length of a partly hidden object follows per frame.
 
