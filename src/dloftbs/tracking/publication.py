@@ -9,11 +9,11 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.observation import SAMPLES, U
-from dloftbs.tracking.curve_in_space import reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, inferred_spans
-from dloftbs.tracking.reconstruction import cut, reconstruct, visible_parts
+from dloftbs.tracking.reconstruction import cut
+from dloftbs.tracking.sight import Spans
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracks import EndKind, Track
 
@@ -30,16 +30,11 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
     low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
     low = first.track_span[0] if view.ends(first.observation, model)[0].at_border else low
     high = last.track_span[1] if view.ends(last.observation, model)[1].at_border else high
-    if (low, high) == WHOLE:
-        return VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
     if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
         observation = first.observation
         return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))
     inside = [match.within(low, high).clip_to_track() for match in matches]
-    curve = reconstruct(model.curve, (low, high), visible_parts(inside), (high - low) * model.length)
-    metres = (high - low) * model.lengths.metres
-    curve_3d, _ = reconstruct_in_space(model.curve_3d, (low, high), metres, inside, view)
-    return VisibleCurve(curve, curve_3d, inferred_spans(inside), model.sight.confidence, (low, high))
+    return _cut_visible(model, (low, high), inferred_spans(inside))
 
 
 def _unseen_limits(model: TrackModel, first: float, last: float) -> tuple[float, float]:
@@ -66,11 +61,15 @@ def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
     if last - first < SAMPLES // 2:
         return None
     span = float(U[first]), float(U[last])
+    return _cut_visible(model, span, (WHOLE,))
+
+
+def _cut_visible(model: TrackModel, span: tuple[float, float], inferred: Spans) -> VisibleCurve:
+    """Return a span of a track as its published curve."""
     if span == WHOLE:
-        return VisibleCurve(model.curve, model.curve_3d, (WHOLE,), model.sight.confidence)
-    curve = cut(model.curve, span)
+        return VisibleCurve(model.curve, model.curve_3d, inferred, model.sight.confidence)
     curve_3d = None if model.curve_3d is None else cut(model.curve_3d, span)
-    return VisibleCurve(curve, curve_3d, (WHOLE,), model.sight.confidence, span)
+    return VisibleCurve(cut(model.curve, span), curve_3d, inferred, model.sight.confidence, span)
 
 
 def to_track(model: TrackModel, view: View) -> Track:
