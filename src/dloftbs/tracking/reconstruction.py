@@ -58,23 +58,18 @@ def visible_parts(matches: Sequence[PartialMatch]) -> list[VisiblePart]:
     return [VisiblePart(match.observation.curve, match.track_span, match.curve_span) for match in matches]
 
 
-def reconstruct(
-    before: BSplineCurve, scope: tuple[float, float], parts: Sequence[VisiblePart], length: float
-) -> BSplineCurve:
+def reconstruct(old: FloatArray, parts: Sequence[VisiblePart], length: float) -> BSplineCurve:
     """Return the whole curve.
 
     Parameters
     ----------
-    before : BSplineCurve
-        Last known shape, open.
-    scope : (float, float)
-        Span of its ``u`` that is the whole.
+    old : numpy.ndarray, shape (CURVE_SAMPLES, d)
+        Points at even parameters along its last known shape, open.
     parts : sequence of VisiblePart
         One or more, in order, without overlaps.
     length : float
         Of the whole.
     """
-    old, _ = sample_curve(before, *scope, CURVE_SAMPLES)
     new = np.empty_like(old)
     visible: list[tuple[int, int]] = []  # first and last sample
     for part in parts:
@@ -85,8 +80,8 @@ def reconstruct(
             begin, end = first + (EVEN_U[start] - low) * scale, first + (EVEN_U[stop - 1] - low) * scale
             new[start:stop] = sample_curve(part.curve, max(begin, first), min(end, last), stop - start)[0]
             visible.append((start, stop - 1))
-    if not visible:
-        return before
+    if not visible:  # they are shorter than the step between samples
+        return fit_samples(old)
     fill_hidden(old, new, np.array(visible), round(_WINDOW_SHARE * CURVE_SAMPLES), length)
     return fit_samples(new)
 

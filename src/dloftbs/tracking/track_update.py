@@ -18,7 +18,7 @@ from dloftbs.tracking.partial_match import (
     inferred_spans,
 )
 from dloftbs.tracking.publication import make_visible_curve
-from dloftbs.tracking.reconstruction import reconstruct, visible_parts
+from dloftbs.tracking.reconstruction import CURVE_SAMPLES, reconstruct, visible_parts
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE
 
@@ -67,12 +67,12 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
         placed = None if curve_3d is None else place_by_space(curve_3d, metres, matches, parts, view)
     if placed is None:
         _follow_view(model, matches)
-        curve = reconstruct(model.curve, shown.scope, visible_parts(matches), model.length)
+        old, _ = sample_curve(model.curve, *shown.scope, CURVE_SAMPLES)
     else:
-        matches, before, px_per_m = placed
+        matches, old, px_per_m = placed
         model.lengths.rescale(px_per_m, max(match.observation.width for match in matches))
         model.lengths.px = px_per_m * metres
-        curve = reconstruct(before, WHOLE, visible_parts(matches), model.length)
+    curve = reconstruct(old, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
     points, _ = sample_curve(curve)
