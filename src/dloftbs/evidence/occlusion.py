@@ -16,7 +16,7 @@ from dloftbs.depth import ReadableDepth
 from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
 from dloftbs.evidence.kernels.gap_depths import EDGE_PX
-from dloftbs.evidence.kernels.occlusion_pixels import judge_depths, look_around
+from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
 from dloftbs.frame import Frame
 from dloftbs.observation import SAMPLES, Appearance, U, sample_curve
 
@@ -40,6 +40,19 @@ Source: geometry; three standard deviations of a depth camera, 4e-3 z^2.
 
 _NOTHING = np.zeros((0, 0), dtype=np.uint8)
 """Pixels of what is not known, none.
+
+Source: by definition.
+"""
+
+
+_NO_DEPTH = ReadableDepth(np.zeros((0, 0), dtype=np.uint16), 0.0, 0.0, 0.0)
+"""Depth that is not known, none.
+
+Source: by definition.
+"""
+
+_NO_DEPTH_M = np.zeros(0)
+"""Distance of a cable that is not known, none.
 
 Source: by definition.
 """
@@ -175,13 +188,14 @@ class OcclusionEvidence:
         numpy.ndarray, shape (n,)
             `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
         """
-        told = np.zeros(len(points), dtype=np.int64)
         reach = max(EDGE_PX, 0.0 if math.isnan(width) else width)
-        h, w = self.size
+        depth, expected = _NO_DEPTH, _NO_DEPTH_M
         if self._depth is not None and depth_m is not None:
-            limits = reach, DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M
-            judge_depths(points, *self._depth, depth_m, *limits, HIDDEN, IN_SIGHT, told)
-        look_around(points, self._occluders, self._mask, h, w, reach, HIDDEN, IN_SIGHT, told)
+            depth, expected = self._depth, depth_m
+        limits, (rows, columns) = (DEPTH_TOLERANCE_M, DEPTH_NOISE_PER_M), self.size
+        told = look_at_pixels(
+            points, self._occluders, self._mask, rows, columns, reach, *depth, expected, *limits, HIDDEN, IN_SIGHT
+        )
         return told if appearance is None else self.look_at_image(points, width, appearance, told)
 
     def look_at_image(

@@ -13,6 +13,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
 from dloftbs.observation import Appearance, Observation, sample_curve
+from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.partial_match import WHOLE
 
 _BORDER_PX = 3.0
@@ -113,7 +114,7 @@ class View:
         first, last = self.is_at_border(points[0], sought.width), self.is_at_border(points[-1], sought.width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
-        places = places_beyond(points, _BORDER_PX if math.isnan(sought.width) else sought.width)
+        places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)
         ends_m = None if curve_3d is None else sample_curve(curve_3d, *span, 2)[0][:, 2]
         depth_m = None if ends_m is None else ends_m.repeat(len(_BEYOND))
         told = self.occlusion.look(places, sought.width, depth_m)
@@ -134,12 +135,3 @@ class View:
     def project(self, curve_3d: BSplineCurve, count: int) -> FloatArray | None:
         """Return points (count, 2) along a curve in space as the camera sees them; None if it is not known to."""
         return None if self.occlusion is None else self.occlusion.project(curve_3d, count)
-
-
-def places_beyond(points: FloatArray, width: float) -> FloatArray:
-    """Return places straight on beyond the first end of a curve (n, 2), then beyond the last, shape (2 k, 2)."""
-    ends = points[[0, -1]]
-    steps = ends - points[[1, -2]]
-    lengths = np.hypot(steps[:, :1], steps[:, 1:])
-    directions = np.divide(steps, lengths, out=np.zeros((2, 2)), where=lengths > 0.0)
-    return (ends[:, None] + width * _BEYOND[:, None] * directions[:, None]).reshape(-1, 2)

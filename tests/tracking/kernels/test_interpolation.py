@@ -1,11 +1,15 @@
-"""Values between samples, and curves that move along with the velocities of their samples."""
+"""Values between samples, places beyond the ends, and curves that move along with the velocities of their samples."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from dloftbs.tracking.kernels.interpolation import interpolate, move_control_points
+from dloftbs.tracking.kernels.interpolation import extend_ends, interpolate, move_control_points
+
+_DISTANCES = np.array([0.5, 1.0, 1.5])
 
 
 @pytest.mark.parametrize("count", [2, 5, 63, 64, 127, 129])
@@ -48,3 +52,18 @@ def test_control_points_move_as_by_interpolation(closed: bool, even: bool) -> No
         control, velocity = rng.normal(size=(len(knots) - 4, 2)), rng.normal(size=(65, 2))
         found = move_control_points(knots, control, velocity, 0.03, 3, closed)
         np.testing.assert_allclose(found, slow_move(knots, control, velocity, 0.03, 3, closed), rtol=0.0, atol=1e-12)
+
+
+@given(st.integers(0, 10_000))
+def test_places_beyond_ends_lie_straight_on_at_their_distances(seed: int) -> None:
+    points = np.random.default_rng(seed).uniform(0.0, 100.0, (7, 2))
+    places = extend_ends(points[::-1], 12.0 * _DISTANCES).reshape(2, 3, 2)
+    for side, (end, before) in enumerate(((points[6], points[5]), (points[0], points[1]))):
+        direction = (end - before) / np.linalg.norm(end - before)
+        np.testing.assert_allclose(places[side], end + 12.0 * _DISTANCES[:, None] * direction, atol=1e-9)
+
+
+def test_an_end_without_a_direction_stands_for_what_is_beyond_it() -> None:
+    points = np.array([(3.0, 4.0), (3.0, 4.0), (9.0, 4.0)])
+    places = extend_ends(points, 10.0 * _DISTANCES)
+    np.testing.assert_allclose(places, [(3, 4)] * 3 + [(14, 4), (19, 4), (24, 4)])

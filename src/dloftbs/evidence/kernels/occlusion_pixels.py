@@ -1,4 +1,4 @@
-"""Pixels around places of the image: occluders, which may hide a cable there, and other cables."""
+"""Pixels around places of the image: depth and occluders, which tell what hides a cable there, and other cables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import float32, float64, int64, uint8, uint16
 
-from dloftbs.kernels.compiler import helper, kernel, read, write
+from dloftbs.kernels.compiler import helper, kernel, read
 
 _LEAST_DEPTHS = 3
 """Least number of pixels of a place with depth, of five, that tell that it is in plain sight.
@@ -35,11 +35,8 @@ def _is_set(pixels: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     return bool(pixels[_pixel(y, pixels.shape[0]), _pixel(x, pixels.shape[1])] != 0)
 
 
-@kernel(
-    read(float64, 2), (read(float32, 2), read(float64, 2), read(uint16, 2)), float64, float64, float64,
-    read(float64, 1), float64, float64, float64, int64, int64, write(int64, 1),
-)  # fmt: skip
-def judge_depths(
+@helper
+def _judge_depths(
     points: npt.NDArray[np.float64],
     depth: npt.NDArray[Any],
     unit_m: float,
@@ -53,31 +50,7 @@ def judge_depths(
     in_sight: int,
     told: npt.NDArray[np.int64],
 ) -> None:
-    """Tell by the depths in places what hides a cable there.
-
-    Parameters
-    ----------
-    points : (n, 2) float64
-        ``(x, y)`` px; the border's pixels stand for those beyond it.
-    depth : (H, W) float32, float64 or uint16
-        Counts.
-    unit_m : float
-        Metres per count.
-    nearest_m, farthest_m : float
-        Depths outside of these are missing, and so are those that are not finite.
-    expected : (n,) float64
-        That of the cable, m; NaN where it is unknown: nothing is told.
-    reach : float
-        Width of the cable, px.
-    tolerance : float
-        Largest difference that tells nothing, m, at no distance.
-    noise : float
-        The same in addition, at a distance of one metre; it grows with the square.
-    hidden, in_sight : int
-        Codes; a place is hidden if most known depths are nearer than the cable.
-    told : (n,) int64
-        Written where the depths tell.
-    """
+    """Write what the depths tell: a place is hidden if most known ones are nearer than the cable."""
     counts = np.empty((len(points), len(_CROSS)))
     for n in range(len(points)):
         for k in range(len(_CROSS)):
@@ -98,35 +71,64 @@ def judge_depths(
             told[n] = in_sight
 
 
-@kernel(read(float64, 2), read(uint8, 2), read(uint8, 2), int64, int64, float64, int64, int64, write(int64, 1))
-def look_around(
+@kernel(
+    read(float64, 2), read(uint8, 2), read(uint8, 2), int64, int64, float64,
+    (read(float32, 2), read(float64, 2), read(uint16, 2)), float64, float64, float64,
+    read(float64, 1), float64, float64, int64, int64,
+)  # fmt: skip
+def look_at_pixels(
     points: npt.NDArray[np.float64],
     occluders: npt.NDArray[np.uint8],
     mask: npt.NDArray[np.uint8],
     rows: int,
     columns: int,
     reach: float,
+    depth: npt.NDArray[Any],
+    unit_m: float,
+    nearest_m: float,
+    farthest_m: float,
+    expected: npt.NDArray[np.float64],
+    tolerance: float,
+    noise: float,
     hidden: int,
     in_sight: int,
-    told: npt.NDArray[np.int64],
-) -> None:
-    """Tell what hides places, of which depth may have told already; those outside of the image are hidden.
+) -> npt.NDArray[np.int64]:
+    """Tell what hides a cable in places: by their depth, then by the occluders and the mask.
 
     Parameters
     ----------
     points : (n, 2) float64
-        ``(x, y)`` px.
+        ``(x, y)`` px; those outside of the image are hidden.
     occluders, mask : (H, W) uint8
         Not 0 where something may hide cables, and where a cable is seen; (0, 0) if it is not known.
     rows, columns : int
         Size of the image.
     reach : float
-        Distance in which occluders are near a place, px; cables are in half of it.
+        Width of the cable, px: occluders within it are near a place, and other cables within half of it.
+    depth : (H, W) float32, float64 or uint16
+        Counts.
+    unit_m : float
+        Metres per count.
+    nearest_m, farthest_m : float
+        Depths outside of these are missing, and so are those that are not finite.
+    expected : (n,) float64
+        That of the cable, m; NaN where it is unknown, (0,) if it is everywhere: depth tells nothing there.
+    tolerance : float
+        Largest difference that tells nothing, m, at no distance.
+    noise : float
+        The same in addition, at a distance of one metre; it grows with the square.
     hidden, in_sight : int
         Codes of places that something hides, and that are in plain sight and empty; 0 is unknown.
-    told : (n,) int64
-        What depth told; written.
+
+    Returns
+    -------
+    (n,) int64
     """
+    told = np.zeros(len(points), dtype=np.int64)
+    if len(expected):
+        _judge_depths(
+            points, depth, unit_m, nearest_m, farthest_m, expected, reach, tolerance, noise, hidden, in_sight, told
+        )
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if not (-0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5):
@@ -143,3 +145,4 @@ def look_around(
             beside = _is_set(mask, x, y) or _is_set(mask, x - half, y) or _is_set(mask, x + half, y)
             if beside or _is_set(mask, x, y - half) or _is_set(mask, x, y + half):
                 told[n] = 0
+    return told

@@ -54,21 +54,32 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
     most in the middle, and each gets its length back, until nothing is missing. False if they are too short for that,
     or one would turn by more than a right angle.
     """
-    count = right - left
-    t = ((np.arange(count) + 0.5) / count).reshape(-1, 1)
-    blend, weights, step = (
-        t * t * (3.0 - 2.0 * t),
-        np.sin(math.pi * t) ** 2,
-        old[left + 1 : right + 1] - old[left:right],
-    )
-    lengths = scale * np.sqrt((step * step).sum(axis=1)).reshape(-1, 1)
-    before = (1.0 - blend) * (step @ by_left.T) + blend * (step @ by_right.T)
-    steps, missing = before.copy(), np.zeros(old.shape[1])
-    shares, tolerance = weights / weights.sum(), _END_TOLERANCE * lengths.sum()
+    count, dims = right - left, old.shape[1]
+    before, steps, lengths, shares = np.zeros((count, dims)), np.empty((count, dims)), np.empty(count), np.empty(count)
+    for k in range(count):
+        t, squared = (k + 0.5) / count, 0.0
+        blend, shares[k] = t * t * (3.0 - 2.0 * t), math.sin(math.pi * t) ** 2
+        for d in range(dims):
+            step = old[left + k + 1, d] - old[left + k, d]
+            squared += step * step
+            for i in range(dims):
+                before[k, i] += step * ((1.0 - blend) * by_left[i, d] + blend * by_right[i, d])
+        lengths[k] = scale * math.sqrt(squared)
+    steps[:] = before
+    shares /= shares.sum()
+    missing, tolerance = np.zeros(dims), _END_TOLERANCE * lengths.sum()
     for _ in range(_MAX_ITERATIONS):
-        steps += shares * missing
-        steps *= lengths / np.maximum(np.sqrt((steps * steps).sum(axis=1)), _LEAST).reshape(-1, 1)
-        missing = new[right] - new[left] - steps.sum(axis=0)
+        rest = new[right] - new[left]
+        for k in range(count):
+            squared = 0.0
+            for d in range(dims):
+                steps[k, d] += shares[k] * missing[d]
+                squared += steps[k, d] * steps[k, d]
+            stretch = lengths[k] / max(math.sqrt(squared), _LEAST)
+            for d in range(dims):
+                steps[k, d] *= stretch
+                rest[d] -= steps[k, d]
+        missing = rest
         if math.sqrt((missing * missing).sum()) < tolerance:
             if ((steps * before).sum(axis=1) < 0.0).any():
                 return False

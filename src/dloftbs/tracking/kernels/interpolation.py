@@ -1,6 +1,8 @@
-"""Values at even parameters, interpolated in between."""
+"""Values at even parameters, interpolated in between, and places beyond the ends."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +42,33 @@ def interpolate(samples: _Floats, u: _Floats) -> _Floats:
         for d in range(samples.shape[1]):
             values[k, d] = value_at(samples, u[k] * (len(samples) - 1), d)
     return values
+
+
+@kernel(read(float64, 2), read(float64, 1))
+def extend_ends(points: _Floats, distances: _Floats) -> _Floats:
+    """Return places straight on beyond the first point of a curve, then beyond the last.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        Along the curve; two or more.
+    distances : (k,) float64
+
+    Returns
+    -------
+    (2 k, 2) float64
+        The points themselves if their neighbours coincide with them.
+    """
+    count, last = len(distances), len(points) - 1
+    places = np.empty((2 * count, 2))
+    for end, before in ((0, 1), (last, last - 1)):
+        x, y = points[end, 0] - points[before, 0], points[end, 1] - points[before, 1]
+        length = math.sqrt(x * x + y * y)
+        for k in range(count):
+            far = distances[k] / length if length > 0.0 else 0.0
+            at = k + count * min(end, 1)
+            places[at, 0], places[at, 1] = points[end, 0] + far * x, points[end, 1] + far * y
+    return places
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 2), float64, int64, boolean)
