@@ -183,7 +183,6 @@ def sample_curve(
 ) -> tuple[FloatArray, float]:
     """Return points along a curve in the plane or in space, and the length of the polygon through them."""
     if curve.degree == 3:
-        points = np.empty((count, curve.ndim))
-        return points, cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, points)
+        return cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, count)
     points = curve(np.linspace(first, last, count))
     return points, float(np.linalg.norm(points[1:] - points[:-1], axis=1).sum())

@@ -68,8 +68,8 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
     for k in long:
         joint = joints[k]
         if joint.kind is JointKind.CROSSING:
-            points = np.empty((int(spans[k] * widths / _SAMPLE_WIDTHS) + 1, 2))
-            sample_cubic(curve.knots, curve.control_points, *joint.u, points)
+            count = int(spans[k] * widths / _SAMPLE_WIDTHS) + 1
+            points, _ = sample_cubic(curve.knots, curve.control_points, *joint.u, count)
             if not _is_on(points, crop, line.width):
                 before, after = joints[k - 1].u[1] if k else 0.0, joints[k + 1].u[0] if k + 1 < len(joints) else 1.0
                 step = spans[k] / len(points)
@@ -93,8 +93,8 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
 def _trimmed(joint: Joint, length_px: float, curve: BSplineCurve, crop: MaskCrop) -> Joint:
     """Return a gap from where the curve leaves the mask to where it is on it again; the same one if it stays on it."""
     low, high = joint.u
-    points = np.empty((max(math.ceil(length_px), 1) + 1, 2))  # a pixel apart
-    sample_cubic(curve.knots, curve.control_points, low, high, points)
+    count = max(math.ceil(length_px), 1) + 1  # a pixel apart
+    points, _ = sample_cubic(curve.knots, curve.control_points, low, high, count)
     (x0, y0), last = crop.origin, len(points) - 1
     first_off, last_off = leaves_mask(points, crop.pixels, x0 - 1, y0 - 1)
     if last_off < 0:

@@ -6,22 +6,22 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64
+from numba import float64, int64
 
-from dloftbs.kernels.compiler import kernel, read, write
+from dloftbs.kernels.compiler import kernel, read
 from dloftbs.kernels.shared.cubic import basis_functions
 
 _ORDER = 4
 
 
-@kernel(read(float64, 1), read(float64, 2), float64, float64, write(float64, 2))
+@kernel(read(float64, 1), read(float64, 2), float64, float64, int64)
 def sample_cubic(
     knots: npt.NDArray[np.float64],
     control: npt.NDArray[np.float64],
     first: float,
     last: float,
-    points: npt.NDArray[np.float64],
-) -> float:
+    count: int,
+) -> tuple[npt.NDArray[np.float64], float]:
     """Evaluate a cubic B-spline at evenly spaced parameters, by the recursion of Cox and de Boor.
 
     Not checked: the base interval of the knots is 0 to 1, and `first` and `last` lie in it, in this order.
@@ -32,20 +32,22 @@ def sample_cubic(
     control : (n, d) float64
     first, last : float
         The first and the last ``u``.
-    points : (m, d) float64
-        Written; two or more.
+    count : int
+        Number of points, two or more.
 
     Returns
     -------
-    float
-        The length of the polygon through the points.
+    points : (count, d) float64
+    length : float
+        Of the polygon through the points.
     """
-    m, dims = points.shape
+    dims = control.shape[1]
+    points = np.empty((count, dims))
     highest = len(control) - 1
     span = _ORDER - 1
     length = 0.0
-    for k in range(m):
-        u = first + (last - first) * k / (m - 1)
+    for k in range(count):
+        u = first + (last - first) * k / (count - 1)
         while span < highest and u >= knots[span + 1]:
             span += 1
         basis = basis_functions(knots, span, u)
@@ -58,4 +60,4 @@ def sample_cubic(
             if k:
                 squared += (total - points[k - 1, d]) ** 2
         length += math.sqrt(squared)
-    return length
+    return points, length

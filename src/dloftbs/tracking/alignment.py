@@ -37,7 +37,7 @@ Source: geometry; the predicted centre line of what stayed where it was lies on 
 """
 
 
-def place_part(model: TrackModel, observation: Observation, start_px: float, view: View) -> PartialMatch:
+def place_part(model: TrackModel, observation: Observation, start_px: float) -> PartialMatch:
     """Return the match of an observation that is all that is seen of a track.
 
     It is at an end of a longer track, unless it clearly lies elsewhere, and adds to a shorter one.
@@ -49,7 +49,6 @@ def place_part(model: TrackModel, observation: Observation, start_px: float, vie
         In the track's direction.
     start_px : float
         Where it begins along the track by the motion so far, px.
-    view : View
     """
     excess = observation.length - model.length
     if abs(excess) <= model.length_tolerance_px or model.lengths.is_usual(
@@ -57,7 +56,7 @@ def place_part(model: TrackModel, observation: Observation, start_px: float, vie
     ):
         span = WHOLE
     elif excess < 0.0:
-        low = _missing_before(model, observation, start_px, -excess, view) / model.length
+        low = _missing_before(model, start_px, -excess) / model.length
         span = low, low + observation.length / model.length
     else:
         before = min(max(-start_px, 0.0), excess)
@@ -65,16 +64,12 @@ def place_part(model: TrackModel, observation: Observation, start_px: float, vie
     return PartialMatch(observation, span, observation.curve_span)
 
 
-def _missing_before(model: TrackModel, observation: Observation, start_px: float, missing: float, view: View) -> float:
+def _missing_before(model: TrackModel, start_px: float, missing: float) -> float:
     """Return the missing length before an observation, px: all or nothing of it, unless it clearly differs."""
     start = min(max(start_px, 0.0), missing)
-    after = missing - start
-    cut = [end.is_cut for end in view.ends(observation, model)]
-    if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
-        return missing if cut[0] else 0.0
-    if min(start, after) > model.position_tolerance_px:
+    if min(start, missing - start) > model.position_tolerance_px:
         return start
-    return 0.0 if start <= after else missing
+    return 0.0 if 2.0 * start <= missing else missing
 
 
 def find_whole_view(model: TrackModel, observation: Observation, start: float, view: View) -> PartialMatch | None:
@@ -102,8 +97,6 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
         return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
     length = float(np.hypot(*np.diff(model.predicted, axis=0).T).sum())
     if abs(whole.length - length) < model.position_tolerance_px:
-        if observation.length > _MAJORITY * whole.length:
-            return PartialMatch(whole, WHOLE, WHOLE)
         return match_whole(model, whole)  # all of it tells the direction better than a small part
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None

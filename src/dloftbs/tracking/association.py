@@ -51,7 +51,7 @@ def _associate_ambiguous(
         shown, unassigned = route_tracks(known, observations, view)
     rest = [model for model in models if model.id not in shown]
     if unassigned and rest:
-        assigned = assign(rest, unassigned, view, config)
+        assigned = assign(rest, unassigned, config)
         shown |= {t: TrackObservation((match,)) for t, (_, match) in assigned.items()}
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]

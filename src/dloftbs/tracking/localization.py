@@ -52,7 +52,7 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     observed = [graph.observe(one) for one in extended]
     before, after = graph.place(extended[0], model)[0], model.length - graph.place(extended[-1], model)[1]
     if len(observed) == 1:
-        return [place_part(model, observed[0], before, view)]
+        return [place_part(model, observed[0], before)]
     # What is left over is none of the ends': it may as well be between, where a bend is seen to span little.
     ends = view.ends(observed[0], model)[0], view.ends(observed[-1], model)[1]
     least = model.position_tolerance_px

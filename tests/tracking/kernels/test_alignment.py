@@ -43,8 +43,7 @@ def slow_misfit(short: np.ndarray, whole: np.ndarray, share: float, start: float
 def test_samples_lie_on_the_curve(seed, closed, ndim):
     curve = random_curve(seed, ndim, closed)
     for first, last in ((0.0, 1.0), (0.25, 0.6)):
-        points = np.empty((M, ndim))
-        length = cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, points)
+        points, length = cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, M)
         np.testing.assert_allclose(points, curve(np.linspace(first, last, M)), atol=1e-9)
         assert length == pytest.approx(length_of(points))
 
