@@ -18,22 +18,10 @@ _SHIFT_WEIGHT = 0.3
 Source: by hand; unexpected motion must not hide where a part lies.
 """
 
-_MAJORITY = 0.5
-"""Share of a curve that is most of it.
-
-Source: by definition.
-"""
-
-_CUT_FIT = 0.5
+_CUT_FIT = 0.25
 """Share of the misfit as a whole below which the rest fits better where it was: an end may have been cut off.
 
-Source: by hand.
-"""
-
-_CUT_WIDTHS = 0.5
-"""Misfit of the rest of a track up to which an end may have been cut off, widths.
-
-Source: geometry; the predicted centre line of what stayed where it was lies on the mask still.
+Source: by hand; on sequences of five seeds, 89 % of cut views and 5 % of whole ones of cables that bend and tilt.
 """
 
 
@@ -115,12 +103,10 @@ def match_whole(model: TrackModel, observation: Observation) -> PartialMatch:
 def _stayed_but_for_an_end(model: TrackModel, whole: Observation, start: float, share: float) -> bool:
     """Return True if an observation fits clearly better as a part of a track, or with a new part, than as a whole.
 
-    `share` is the ratio of its length to that of the track as predicted.
+    `share` is the ratio of its length to that of the track as predicted. How it moved as a whole does not count.
     """
     short, long = (whole.points, model.predicted) if share <= 1.0 else (model.predicted, whole.points)
     share = min(share, 1.0 / share)
     starts = (0.0, min(max(start, 0.0), 1.0 - share), 1.0 - share)
-    misfit_if_cut = min(kernels.misfit_at(short, long, share, low, 1.0) for low in starts)
-    if share >= _MAJORITY and misfit_if_cut > _CUT_WIDTHS * model.width:  # never of an unknown width
-        return False
-    return misfit_if_cut <= _CUT_FIT * kernels.misfit_at(whole.points, model.predicted, 1.0, 0.0, 1.0)
+    misfit_if_cut = min(kernels.misfit_at(short, long, share, low, 0.0) for low in starts)
+    return misfit_if_cut <= _CUT_FIT * kernels.misfit_at(whole.points, model.predicted, 1.0, 0.0, 0.0)
