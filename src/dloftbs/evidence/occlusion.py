@@ -46,13 +46,13 @@ Source: by definition.
 
 
 _NO_DEPTH = ReadableDepth(np.zeros((0, 0), dtype=np.uint16), 0.0, 0.0, 0.0)
-"""Depth that is not known, none.
+"""Depth that is not known, no pixels, counts.
 
 Source: by definition.
 """
 
 _NO_DEPTH_M = np.zeros(0)
-"""Distance of a cable that is not known, none.
+"""Distances of a cable that are not known, no metres.
 
 Source: by definition.
 """
