@@ -75,7 +75,7 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
         Its start if it is a part, in ``u`` of the track.
     view : View
     """
-    if observation.curve.closed or model.curve.closed or model.is_torn_in(observation):
+    if observation.curve.closed or model.curve.closed:
         return None
     whole = observation.between(0.0, 1.0)
     first, last = view.ends(whole, model)

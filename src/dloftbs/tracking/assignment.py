@@ -102,7 +102,7 @@ def _is_unchanged(model: TrackModel, one: Observation) -> bool:
     as_long = abs(one.length - model.length) <= model.length_tolerance_px
     if not (was_whole and as_long) or widths_differ(model.width, one.width) or colours_differ([model], [one])[0, 0]:
         return False
-    return not (model.is_torn_in(one) or (one.curve_3d is not None and model.is_short(one)))
+    return one.curve_3d is None or not model.is_short(one)
 
 
 def _is_as_usual(model: TrackModel, one: Observation) -> bool:

@@ -153,14 +153,6 @@ class TrackModel:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
         return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
 
-    def is_torn_in(self, observation: Observation) -> bool:
-        """Return True if an observation bridges a gap that the object, as long as it was seen, is too short for."""
-        if observation.contiguous:
-            return False
-        hidden = sum(high - low for low, high in observation.gaps) * observation.object_length
-        visible = observation.object_length - hidden
-        return self.lengths.is_torn(visible, hidden, observation.width, self.position_tolerance_px)
-
     def update_whole(self, observation: Observation, velocity: FloatArray | None) -> None:
         """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection

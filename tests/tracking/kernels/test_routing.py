@@ -173,14 +173,9 @@ class Twin:
         a, before = last
         hidden = (k - a) * self.problem.spacing
         span = self.problem.samples[abs(signed) - 1] - self.problem.samples[abs(before) - 1]
-        moved = span - (self.problem.nodes[k] - self.problem.nodes[a])
-        slack = self.problem.slack
         same = self.problem.part[abs(signed) - 1] == self.problem.part[abs(before) - 1] and (signed > 0) == (before > 0)
-        return (
-            math.hypot(*span) <= kernels.MAX_BRIDGE * hidden + slack
-            and math.hypot(*moved) <= kernels.MAX_BRIDGE_CHANGE * hidden + slack
-            and not (same and signed <= before)
-        )
+        near = math.hypot(*span) <= kernels.MAX_BRIDGE * hidden + self.problem.slack
+        return near and not (same and signed <= before)
 
     def _seen(self, k: int, signed: int) -> float:
         """Return what it costs at least to come to a sample."""

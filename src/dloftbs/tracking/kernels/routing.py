@@ -81,12 +81,6 @@ MAX_BRIDGE = 1.15
 Source: by hand; a hidden length is known to 15 %.
 """
 
-MAX_BRIDGE_CHANGE = 0.5
-"""Change of that chord since the track was last seen, as a share of the hidden length.
-
-Source: by hand.
-"""
-
 _MAX_STEP = 6
 """Number of samples from node to node at most.
 
@@ -222,14 +216,10 @@ def _may_reappear(signed: int, node: int, last_signed: int, last_node: int, prob
     if last_node < 0:
         return True
     i, j, way = abs(signed) - 1, abs(last_signed) - 1, 1 if signed > 0 else -1
-    nodes, samples, part, slack = problem.nodes, problem.samples, problem.part, problem.slack
+    samples, part = problem.samples, problem.part
     dx, dy = samples[i, 0] - samples[j, 0], samples[i, 1] - samples[j, 1]
     hidden = (node - last_node) * problem.spacing
-    if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE * hidden + slack:
-        return False
-    dx -= nodes[node, 0] - nodes[last_node, 0]
-    dy -= nodes[node, 1] - nodes[last_node, 1]
-    if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE_CHANGE * hidden + slack:
+    if math.sqrt(dx * dx + dy * dy) > MAX_BRIDGE * hidden + problem.slack:
         return False
     # Nothing is seen twice.
     return part[i] != part[j] or way * last_signed < 0 or way * (i - j) > 0
