@@ -108,6 +108,4 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
         model.predicted = one.sample(SAMPLES)
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
     shown = associate(models, seen, View((600, 900)), TrackingConfig())
-    assert [(bool(one.apart_from), one.merged) for one in shown] == [
-        (kind is EndKind.FREE, kind is not EndKind.FREE)
-    ] * 2
+    assert [one.apart_from for one in shown] == ([{2}, {1}] if kind is EndKind.FREE else [set(), set()])

@@ -56,20 +56,20 @@ def _associate_ambiguous(
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
         rest = [model for model in rest if model.id not in shown]
-    return _find_merged(models, shown) | match_remaining(rest, unassigned)
+    return _mark_apart(models, shown) | match_remaining(rest, unassigned)
 
 
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame."""
     least = config.override_frames
     seen = model.hits >= least and not model.misses and not model.curve.closed
-    return seen and max(model.conflict.frames, model.conflict.merged_frames) < least
+    return seen and model.conflict.frames < least
 
 
-def _find_merged(models: Sequence[TrackModel], shown: dict[int, TrackObservation]) -> dict[int, TrackObservation]:
-    """Return what a frame shows of the tracks with the pairs marked that together are one detection.
+def _mark_apart(models: Sequence[TrackModel], shown: dict[int, TrackObservation]) -> dict[int, TrackObservation]:
+    """Return what a frame shows of the tracks with the pairs marked that together are one detection, but are two.
 
-    They are one, or known to be two: also where the detection bridges a gap between them.
+    The detection may bridge a gap between them.
     """
     result, sharing = dict(shown), dict[int, list[TrackModel]]()
     for model in models:
@@ -83,15 +83,11 @@ def _find_merged(models: Sequence[TrackModel], shown: dict[int, TrackObservation
         bridged = shared.object_length * sum(high - low for low, high in shared.gaps)
         tolerance = sum(m.position_tolerance_px for m in pair)
         excess = sum(m.length for m in pair) - shared.object_length
-        if abs(excess + bridged) >= tolerance:
-            continue
-        if pair[1].id in pair[0].apart or pair[0].id in pair[1].apart or _moved_apart(pair[0], pair[1], bridged):
+        known = pair[1].id in pair[0].apart or pair[0].id in pair[1].apart
+        if abs(excess + bridged) < tolerance and (known or _moved_apart(*pair, bridged)):
             for model, other in zip(pair, pair[::-1], strict=True):
                 one = result[model.id]
                 result[model.id] = one._replace(apart_from=one.apart_from | {other.id})
-        elif abs(excess) < tolerance:
-            for model in pair:
-                result[model.id] = result[model.id]._replace(merged=True)
     return result
 
 

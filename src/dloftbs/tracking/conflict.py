@@ -30,21 +30,14 @@ class Conflict:
         Number of frames with a detection that contradicts the track, less those without.
     length_px : float
         Length of that detection, which alone shows the object.
-    merged_frames : int
-        Number of consecutive frames in which the track was part of a detection that may be one object.
     """
 
     frames: int = 0
     length_px: float = 0.0
-    merged_frames: int = 0
 
     def clear(self) -> None:
         """Forget the frames so far."""
-        self.frames = self.merged_frames = 0
-
-    def count_merged(self, *, merged: bool) -> None:
-        """Count a frame in which the track shared a detection with another one, or did not."""
-        self.merged_frames = self.merged_frames + 1 if merged else 0
+        self.frames = 0
 
     def count(self, observation: Observation, width: float, *, is_small: bool) -> None:
         """Count a frame in which an observation, part of the object or more than it, contradicts the track.

@@ -73,8 +73,6 @@ class TrackObservation(NamedTuple):
         In the track's order.
     is_unambiguous : bool
         True if nothing else than the match, which shows the whole track, is near.
-    merged : bool
-        True if the track shares a detection with another one, and the two may be one object.
     apart_from : frozenset of int
         Ids of the tracks that it shares a detection with and is known to be another object than.
     scope : (float, float)
@@ -83,7 +81,6 @@ class TrackObservation(NamedTuple):
 
     matches: tuple[PartialMatch, ...] = ()
     is_unambiguous: bool = False
-    merged: bool = False
     apart_from: frozenset[int] = frozenset()
     scope: tuple[float, float] = WHOLE
 

@@ -31,7 +31,6 @@ def update_seen(model: TrackModel, shown: TrackObservation, view: View, config: 
     else:
         matches = _update_partly(model, shown, view, dt)
         model.visible = make_visible_curve(model, matches, view)
-    model.conflict.count_merged(merged=shown.merged)
     model.apart |= shown.apart_from
     model.count_hit(config.min_hits)
 

@@ -251,11 +251,8 @@ class Tracker:
 
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""
-        # Part of another one, which has its place now.
-        was_part = model.conflict.merged_frames >= self._config.override_frames
-        if model.state is TrackState.TENTATIVE or was_part:
-            return False
-        if model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S:
+        too_long = model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S
+        if model.state is TrackState.TENTATIVE or too_long:
             return False
         model.update_unseen(self._view, dt)
         return True
