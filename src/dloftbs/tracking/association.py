@@ -84,7 +84,7 @@ def _mark_apart(models: Sequence[TrackModel], shown: dict[int, TrackObservation]
         tolerance = sum(m.position_tolerance_px for m in pair)
         excess = sum(m.length for m in pair) - shared.object_length
         known = pair[1].id in pair[0].apart or pair[0].id in pair[1].apart
-        if abs(excess + bridged) < tolerance and (known or _moved_apart(*pair, bridged)):
+        if abs(excess + bridged) < tolerance and (known or _moved_apart(pair[0], pair[1], bridged)):
             for model, other in zip(pair, pair[::-1], strict=True):
                 one = result[model.id]
                 result[model.id] = one._replace(apart_from=one.apart_from | {other.id})
