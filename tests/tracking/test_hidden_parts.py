@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import bent, detection_of, line, loop, part, wave
+from builders import bent, curve_through, detection_of, line, loop, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, SHAPES, error_px, ids, level, runs_like, see, shown_for
 
 from dloftbs.centerline import Joint, JointKind
@@ -206,6 +206,19 @@ class TestPlainSight:
             seen = wave().transformed([[share, 0.0], [0.0, 1.0]], [0.0 if end else 500.0 * (1.0 - share), 0.0])
             (track,) = see(tracker, seen)
             assert (track.id, track.curve, track.inferred) == (1, seen, ())
+
+
+    @pytest.mark.parametrize("scale", [0.7, 0.85, 1.2])
+    @pytest.mark.parametrize("sagitta", [10.0, 60.0, 150.0])
+    def test_a_cable_that_comes_nearer_or_goes_away_at_once_is_whole(self, sagitta, scale):
+        """A part of a smooth arc is like a smaller one, but as wide as before."""
+        tracker, x = Tracker(AT_ONCE), np.linspace(-300.0, 300.0, 60)
+        arc = curve_through(np.stack((x, sagitta * (1.0 - (x / 300.0) ** 2)), axis=1) + 400.0)
+        for _ in range(10):
+            tracker.update([detection_of(arc, radius=6.0)])
+        seen = arc.transformed(scale * np.eye(2), [400.0 - 400.0 * scale] * 2)
+        (track,) = tracker.update([detection_of(seen, radius=6.0 * scale)])
+        assert (track.id, track.curve, track.inferred) == (1, seen, ())
 
 
 class TestNeverSeen:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from dloftbs.observation import Observation
+from dloftbs.tracking.appearance import width_ratio
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
@@ -64,7 +65,8 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
     """Return the match with the whole object of an observation that shows one track alone; None if that is not known.
 
     It is the whole track, whatever its length, tilt and bend, unless the image's border or an occluder cuts it. Where
-    no evidence tells, an end may have been cut off or added, which shows in the rest staying where it was predicted.
+    no evidence tells, an end may have been cut off or added, which shows in the rest keeping its shape; what came
+    nearer or went away is as long in widths as before.
 
     Parameters
     ----------
@@ -88,8 +90,9 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
         return match_whole(model, whole)  # all of it tells the direction better than a small part
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None
-    share = whole.length / length
-    same = (first.in_sight and last.in_sight) or not _stayed_but_for_an_end(model, whole, start, share)
+    nearer = width_ratio(whole.width, model.width)
+    as_long = abs(whole.length - nearer * length) < model.position_tolerance_px
+    same = (first.in_sight and last.in_sight) or as_long or not _kept_shape(model, whole, start, whole.length / length)
     return PartialMatch(whole, WHOLE, WHOLE) if same else None
 
 
@@ -100,7 +103,7 @@ def match_whole(model: TrackModel, observation: Observation) -> PartialMatch:
     return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
 
 
-def _stayed_but_for_an_end(model: TrackModel, whole: Observation, start: float, share: float) -> bool:
+def _kept_shape(model: TrackModel, whole: Observation, start: float, share: float) -> bool:
     """Return True if an observation fits clearly better as a part of a track, or with a new part, than as a whole.
 
     `share` is the ratio of its length to that of the track as predicted. How it moved as a whole does not count.
