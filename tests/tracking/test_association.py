@@ -66,7 +66,7 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
             models[-1].count_hit(1)
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
     observations = make_observations([detection_of(curve) for curve in seen])
-    shown = associate(models, observations, view, config)
+    shown = associate(models, observations, config)
     resolved = resolve(models, shown, view)
     assert pickle.dumps(models) == before
     assert len(shown) == len(resolved) == 2
@@ -88,7 +88,7 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
         model.predicted = one.sample(SAMPLES)
     for order in (1, -1):
         observations = make_observations(seen[::order])
-        shown = associate(models, observations, View((600, 900)), TrackingConfig())
+        shown = associate(models, observations, TrackingConfig())
         assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
         assert [one.matches[0].observation.detection for one in shown] == seen
 
@@ -107,5 +107,5 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
     for model, one in zip(models, came, strict=True):
         model.predicted = one.sample(SAMPLES)
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
-    shown = associate(models, seen, View((600, 900)), TrackingConfig())
+    shown = associate(models, seen, TrackingConfig())
     assert [one.apart_from for one in shown] == ([{2}, {1}] if kind is EndKind.FREE else [set(), set()])

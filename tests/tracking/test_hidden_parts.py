@@ -207,7 +207,6 @@ class TestPlainSight:
             (track,) = see(tracker, seen)
             assert (track.id, track.curve, track.inferred) == (1, seen, ())
 
-
     @pytest.mark.parametrize("scale", [0.7, 0.85, 1.2])
     @pytest.mark.parametrize("sagitta", [10.0, 60.0, 150.0])
     def test_a_cable_that_comes_nearer_or_goes_away_at_once_is_whole(self, sagitta, scale):

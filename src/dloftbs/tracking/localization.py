@@ -9,7 +9,6 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from dloftbs.tracking.alignment import place_part
-from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.kernels.routing import SAMPLES_PER_NODE
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
@@ -41,7 +40,7 @@ Source: by hand; of a hairpin, whose ends meet.
 """
 
 
-def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, view: View) -> list[PartialMatch]:
+def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[PartialMatch]:
     """Return the matches of all intervals of a track, laid along it together with the hidden spans between them."""
     whole = _match_detection(graph, intervals, model)
     if whole is not None:
@@ -53,12 +52,8 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     before, after = graph.place(extended[0], model)[0], model.length - graph.place(extended[-1], model)[1]
     if len(observed) == 1:
         return [place_part(model, observed[0], before)]
-    # What is left over is none of the ends': it may as well be between, where a bend is seen to span little.
-    ends = view.ends(observed[0], model)[0], view.ends(observed[-1], model)[1]
-    least = model.position_tolerance_px
-    before, after = (
-        px if px > least and not end.in_sight else 0.0 for px, end in zip((before, after), ends, strict=True)
-    )
+    # A little that is left over is none of the ends': it may as well be between, where a bend is seen to span little.
+    before, after = (px if px > model.position_tolerance_px else 0.0 for px in (before, after))
     lengths = [one.length for one in observed]
     between = [_hidden_length(graph, *pair, model) for pair in pairwise(extended)]
     steps = [before, *(px for pair in zip(lengths, between, strict=False) for px in pair), lengths[-1], after]
