@@ -7,7 +7,19 @@ import pytest
 from builders import curve_through, detection_of, line, loop, part, wave
 from hypothesis import given
 from hypothesis import strategies as st
-from tracked_curves import AT_ONCE, FRAME_S, HIDDEN, SHAPES, ids, level, runs_like, see, turning
+from tracked_curves import (
+    AT_ONCE,
+    FRAME_S,
+    HIDDEN,
+    SHAPES,
+    TENTATIVE,
+    ids,
+    level,
+    runs_like,
+    see,
+    shown_for,
+    turning,
+)
 
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
@@ -73,6 +85,21 @@ class TestIdentity:
         assert ids(see(tracker, level(200))) == [2]
         assert tracker.lost == ()
 
+    def test_two_that_the_second_frame_joins_are_two_again(self):
+        tracker = Tracker()
+        one, other = line((0.0, 0.0), (300.0, 0.0)), line((310.0, 0.0), (500.0, 0.0))
+        assert ids(see(tracker, one, other)) == [1, 2]
+        see(tracker, line((0.0, 0.0), (500.0, 0.0)))
+        assert ids(see(tracker, one, other)) == [1, 2]
+
+    def test_one_that_was_hardly_seen_takes_nothing_that_fits_a_lost_one(self):
+        tracker = Tracker()
+        shown_for(tracker, 3, level(0.0))
+        see(tracker)
+        assert ids(see(tracker, line((200.0, 25.0), (250.0, 25.0)))) == [2]
+        assert see(tracker) == ()
+        assert ids(see(tracker, line((200.0, 20.0), (300.0, 20.0)))) == [1]
+
     @pytest.mark.parametrize("span", [(0.0, 0.05), (0.45, 0.55), (0.2, 0.7)])
     def test_a_piece_does_not_take_the_track_of_the_whole(self, span):
         tracker = Tracker(AT_ONCE)
@@ -104,8 +131,8 @@ class TestIdentity:
                 number, hits, misses, confirmed = alive[cable]
                 if visible[cable]:
                     alive[cable] = [number, hits + 1, 0, confirmed or hits + 1 >= config.min_hits]
-                elif confirmed and misses < most_misses:
-                    alive[cable] = [number, hits, misses + 1, True]
+                elif misses < (most_misses if confirmed else hits):
+                    alive[cable] = [number, hits, misses + 1, confirmed]
                 else:
                     del alive[cable]
             for cable in order:
@@ -115,7 +142,8 @@ class TestIdentity:
             expected = sorted((number, hits, misses) for number, hits, misses, _ in alive.values())
             assert sorted((t.id, t.hits, t.misses) for t in (*tracks, *tracker.lost)) == expected
             assert all(t.detection is not None and t.state is not HIDDEN and not t.misses for t in tracks)
-            assert all(t.detection is None and t.state is HIDDEN and t.misses for t in tracker.lost)
+            assert all(t.detection is None and t.misses for t in tracker.lost)
+            assert all(t.state is (HIDDEN if t.hits >= config.min_hits else TENTATIVE) for t in tracker.lost)
 
 
 class TestDirection:

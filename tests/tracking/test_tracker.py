@@ -81,12 +81,17 @@ class TestLife:
         assert [track.hits for track in seen] == [1, 2, 3, 4, 5, 6]
         assert ids(seen) == [1] * 6
 
-    def test_a_tentative_track_does_not_outlive_a_miss(self):
-        tracker = Tracker(TrackingConfig(min_hits=3))
-        see(tracker, wave())
-        see(tracker, wave())
-        assert see(tracker) == ()
-        assert ids(see(tracker, wave())) == [2]
+    @pytest.mark.parametrize("frames", [1, 2])
+    def test_a_tentative_track_outlives_as_many_misses_as_it_has_hits(self, frames):
+        for misses in (frames, frames + 1):
+            tracker = Tracker(TrackingConfig(min_hits=4))
+            shown_for(tracker, frames, wave())
+            for _ in range(misses):
+                assert see(tracker) == ()
+                assert states(tracker.lost) in ([], [TENTATIVE])
+            (track,) = see(tracker, wave())
+            assert (track.id, track.hits) == ((1, frames + 1) if misses == frames else (2, 1))
+            assert track.state is TENTATIVE
 
     @pytest.mark.parametrize("frames", [0, 1, 5])
     def test_what_is_missing_is_kept_exactly_as_long_as_it_may(self, frames):

@@ -18,7 +18,8 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
         A detection is the same object as a track only while their mean distance is below this share of the length, the
         geometric mean of both lengths being meant. It widens while the track is not seen.
     min_hits : int
-        Frames in a row in which an object must be seen before its track is confirmed.
+        Frames in which an object must be seen before its track is confirmed. Until then it ends once the object is
+        missing for more frames than it was seen in.
     keep_lost_s : float
         Seconds for which a confirmed track of which nothing is seen can be found again under its id.
     override_frames : int

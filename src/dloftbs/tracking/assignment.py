@@ -19,6 +19,7 @@ from dloftbs.tracking.appearance import colours_differ, width_ratio, widths_diff
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
+from dloftbs.tracks import TrackState
 
 _MAX_MEAN = 0.02
 """Largest mean distance of an unambiguous match, as a share of the length.
@@ -150,9 +151,11 @@ def assign(
     misfit, start, backwards = kernels.align_all(predicted, usual, is_loop, found, lengths, closed, possible * cap)
     ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
-    cost = covered * misfit / gate + 1.0 - covered
+    # One that was seen too little, and then not, takes what fits no other one.
+    is_doubtful = np.array([m.misses > 0 and m.state is TrackState.TENTATIVE for m in models])
+    cost = covered * misfit / gate + 1.0 - covered + is_doubtful[:, None]
     # Beyond the gate all pairs cost the same, more than all others together, and are dropped afterwards.
-    fits, beyond = misfit < gate, _MISFIT_CAP * min(cost.shape) + 1.0
+    fits, beyond = misfit < gate, 2.0 * min(cost.shape) + 1.0
     rows, columns = linear_sum_assignment(np.where(fits, cost, beyond))
     result = {}
     for t, d in zip(rows.tolist(), columns.tolist(), strict=True):

@@ -187,8 +187,10 @@ class TrackModel:
             self.motion.make_rigid()
         self._extrapolate(extrapolated_time(dt))
         self.motion.decay(dt)
-        self.sight.see_nothing(view.look(self.points, self, self.curve_3d), self.length_widths, dt)
-        self.state = TrackState.HIDDEN
+        # Of one that was seen too little, nothing is said to be hidden.
+        told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self, self.curve_3d)
+        self.sight.see_nothing(told, self.length_widths, dt)
+        self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
         self.misses += 1
         self.missing_s += dt
         self.conflict.clear()

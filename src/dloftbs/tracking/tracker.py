@@ -252,7 +252,7 @@ class Tracker:
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""
         too_long = model.missing_s + dt > self._config.keep_lost_s + _ROUNDING_S
-        if model.state is TrackState.TENTATIVE or too_long:
+        if too_long or (model.state is TrackState.TENTATIVE and model.misses >= model.hits):
             return False
         model.update_unseen(self._view, dt)
         return True
