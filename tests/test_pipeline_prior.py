@@ -42,6 +42,14 @@ def test_after_ten_frames_of_clear_view_a_wrong_past_is_given_up() -> None:
     assert not any(goes_up(result, tracked=True) for result in results[15:])
 
 
+@pytest.mark.parametrize("frames", [3, 5, 7, 8, 12])
+def test_whatever_the_past_nothing_that_a_frame_shows_is_left_out_for_long(frames: int) -> None:
+    """A track on a half of a detection that bridges a gap leaves the other half to nobody."""
+    last = process(Pipeline(), [WITHOUT_GAP] * frames + [WITH_GAP] * 20)[-1]
+    lengths = [sum(one.curve.length for one in found) for found in (last.tracks, last.detections)]
+    assert lengths[0] == pytest.approx(lengths[1], rel=0.03)
+
+
 @pytest.mark.parametrize("config", [Config(), Config.paper()], ids=["default", "paper"])
 def test_detecting_and_resetting_leave_no_past(config: Config) -> None:
     pipeline = Pipeline(config)

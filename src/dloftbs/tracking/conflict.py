@@ -45,7 +45,7 @@ class Conflict:
         It counts only if its length stays the same: an occluder may move. A small contradiction in length counts twice:
         a wrong end was probably adopted before.
         """
-        if observation.contiguous and (self.frames == 0 or self._is_same(observation, width)):
+        if self.frames == 0 or self._is_same(observation, width):
             if self.frames == 0:
                 self.length_px = observation.object_length
             self.frames += 2 if is_small else 1
