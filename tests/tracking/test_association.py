@@ -10,8 +10,10 @@ from builders import bent, detection_of, line, part, wave
 from tracked_curves import level
 
 from dloftbs.config import TrackingConfig
+from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import SAMPLES, make_observations
 from dloftbs.tracking import Tracker
+from dloftbs.tracking.alignment import place_part
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
@@ -66,7 +68,7 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
             models[-1].count_hit(1)
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
     observations = make_observations([detection_of(curve) for curve in seen])
-    shown = associate(models, observations, config)
+    shown = associate(models, observations, view, config)
     resolved = resolve(models, shown, view)
     assert pickle.dumps(models) == before
     assert len(shown) == len(resolved) == 2
@@ -88,7 +90,7 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
         model.predicted = one.sample(SAMPLES)
     for order in (1, -1):
         observations = make_observations(seen[::order])
-        shown = associate(models, observations, TrackingConfig())
+        shown = associate(models, observations, View((600, 900)), TrackingConfig())
         assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
         assert [one.matches[0].observation.detection for one in shown] == seen
 
@@ -107,5 +109,18 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
     for model, one in zip(models, came, strict=True):
         model.predicted = one.sample(SAMPLES)
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
-    shown = associate(models, seen, TrackingConfig())
+    shown = associate(models, seen, View((600, 900)), TrackingConfig())
     assert [one.apart_from for one in shown] == ([{2}, {1}] if kind is EndKind.FREE else [set(), set()])
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_what_is_missing_of_a_part_lies_beyond_the_end_that_something_hides(end):
+    cable = line((100.0, 100.0), (700.0, 100.0))
+    (whole,) = make_observations([detection_of(cable, radius=6.0)])
+    model = TrackModel.from_observation(1, whole)
+    (seen,) = make_observations([detection_of(part(cable, *((0.4, 1.0) if end == 0 else (0.0, 0.6))), radius=6.0)])
+    occluders = np.zeros((200, 800), dtype=np.uint8)
+    occluders[:, slice(200, 345) if end == 0 else slice(455, 600)] = 1
+    view = View((200, 800), OcclusionEvidence(occluders=occluders))
+    start_px = 200.0 if end == 0 else 40.0  # the motion so far puts it 40 px from where it is
+    assert place_part(model, seen, start_px, view).track_span == pytest.approx((0.4, 1.0) if end == 0 else (0.0, 0.6))

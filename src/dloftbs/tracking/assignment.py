@@ -16,6 +16,7 @@ from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import match_whole, place_part
 from dloftbs.tracking.appearance import colours_differ, width_ratio, widths_differ
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
@@ -133,7 +134,7 @@ def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observati
 
 
 def assign(
-    models: Sequence[TrackModel], observations: Sequence[Observation], config: TrackingConfig
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> dict[int, tuple[int, PartialMatch]]:
     """Map ids of tracks to observations and how these show them: as many pairs as possible, with the least total cost.
 
@@ -161,7 +162,7 @@ def assign(
     for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
         if fits[t, d]:
             one = observations[d].reversed() if backwards[t, d] else observations[d]
-            match = _match(models[t], one, float(start[t, d]), config, backwards=bool(backwards[t, d]))
+            match = _match(models[t], one, float(start[t, d]), view, config, backwards=bool(backwards[t, d]))
             result[models[t].id] = d, match
     return result
 
@@ -184,7 +185,7 @@ def _box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
 
 
 def _match(
-    model: TrackModel, oriented: Observation, start: float, config: TrackingConfig, *, backwards: bool
+    model: TrackModel, oriented: Observation, start: float, view: View, config: TrackingConfig, *, backwards: bool
 ) -> PartialMatch:
     """Return the match of a track with an observation in its direction; `start` is that of the shorter one."""
     if oriented.curve.closed:
@@ -196,4 +197,4 @@ def _match(
     start_px = start * model.length
     if oriented.length > model.length:
         start_px = (start - 1.0) * oriented.length + model.length if backwards else -start * oriented.length
-    return place_part(model, oriented, start_px)
+    return place_part(model, oriented, start_px, view)

@@ -14,6 +14,7 @@ import numpy as np
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.assignment import assign, match_by_length, match_remaining, match_unambiguous
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.routing import route_tracks
@@ -21,7 +22,7 @@ from dloftbs.tracking.track_model import TrackModel
 
 
 def associate(
-    models: Sequence[TrackModel], observations: Sequence[Observation], config: TrackingConfig
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> list[TrackObservation]:
     """Return what a frame shows of each track, by where it is predicted."""
     shown, left = dict[int, TrackObservation](), list(observations)
@@ -36,21 +37,21 @@ def associate(
             left = [one for one in left if one.detection_index not in taken]
     rest = [model for model in models if model.id not in shown]
     if rest and left:
-        shown |= _associate_ambiguous(rest, left, config)
+        shown |= _associate_ambiguous(rest, left, view, config)
     return [shown.get(model.id, TrackObservation()) for model in models]
 
 
 def _associate_ambiguous(
-    models: Sequence[TrackModel], observations: Sequence[Observation], config: TrackingConfig
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> dict[int, TrackObservation]:
     """Return what ambiguous observations show of the tracks, by their ids."""
     shown, unassigned = dict[int, TrackObservation](), list(observations)
     known = [model for model in models if _is_well_known(model, config)]
     if known:
-        shown, unassigned = route_tracks(known, observations)
+        shown, unassigned = route_tracks(known, observations, view)
     rest = [model for model in models if model.id not in shown]
     if unassigned and rest:
-        assigned = assign(rest, unassigned, config)
+        assigned = assign(rest, unassigned, view, config)
         shown |= {t: TrackObservation((match,)) for t, (_, match) in assigned.items()}
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]

@@ -9,6 +9,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from dloftbs.tracking.alignment import place_part
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.kernels.routing import SAMPLES_PER_NODE
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
@@ -40,7 +41,7 @@ Source: by hand; of a hairpin, whose ends meet.
 """
 
 
-def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[PartialMatch]:
+def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel, view: View) -> list[PartialMatch]:
     """Return the matches of all intervals of a track, laid along it together with the hidden spans between them."""
     whole = _match_detection(graph, intervals, model)
     if whole is not None:
@@ -51,7 +52,7 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     observed = [graph.observe(one) for one in extended]
     before, after = graph.place(extended[0], model)[0], model.length - graph.place(extended[-1], model)[1]
     if len(observed) == 1:
-        return [place_part(model, observed[0], before)]
+        return [place_part(model, observed[0], before, view)]
     # A little that is left over is none of the ends': it may as well be between, where a bend is seen to span little.
     before, after = (px if px > model.position_tolerance_px else 0.0 for px in (before, after))
     lengths = [one.length for one in observed]

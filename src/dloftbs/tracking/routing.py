@@ -12,6 +12,7 @@ from itertools import pairwise
 
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
@@ -37,7 +38,7 @@ Source: by hand; shorter parts fit many places.
 
 
 def route_tracks(
-    models: Sequence[TrackModel], observations: Sequence[Observation]
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View
 ) -> tuple[dict[int, TrackObservation], list[Observation]]:
     """Route tracks through observations.
 
@@ -55,7 +56,8 @@ def route_tracks(
             claimed[t] = _within_length(graph, routes[t].intervals, models[t])
             graph.claim(claimed[t])
     shown = {
-        models[t].id: TrackObservation(tuple(localize(graph, intervals, models[t]))) for t, intervals in claimed.items()
+        models[t].id: TrackObservation(tuple(localize(graph, intervals, models[t], view)))
+        for t, intervals in claimed.items()
     }
     unassigned = [
         part

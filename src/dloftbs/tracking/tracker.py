@@ -230,7 +230,7 @@ class Tracker:
         models, view, config = self._models, self._view, self._config
         for model in models:
             model.predict(extrapolated_time(dt))
-        resolved = resolve(models, associate(models, observations, config), view)
+        resolved = resolve(models, associate(models, observations, view, config), view)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)
             if sides is not None:
