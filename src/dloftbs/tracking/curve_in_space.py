@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 
 import numpy as np
 
@@ -86,15 +87,25 @@ def place_by_space(
     points = view.project(curve_3d, CURVE_SAMPLES)
     if points is None or len(spans) < len(matches):
         return None
-    along = _arc_lengths(points)
-    if not along[-1] > 0.0:
-        return None
+    along, along_m = _arc_lengths(points), _arc_lengths(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
+    edges = [0.0, *(edge for span in spans for edge in span), 1.0]
+    hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2] for lengths in (along, along_m))
+    # Where parts are farther apart than the track is long, nothing makes it longer.
+    share, is_hidden = np.diff(edges), hidden_before(matches) > 0.0
+    scale = np.divide(metres * share[::2], hidden_m, out=np.ones_like(hidden_m), where=hidden_m > 0.0)
+    hidden = np.where(is_hidden, np.minimum(scale, 1.0) * hidden_px, 0.0)
+    seen = np.array([match.observation.length for match in matches])
+    length = float(seen.sum() + hidden.sum())
+    ends = list(accumulate(np.ravel((hidden[:-1], seen), order="F").tolist()))
     placed = [
-        match._replace(track_span=tuple((np.interp(span, EVEN_U, along) / along[-1]).tolist()))
-        for match, span in zip(matches, spans, strict=True)
+        match._replace(track_span=(low / length, high / length))
+        for match, low, high in zip(matches, ends[::2], ends[1::2], strict=True)
     ]
+    if hidden[-1] == 0.0:  # not by a rounding error before it
+        placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
     evenly = np.stack([np.interp(EVEN_U * along[-1], along, column) for column in points.T], axis=1)
-    return placed, evenly, float(along[-1]) / metres
+    covered = float(share[1::2].sum() + share[::2][is_hidden].sum())  # less than all if the parts are too short
+    return placed, evenly, length / (covered * metres)
 
 
 def _arc_lengths(points: FloatArray) -> FloatArray:
