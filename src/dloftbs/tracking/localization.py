@@ -139,7 +139,7 @@ def _shift_edge(graph: SampleGraph, part: int, edge: int, direction: int, count:
 
 
 def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, model: TrackModel) -> float:
-    """Return the hidden length between two intervals, px: the detector's, or as bent as it was."""
+    """Return the hidden length between two intervals, px: the detector's, or as bent as it was last seen."""
     chord = math.dist(graph.points[interval.end], graph.points[following.start])
     if following.first == interval.last + 1:
         return chord
@@ -149,7 +149,7 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
         ].object_length
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
     places = graph.place(interval, model)[1], graph.place(following, model)[0]
-    shape = interpolate(model.points, np.linspace(*places, _SPAN_SAMPLES) / model.length)
+    shape = interpolate(model.shape, np.linspace(*places, _SPAN_SAMPLES) / model.length)
     length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)

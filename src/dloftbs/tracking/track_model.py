@@ -48,6 +48,8 @@ class TrackModel:
     curve_3d : BSplineCurve or None
     points : numpy.ndarray, shape (SAMPLES, 2)
         Samples of the curve, px.
+    shape : numpy.ndarray, shape (SAMPLES, 2)
+        The samples when the whole object was last seen.
     predicted : numpy.ndarray, shape (SAMPLES, 2)
         The samples where this frame is expected to show them.
     width : float
@@ -78,6 +80,7 @@ class TrackModel:
     curve: BSplineCurve
     curve_3d: BSplineCurve | None
     points: FloatArray
+    shape: FloatArray
     predicted: FloatArray
     width: float
     lengths: LengthRecord
@@ -102,6 +105,7 @@ class TrackModel:
             track_id,
             observation.curve,
             observation.curve_3d,
+            observation.points,
             observation.points,
             observation.points,
             observation.width,
@@ -156,7 +160,7 @@ class TrackModel:
     def update_whole(self, observation: Observation, velocity: FloatArray | None) -> None:
         """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
-        self.points = observation.points
+        self.points = self.shape = observation.points
         self.motion.adopt(velocity)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
@@ -244,6 +248,6 @@ class TrackModel:
     def resample(self, span: tuple[float, float]) -> None:
         """Make a span the track's ``u`` of 0 to 1; what lies outside of the former is new."""
         u = span[0] + U * (span[1] - span[0])
-        self.points = interpolate(self.points, u)
+        self.points, self.shape = interpolate(self.points, u), interpolate(self.shape, u)
         self.motion.resample(u)
         self.sight.resample(u)
