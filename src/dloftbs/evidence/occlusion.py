@@ -44,7 +44,6 @@ _NOTHING = np.zeros((0, 0), dtype=np.uint8)
 Source: by definition.
 """
 
-
 _NO_DEPTH = ReadableDepth(np.zeros((0, 0), dtype=np.uint16), 0.0, 0.0, 0.0)
 """Depth that is not known, no pixels, counts.
 

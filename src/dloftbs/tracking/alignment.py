@@ -20,7 +20,7 @@ Source: by hand; unexpected motion must not hide where a part lies.
 """
 
 _CUT_FIT = 0.25
-"""Share of the misfit as a whole below which the rest fits better where it was: an end may have been cut off.
+"""Share of the misfit as a whole below which the rest fits better as a part: an end may have been cut off.
 
 Source: by hand; on sequences of five seeds, 89 % of cut views and 5 % of whole ones of cables that bend and tilt.
 """

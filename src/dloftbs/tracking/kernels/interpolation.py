@@ -61,12 +61,12 @@ def extend_ends(points: _Floats, distances: _Floats) -> _Floats:
     """
     count, last = len(distances), len(points) - 1
     places = np.empty((2 * count, 2))
-    for end, before in ((0, 1), (last, last - 1)):
+    for side, end, before in ((0, 0, 1), (1, last, last - 1)):
         x, y = points[end, 0] - points[before, 0], points[end, 1] - points[before, 1]
         length = math.sqrt(x * x + y * y)
         for k in range(count):
             far = distances[k] / length if length > 0.0 else 0.0
-            at = k + count * min(end, 1)
+            at = k + side * count
             places[at, 0], places[at, 1] = points[end, 0] + far * x, points[end, 1] + far * y
     return places
 
