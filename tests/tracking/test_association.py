@@ -9,6 +9,7 @@ import pytest
 from builders import bent, detection_of, line, part, wave
 from tracked_curves import level
 
+from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.observation import SAMPLES, make_observations
@@ -75,7 +76,8 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
     assert any(one.matches for one in resolved) == bool(seen)
 
 
-def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
+@pytest.mark.parametrize("bridged", [(), (Joint(JointKind.GAP, (0.4, 0.5), 1.0, 1.0),)])
+def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly(bridged):
     """Two cables pass each other at a small angle; each is seen from end to end, and as long as ever."""
     first, second = bent((0.0, 0.0), (250.0, 0.0), (400.0, 0.0)), bent((50.0, -260.0), (250.0, 0.0), (440.0, 40.0))
     seen = [detection_of(first), detection_of(second)]
@@ -88,6 +90,7 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly():
     swapped = bent((0.0, 0.0), (250.0, 0.0), (440.0, 40.0)), bent((50.0, -260.0), (250.0, 0.0), (400.0, 0.0))
     for model, one in zip(models, swapped, strict=True):
         model.predicted = one.sample(SAMPLES)
+    seen = [detection_of(one.curve, radius=5.0, joints=bridged) for one in seen]
     for order in (1, -1):
         observations = make_observations(seen[::order])
         shown = associate(models, observations, View((600, 900)), TrackingConfig())

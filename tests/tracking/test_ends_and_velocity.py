@@ -105,6 +105,18 @@ def test_what_changes_its_length_at_once_has_no_velocity_until_it_moves_on() -> 
     assert [track.velocity is None for track in tracks] == [True, False, False, True, False]
 
 
+def test_to_find_a_cable_elsewhere_along_itself_after_its_ends_were_hidden_is_no_motion() -> None:
+    """The middle of a straight cable looks the same wherever its hidden ends are."""
+    here, pulled = line((40, 200), (440, 200)), line((140, 200), (540, 200))
+    middle = line((180, 200), (380, 200))
+    tracks = follow([*[here] * 12, *[middle] * 3, pulled, pulled])
+    assert [track.id for track in tracks] == [1] * 17
+    assert tracks[14].curve.length == pytest.approx(400.0, abs=1.0)
+    assert tracks[15].curve.length == pytest.approx(400.0, abs=1.0)
+    assert [track.velocity is None for track in tracks[14:]] == [False, True, False]
+    np.testing.assert_allclose(tracks[16].velocity, 0.0, atol=1e-6)
+
+
 def test_the_velocity_in_space_is_in_metres() -> None:
     tracker = Tracker(TrackingConfig(min_hits=1))
     tracks = []

@@ -15,6 +15,7 @@ from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.tracking import Tracker
+from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracks import Track, TrackState
 
 OVERRIDE = TrackingConfig().override_frames
@@ -86,6 +87,11 @@ def shifted(curve: BSplineCurve, x: float, y: float) -> BSplineCurve:
     return curve.transformed(np.eye(2), [x, y])
 
 
+def highest(curve: BSplineCurve) -> float:
+    """Return how high up the image a curve's higher end lies, px from its top."""
+    return float(curve(np.array([0.0, 1.0]))[:, 1].min())
+
+
 def crossing(a: BSplineCurve, b: BSplineCurve) -> tuple[float, float]:
     """Return where two curves come closest, in the parameter of each."""
     u = np.linspace(0.0, 1.0, 501)
@@ -122,6 +128,20 @@ class TestWrongTurnAtACrossing:
             tracks = see(tracker, *(misread(*truth) if wrong else truth))
             followed(tracks, truth, 2.0)
             assert all(track.inferred == () for track in tracks)
+
+    def test_changes_no_young_track_of_which_all_frames_were_alike(self, pair, misread):
+        tracker = tracked(*pair, frames=MIN_SEEN_FRAMES + 1)
+        for _ in range(2):
+            followed(see(tracker, *misread(*pair)), list(pair), 2.0)
+
+    def test_is_given_up_at_once_while_frames_disagree(self, pair, misread):
+        """Which of them was right nobody knows yet."""
+        tracker = tracked(*misread(*pair), frames=1)
+        for _ in range(MIN_SEEN_FRAMES + 1):
+            tracks = see(tracker, *pair)
+        found = sorted((track.curve for track in tracks), key=highest)
+        truth = sorted(pair, key=highest)
+        assert all(aside(one, true) < 1.0 for one, true in zip(found, truth, strict=True))
 
     def test_for_long_is_adopted_and_given_up_again(self, pair, misread):
         """Three times the frames where one is believed first: the other one's way changes by that, and counts anew."""

@@ -72,8 +72,8 @@ def match_by_length(
 ) -> dict[int, Observation]:
     """Map ids of tracks to observations that are as long as they usually are, within the gate, and nothing else near.
 
-    An object that a frame shows without a gap, from end to end, and as long as it usually is, has not exchanged a part
-    with another one, wherever its track was routed before. `gate` is a share of the length.
+    An object that a frame shows from end to end, as long as it usually is, has not exchanged a part with another one,
+    wherever its track was routed before. `gate` is a share of the length.
     """
     return _match_near(models, observations, _is_as_usual, gate, math.inf)
 
@@ -108,9 +108,9 @@ def _is_unchanged(model: TrackModel, one: Observation) -> bool:
 
 
 def _is_as_usual(model: TrackModel, one: Observation) -> bool:
-    """Return True if an observation has no gap and is as long as the track was in most full views."""
+    """Return True if an observation is as long as the track was in most full views."""
     usual, in_view = model.lengths.usual_px, model.length_in_view(one)
-    if math.isnan(usual) or not one.contiguous or colours_differ([model], [one])[0, 0]:
+    if math.isnan(usual) or colours_differ([model], [one])[0, 0]:
         return False
     return abs((usual if math.isnan(in_view) else in_view) - one.length) <= model.length_tolerance_px
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
@@ -46,9 +48,11 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
         abs(observation.length - model.length) > JUMP_SHARE * model.length
         or observation.curve.closed != model.curve.closed
     )
-    velocity = None
-    if not (longer or model.misses or other_shape):
-        velocity = model.motion.after(observation.points - model.points, dt)
+    step = observation.points - model.points
+    # Where a part was hidden, the rest may have been placed wrongly along the object.
+    misplaced = bool(model.sight.hidden) and np.abs(step).max() > JUMP_SHARE * model.length
+    is_unknown = longer or model.misses or other_shape or misplaced
+    velocity = None if is_unknown else model.motion.after(step, dt)
     model.update_whole(observation, velocity)
 
 
