@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dloftbs._arrays import LARGEST, FloatArray
+from dloftbs._arrays import LARGEST, FloatArray, frozen
 from dloftbs._values import check_number, shown
 from dloftbs.centerline import JointKind
 from dloftbs.curve import BSplineCurve
@@ -159,12 +159,12 @@ def make_observations(
             given = widths[index]
             unknown = isinstance(given, float) and math.isnan(given)
             width = math.nan if unknown else check_number("a width", given, 0.0, LARGEST)
-        points, length = sample_curve(curve)
+        points, length = sample_whole(curve)
         if length > 0.0:
             gaps = () if detection is None or not detection.joints else detection.inferred
             contiguous = not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
             space = None if detection is None else detection.curve_3d
-            metres = 0.0 if space is None else sample_curve(space)[1]
+            metres = 0.0 if space is None else sample_whole(space)[1]
             scale = length / metres if metres > 0.0 else math.nan
             observations.append(
                 Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps, scale)
@@ -176,6 +176,16 @@ def _is_list_of(count: int, values: object) -> bool:
     if isinstance(values, np.ndarray):
         return values.shape == (count,)
     return isinstance(values, Sequence) and len(values) == count
+
+
+def sample_whole(curve: BSplineCurve) -> tuple[FloatArray, float]:
+    """Return `SAMPLES` points along a whole curve, read-only, and the length of the polygon; they are kept with it."""
+    kept = curve.__dict__
+    if "samples" not in kept:
+        points, length = sample_curve(curve)
+        kept["samples"] = frozen(points), length
+    samples: tuple[FloatArray, float] = kept["samples"]
+    return samples
 
 
 def sample_curve(

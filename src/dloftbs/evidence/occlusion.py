@@ -18,7 +18,8 @@ from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, samp
 from dloftbs.evidence.kernels.gap_depths import EDGE_PX
 from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
 from dloftbs.frame import Frame
-from dloftbs.observation import SAMPLES, Appearance, U, sample_curve
+from dloftbs.kernels.polyline_lengths import arc_parameter
+from dloftbs.observation import Appearance, U, sample_whole
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
@@ -207,18 +208,18 @@ class OcclusionEvidence:
             compare_with_ground(self._image, self._mask, points, *known, width, HIDDEN, IN_SIGHT, told)
         return told
 
-    def project(self, curve_3d: BSplineCurve, count: int) -> FloatArray | None:
-        """Return points (count, 2) of the image along a curve in space; None without a camera that sees all of it."""
-        points, _ = sample_curve(curve_3d, count=count)
-        return None if self._camera is None or not (points[:, 2] > 0.0).all() else self._camera.project(points)
+    def project(self, points_m: FloatArray) -> FloatArray | None:
+        """Return the image (n, 2) of points (n, 3) in space, px; None without a camera that sees all of them."""
+        return None if self._camera is None or not points_m[:, 2].min() > 0.0 else self._camera.project(points_m)
 
     def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:
         """Return the distance (SAMPLES,) of a curve along the optical axis, m, at the samples of its image.
 
         None without depth, or without a camera that sees all of the curve.
         """
-        seen = None if self._depth is None else self.project(curve_3d, SAMPLES)
+        points, _ = sample_whole(curve_3d)
+        seen = None if self._depth is None else self.project(points)
         if seen is None:
             return None
-        along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(seen, axis=0).T))))
-        return np.interp(U, along / along[-1], sample_curve(curve_3d)[0][:, 2]) if along[-1] > 0.0 else None
+        along = arc_parameter(seen, False)
+        return np.interp(U, along, points[:, 2]) if along[-1] > 0.0 else None

@@ -11,14 +11,20 @@ from dloftbs.kernels.shared.selection import median_of
 
 
 @helper
-def _write_arc(points: npt.NDArray[np.float64], closed: bool, parameter: npt.NDArray[np.float64]) -> None:
+def _add_up_steps(points: npt.NDArray[np.float64], lengths: npt.NDArray[np.float64]) -> None:
     n, dims = points.shape
-    parameter[0] = 0.0
+    lengths[0] = 0.0
     for i in range(1, n):
         squared = 0.0
         for d in range(dims):
             squared += (points[i, d] - points[i - 1, d]) ** 2
-        parameter[i] = parameter[i - 1] + np.sqrt(squared)
+        lengths[i] = lengths[i - 1] + np.sqrt(squared)
+
+
+@helper
+def _write_arc(points: npt.NDArray[np.float64], closed: bool, parameter: npt.NDArray[np.float64]) -> None:
+    n, dims = points.shape
+    _add_up_steps(points, parameter)
     total = parameter[n - 1]
     if closed:
         squared = 0.0
@@ -47,6 +53,24 @@ def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[
     parameter = np.empty(len(points), dtype=np.float64)
     _write_arc(points, closed, parameter)
     return parameter
+
+
+@kernel(read(float64, 2))
+def arc_lengths(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the length of the polygon through points up to each of them.
+
+    Parameters
+    ----------
+    points : (n, d) float64
+        One or more.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    lengths = np.empty(len(points), dtype=np.float64)
+    _add_up_steps(points, lengths)
+    return lengths
 
 
 @kernel(

@@ -13,6 +13,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
+from dloftbs.kernels.polyline_lengths import arc_lengths, arc_parameter
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before
@@ -57,11 +58,10 @@ def span_in_space(curve_3d: BSplineCurve, span: tuple[float, float], view: View)
 
     Depth that jumps, where a detection goes over from one cable to another, is long in space and short in the image.
     """
-    points = None if span == WHOLE else view.project(curve_3d, CURVE_SAMPLES)
+    points = None if span == WHOLE else view.project(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
     if points is None:
         return span
-    along = _arc_lengths(points)
-    low, high = np.interp(np.array(span) * along[-1], along, EVEN_U).tolist()
+    low, high = np.interp(span, arc_parameter(points, False), EVEN_U).tolist()
     return low, high
 
 
@@ -84,10 +84,11 @@ def place_by_space(
     view : View
     """
     spans = [part.track_span for part in parts]
-    points = view.project(curve_3d, CURVE_SAMPLES)
+    points_m, _ = sample_curve(curve_3d, count=CURVE_SAMPLES)
+    points = view.project(points_m)
     if points is None or len(spans) < len(matches):
         return None
-    along, along_m = _arc_lengths(points), _arc_lengths(sample_curve(curve_3d, count=CURVE_SAMPLES)[0])
+    along, along_m = arc_lengths(points), arc_lengths(points_m)
     edges = [0.0, *(edge for span in spans for edge in span), 1.0]
     hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2] for lengths in (along, along_m))
     # Where parts are farther apart than the track is long, nothing makes it longer.
@@ -106,9 +107,3 @@ def place_by_space(
     evenly = np.stack([np.interp(EVEN_U * along[-1], along, column) for column in points.T], axis=1)
     covered = float(share[1::2].sum() + share[::2][is_hidden].sum())  # less than all if the parts are too short
     return placed, evenly, length / (covered * metres)
-
-
-def _arc_lengths(points: FloatArray) -> FloatArray:
-    """Return the length of the polygon up to each of its points (n, d)."""
-    steps: FloatArray = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-    return np.concatenate(([0.0], np.cumsum(steps)))
