@@ -84,9 +84,11 @@ class BSplineCurve:
         return curve
 
     def _set(self, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> None:
-        fields = {"_knots": knots, "_control_points": control_points, "_degree": degree, "_closed": closed}
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        put = object.__setattr__
+        put(self, "_knots", knots)
+        put(self, "_control_points", control_points)
+        put(self, "_degree", degree)
+        put(self, "_closed", closed)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a curve is immutable: cannot set {name!r}")

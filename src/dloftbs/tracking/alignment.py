@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
+from dloftbs.kernels.polyline_lengths import arc_lengths
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import width_ratio
 from dloftbs.tracking.frame_view import View
@@ -90,7 +89,7 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
         share = whole.length / model.length_in_view(whole)
         told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres tells how much is hidden
         return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
-    length = float(np.hypot(*np.diff(model.predicted, axis=0).T).sum())
+    length = float(arc_lengths(model.predicted)[-1])
     if abs(whole.length - length) < model.position_tolerance_px:
         return match_whole(model, whole)  # all of it tells the direction better than a small part
     if not whole.contiguous or first.is_cut or last.is_cut:
@@ -103,9 +102,9 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
 
 def match_whole(model: TrackModel, observation: Observation) -> PartialMatch:
     """Return the match of a whole track, as it is predicted, with an observation in the better direction."""
-    both = observation, observation.reversed()
-    misfits = [kernels.misfit_at(one.points, model.predicted, 1.0, 0.0, _SHIFT_WEIGHT) for one in both]
-    return PartialMatch(both[misfits[1] < misfits[0]], WHOLE, WHOLE)
+    both = observation.points, observation.points[::-1]
+    there, back = (kernels.misfit_at(points, model.predicted, 1.0, 0.0, _SHIFT_WEIGHT) for points in both)
+    return PartialMatch(observation.reversed() if back < there else observation, WHOLE, WHOLE)
 
 
 def _kept_shape(model: TrackModel, whole: Observation, start: float, share: float) -> bool:

@@ -89,12 +89,12 @@ def _match_near(
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
     found = kernels.find_partners(predicted, lengths, points, max_mean, max_anywhere, _MARGIN_RATIO).tolist()
-    result = {}
-    for model, partner in zip(models, found, strict=True):
-        if partner:
-            one = observations[abs(partner) - 1]
-            if not (model.curve.closed or one.curve.closed) and agree(model, one):
-                result[model.id] = one if partner > 0 else one.reversed()
+    differ, result = colours_differ(models, observations), {}
+    for t, (model, partner) in enumerate(zip(models, found, strict=True)):
+        d = abs(partner) - 1
+        if partner and not (model.curve.closed or observations[d].curve.closed or differ[t, d]):
+            if agree(model, observations[d]):
+                result[model.id] = observations[d] if partner > 0 else observations[d].reversed()
     return result
 
 
@@ -102,7 +102,7 @@ def _is_unchanged(model: TrackModel, one: Observation) -> bool:
     """Return True if an observation, as it lies on a track, shows all of it, and nothing that it was not."""
     was_whole = not (model.sight.hidden or model.misses)
     as_long = abs(one.length - model.length) <= model.length_tolerance_px
-    if not (was_whole and as_long) or widths_differ(model.width, one.width) or colours_differ([model], [one])[0, 0]:
+    if not (was_whole and as_long) or widths_differ(model.width, one.width):
         return False
     return one.curve_3d is None or not model.is_short(one)
 
@@ -110,7 +110,7 @@ def _is_unchanged(model: TrackModel, one: Observation) -> bool:
 def _is_as_usual(model: TrackModel, one: Observation) -> bool:
     """Return True if an observation is as long as the track was in most full views."""
     usual, in_view = model.lengths.usual_px, model.length_in_view(one)
-    if math.isnan(usual) or colours_differ([model], [one])[0, 0]:
+    if math.isnan(usual):
         return False
     return abs((usual if math.isnan(in_view) else in_view) - one.length) <= model.length_tolerance_px
 

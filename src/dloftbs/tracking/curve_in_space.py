@@ -90,20 +90,25 @@ def place_by_space(
         return None
     along, along_m = arc_lengths(points), arc_lengths(points_m)
     edges = [0.0, *(edge for span in spans for edge in span), 1.0]
-    hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2] for lengths in (along, along_m))
+    hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2].tolist() for lengths in (along, along_m))
+    is_hidden = [gap > 0.0 for gap in hidden_before(matches)]
+    shares = [hidden * (high - low) for hidden, low, high in zip(is_hidden, edges[::2], edges[1::2], strict=True)]
     # Where parts are farther apart than the track is long, nothing makes it longer.
-    share, is_hidden = np.diff(edges), hidden_before(matches) > 0.0
-    scale = np.divide(metres * share[::2], hidden_m, out=np.ones_like(hidden_m), where=hidden_m > 0.0)
-    hidden = np.where(is_hidden, np.minimum(scale, 1.0) * hidden_px, 0.0)
-    seen = np.array([match.observation.length for match in matches])
-    length = float(seen.sum() + hidden.sum())
-    ends = list(accumulate(np.ravel((hidden[:-1], seen), order="F").tolist()))
+    hidden = [
+        gap * px * (min(metres * share / m, 1.0) if m > 0.0 else 1.0)
+        for gap, share, px, m in zip(is_hidden, shares, hidden_px, hidden_m, strict=True)
+    ]
+    seen = [match.observation.length for match in matches]
+    length = sum(seen) + sum(hidden)
+    ends = list(accumulate(px for pair in zip(hidden, seen, strict=False) for px in pair))
     placed = [
         match._replace(track_span=(low / length, high / length))
         for match, low, high in zip(matches, ends[::2], ends[1::2], strict=True)
     ]
     if hidden[-1] == 0.0:  # not by a rounding error before it
         placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
-    evenly = np.stack([np.interp(EVEN_U * along[-1], along, column) for column in points.T], axis=1)
-    covered = float(share[1::2].sum() + share[::2][is_hidden].sum())  # less than all if the parts are too short
+    evenly = np.empty_like(points)
+    for d, column in enumerate(points.T):
+        evenly[:, d] = np.interp(EVEN_U * along[-1], along, column)
+    covered = sum(high - low for low, high in spans) + sum(shares)  # less than all if the parts are too short
     return placed, evenly, length / (covered * metres)

@@ -8,6 +8,7 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
+from dloftbs.kernels.polyline_lengths import arc_lengths
 from dloftbs.tracking.alignment import place_part
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
@@ -72,18 +73,18 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
 def _match_detection(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> PartialMatch | None:
     """Return the match with a detection that all intervals follow, if it is as long as the track and no other's."""
     part = graph.parts[intervals[0].part]
-    whole = (part if intervals[0].direction > 0 else part.reversed()).between(*WHOLE)
     own = [p for p, one in enumerate(graph.parts) if one.detection_index == part.detection_index]
     samples = slice(graph.bounds[own[0]][0], graph.bounds[own[-1]][1] + 1)
-    gaps = whole.length - sum(graph.parts[p].length for p in own)
+    gaps = part.object_length - sum(graph.parts[p].length for p in own)
     tolerance = model.length_tolerance_px + _HIDDEN_UNCERTAINTY * gaps
-    as_long = abs(whole.length - model.length) <= tolerance
-    as_long = as_long or model.lengths.is_usual(whole.length, model.length_tolerance_px)
+    as_long = abs(part.object_length - model.length) <= tolerance
+    as_long = as_long or model.lengths.is_usual(part.object_length, model.length_tolerance_px)
     shared = np.count_nonzero(graph.claimed[samples]) > sum(abs(one.end - one.start) + 1 for one in intervals)
     if not as_long or shared or not all(graph.are_consecutive(*pair) for pair in pairwise(intervals)):
         return None
     graph.claimed[samples] = True
-    return PartialMatch(whole, WHOLE, WHOLE)
+    whole = part if intervals[0].direction > 0 else part.reversed()
+    return PartialMatch(whole.between(*WHOLE), WHOLE, WHOLE)
 
 
 def _extend_to_ends(graph: SampleGraph, intervals: Sequence[Interval], model: TrackModel) -> list[Interval]:
@@ -150,6 +151,6 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
     places = graph.place(interval, model)[1], graph.place(following, model)[0]
     shape = interpolate(model.shape, np.linspace(*places, _SPAN_SAMPLES) / model.length)
-    length = float(np.hypot(*np.diff(shape, axis=0).T).sum())
+    length = float(arc_lengths(shape)[-1])
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)

@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.observation import Observation
 
@@ -118,12 +115,10 @@ def hidden_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], 
     return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > SAME_U)
 
 
-def hidden_before(matches: Sequence[PartialMatch]) -> FloatArray:
+def hidden_before(matches: Sequence[PartialMatch]) -> list[float]:
     """Return the length of what no match covers of a track's ``u`` before each match, and after the last one."""
-    edges = np.array([0.0, *(edge for match in matches for edge in match.track_span), 1.0])
-    hidden = edges[1::2] - edges[::2]
-    result: FloatArray = np.where(hidden > SAME_U, hidden, 0.0)
-    return result
+    edges = [0.0, *(edge for match in matches for edge in match.track_span), 1.0]
+    return [high - low if high - low > SAME_U else 0.0 for low, high in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def are_consecutive(first: PartialMatch, second: PartialMatch) -> bool:

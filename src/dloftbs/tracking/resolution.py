@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import statistics
-from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -31,17 +30,17 @@ Source: bounds time; an odd number, so that it is one of them.
 
 def resolve(models: Sequence[TrackModel], shown: Sequence[TrackObservation], view: View) -> list[TrackObservation]:
     """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object."""
-    claims = Counter(index for one in shown if not one.is_unambiguous for index in one.detection_indices)
+    claims = [index for one in shown if not one.is_unambiguous for index in one.detection_indices]
     return [
         one if one.is_unambiguous or not one.matches else _resolve(model, one, claims, view)
         for model, one in zip(models, shown, strict=True)
     ]
 
 
-def _resolve(model: TrackModel, shown: TrackObservation, claims: Counter[int], view: View) -> TrackObservation:
-    """Return the same of one track; `claims` are the numbers of tracks that each detection shows."""
+def _resolve(model: TrackModel, shown: TrackObservation, claims: Sequence[int], view: View) -> TrackObservation:
+    """Return the same of one track; `claims` are the detections that show each of the tracks."""
     (index, *others), first = shown.detection_indices, shown.matches[0]
-    if not others and claims[index] == 1:
+    if not others and claims.count(index) == 1:
         whole = find_whole_view(model, first.observation, first.track_span[0], view)
         shown = shown if whole is None else shown._replace(matches=(whole,))
     return _drop_absent_spans(model, shown)

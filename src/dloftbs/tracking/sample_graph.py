@@ -128,7 +128,9 @@ class SampleGraph:
         widening = np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
         reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length) * widening
         hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
-        nodes = interpolate(np.column_stack((model.predicted, reach, hidden_cost)), np.linspace(0.0, 1.0, count))
+        samples = np.empty((SAMPLES, 4))
+        samples[:, :2], samples[:, 2], samples[:, 3] = model.predicted, reach, hidden_cost
+        nodes = interpolate(samples, np.arange(count) / (count - 1))
         assignment = np.empty(count, np.int64)
         self._samples[:, 4] = _CLAIMED_COST * (self.claimed.astype(np.float64) + others[self._part_of])
         cost = kernels.find_route(

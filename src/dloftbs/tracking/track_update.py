@@ -97,4 +97,4 @@ def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:
 
 def _are_apart(matches: Sequence[PartialMatch]) -> bool:
     """Return True if something of a track is hidden between its parts."""
-    return bool(hidden_before(matches)[1:-1].any())
+    return any(hidden_before(matches)[1:-1])
