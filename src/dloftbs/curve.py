@@ -249,8 +249,8 @@ class BSplineCurve:
 
     def reversed(self) -> BSplineCurve:
         """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""
-        knots = np.ascontiguousarray((1.0 - self._knots)[::-1])
-        return self._unchecked(knots, np.ascontiguousarray(self._control_points[::-1]), self._degree, self._closed)
+        knots, control = (1.0 - self._knots)[::-1].copy(), self._control_points[::-1].copy()
+        return self._unchecked(knots, control, self._degree, self._closed)
 
     def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike) -> BSplineCurve:
         """Return the curve under the affine map ``p -> matrix @ p + offset``, exactly.

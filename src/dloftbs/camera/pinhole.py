@@ -234,7 +234,10 @@ class PinholeCamera:
         if not (z > 0).all():
             raise InputError("points_m must lie in front of the camera (z > 0)")
         if not self.distortion:
-            return np.stack((self.fx * points[..., 0] / z + self.cx, self.fy * points[..., 1] / z + self.cy), axis=-1)
+            pixels: FloatArray = np.empty((*z.shape, 2))
+            pixels[..., 0] = self.fx * points[..., 0] / z + self.cx
+            pixels[..., 1] = self.fy * points[..., 1] / z + self.cy
+            return pixels
         return self.lens.distorted(points[..., :2] / z[..., None]) * (self.fx, self.fy) + (self.cx, self.cy)
 
     def deproject(self, points_px: npt.ArrayLike, depth_m: npt.ArrayLike) -> FloatArray:

@@ -92,9 +92,9 @@ def _match_near(
     differ, result = colours_differ(models, observations), {}
     for t, (model, partner) in enumerate(zip(models, found, strict=True)):
         d = abs(partner) - 1
-        if partner and not (model.curve.closed or observations[d].curve.closed or differ[t, d]):
-            if agree(model, observations[d]):
-                result[model.id] = observations[d] if partner > 0 else observations[d].reversed()
+        one = observations[d]
+        if partner and not (model.curve.closed or one.curve.closed or differ[t, d]) and agree(model, one):
+            result[model.id] = one if partner > 0 else one.reversed()
     return result
 
 

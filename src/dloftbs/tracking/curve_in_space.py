@@ -94,10 +94,8 @@ def place_by_space(
     is_hidden = [gap > 0.0 for gap in hidden_before(matches)]
     shares = [hidden * (high - low) for hidden, low, high in zip(is_hidden, edges[::2], edges[1::2], strict=True)]
     # Where parts are farther apart than the track is long, nothing makes it longer.
-    hidden = [
-        gap * px * (min(metres * share / m, 1.0) if m > 0.0 else 1.0)
-        for gap, share, px, m in zip(is_hidden, shares, hidden_px, hidden_m, strict=True)
-    ]
+    scales = [min(metres * share / m, 1.0) if m > 0.0 else 1.0 for share, m in zip(shares, hidden_m, strict=True)]
+    hidden = [is_gap * scale * px for is_gap, scale, px in zip(is_hidden, scales, hidden_px, strict=True)]
     seen = [match.observation.length for match in matches]
     length = sum(seen) + sum(hidden)
     ends = list(accumulate(px for pair in zip(hidden, seen, strict=False) for px in pair))

@@ -118,7 +118,7 @@ class View:
         depth_m = None
         if curve_3d is not None:
             ends_m = sample_whole(curve_3d)[0] if span == WHOLE else sample_curve(curve_3d, *span, 2)[0]
-            depth_m = ends_m[[0, -1], 2].repeat(len(_BEYOND))
+            depth_m = ends_m[:: len(ends_m) - 1, 2].repeat(len(_BEYOND))
         told = self.occlusion.look(places, sought.width, depth_m)
         hidden = [HIDDEN in end for end in told.reshape(2, -1).tolist()]
         if with_image and sought.appearance is not None:

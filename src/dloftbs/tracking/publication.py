@@ -5,23 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from dloftbs._arrays import FloatArray, frozen
-from dloftbs.observation import SAMPLES, U
+from dloftbs.observation import SAMPLES, U, sample_whole
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
+from dloftbs.tracking.kernels.runs import find_runs
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, inferred_spans
 from dloftbs.tracking.reconstruction import cut
 from dloftbs.tracking.sight import Spans
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracks import EndKind, Track
-
-_END_U = U[[0, 1, -2, -1]]
-"""Parameters of the samples at both ends, units of ``u``.
-
-Source: by definition; the ends and their directions.
-"""
 
 
 def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:
@@ -54,13 +47,10 @@ def make_hidden_curve(model: TrackModel) -> VisibleCurve | None:
     """
     if not model.sight.is_covered:
         return None
-    shown = np.flatnonzero(model.sight.in_sight)
-    edges = np.concatenate(([-1], shown, [SAMPLES]))
-    longest = int(np.diff(edges).argmax())
-    first, last = int(edges[longest]) + 1, int(edges[longest + 1]) - 1
-    if last - first < SAMPLES // 2:
+    first, end = max(find_runs(~model.sight.in_sight).tolist(), key=lambda run: run[1] - run[0], default=(0, 0))
+    if end - first <= SAMPLES // 2:
         return None
-    span = float(U[first]), float(U[last])
+    span = float(U[first]), float(U[end - 1])
     return _cut_visible(model, span, (WHOLE,))
 
 
@@ -97,7 +87,7 @@ def to_track(model: TrackModel, view: View) -> Track:
 def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind, EndKind] | None:
     if visible.curve.closed:
         return None
-    points = model.points if visible.curve is model.curve else visible.curve(_END_U)
+    points = model.points if visible.curve is model.curve else sample_whole(visible.curve)[0]
     first, last = (
         EndKind.BORDER if end.at_border else EndKind.HIDDEN if end.hidden else EndKind.FREE
         for end in view.look_beyond(points, model, visible.curve_3d, with_image=False)

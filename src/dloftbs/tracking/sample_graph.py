@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -102,7 +103,7 @@ class SampleGraph:
     parts : sequence of Observation
     points : numpy.ndarray, shape (n, 2)
         The samples, px.
-    bounds : list of [int, int]
+    bounds : list of (int, int)
         First and last sample of each part.
     claimed : numpy.ndarray, shape (n,), bool
     """
@@ -111,14 +112,13 @@ class SampleGraph:
         self.parts = parts
         self._spacing = spacing
         counts = [max(round(kernels.SAMPLES_PER_NODE * part.length / spacing), 1) + 1 for part in parts]
-        last = np.cumsum(counts)
-        self._bounds = np.stack((last - counts, last - 1), axis=1)
-        self.bounds: list[list[int]] = self._bounds.tolist()
-        self._part_of = np.repeat(np.arange(len(parts)), counts)
-        self._samples = np.zeros((last[-1], 5))
+        self.bounds = [(end - count, end - 1) for count, end in zip(counts, accumulate(counts), strict=True)]
+        self._bounds = np.array(self.bounds)
+        self._part_of = np.arange(len(parts)).repeat(counts)
+        self._samples = np.zeros((len(self._part_of), 5))
         self.points = self._samples[:, :2]
-        for part, first, end in zip(parts, last - counts, last, strict=True):
-            self.points[first:end] = sample_curve(part.curve, *part.curve_span, end - first)[0]
+        for part, count, (first, last) in zip(parts, counts, self.bounds, strict=True):
+            self.points[first : last + 1] = sample_curve(part.curve, *part.curve_span, count)[0]
         self.claimed = np.zeros(len(self.points), np.bool_)
         self._longest_step = kernels.describe_curves(self._samples, self._bounds)
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import HIDDEN, IN_SIGHT
 from dloftbs.observation import SAMPLES, U
+from dloftbs.tracking.kernels.runs import find_runs
 from dloftbs.tracking.partial_match import WHOLE
 
 _MAX_SEEN_FRAMES = 8.0
@@ -75,10 +76,8 @@ class Sight:
         if self.seen_frames[self.seen_frames.argmin()] > 0.0:  # faster than any()
             return ()
         unseen = self.seen_frames <= 0.0
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], unseen, [False])).astype(np.int8)))
         return tuple(
-            (float(U[max(low - 1, 0)]), float(U[min(high, SAMPLES - 1)]))
-            for low, high in zip(edges[::2], edges[1::2], strict=True)
+            (float(U[max(low - 1, 0)]), float(U[min(high, SAMPLES - 1)])) for low, high in find_runs(unseen).tolist()
         )
 
     def see_whole(self, gaps: Spans, *, was_unseen: bool) -> None:
@@ -115,7 +114,7 @@ class Sight:
 
     def _set_unseen(self, unseen_s: FloatArray) -> None:
         self.unseen_s = unseen_s
-        self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).mean())
+        self.confidence = float(np.exp2(unseen_s / -_HALF_LIFE_S).sum()) / SAMPLES
 
     def resample(self, u: FloatArray) -> None:
         """Take the counts at other parameters (SAMPLES,), new ones beyond 0 and 1."""
@@ -134,8 +133,7 @@ def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
 
 def _in_sight(told: npt.NDArray[np.int64], widths: float) -> npt.NDArray[np.bool_]:
     """Return the samples in plain sight, but for stretches that are too short to tell."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], told == IN_SIGHT, [0]))))
     result = np.zeros(SAMPLES, dtype=np.bool_)
-    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for first, end in find_runs(told == IN_SIGHT).tolist():
         result[first:end] = (end - first) * widths >= _MIN_IN_SIGHT_WIDTHS * SAMPLES
     return result

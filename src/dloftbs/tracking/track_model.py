@@ -177,9 +177,8 @@ class TrackModel:
         self, curve: BSplineCurve, points: FloatArray, hidden: Spans, inferred: Spans, view: View, dt: float
     ) -> None:
         """Adopt a reconstructed curve, some spans of which are inferred: hidden ones, or bridged by the detector."""
-        step = points - self.points
-        jumped = np.abs(step).max() > JUMP_SHARE * self.length
-        self.motion.adopt(None if self.misses or jumped else self.motion.after(step, dt))
+        jumped = self.misses or np.abs(points - self.points).max() > JUMP_SHARE * self.length
+        self.motion.adopt(None if jumped else self.motion.after(self.points, points, dt))
         self.curve, self.points = curve, points
         told = view.look(points, self, self.curve_3d) if hidden else None
         self.sight.see_part(hidden, inferred, told, self.length_widths, dt)

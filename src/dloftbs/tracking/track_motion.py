@@ -10,7 +10,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.observation import SAMPLES, sample_whole
-from dloftbs.tracking.kernels.interpolation import interpolate, move_control_points
+from dloftbs.tracking.kernels.interpolation import filter_velocity, interpolate, move_control_points
 
 JUMP_SHARE = 0.1
 """Share of the length: a sample that moved farther, or a length that changed by more, says nothing about the motion.
@@ -55,9 +55,9 @@ class Motion:
         self.is_known = velocity is not None
         self.velocity = np.zeros((SAMPLES, 2)) if velocity is None else velocity
 
-    def after(self, step: FloatArray, dt: float) -> FloatArray:
+    def after(self, before: FloatArray, now: FloatArray, dt: float) -> FloatArray:
         """Return the velocities after another step of the samples, px."""
-        return filter_velocity(self.velocity, step, dt)
+        return filter_velocity(self.velocity, before, now, dt, _VELOCITY_GAIN)
 
     def measure_in_space(self, curve_3d: BSplineCurve | None, dt: float) -> None:
         """Take the step of the curve in space since the last frame into its velocity."""
@@ -67,7 +67,7 @@ class Motion:
         elif self.velocity_3d is None:
             self.velocity_3d = (self.points_3d - before) / dt
         else:
-            self.velocity_3d = filter_velocity(self.velocity_3d, self.points_3d - before, dt)
+            self.velocity_3d = filter_velocity(self.velocity_3d, before, self.points_3d, dt, _VELOCITY_GAIN)
 
     def make_rigid(self) -> None:
         """Let all samples move alike: the shape is kept."""
@@ -89,12 +89,6 @@ class Motion:
 def extrapolated_time(dt: float) -> float:
     """Return the part of a time, in seconds, for which a motion is extrapolated."""
     return min(dt, _MOTION_S)
-
-
-def filter_velocity(velocity: FloatArray, step: FloatArray, dt: float) -> FloatArray:
-    """Return velocities (..., 2), px/s, updated by a step, px, of `dt` seconds; the step has most of the weight."""
-    result: FloatArray = (1.0 - _VELOCITY_GAIN) * velocity + (_VELOCITY_GAIN / dt) * step
-    return result
 
 
 def move_curve(curve: BSplineCurve, velocity: FloatArray, seconds: float) -> BSplineCurve:

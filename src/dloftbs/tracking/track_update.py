@@ -48,11 +48,10 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
         abs(observation.length - model.length) > JUMP_SHARE * model.length
         or observation.curve.closed != model.curve.closed
     )
-    step = observation.points - model.points
     # Where a part was hidden, the rest may have been placed wrongly along the object.
-    misplaced = bool(model.sight.hidden) and np.abs(step).max() > JUMP_SHARE * model.length
+    misplaced = model.sight.hidden and np.abs(observation.points - model.points).max() > JUMP_SHARE * model.length
     is_unknown = longer or model.misses or other_shape or misplaced
-    velocity = None if is_unknown else model.motion.after(step, dt)
+    velocity = None if is_unknown else model.motion.after(model.points, observation.points, dt)
     model.update_whole(observation, velocity)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.tracking.kernels.interpolation import extend_ends, interpolate, move_control_points
+from dloftbs.tracking.kernels.interpolation import extend_ends, filter_velocity, interpolate, move_control_points
 
 _DISTANCES = np.array([0.5, 1.0, 1.5])
 
@@ -67,3 +67,10 @@ def test_an_end_without_a_direction_stands_for_what_is_beyond_it() -> None:
     points = np.array([(3.0, 4.0), (3.0, 4.0), (9.0, 4.0)])
     places = extend_ends(points, 10.0 * _DISTANCES)
     np.testing.assert_allclose(places, [(3, 4)] * 3 + [(14, 4), (19, 4), (24, 4)])
+
+
+@pytest.mark.parametrize("dims", [2, 3])
+def test_a_velocity_is_that_of_the_step_with_a_share_of_the_former(dims: int) -> None:
+    former, before, after = np.random.default_rng(dims).normal(size=(3, 64, dims))
+    expected = 0.2 * former + 0.8 * (after - before) / 0.05
+    np.testing.assert_allclose(filter_velocity(former, before, after, 0.05, 0.8), expected, rtol=1e-12, atol=1e-12)

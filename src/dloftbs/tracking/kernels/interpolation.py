@@ -1,4 +1,4 @@
-"""Values at even parameters, interpolated in between, and places beyond the ends."""
+"""Values at even parameters, interpolated in between, places beyond the ends, and how they move."""
 
 from __future__ import annotations
 
@@ -69,6 +69,32 @@ def extend_ends(points: _Floats, distances: _Floats) -> _Floats:
             at = k + side * count
             places[at, 0], places[at, 1] = points[end, 0] + far * x, points[end, 1] + far * y
     return places
+
+
+@kernel(read(float64, 2), read(float64, 2), read(float64, 2), float64, float64)
+def filter_velocity(velocity: _Floats, before: _Floats, after: _Floats, dt: float, gain: float) -> _Floats:
+    """Update velocities by the step of their samples.
+
+    Parameters
+    ----------
+    velocity : (m, d) float64
+        A second.
+    before, after : (m, d) float64
+        The samples.
+    dt : float
+        Time of the step, s.
+    gain : float
+        Weight of its velocity; the former one has the rest.
+
+    Returns
+    -------
+    (m, d) float64
+    """
+    result = np.empty(velocity.shape)
+    for k in range(len(velocity)):
+        for d in range(velocity.shape[1]):
+            result[k, d] = (1.0 - gain) * velocity[k, d] + (gain / dt) * (after[k, d] - before[k, d])
+    return result
 
 
 @kernel(read(float64, 1), read(float64, 2), read(float64, 2), float64, int64, boolean)
