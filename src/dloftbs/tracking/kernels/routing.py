@@ -101,7 +101,7 @@ Source: by hand; above 0, so that no track turns back.
 
 
 class _Problem(NamedTuple):
-    """Arguments of `find_route`, with the unit tangents (k, 2) at the nodes and the curve (n,) of each sample."""
+    """Arguments of `find_route`; tangents (k, 2) of the nodes, curves (n,) of the samples, steps that are at an end."""
 
     nodes: _Floats
     headings: _Floats
@@ -110,6 +110,7 @@ class _Problem(NamedTuple):
     bounds: _Ints
     spacing: float
     slack: float
+    room: int
 
 
 class _Candidates(NamedTuple):
@@ -130,8 +131,8 @@ def _tangent(points: _Floats, first: int, last: int, i: int) -> tuple[float, flo
 
 
 @helper
-def _find_candidates(k: int, problem: _Problem, step: float, candidates: _Candidates) -> None:
-    """Find the samples, a step apart at most, that a node may be seen at."""
+def _find_candidates(k: int, problem: _Problem, steps_per_px: float, candidates: _Candidates) -> None:
+    """Find the samples, so many to a pixel at least, that a node may be seen at."""
     found, costs, count = candidates.found[k], candidates.costs[k], 0
     samples, bounds = problem.samples, problem.bounds
     x, y, reach = problem.nodes[k, 0], problem.nodes[k, 1], problem.nodes[k, 2]
@@ -140,16 +141,16 @@ def _find_candidates(k: int, problem: _Problem, step: float, candidates: _Candid
         i, last = bounds[p, 0], bounds[p, 1]
         while i <= last:
             dx, dy = samples[i, 0] - x, samples[i, 1] - y
-            far = math.sqrt(dx * dx + dy * dy)
-            if far > reach:
+            squared = dx * dx + dy * dy
+            if squared > reach * reach:
                 # Compared as floats, since there is no integer for infinity.
-                i += int(max(1.0, min((far - reach) / step, last + 1.0 - i)))
+                i += int(max(1.0, min((math.sqrt(squared) - reach) * steps_per_px, last + 1.0 - i)))
                 continue
             cosine = samples[i, _TANGENT_X] * towards_x + samples[i, _TANGENT_Y] * towards_y
             if abs(cosine) >= _MIN_COSINE:
                 along = dx * towards_x + dy * towards_y
-                squared = dx * dx + dy * dy - (1.0 - _ALONG_WEIGHT) * along * along
-                cost = squared / (reach * reach) + _TURN_COST * (1.0 - abs(cosine)) + samples[i, _EXTRA_COST]
+                weighted = squared - (1.0 - _ALONG_WEIGHT) * along * along
+                cost = weighted / (reach * reach) + _TURN_COST * (1.0 - abs(cosine)) + samples[i, _EXTRA_COST]
                 at = count if count < _MAX_CANDIDATES else int(np.argmax(costs))
                 if count < _MAX_CANDIDATES or cost < costs[at]:
                     found[at] = i + 1 if cosine > 0.0 else -(i + 1)
@@ -188,10 +189,10 @@ def describe_curves(samples: _Floats, bounds: _Ints) -> float:
 @inlined
 def _hiding_cost(signed: int, after: bool, problem: _Problem) -> float:
     """Return the cost of a hidden span that begins after a sample, or ends before it."""
-    i, room = abs(signed) - 1, int(problem.slack / (problem.spacing / SAMPLES_PER_NODE))
+    i = abs(signed) - 1
     first, last = problem.bounds[problem.part[i], 0], problem.bounds[problem.part[i], 1]
     beyond = last - i if (signed > 0) == after else i - first
-    return _HIDE_AT_END_COST if beyond <= room else _HIDE_INSIDE_COST
+    return _HIDE_AT_END_COST if beyond <= problem.room else _HIDE_INSIDE_COST
 
 
 @inlined
@@ -348,13 +349,14 @@ def find_route(
         part[bounds[p, 0] : bounds[p, 1] + 1] = p
     for k in range(count):
         headings[k, 0], headings[k, 1] = _tangent(nodes, 0, count - 1, k)
-    problem = _Problem(nodes, headings, samples, part, bounds, spacing, slack)
+    room = int(slack / (spacing / SAMPLES_PER_NODE))
+    problem = _Problem(nodes, headings, samples, part, bounds, spacing, slack, room)
     candidates = _Candidates(
         np.empty((count, _MAX_CANDIDATES), np.int64), np.empty((count, _MAX_CANDIDATES)), np.empty(count, np.int64)
     )
-    step = max(longest_step, spacing / SAMPLES_PER_NODE)
+    steps_per_px = 1.0 / max(longest_step, spacing / SAMPLES_PER_NODE)
     for k in range(count):
-        _find_candidates(k, problem, step, candidates)
+        _find_candidates(k, problem, steps_per_px, candidates)
     back = np.empty((count, _MAX_CANDIDATES), dtype=np.int64)  # state of the former node; -1: hidden
     hidden_back = np.full(count, -1, dtype=np.int64)
     state = _accumulate_costs(problem, candidates, back, hidden_back)
