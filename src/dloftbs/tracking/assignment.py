@@ -59,23 +59,23 @@ Source: by hand; short objects move by more than a share of their length.
 """
 
 
-def match_unambiguous(models: Sequence[TrackModel], observations: Sequence[Observation]) -> dict[int, Observation]:
-    """Map ids of tracks to observations, in the track's direction, that lie as predicted, and nothing else near.
+def match_unambiguous(models: Sequence[TrackModel], observations: Sequence[Observation]) -> dict[int, TrackObservation]:
+    """Map ids of tracks to observations that lie as predicted, and nothing else near.
 
     The track was seen as a whole before, and the observation is as long.
     """
-    return _match_near(models, observations, _is_unchanged, _MAX_MEAN, _MAX_ANYWHERE)
+    return _match_near(models, observations, _is_unchanged, _MAX_MEAN, _MAX_ANYWHERE, is_unambiguous=True)
 
 
 def match_by_length(
     models: Sequence[TrackModel], observations: Sequence[Observation], gate: float
-) -> dict[int, Observation]:
+) -> dict[int, TrackObservation]:
     """Map ids of tracks to observations that are as long as they usually are, within the gate, and nothing else near.
 
     An object that a frame shows from end to end, as long as it usually is, has not exchanged a part with another one,
     wherever its track was routed before. `gate` is a share of the length.
     """
-    return _match_near(models, observations, _is_as_usual, gate, math.inf)
+    return _match_near(models, observations, _is_as_usual, gate, math.inf, is_unambiguous=False)
 
 
 def _match_near(
@@ -84,7 +84,9 @@ def _match_near(
     agree: Callable[[TrackModel, Observation], bool],
     max_mean: float,
     max_anywhere: float,
-) -> dict[int, Observation]:
+    *,
+    is_unambiguous: bool,
+) -> dict[int, TrackObservation]:
     """Map tracks to the only observations that are near to them, if the two agree; distances are shares of a length."""
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
@@ -94,7 +96,8 @@ def _match_near(
         d = abs(partner) - 1
         one = observations[d]
         if partner and not (model.curve.closed or one.curve.closed or differ[t, d]) and agree(model, one):
-            result[model.id] = one if partner > 0 else one.reversed()
+            match = PartialMatch(one if partner > 0 else one.reversed(), WHOLE, WHOLE)
+            result[model.id] = TrackObservation((match,), is_unambiguous)
     return result
 
 

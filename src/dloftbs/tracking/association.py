@@ -16,7 +16,7 @@ from dloftbs.observation import Observation
 from dloftbs.tracking.assignment import assign, match_by_length, match_remaining, match_unambiguous
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
-from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
+from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 
@@ -25,19 +25,14 @@ def associate(
     models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> list[TrackObservation]:
     """Return what a frame shows of each track, by where it is predicted."""
-    shown, left = dict[int, TrackObservation](), list(observations)
-    for match, is_unambiguous in ((match_unambiguous, True), (partial(match_by_length, gate=config.gate), False)):
-        rest = [model for model in models if model.id not in shown]
+    shown, rest, left = dict[int, TrackObservation](), models, observations
+    by_length = partial(match_by_length, gate=config.gate)
+    for match in (match_unambiguous, by_length, partial(_associate_ambiguous, view=view, config=config)):
         if rest and left:
-            found = match(rest, left)
-            shown |= {
-                t: TrackObservation((PartialMatch(one, WHOLE, WHOLE),), is_unambiguous) for t, one in found.items()
-            }
-            taken = {one.detection_index for one in found.values()}
+            shown |= match(rest, left)
+            rest = [model for model in models if model.id not in shown]
+            taken = {index for one in shown.values() for index in one.detection_indices}
             left = [one for one in left if one.detection_index not in taken]
-    rest = [model for model in models if model.id not in shown]
-    if rest and left:
-        shown |= _associate_ambiguous(rest, left, view, config)
     return [shown.get(model.id, TrackObservation()) for model in models]
 
 

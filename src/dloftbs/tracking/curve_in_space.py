@@ -16,6 +16,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.kernels.polyline_lengths import arc_lengths, arc_parameter
 from dloftbs.observation import sample_curve
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before
 from dloftbs.tracking.reconstruction import CURVE_SAMPLES, EVEN_U, VisiblePart, reconstruct
 
@@ -91,11 +92,13 @@ def place_by_space(
     along, along_m = arc_lengths(points), arc_lengths(points_m)
     edges = [0.0, *(edge for span in spans for edge in span), 1.0]
     hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2].tolist() for lengths in (along, along_m))
-    is_hidden = [gap > 0.0 for gap in hidden_before(matches)]
-    shares = [hidden * (high - low) for hidden, low, high in zip(is_hidden, edges[::2], edges[1::2], strict=True)]
+    gaps = zip(hidden_before(matches), edges[::2], edges[1::2], strict=True)
+    shares = [high - low if gap > 0.0 else 0.0 for gap, low, high in gaps]
     # Where parts are farther apart than the track is long, nothing makes it longer.
-    scales = [min(metres * share / m, 1.0) if m > 0.0 else 1.0 for share, m in zip(shares, hidden_m, strict=True)]
-    hidden = [is_gap * scale * px for is_gap, scale, px in zip(is_hidden, scales, hidden_px, strict=True)]
+    hidden = [
+        min(metres * share / m, 1.0) * px if share * m > 0.0 else 0.0
+        for share, px, m in zip(shares, hidden_px, hidden_m, strict=True)
+    ]
     seen = [match.observation.length for match in matches]
     length = sum(seen) + sum(hidden)
     ends = list(accumulate(px for pair in zip(hidden, seen, strict=False) for px in pair))
@@ -105,8 +108,6 @@ def place_by_space(
     ]
     if hidden[-1] == 0.0:  # not by a rounding error before it
         placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
-    evenly = np.empty_like(points)
-    for d, column in enumerate(points.T):
-        evenly[:, d] = np.interp(EVEN_U * along[-1], along, column)
+    evenly = interpolate(points, np.interp(EVEN_U * along[-1], along, EVEN_U))
     covered = sum(high - low for low, high in spans) + sum(shares)  # less than all if the parts are too short
     return placed, evenly, length / (covered * metres)

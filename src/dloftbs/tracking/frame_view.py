@@ -87,7 +87,7 @@ class View:
         if self.size is None:
             return False
         margin = _BORDER_PX + (0.0 if math.isnan(width) else _BORDER_WIDTHS * width)
-        x, y = float(point[0]), float(point[1])
+        x, y = point.tolist()
         return min(x, y, self.size[1] - 1.0 - x, self.size[0] - 1.0 - y) < margin
 
     def ends(self, observation: Observation, sought: Sought) -> tuple[EndView, EndView]:

@@ -96,18 +96,17 @@ class Sight:
         widths.
         """
         is_hidden = samples_within(hidden)
-        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else is_hidden & _in_sight(told, widths)
+        self.in_sight = is_hidden & _in_sight(told, widths)
         self.hidden, self.inferred, self.is_covered = hidden, inferred, False
         self._set_unseen(np.where(is_hidden, self.unseen_s + dt, 0.0))
         # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
-        kept = (self.seen_frames >= _MAX_SEEN_FRAMES) & ~self.in_sight
-        fading = np.where(kept, self.seen_frames, self.seen_frames - 1.0)
+        fading = self.seen_frames - ((self.seen_frames < _MAX_SEEN_FRAMES) | self.in_sight)
         seen = np.minimum(self.seen_frames + ~samples_within(inferred), _MAX_SEEN_FRAMES)
         self.seen_frames = np.where(is_hidden, fading, seen)
 
     def see_nothing(self, told: Told, widths: float, dt: float) -> None:
         """Count a frame that showed nothing; `told` and `widths` as for `see_part`."""
-        self.in_sight = np.zeros(SAMPLES, dtype=np.bool_) if told is None else _in_sight(told, widths)
+        self.in_sight = _in_sight(told, widths)
         self.is_covered = told is not None and int(np.count_nonzero(told == HIDDEN)) > SAMPLES // 2
         self.hidden = self.inferred = (WHOLE,)
         self._set_unseen(self.unseen_s + dt)
@@ -131,9 +130,9 @@ def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
     return result
 
 
-def _in_sight(told: npt.NDArray[np.int64], widths: float) -> npt.NDArray[np.bool_]:
+def _in_sight(told: Told, widths: float) -> npt.NDArray[np.bool_]:
     """Return the samples in plain sight, but for stretches that are too short to tell."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
-    for first, end in find_runs(told == IN_SIGHT).tolist():
+    for first, end in () if told is None else find_runs(told == IN_SIGHT).tolist():
         result[first:end] = (end - first) * widths >= _MIN_IN_SIGHT_WIDTHS * SAMPLES
     return result
