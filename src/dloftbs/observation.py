@@ -159,12 +159,12 @@ def make_observations(
             given = widths[index]
             unknown = isinstance(given, float) and math.isnan(given)
             width = math.nan if unknown else check_number("a width", given, 0.0, LARGEST)
-        points, length = sample_whole(curve)
+        points, length = sample_curve(curve)
         if length > 0.0:
             gaps = () if detection is None or not detection.joints else detection.inferred
             contiguous = not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
             space = None if detection is None else detection.curve_3d
-            metres = 0.0 if space is None else sample_whole(space)[1]
+            metres = 0.0 if space is None else sample_curve(space)[1]
             scale = length / metres if metres > 0.0 else math.nan
             observations.append(
                 Observation(curve, points, length, width, detection, (0.0, 1.0), index, length, contiguous, gaps, scale)
@@ -178,21 +178,22 @@ def _is_list_of(count: int, values: object) -> bool:
     return isinstance(values, Sequence) and len(values) == count
 
 
-def sample_whole(curve: BSplineCurve) -> tuple[FloatArray, float]:
-    """Return `SAMPLES` points along a whole curve, read-only, and the length of the polygon; they are kept with it."""
-    kept = curve.__dict__
-    if "samples" not in kept:
-        points, length = sample_curve(curve)
-        kept["samples"] = frozen(points), length
-    samples: tuple[FloatArray, float] = kept["samples"]
-    return samples
-
-
 def sample_curve(
     curve: BSplineCurve, first: float = 0.0, last: float = 1.0, count: int = SAMPLES
 ) -> tuple[FloatArray, float]:
-    """Return points along a curve in the plane or in space, and the length of the polygon through them."""
+    """Return points along a curve in the plane or in space, read-only, and the length of the polygon through them.
+
+    The `SAMPLES` points of a whole curve are kept with it, as several steps of tracking need them.
+    """
+    is_kept = first == 0.0 and last == 1.0 and count == SAMPLES
+    if is_kept and "samples" in curve.__dict__:
+        kept: tuple[FloatArray, float] = curve.__dict__["samples"]
+        return kept
     if curve.degree == 3:
-        return cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, count)
-    points = curve(np.linspace(first, last, count))
-    return points, float(np.linalg.norm(points[1:] - points[:-1], axis=1).sum())
+        points, length = cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, count)
+    else:
+        points = curve(np.linspace(first, last, count))
+        length = float(np.linalg.norm(points[1:] - points[:-1], axis=1).sum())
+    if is_kept:
+        curve.__dict__["samples"] = frozen(points), length
+    return frozen(points), length

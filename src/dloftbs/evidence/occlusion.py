@@ -19,7 +19,7 @@ from dloftbs.evidence.kernels.gap_depths import EDGE_PX
 from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
 from dloftbs.frame import Frame
 from dloftbs.kernels.polyline_lengths import arc_parameter
-from dloftbs.observation import Appearance, U, sample_whole
+from dloftbs.observation import Appearance, U, sample_curve
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
@@ -217,7 +217,7 @@ class OcclusionEvidence:
 
         None without depth, or without a camera that sees all of the curve.
         """
-        points, _ = sample_whole(curve_3d)
+        points, _ = sample_curve(curve_3d)
         seen = None if self._depth is None else self.project(points)
         if seen is None:
             return None

@@ -101,13 +101,10 @@ def place_by_space(
     ]
     seen = [match.observation.length for match in matches]
     length = sum(seen) + sum(hidden)
-    ends = list(accumulate(px for pair in zip(hidden, seen, strict=False) for px in pair))
-    placed = [
-        match._replace(track_span=(low / length, high / length))
-        for match, low, high in zip(matches, ends[::2], ends[1::2], strict=True)
-    ]
-    if hidden[-1] == 0.0:  # not by a rounding error before it
-        placed[-1] = placed[-1]._replace(track_span=(placed[-1].track_span[0], 1.0))
+    ends = [px / length for px in accumulate(px for pair in zip(hidden, seen, strict=False) for px in pair)]
+    ends[-1] = ends[-1] if hidden[-1] else 1.0  # not by a rounding error before it
+    on_track = zip(ends[::2], ends[1::2], strict=True)
+    placed = [match._replace(track_span=span) for match, span in zip(matches, on_track, strict=True)]
     evenly = interpolate(points, np.interp(EVEN_U * along[-1], along, EVEN_U))
     covered = sum(high - low for low, high in spans) + sum(shares)  # less than all if the parts are too short
     return placed, evenly, length / (covered * metres)

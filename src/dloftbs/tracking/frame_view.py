@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
-from dloftbs.observation import Appearance, Observation, sample_curve, sample_whole
+from dloftbs.observation import SAMPLES, Appearance, Observation, sample_curve
 from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.partial_match import WHOLE
 
@@ -115,10 +115,8 @@ class View:
         if self.occlusion is None:
             return EndView(first), EndView(last)
         places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)
-        depth_m = None
-        if curve_3d is not None:
-            ends_m = sample_whole(curve_3d)[0] if span == WHOLE else sample_curve(curve_3d, *span, 2)[0]
-            depth_m = ends_m[:: len(ends_m) - 1, 2].repeat(len(_BEYOND))
+        ends_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][:: SAMPLES - 1, 2]
+        depth_m = None if ends_m is None else ends_m.repeat(len(_BEYOND))
         told = self.occlusion.look(places, sought.width, depth_m)
         hidden = [HIDDEN in end for end in told.reshape(2, -1).tolist()]
         if with_image and sought.appearance is not None:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 
 from dloftbs._arrays import FloatArray, frozen
-from dloftbs.observation import SAMPLES, U, sample_whole
+from dloftbs.observation import SAMPLES, U, sample_curve
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.kernels.runs import find_runs
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, inferred_spans
 from dloftbs.tracking.reconstruction import cut
 from dloftbs.tracking.sight import Spans
@@ -87,7 +87,7 @@ def to_track(model: TrackModel, view: View) -> Track:
 def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind, EndKind] | None:
     if visible.curve.closed:
         return None
-    points = model.points if visible.curve is model.curve else sample_whole(visible.curve)[0]
+    points = model.points if visible.curve is model.curve else sample_curve(visible.curve)[0]
     first, last = (
         EndKind.BORDER if end.at_border else EndKind.HIDDEN if end.hidden else EndKind.FREE
         for end in view.look_beyond(points, model, visible.curve_3d, with_image=False)

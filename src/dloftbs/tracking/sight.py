@@ -10,7 +10,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.evidence import HIDDEN, IN_SIGHT
 from dloftbs.observation import SAMPLES, U
-from dloftbs.tracking.kernels.runs import find_runs
+from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.partial_match import WHOLE
 
 _MAX_SEEN_FRAMES = 8.0

@@ -140,9 +140,9 @@ class TrackModel:
         """Uncertainty of a part's position along the object."""
         return 0.015 * self.length + 1.5 * self.width_or_0
 
-    def predict(self, duration_s: float) -> None:
-        """Predict the samples after some seconds of their motion."""
-        self.predicted = self.points + duration_s * self.motion.velocity
+    def predict(self, dt: float) -> None:
+        """Predict the samples after some seconds."""
+        self.predicted = self.points + extrapolated_time(dt) * self.motion.velocity
 
     def length_in_view(self, observation: Observation) -> float:
         """Return the length, px, of the object at the scale of an observation, by metres; NaN if they are unknown."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
-from dloftbs.observation import SAMPLES, sample_whole
+from dloftbs.observation import SAMPLES, sample_curve
 from dloftbs.tracking.kernels.interpolation import filter_velocity, interpolate, move_control_points
 
 JUMP_SHARE = 0.1
@@ -61,7 +61,7 @@ class Motion:
 
     def measure_in_space(self, curve_3d: BSplineCurve | None, dt: float) -> None:
         """Take the step of the curve in space since the last frame into its velocity."""
-        before, self.points_3d = self.points_3d, None if curve_3d is None else sample_whole(curve_3d)[0]
+        before, self.points_3d = self.points_3d, None if curve_3d is None else sample_curve(curve_3d)[0]
         if before is None or self.points_3d is None or not self.is_known:
             self.velocity_3d = None
         elif self.velocity_3d is None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import sample_curve, sample_whole
+from dloftbs.observation import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.loop_start import restart_loop
@@ -64,7 +64,7 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     placed = None
     # Beside an occluder depth may jump: what lies farther apart than the cable is long changes nothing in space.
     longest_m = metres + model.position_tolerance_px / model.lengths.px_per_m
-    if curve_3d is None or not sample_whole(curve_3d)[1] > longest_m:
+    if curve_3d is None or not sample_curve(curve_3d)[1] > longest_m:
         model.curve_3d = curve_3d
         placed = None if curve_3d is None else place_by_space(curve_3d, metres, matches, parts, view)
     if placed is None:
@@ -77,7 +77,7 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     curve = reconstruct(old, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
-    points, _ = sample_whole(curve)
+    points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     cut = any(end.is_cut for end in view.ends(longest, model))
     if not (cut or shown.apart_from or _are_apart(matches)):

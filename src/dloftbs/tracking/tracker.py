@@ -228,9 +228,8 @@ class Tracker:
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
         """Update the tracks by a frame's observations, and start tracks of new objects."""
         models, view, config = self._models, self._view, self._config
-        duration = extrapolated_time(dt)
         for model in models:
-            model.predict(duration)
+            model.predict(dt)
         resolved = resolve(models, associate(models, observations, view, config), view)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)

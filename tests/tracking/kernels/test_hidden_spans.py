@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.tracking.kernels.hidden_spans import fill_hidden
+from dloftbs.tracking.kernels.hidden_spans import fill_hidden, find_runs
 
 WINDOW, SEARCHED_PX = 10, 0.06
 SPANS = [[(0, 30)], [(20, 60)], [(35, 60)], [(0, 15), (40, 60)], [(5, 15), (22, 30), (58, 59)]]
@@ -98,3 +100,10 @@ def test_a_span_that_would_need_to_wind_up_is_blended_from_both_sides() -> None:
     fill_hidden(old, new, np.array([(0, 20), (40, 60)]), WINDOW, 60.0)
     assert (np.diff(new[:, 0]) > 0.0).all()
     np.testing.assert_allclose(new[:, 1], 5.0, atol=1e-9)
+
+
+@given(st.lists(st.booleans(), max_size=20))
+def test_runs_are_those_of_neighbours_that_are_alike(mask: list[bool]) -> None:
+    groups = [[i for i, _ in group] for value, group in groupby(enumerate(mask), lambda pair: pair[1]) if value]
+    expected = [[group[0], group[-1] + 1] for group in groups]
+    assert find_runs(np.array(mask, dtype=np.bool_)).tolist() == expected

@@ -1,4 +1,4 @@
-"""Hidden spans of a curve, moved and bent along with the visible parts beside them."""
+"""Runs of samples, and hidden spans of a curve, moved and bent along with the visible parts beside them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import float64, int64
+from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.copying import copy_rows_to
@@ -31,6 +31,29 @@ _END_TOLERANCE = 1e-4
 
 Source: numerics; below what a curve is known to.
 """
+
+
+@kernel(read(boolean, 1))
+def find_runs(mask: npt.NDArray[np.bool_]) -> _Ints:
+    """Find the runs of values that are True.
+
+    Parameters
+    ----------
+    mask : (n,) bool
+
+    Returns
+    -------
+    (k, 2) int64
+        The first index of each, and the one after the last.
+    """
+    runs, count = np.empty((len(mask) // 2 + 1, 2), dtype=np.int64), 0
+    for i in range(len(mask)):
+        if mask[i]:
+            if i == 0 or not mask[i - 1]:
+                runs[count, 0] = i
+                count += 1
+            runs[count - 1, 1] = i + 1
+    return runs[:count]
 
 
 @helper

@@ -90,10 +90,7 @@ def filter_velocity(velocity: _Floats, before: _Floats, after: _Floats, dt: floa
     -------
     (m, d) float64
     """
-    result = np.empty(velocity.shape)
-    for k in range(len(velocity)):
-        for d in range(velocity.shape[1]):
-            result[k, d] = (1.0 - gain) * velocity[k, d] + (gain / dt) * (after[k, d] - before[k, d])
+    result: _Floats = (1.0 - gain) * velocity + (gain / dt) * (after - before)
     return result
 
 
