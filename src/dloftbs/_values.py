@@ -49,7 +49,7 @@ def as_integer(value: object) -> int | None:
 
 def as_float(value: object) -> float | None:
     """Return a finite number of Python or NumPy as a float; None for all else, bool and times included."""
-    given = as_integer(value) if isinstance(value, Integral) else value
+    given = as_integer(value) if not isinstance(value, float) and isinstance(value, Integral) else value
     if not isinstance(given, (float, Real)):
         return None
     try:

@@ -249,7 +249,7 @@ class BSplineCurve:
 
     def reversed(self) -> BSplineCurve:
         """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""
-        knots, control = (1.0 - self._knots)[::-1].copy(), self._control_points[::-1].copy()
+        knots, control = 1.0 - self._knots[::-1], self._control_points[::-1].copy()
         return self._unchecked(knots, control, self._degree, self._closed)
 
     def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike) -> BSplineCurve:

@@ -230,9 +230,13 @@ class PinholeCamera:
         points = as_numbers("points_m", points_m)
         if points.ndim < 1 or points.shape[-1] != 3:
             raise InputError(f"points_m must have shape (..., 3), got {points.shape}")
-        z = points[..., 2]
-        if not (z > 0).all():
+        if not (points[..., 2] > 0).all():
             raise InputError("points_m must lie in front of the camera (z > 0)")
+        return self._project(points)
+
+    def _project(self, points: FloatArray) -> FloatArray:
+        """Return the same as `project` of points that are known to lie in front of the camera."""
+        z = points[..., 2]
         if not self.distortion:
             pixels: FloatArray = np.empty((*z.shape, 2))
             pixels[..., 0] = self.fx * points[..., 0] / z + self.cx

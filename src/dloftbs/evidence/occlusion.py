@@ -210,7 +210,7 @@ class OcclusionEvidence:
 
     def project(self, points_m: FloatArray) -> FloatArray | None:
         """Return the image (n, 2) of points (n, 3) in space, px; None without a camera that sees all of them."""
-        return None if self._camera is None or not points_m[:, 2].min() > 0.0 else self._camera.project(points_m)
+        return None if self._camera is None or not points_m[:, 2].min() > 0.0 else self._camera._project(points_m)
 
     def depth_along(self, curve_3d: BSplineCurve) -> FloatArray | None:
         """Return the distance (SAMPLES,) of a curve along the optical axis, m, at the samples of its image.

@@ -91,7 +91,8 @@ def place_by_space(
         return None
     along, along_m = arc_lengths(points), arc_lengths(points_m)
     edges = [0.0, *(edge for span in spans for edge in span), 1.0]
-    hidden_px, hidden_m = (np.diff(np.interp(edges, EVEN_U, lengths))[::2].tolist() for lengths in (along, along_m))
+    at_px, at_m = (np.interp(edges, EVEN_U, lengths) for lengths in (along, along_m))
+    hidden_px, hidden_m = ((at[1::2] - at[::2]).tolist() for at in (at_px, at_m))
     gaps = zip(hidden_before(matches), edges[::2], edges[1::2], strict=True)
     shares = [high - low if gap > 0.0 else 0.0 for gap, low, high in gaps]
     # Where parts are farther apart than the track is long, nothing makes it longer.

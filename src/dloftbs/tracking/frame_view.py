@@ -82,13 +82,12 @@ class View:
     occlusion: OcclusionEvidence | None = None
     _looked: dict[tuple[int, float, int], tuple[Observation, tuple[EndView, EndView]]] = field(default_factory=dict)
 
-    def is_at_border(self, point: FloatArray, width: float) -> bool:
-        """Return True if a point lies within about a width of the border of the image."""
+    def _are_at_border(self, points: FloatArray, width: float) -> list[bool]:
+        """Return for both ends of a curve if they lie within about a width of the border of the image."""
         if self.size is None:
-            return False
-        margin = _BORDER_PX + (0.0 if math.isnan(width) else _BORDER_WIDTHS * width)
-        x, y = point.tolist()
-        return min(x, y, self.size[1] - 1.0 - x, self.size[0] - 1.0 - y) < margin
+            return [False, False]
+        margin, (rows, columns) = _BORDER_PX + (0.0 if math.isnan(width) else _BORDER_WIDTHS * width), self.size
+        return [min(x, y, columns - 1.0 - x, rows - 1.0 - y) < margin for x, y in points[:: len(points) - 1].tolist()]
 
     def ends(self, observation: Observation, sought: Sought) -> tuple[EndView, EndView]:
         """Return what the frame tells beyond the two ends of an observation."""
@@ -111,7 +110,7 @@ class View:
 
         Only what is in sight takes the image, if there is one: without it less is known to be.
         """
-        first, last = self.is_at_border(points[0], sought.width), self.is_at_border(points[-1], sought.width)
+        first, last = self._are_at_border(points, sought.width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
         places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)

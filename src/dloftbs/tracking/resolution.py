@@ -93,4 +93,5 @@ def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, flo
 
 def _median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
     """Return the median number of frames, bounded, in which the samples of a span were seen."""
-    return statistics.median(np.interp(np.linspace(*span, _SPAN_SAMPLES), U, model.sight.seen_frames).tolist())
+    at = span[0] + np.arange(_SPAN_SAMPLES) * ((span[1] - span[0]) / (_SPAN_SAMPLES - 1))
+    return statistics.median(np.interp(at, U, model.sight.seen_frames).tolist())
