@@ -84,14 +84,15 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
     if observation.curve.closed or model.curve.closed:
         return None
     whole = observation.between(0.0, 1.0)
-    first, last = view.ends(whole, model)
-    if (first.hidden or last.hidden) and model.is_short(whole):
+    if model.is_short(whole) and any(end.hidden for end in view.ends(whole, model)):
+        first, last = view.ends(whole, model)
         share = whole.length / model.length_in_view(whole)
         told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres tells how much is hidden
         return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
     length = float(arc_lengths(model.predicted)[-1])
     if abs(whole.length - length) < model.position_tolerance_px:
         return match_whole(model, whole)  # all of it tells the direction better than a small part
+    first, last = view.ends(whole, model)
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None
     nearer = width_ratio(whole.width, model.width)

@@ -82,7 +82,7 @@ class View:
     occlusion: OcclusionEvidence | None = None
     _looked: dict[tuple[int, float, int], tuple[Observation, tuple[EndView, EndView]]] = field(default_factory=dict)
 
-    def _are_at_border(self, points: FloatArray, width: float) -> list[bool]:
+    def are_at_border(self, points: FloatArray, width: float) -> list[bool]:
         """Return for both ends of a curve if they lie within about a width of the border of the image."""
         if self.size is None:
             return [False, False]
@@ -110,7 +110,7 @@ class View:
 
         Only what is in sight takes the image, if there is one: without it less is known to be.
         """
-        first, last = self._are_at_border(points, sought.width)
+        first, last = self.are_at_border(points, sought.width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
         places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)

@@ -21,8 +21,8 @@ def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view:
     """Return the published curve of a partly hidden track: it ends where it leaves the image, or enters plain sight."""
     first, last = matches[0], matches[-1]
     low, high = _unseen_limits(model, first.track_span[0], last.track_span[1])
-    low = first.track_span[0] if view.ends(first.observation, model)[0].at_border else low
-    high = last.track_span[1] if view.ends(last.observation, model)[1].at_border else high
+    low = first.track_span[0] if view.are_at_border(first.observation.points, model.width)[0] else low
+    high = last.track_span[1] if view.are_at_border(last.observation.points, model.width)[1] else high
     if len(matches) == 1 and (low, high) == first.track_span and first.curve_span == WHOLE:
         observation = first.observation
         return VisibleCurve(observation.curve, observation.curve_3d, observation.gaps, 1.0, (low, high))

@@ -90,9 +90,11 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
         lengths[k] = scale * math.sqrt(squared)
     steps[:] = before
     shares /= shares.sum()
-    missing, tolerance = np.zeros(dims), _END_TOLERANCE * lengths.sum()
+    missing, tolerance, chord = np.zeros(dims), _END_TOLERANCE * lengths.sum(), new[right] - new[left]
+    if math.sqrt((chord * chord).sum()) > lengths.sum() + tolerance:
+        return False
     for _ in range(_MAX_ITERATIONS):
-        rest = new[right] - new[left]
+        rest = chord.copy()
         for k in range(count):
             squared = 0.0
             for d in range(dims):
