@@ -115,8 +115,8 @@ def check_stamp(value: object) -> float | None:
 def check_size(name: str, value: object, least: int = 1) -> tuple[int, int]:
     """Return the size ``(H, W)`` of an image as a tuple, or raise an `InputError`; frames may be empty, cameras not."""
     if isinstance(value, (tuple, list)) and len(value) == 2:
-        rows, columns = (as_integer(side) for side in value)
-        if rows is not None and columns is not None and least <= min(rows, columns) <= max(rows, columns) <= MOST_PX:
+        rows, columns = as_integer(value[0]), as_integer(value[1])
+        if rows is not None and columns is not None and least <= rows <= MOST_PX and least <= columns <= MOST_PX:
             return rows, columns
     kind = "positive integers" if least else "integers of at least 0"
     raise InputError(f"{name} must be two {kind} (H, W), got {shown(value)}; {MOST_PX} at most")

@@ -65,7 +65,7 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
         (one,) = make_observations([detection_of(curve)])
         models.append(TrackModel.from_observation(number, one))
         for _ in range(10):
-            models[-1].update_whole(one, np.zeros_like(one.points))
+            models[-1].update_whole(one)
             models[-1].count_hit(1)
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
     observations = make_observations([detection_of(curve) for curve in seen])
@@ -85,7 +85,7 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly(br
     for number, one in enumerate(make_observations(seen), start=1):
         models.append(TrackModel.from_observation(number, one))
         for _ in range(10):
-            models[-1].update_whole(one, np.zeros_like(one.points))
+            models[-1].update_whole(one)
             models[-1].count_hit(1)
     swapped = bent((0.0, 0.0), (250.0, 0.0), (440.0, 40.0)), bent((50.0, -260.0), (250.0, 0.0), (400.0, 0.0))
     for model, one in zip(models, swapped, strict=True):
@@ -105,7 +105,7 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
         (one,) = make_observations([detection_of(curve)])
         models.append(TrackModel.from_observation(number, one))
         for _ in range(10):
-            models[-1].update_whole(one, np.zeros_like(one.points))
+            models[-1].update_whole(one)
             models[-1].count_hit(1)
             models[-1].record((EndKind.BORDER, kind) if number == 1 else (EndKind.FREE, EndKind.HIDDEN))
     came = line((0.0, 100.0), (300.0, 100.0)), line((305.0, 100.0), (465.0, 100.0))

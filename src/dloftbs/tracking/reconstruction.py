@@ -6,6 +6,7 @@ end as rigidly as the one side moves, in between bent from one to the other.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -70,16 +71,16 @@ def reconstruct(old: FloatArray, parts: Sequence[VisiblePart], length: float) ->
     length : float
         Of the whole.
     """
-    new = np.empty_like(old)
+    new, steps = np.empty_like(old), CURVE_SAMPLES - 1
     visible: list[tuple[int, int]] = []  # first and last sample
     for part in parts:
         (low, high), (first, last) = part.track_span, part.curve_span
-        start, stop = int(EVEN_U.searchsorted(low - SAME_U)), int(EVEN_U.searchsorted(high + SAME_U, side="right"))
-        if stop - start > 1:
+        start, stop = math.ceil((low - SAME_U) * steps), math.floor((high + SAME_U) * steps)
+        if stop > start:
             scale = (last - first) / (high - low)
-            begin, end = first + (EVEN_U[start] - low) * scale, first + (EVEN_U[stop - 1] - low) * scale
-            new[start:stop] = sample_curve(part.curve, max(begin, first), min(end, last), stop - start)[0]
-            visible.append((start, stop - 1))
+            begin, end = (first + (at / steps - low) * scale for at in (start, stop))
+            new[start : stop + 1] = sample_curve(part.curve, max(begin, first), min(end, last), stop - start + 1)[0]
+            visible.append((start, stop))
     if not visible:  # they are shorter than the step between samples
         return fit_samples(old)
     fill_hidden(old, new, np.array(visible), round(_WINDOW_SHARE * CURVE_SAMPLES), length)

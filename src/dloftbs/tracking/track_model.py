@@ -157,11 +157,10 @@ class TrackModel:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
         return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
 
-    def update_whole(self, observation: Observation, velocity: FloatArray | None) -> None:
-        """Adopt an observation of the whole object, in the track's direction; None is an unknown velocity."""
+    def update_whole(self, observation: Observation) -> None:
+        """Adopt an observation of the whole object, in the track's direction."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
         self.points = self.shape = observation.points
-        self.motion.adopt(velocity)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
         self.lengths.px = observation.length
@@ -177,8 +176,8 @@ class TrackModel:
         self, curve: BSplineCurve, points: FloatArray, hidden: Spans, inferred: Spans, view: View, dt: float
     ) -> None:
         """Adopt a reconstructed curve, some spans of which are inferred: hidden ones, or bridged by the detector."""
-        jumped = self.misses or np.abs(points - self.points).max() > JUMP_SHARE * self.length
-        self.motion.adopt(None if jumped else self.motion.after(self.points, points, dt))
+        is_known = not self.misses and bool(np.abs(points - self.points).max() <= JUMP_SHARE * self.length)
+        self.motion.step(self.points, points, dt, is_known=is_known)
         self.curve, self.points = curve, points
         told = view.look(points, self, self.curve_3d) if hidden else None
         self.sight.see_part(hidden, inferred, told, self.length_widths, dt)

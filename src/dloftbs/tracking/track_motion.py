@@ -50,14 +50,11 @@ class Motion:
     velocity_3d: FloatArray | None = None
     points_3d: FloatArray | None = None
 
-    def adopt(self, velocity: FloatArray | None) -> None:
-        """Adopt a velocity; None is an unknown one."""
-        self.is_known = velocity is not None
-        self.velocity = np.zeros((SAMPLES, 2)) if velocity is None else velocity
-
-    def after(self, before: FloatArray, now: FloatArray, dt: float) -> FloatArray:
-        """Return the velocities after another step of the samples, px."""
-        return filter_velocity(self.velocity, before, now, dt, _VELOCITY_GAIN)
+    def step(self, before: FloatArray, now: FloatArray, dt: float, *, is_known: bool) -> None:
+        """Take a step of the samples, px, into their velocities, if it is known that it shows them."""
+        self.is_known = is_known
+        former = self.velocity
+        self.velocity = filter_velocity(former, before, now, dt, _VELOCITY_GAIN) if is_known else np.zeros((SAMPLES, 2))
 
     def measure_in_space(self, curve_3d: BSplineCurve | None, dt: float) -> None:
         """Take the step of the curve in space since the last frame into its velocity."""

@@ -44,15 +44,13 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
     longer = match.track_span != WHOLE
     if longer:
         model.resample(match.track_span)
-    other_shape = (
-        abs(observation.length - model.length) > JUMP_SHARE * model.length
-        or observation.curve.closed != model.curve.closed
-    )
-    # Where a part was hidden, the rest may have been placed wrongly along the object.
-    misplaced = model.sight.hidden and np.abs(observation.points - model.points).max() > JUMP_SHARE * model.length
-    is_unknown = longer or model.misses or other_shape or misplaced
-    velocity = None if is_unknown else model.motion.after(model.points, observation.points, dt)
-    model.update_whole(observation, velocity)
+    jump = abs(observation.length - model.length)
+    if model.sight.hidden:  # the rest may have been placed wrongly along the object
+        jump = max(jump, float(np.abs(observation.points - model.points).max()))
+    same_shape = jump <= JUMP_SHARE * model.length and observation.curve.closed == model.curve.closed
+    is_known = same_shape and not (longer or model.misses)
+    model.motion.step(model.points, observation.points, dt, is_known=is_known)
+    model.update_whole(observation)
 
 
 def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:

@@ -78,7 +78,7 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
     or one would turn by more than a right angle.
     """
     count, dims = right - left, old.shape[1]
-    before, steps, lengths, shares = np.zeros((count, dims)), np.empty((count, dims)), np.empty(count), np.empty(count)
+    before, lengths, shares = np.zeros((count, dims)), np.empty(count), np.empty(count)
     for k in range(count):
         t, squared = (k + 0.5) / count, 0.0
         blend, shares[k] = t * t * (3.0 - 2.0 * t), math.sin(math.pi * t) ** 2
@@ -88,11 +88,11 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
             for i in range(dims):
                 before[k, i] += step * ((1.0 - blend) * by_left[i, d] + blend * by_right[i, d])
         lengths[k] = scale * math.sqrt(squared)
-    steps[:] = before
     shares /= shares.sum()
     missing, tolerance, chord = np.zeros(dims), _END_TOLERANCE * lengths.sum(), new[right] - new[left]
     if math.sqrt((chord * chord).sum()) > lengths.sum() + tolerance:
         return False
+    steps = before.copy()
     for _ in range(_MAX_ITERATIONS):
         rest = chord.copy()
         for k in range(count):
