@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from builders import detection_of, line, part, wave
+from builders import bent, detection_of, line, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, HIDDEN, error_px, ids, shown_for
 
 from dloftbs.camera import PinholeCamera
@@ -241,3 +241,16 @@ class TestImage:
     def test_an_end_where_the_ground_changes_is_free(self):
         (track,) = self.see(self.known(), slice(604, 700), CABLE)
         assert track.ends == (EndKind.FREE, EndKind.FREE)
+
+
+def test_a_wrong_turn_is_given_up_where_cables_are_seen_whole_although_something_lies_beyond_their_ends():
+    """As long as ever, neither goes on below it."""
+    frame = ~between(96, 604)
+    cables = line((100.0, 100.0), (600.0, 350.0)), line((100.0, 350.0), (600.0, 100.0))
+    swapped = bent((100.0, 100.0), (350.0, 225.0), (600.0, 100.0)), bent((100.0, 350.0), (350.0, 225.0), (600.0, 350.0))
+    tracker = Tracker(AT_ONCE)
+    for curves in [*[cables] * 12, *[swapped] * 12]:
+        see(tracker, NOWHERE, *curves)
+    for _ in range(TrackingConfig().override_frames + 1):
+        tracks = see(tracker, frame, *cables)
+    assert max(min(error_px(track.curve, cable) for cable in cables) for track in tracks) < 1.0

@@ -75,7 +75,7 @@ def match_by_length(
     An object that a frame shows from end to end, as long as it usually is, has not exchanged a part with another one,
     wherever its track was routed before. `gate` is a share of the length.
     """
-    return _match_near(models, observations, _is_as_usual, gate, math.inf, is_unambiguous=False)
+    return _match_near(models, observations, TrackModel.is_as_usual, gate, math.inf, is_unambiguous=False)
 
 
 def _match_near(
@@ -107,14 +107,6 @@ def _is_unchanged(model: TrackModel, one: Observation) -> bool:
     if not (was_whole and as_long) or widths_differ(model.width, one.width):
         return False
     return one.curve_3d is None or not model.is_short(one)
-
-
-def _is_as_usual(model: TrackModel, one: Observation) -> bool:
-    """Return True if an observation is as long as the track was in most full views."""
-    usual, in_view = model.lengths.usual_px, model.length_in_view(one)
-    if math.isnan(usual):
-        return False
-    return abs((usual if math.isnan(in_view) else in_view) - one.length) <= model.length_tolerance_px
 
 
 def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observation]) -> dict[int, TrackObservation]:

@@ -153,6 +153,12 @@ class TrackModel:
         length = self.length_in_view(observation)
         return self.length if math.isnan(length) else length
 
+    def is_as_usual(self, observation: Observation) -> bool:
+        """Return True if an observation is as long as the object was in most full views: in space, if it is known."""
+        usual, in_view = self.lengths.usual_px, self.length_in_view(observation)
+        known = usual if math.isnan(usual + in_view) else in_view
+        return abs(known - observation.length) <= self.length_tolerance_px
+
     def is_short(self, observation: Observation) -> bool:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
         return self.length_as_seen(observation) - observation.length > self.length_tolerance_px

@@ -77,8 +77,8 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    is_one = not (shown.apart_from or _are_apart(matches))
-    if is_one and not any(end.is_cut for end in view.ends(longest, model)):
+    may_go_on = _are_apart(matches) or any(end.is_cut for end in view.ends(longest, model))
+    if not shown.apart_from and (not may_go_on or model.is_as_usual(longest.between(*WHOLE))):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
