@@ -178,9 +178,8 @@ class OcclusionEvidence:
             ``(x, y)`` px.
         width : float
             Of the cable, px; NaN if it is unknown.
-        depth_m : numpy.ndarray, shape (e,), optional
-            Distance of the cable there along the optical axis, m, for as many places each, in their order; NaN where
-            it is unknown.
+        depth_m : numpy.ndarray, shape (n,), optional
+            Distance of the cable there along the optical axis, m; NaN where it is unknown.
         appearance : Appearance, optional
             Of the cable, where it was seen; the image tells nothing without it.
 

@@ -115,7 +115,8 @@ class View:
             return EndView(first), EndView(last)
         places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)
         ends_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][:: SAMPLES - 1, 2]
-        told = self.occlusion.look(places, sought.width, ends_m)
+        depth_m = None if ends_m is None else ends_m.repeat(len(_BEYOND))
+        told = self.occlusion.look(places, sought.width, depth_m)
         hidden = [HIDDEN in end for end in told.reshape(2, -1).tolist()]
         if with_image and sought.appearance is not None:
             told = self.occlusion.look_at_image(places, sought.width, sought.appearance, told)

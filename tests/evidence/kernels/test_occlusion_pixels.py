@@ -62,16 +62,6 @@ def test_most_depths_nearer_hide_and_all_farther_show(kind: str, seed: int) -> N
     np.testing.assert_array_equal(told, np.where(2 * nearer > known, 1, np.where(shown, -1, 0)))
 
 
-def test_one_depth_may_be_that_of_several_places() -> None:
-    points = np.random.default_rng(0).uniform(-0.4, 23.4, (6, 2))
-    depth, depths = np.random.default_rng(1).choice([0.7, 1.0, 1.3], (24, 32)), np.array([0.8, 1.2])
-    told = [
-        look_at_pixels(points, _NOTHING, _NOTHING, 24, 32, 1.0, depth, 1.0, 0.1, 9.0, expected, *_LIMITS, *_CODES)
-        for expected in (depths, depths.repeat(3))
-    ]
-    np.testing.assert_array_equal(*told)
-
-
 def test_where_depth_tells_the_occluders_are_not_asked_and_a_cable_in_the_mask_leaves_it_open() -> None:
     points, depth = np.array([(5.0, 5.0), (15.0, 5.0), (15.0, 15.0), (25.0, 5.0)]), np.full((24, 32), 1.5)
     depth[:, :10] = 0.5

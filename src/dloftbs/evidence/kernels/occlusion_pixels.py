@@ -57,15 +57,14 @@ def _judge_depths(
             x, y = points[n, 0] + reach * _CROSS[k, 0], points[n, 1] + reach * _CROSS[k, 1]
             counts[n, k] = depth[_pixel(y, depth.shape[0]), _pixel(x, depth.shape[1])]
     for n in range(len(points)):
-        own = expected[n * len(expected) // len(points)]
-        limit = tolerance + noise * own * own
+        limit = tolerance + noise * expected[n] * expected[n]
         nearer, farther, known = 0, 0, 0
         for k in range(len(_CROSS)):
             metres = counts[n, k] * unit_m
             if nearest_m <= metres <= farthest_m:
                 known += 1
-                nearer += metres < own - limit
-                farther += metres > own + limit
+                nearer += metres < expected[n] - limit
+                farther += metres > expected[n] + limit
         if 2 * nearer > known:
             told[n] = hidden
         elif farther == known and known >= _LEAST_DEPTHS:
@@ -112,9 +111,8 @@ def look_at_pixels(
         Metres per count.
     nearest_m, farthest_m : float
         Depths outside of these are missing, and so are those that are not finite.
-    expected : (e,) float64
-        That of the cable, m, for as many places each, in their order; NaN where it is unknown, (0,) if it is
-        everywhere: depth tells nothing there.
+    expected : (n,) float64
+        That of the cable, m; NaN where it is unknown, (0,) if it is everywhere: depth tells nothing there.
     tolerance : float
         Largest difference that tells nothing, m, at no distance.
     noise : float
