@@ -147,5 +147,5 @@ def _items(value: object) -> list[object]:
     """Return what is in a list, a tuple or an array; nothing for all else."""
     if isinstance(value, (list, tuple)):
         return list(value)
-    listed = value.tolist() if callable(getattr(value, "tolist", None)) else None  # type: ignore[attr-defined]
+    listed = value.tolist() if callable(getattr(value, "tolist", None)) else None  # type: ignore[attr-defined]  # asked for
     return listed if isinstance(listed, list) else []

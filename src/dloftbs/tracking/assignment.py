@@ -93,8 +93,11 @@ def _match_near(
     found = kernels.find_partners(predicted, lengths, points, max_mean, max_anywhere, _MARGIN_RATIO).tolist()
     differ, result = colours_differ(models, observations), {}
     for t, (model, partner) in enumerate(zip(models, found, strict=True)):
-        one, differs = observations[abs(partner) - 1], differ[t, abs(partner) - 1]
-        if partner and not (model.curve.closed or one.curve.closed or differs) and agree(model, one):
+        if not partner:
+            continue
+        d = abs(partner) - 1
+        one = observations[d]
+        if not (model.curve.closed or one.curve.closed or differ[t, d]) and agree(model, one):
             match = PartialMatch(one if partner > 0 else one.reversed(), WHOLE, WHOLE)
             result[model.id] = TrackObservation((match,), is_unambiguous)
     return result

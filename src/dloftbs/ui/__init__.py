@@ -27,6 +27,6 @@ def require() -> None:
         With the line that installs it.
     """
     try:
-        import aiohttp  # noqa: F401
+        import aiohttp  # noqa: F401 - only whether it is there
     except ImportError as error:
         raise InputError(REMEDY) from error
