@@ -19,7 +19,7 @@ LARGEST = 1e12
 
 def frozen(array: FloatArray) -> FloatArray:
     """Mark an array that nobody else holds as read-only, and return it."""
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 

@@ -97,13 +97,20 @@ class Observation(NamedTuple):
         """Return the same part in the opposite direction."""
         detection = None if self.detection is None else self.detection.reversed()
         curve = self.curve.reversed() if detection is None else detection.curve
-        return self._replace(
-            curve=curve,
-            points=self.points[::-1],
-            detection=detection,
-            curve_span=(1.0 - self.curve_span[1], 1.0 - self.curve_span[0]),
-            gaps=tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.gaps)),
-            backwards=not self.backwards,
+        return Observation(
+            curve,
+            self.points[::-1],
+            self.length,
+            self.width,
+            detection,
+            (1.0 - self.curve_span[1], 1.0 - self.curve_span[0]),
+            self.detection_index,
+            self.object_length,
+            self.contiguous,
+            tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.gaps)]),
+            self.px_per_m,
+            self.appearance,
+            not self.backwards,
         )
 
     def split_at_gaps(self) -> list[Observation]:
@@ -144,7 +151,7 @@ def make_observations(
     InputError
         If an item is neither a detection nor a curve in the image, or there is not one width for each.
     """
-    if not isinstance(found, Sequence):
+    if not isinstance(found, (tuple, list, Sequence)):  # the first two are told at once
         raise InputError(f"expected a sequence of Detection or BSplineCurve, got {shown(found)}")
     if widths is not None and not _is_list_of(len(found), widths):
         raise InputError(f"widths must be one for each of {len(found)} curves, got {shown(widths)}")
@@ -162,7 +169,7 @@ def make_observations(
         points, length = sample_curve(curve)
         if length > 0.0:
             gaps = () if detection is None or not detection.joints else detection.inferred
-            contiguous = not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
+            contiguous = not gaps or not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
             space = None if detection is None else detection.curve_3d
             metres = 0.0 if space is None else sample_curve(space)[1]
             scale = length / metres if metres > 0.0 else math.nan
@@ -185,15 +192,18 @@ def sample_curve(
 
     The `SAMPLES` points of a whole curve are kept with it, as several steps of tracking need them.
     """
-    is_kept = first == 0.0 and last == 1.0 and count == SAMPLES
-    if is_kept and "samples" in curve.__dict__:
-        kept: tuple[FloatArray, float] = curve.__dict__["samples"]
-        return kept
+    if first != 0.0 or last != 1.0 or count != SAMPLES:
+        return _sample_anew(curve, first, last, count)
+    kept: tuple[FloatArray, float] | None = curve.__dict__.get("samples")
+    if kept is None:
+        kept = curve.__dict__["samples"] = _sample_anew(curve, first, last, count)
+    return kept
+
+
+def _sample_anew(curve: BSplineCurve, first: float, last: float, count: int) -> tuple[FloatArray, float]:
     if curve.degree == 3:
         points, length = cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, count)
     else:
         points = curve(np.linspace(first, last, count))
         length = float(np.linalg.norm(points[1:] - points[:-1], axis=1).sum())
-    if is_kept:
-        curve.__dict__["samples"] = frozen(points), length
     return frozen(points), length

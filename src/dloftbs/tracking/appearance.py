@@ -46,6 +46,12 @@ def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observat
     return compare_colours(own, found)
 
 
+def colour_differs(model: TrackModel, observation: Observation) -> bool:
+    """Return the same of one track and one observation."""
+    own, found = model.appearance, observation.appearance
+    return own is not None and found is not None and bool(compare_colours(own.colour[None], found.colour[None])[0, 0])
+
+
 def _colours(appearances: Sequence[Appearance | None]) -> FloatArray:
     """Return colours (n, 3), NaN where they are unknown."""
     return np.array([_UNKNOWN if one is None else one.colour for one in appearances]).reshape(-1, 3)

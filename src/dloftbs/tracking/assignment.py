@@ -15,7 +15,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
 from dloftbs.observation import Observation
 from dloftbs.tracking.alignment import match_whole, place_part
-from dloftbs.tracking.appearance import colours_differ, width_ratio, widths_differ
+from dloftbs.tracking.appearance import colour_differs, colours_differ, width_ratio, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
@@ -91,13 +91,12 @@ def _match_near(
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
     found = kernels.find_partners(predicted, lengths, points, max_mean, max_anywhere, _MARGIN_RATIO).tolist()
-    differ, result = colours_differ(models, observations), {}
-    for t, (model, partner) in enumerate(zip(models, found, strict=True)):
+    result = {}
+    for model, partner in zip(models, found, strict=True):
         if not partner:
             continue
-        d = abs(partner) - 1
-        one = observations[d]
-        if not (model.curve.closed or one.curve.closed or differ[t, d]) and agree(model, one):
+        one = observations[abs(partner) - 1]
+        if not (model.curve.closed or one.curve.closed) and agree(model, one) and not colour_differs(model, one):
             match = PartialMatch(one if partner > 0 else one.reversed(), WHOLE, WHOLE)
             result[model.id] = TrackObservation((match,), is_unambiguous)
     return result
@@ -125,7 +124,7 @@ def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observati
     wider, longer = width_ratio(model.width, one.width), one.length / model.length_as_seen(one)
     is_like = all(1.0 / _MAX_PAIR_RATIO <= ratio <= _MAX_PAIR_RATIO for ratio in (wider, longer))
     same_kind = one.curve_span == WHOLE and model.curve.closed == one.curve.closed
-    if not (is_like and same_kind) or colours_differ([model], [one])[0, 0]:
+    if not (is_like and same_kind) or colour_differs(model, one):
         return {}
     return {model.id: TrackObservation((match_whole(model, one),))}
 

@@ -28,11 +28,12 @@ def associate(
     shown, rest, left = dict[int, TrackObservation](), models, observations
     by_length = partial(match_by_length, gate=config.gate)
     for match in (match_unambiguous, by_length, partial(_associate_ambiguous, view=view, config=config)):
-        if rest and left:
-            shown |= match(rest, left)
-            rest = [model for model in models if model.id not in shown]
-            taken = {index for one in shown.values() for index in one.detection_indices}
-            left = [one for one in left if one.detection_index not in taken]
+        if not rest or not left:
+            break
+        shown |= match(rest, left)
+        rest = [model for model in models if model.id not in shown]
+        taken = {part.observation.detection_index for one in shown.values() for part in one.matches}
+        left = [one for one in left if one.detection_index not in taken]
     return [shown.get(model.id, TrackObservation()) for model in models]
 
 

@@ -66,7 +66,7 @@ class EndView(NamedTuple):
         return self.at_border or self.hidden
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(slots=True, eq=False)
 class View:
     """Scene of one frame, as far as tracking asks for it.
 

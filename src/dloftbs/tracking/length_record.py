@@ -111,8 +111,8 @@ class LengthRecord:
 
     def record(self, start: FloatArray | float, end: FloatArray | float, hits: int) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""
-        self.recent_ends[hits % HISTORY_FRAMES, 0], self.recent_ends[hits % HISTORY_FRAMES, 1] = start, end
-        self.recent_px[hits % HISTORY_FRAMES] = self.px
+        at = hits % HISTORY_FRAMES
+        self.recent_ends[at, 0], self.recent_ends[at, 1], self.recent_px[at] = start, end, self.px
 
     def is_usual(self, length: float, tolerance: float) -> bool:
         """Return True if a length agrees with most frames that showed the whole object."""

@@ -74,7 +74,7 @@ def to_track(model: TrackModel, view: View) -> Track:
         model.hits,
         model.misses,
         model.detection,
-        tuple((float(low), float(high)) for low, high in visible.inferred),
+        tuple([(float(low), float(high)) for low, high in visible.inferred]),
         visible.confidence,
         width,
         _ends(model, visible, view),
@@ -88,10 +88,10 @@ def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind
     if visible.curve.closed:
         return None
     points = model.points if visible.curve is model.curve else sample_curve(visible.curve)[0]
-    first, last = (
+    first, last = [
         EndKind.BORDER if end.at_border else EndKind.HIDDEN if end.hidden else EndKind.FREE
         for end in view.look_beyond(points, model, visible.curve_3d, with_image=False)
-    )
+    ]
     if visible.inferred:
         first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first
         last = EndKind.HIDDEN if visible.inferred[-1][1] >= 1.0 else last

@@ -246,7 +246,7 @@ class Tracker:
             for model, one in zip(models, resolved, strict=True)
             if one.matches or self._continues_unseen(model, dt)
         ]
-        known = {index for one in resolved for index in one.detection_indices}
+        known = {part.observation.detection_index for one in resolved for part in one.matches}
         self._start_tracks([one for one in observations if one.detection_index not in known])
 
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
