@@ -39,10 +39,8 @@ def place_part(model: TrackModel, observation: Observation, start_px: float, vie
         Where it begins along the track by the motion so far, px.
     view : View
     """
-    excess = observation.length - model.length
-    if abs(excess) <= model.length_tolerance_px or model.lengths.is_usual(
-        observation.length, model.length_tolerance_px
-    ):
+    excess, tolerance = observation.length - model.length, model.length_tolerance_px
+    if abs(excess) <= tolerance or model.lengths.is_usual(observation.length, tolerance):
         span = WHOLE
     elif excess < 0.0:
         low = _missing_before(model, observation, start_px, -excess, view) / model.length

@@ -6,8 +6,7 @@ observations as a whole; at last the only object left is the only track left.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,16 +24,22 @@ def associate(
     models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
 ) -> list[TrackObservation]:
     """Return what a frame shows of each track, by where it is predicted."""
-    shown, rest, left = dict[int, TrackObservation](), models, observations
-    by_length = partial(match_by_length, gate=config.gate)
-    for match in (match_unambiguous, by_length, partial(_associate_ambiguous, view=view, config=config)):
-        if not rest or not left:
-            break
-        shown |= match(rest, left)
-        rest = [model for model in models if model.id not in shown]
-        taken = {part.observation.detection_index for one in shown.values() for part in one.matches}
-        left = [one for one in left if one.detection_index not in taken]
-    return [shown.get(model.id, TrackObservation()) for model in models]
+    pairs = min(len(models), len(observations))
+    shown = match_unambiguous(models, observations) if pairs else {}
+    if len(shown) < pairs:
+        shown |= match_by_length(*_left_over(models, observations, shown), config.gate)
+    if len(shown) < pairs:
+        shown |= _associate_ambiguous(*_left_over(models, observations, shown), view, config)
+    return [shown.get(model.id) or TrackObservation() for model in models]
+
+
+def _left_over(
+    models: Sequence[TrackModel], observations: Sequence[Observation], shown: Mapping[int, TrackObservation]
+) -> tuple[list[TrackModel], list[Observation]]:
+    """Return the tracks that have no match yet, and the observations that are no match yet."""
+    taken = {match.observation.detection_index for one in shown.values() for match in one.matches}
+    rest = [model for model in models if model.id not in shown]
+    return rest, [one for one in observations if one.detection_index not in taken]
 
 
 def _associate_ambiguous(

@@ -145,9 +145,8 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
     if following.first == interval.last + 1:
         return chord
     if graph.are_consecutive(interval, following):
-        return (graph.curve_span(following)[0] - graph.curve_span(interval)[1]) * graph.parts[
-            interval.part
-        ].object_length
+        share = graph.curve_span(following)[0] - graph.curve_span(interval)[1]
+        return share * graph.parts[interval.part].object_length
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
     places = graph.place(interval, model)[1], graph.place(following, model)[0]
     shape = interpolate(model.shape, np.linspace(*places, _SPAN_SAMPLES) / model.length)

@@ -229,10 +229,9 @@ class TrackModel:
 
     def record(self, kinds: tuple[EndKind, EndKind] | None) -> None:
         """Record the length and the ends of the object in the last frame: those that nothing cuts there."""
-        first, last = (None, None) if kinds is None else kinds
-        starts, stops = first is EndKind.FREE, last is EndKind.FREE
-        self.lengths.record(self.points[0] if starts else np.nan, self.points[-1] if stops else np.nan, self.hits)
-        if starts and stops and self.lengths.full_px and self.visible is None and not self.sight.inferred:
+        first, last = (False, False) if kinds is None else (kinds[0] is EndKind.FREE, kinds[1] is EndKind.FREE)
+        self.lengths.record(self.points[0] if first else np.nan, self.points[-1] if last else np.nan, self.hits)
+        if first and last and self.lengths.full_px and self.visible is None and not self.sight.inferred:
             self.separation.see_whole(self.lengths.full_px[-1])
 
     def split_off(self, track_id: int) -> TrackModel:

@@ -151,7 +151,8 @@ class Tracker:
             self._update_tracks(observations, dt)
         else:
             self._start_tracks(observations)
-        published, lost = list[Track](), list[Track]()
+        published: list[Track] = []
+        lost: list[Track] = []
         for model in self._models:
             if model.misses:
                 model.visible = make_hidden_curve(model)
@@ -238,14 +239,12 @@ class Tracker:
                 resolved.append(other)
                 models.append(model.split_off(self._next_id))
                 self._next_id += 1
+        self._models = []
         for model, one in zip(models, resolved, strict=True):
             if one.matches:
                 update_seen(model, one, view, config, dt)
-        self._models = [
-            model
-            for model, one in zip(models, resolved, strict=True)
-            if one.matches or self._continues_unseen(model, dt)
-        ]
+            if one.matches or self._continues_unseen(model, dt):
+                self._models.append(model)
         known = {part.observation.detection_index for one in resolved for part in one.matches}
         self._start_tracks([one for one in observations if one.detection_index not in known])
 
