@@ -97,6 +97,9 @@ class Observation(NamedTuple):
         """Return the same part in the opposite direction."""
         detection = None if self.detection is None else self.detection.reversed()
         curve = self.curve.reversed() if detection is None else detection.curve
+        _keep_samples(self.curve, curve)
+        if detection is not None and detection.curve_3d is not None:
+            _keep_samples(self.curve_3d, detection.curve_3d)
         return Observation(
             curve,
             self.points[::-1],
@@ -198,6 +201,13 @@ def sample_curve(
     if kept is None:
         kept = curve.__dict__["samples"] = _sample_anew(curve, first, last, count)
     return kept
+
+
+def _keep_samples(curve: BSplineCurve | None, backwards: BSplineCurve) -> None:
+    """Keep the samples of a curve, if it has them, with the same curve run the other way."""
+    if curve is not None and "samples" in curve.__dict__:
+        points, length = curve.__dict__["samples"]
+        backwards.__dict__["samples"] = points[::-1], length
 
 
 def _sample_anew(curve: BSplineCurve, first: float, last: float, count: int) -> tuple[FloatArray, float]:

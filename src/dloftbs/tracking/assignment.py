@@ -104,11 +104,10 @@ def _match_near(
 
 def _is_unchanged(model: TrackModel, one: Observation) -> bool:
     """Return True if an observation, as it lies on a track, shows all of it, and nothing that it was not."""
-    was_whole = not (model.sight.hidden or model.misses)
-    as_long = abs(one.length - model.length) <= model.length_tolerance_px
-    if not (was_whole and as_long) or widths_differ(model.width, one.width):
+    if model.sight.hidden or model.misses or widths_differ(model.width, one.width):
         return False
-    return one.curve_3d is None or not model.is_short(one)
+    as_long = abs(one.length - model.length) <= model.length_tolerance_px
+    return as_long and (one.curve_3d is None or not model.is_short(one))
 
 
 def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observation]) -> dict[int, TrackObservation]:

@@ -35,6 +35,13 @@ Source: geometry; a cable that goes under an edge at a slant ends up to a width 
 """
 
 
+_AT_ENDS = np.array([0, SAMPLES - 1]).repeat(len(_BEYOND))
+"""Indices of the end that each of these places lies beyond, in the samples of a curve.
+
+Source: by definition.
+"""
+
+
 class Sought(Protocol):
     """Track, as far as a frame is asked about it."""
 
@@ -114,14 +121,15 @@ class View:
         if self.occlusion is None:
             return EndView(first), EndView(last)
         places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)
-        ends_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][:: SAMPLES - 1, 2]
-        depth_m = None if ends_m is None else ends_m.repeat(len(_BEYOND))
+        depth_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][_AT_ENDS, 2]
         told = self.occlusion.look(places, sought.width, depth_m)
-        hidden = [HIDDEN in end for end in told.reshape(2, -1).tolist()]
+        start, stop = told.reshape(2, -1).tolist()
+        hidden = HIDDEN in start, HIDDEN in stop
         if with_image and sought.appearance is not None:
             told = self.occlusion.look_at_image(places, sought.width, sought.appearance, told)
+            start, stop = told.reshape(2, -1).tolist()
         # Nearer places may lie on the end itself.
-        in_sight = [HIDDEN not in end and end[-1] == IN_SIGHT for end in told.reshape(2, -1).tolist()]
+        in_sight = [HIDDEN not in end and end[-1] == IN_SIGHT for end in (start, stop)]
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 
     def look(self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:

@@ -193,8 +193,13 @@ class TrackModel:
         """Extrapolate by a frame in which nothing of the object was seen."""
         if not self.misses:  # from now on it moves rigidly: the shape is kept
             self.motion.make_rigid()
-        self._extrapolate(extrapolated_time(dt))
-        self.motion.decay(dt)
+        duration, motion = extrapolated_time(dt), self.motion
+        if motion.velocity.any():
+            self.curve = move_curve(self.curve, motion.velocity, duration)
+            self.points = self.points + duration * motion.velocity
+        if motion.velocity_3d is not None and self.curve_3d is not None:
+            self.curve_3d = self.curve_3d.transformed(np.eye(3), duration * motion.velocity_3d[0])
+        motion.decay(dt)
         # Of one that was seen too little, nothing is said to be hidden.
         told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self, self.curve_3d)
         self.sight.see_nothing(told, self.length_widths, dt)
@@ -203,14 +208,6 @@ class TrackModel:
         self.missing_s += dt
         self.conflict.clear()
         self.visible = self.detection = None
-
-    def _extrapolate(self, duration: float) -> None:
-        motion = self.motion
-        if motion.velocity.any():
-            self.curve = move_curve(self.curve, motion.velocity, duration)
-            self.points = self.points + duration * motion.velocity
-        if motion.velocity_3d is not None and self.curve_3d is not None:
-            self.curve_3d = self.curve_3d.transformed(np.eye(3), duration * motion.velocity_3d[0])
 
     def count_hit(self, min_hits: int) -> None:
         """Count a frame in which a part of the object was seen."""

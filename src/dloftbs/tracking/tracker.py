@@ -147,10 +147,7 @@ class Tracker:
         self._prior_gate.count(override)
         if dt == 0.0:
             return self._tracks
-        if self._models:
-            self._update_tracks(observations, dt)
-        else:
-            self._start_tracks(observations)
+        self._update_tracks(observations, dt)
         published: list[Track] = []
         lost: list[Track] = []
         for model in self._models:
