@@ -29,10 +29,10 @@ _SHORT_EXTENSION = 2 * SAMPLES_PER_NODE
 Source: by hand.
 """
 
-_SPAN_SAMPLES = 33
-"""Number of samples of a hidden span whose chord is measured.
+_SPAN_SHARES = np.linspace(0.0, 1.0, 33)
+"""Places of the samples of a hidden span whose chord is measured, as shares of it.
 
-Source: bounds time; half of a curve's `SAMPLES`.
+Source: bounds time; half as many as a curve's `SAMPLES`.
 """
 
 _MAX_BEND = 3.0
@@ -112,16 +112,15 @@ def _fit_length(graph: SampleGraph, interval: Interval, model: TrackModel) -> In
     It is extended no further than to the samples of other tracks.
     """
     first, last = graph.bounds[interval.part][:: interval.direction]
-    free = [
-        interval.first == 0 and interval.start != first,
-        interval.last == graph.last_node(model) and interval.end != last,
-    ]
-    if not any(free):
+    from_first = interval.first == 0 and interval.start != first
+    to_last = interval.last == graph.last_node(model) and interval.end != last
+    if not (from_first or to_last):
         return interval
-    missing = round((model.length - graph.length(interval)) / graph.sample_spacing(interval.part) / sum(free))
+    missing_px = (model.length - graph.length(interval)) / (from_first + to_last)
+    missing = round(missing_px / graph.sample_spacing(interval.part))
     start, end, direction = interval.start, interval.end, interval.direction
-    start = _shift_edge(graph, interval.part, start, -direction, missing) if free[0] else start
-    end = _shift_edge(graph, interval.part, end, direction, missing) if free[1] else end
+    start = _shift_edge(graph, interval.part, start, -direction, missing) if from_first else start
+    end = _shift_edge(graph, interval.part, end, direction, missing) if to_last else end
     if (end - start) * direction <= 0:
         return interval
     result = interval._replace(start=start, end=end)
@@ -149,7 +148,7 @@ def _hidden_length(graph: SampleGraph, interval: Interval, following: Interval, 
         return share * graph.parts[interval.part].object_length
     # By the median of their nodes: those beside a hidden span lie closer together, to be visible.
     places = graph.place(interval, model)[1], graph.place(following, model)[0]
-    shape = interpolate(model.shape, np.linspace(*places, _SPAN_SAMPLES) / model.length)
+    shape = interpolate(model.shape, (places[0] + _SPAN_SHARES * (places[1] - places[0])) / model.length)
     length = float(arc_lengths(shape)[-1])
     shape_chord = math.dist(shape[0], shape[-1])
     return chord * length / shape_chord if length < _MAX_BEND * shape_chord else max(length, chord)

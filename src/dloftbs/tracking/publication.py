@@ -64,7 +64,6 @@ def _cut_visible(model: TrackModel, span: tuple[float, float], inferred: Spans) 
 
 def to_track(model: TrackModel, view: View) -> Track:
     """Return the track as published."""
-    width = None if math.isnan(model.width) else model.width
     visible = model.visible or VisibleCurve(model.curve, model.curve_3d, model.sight.inferred, model.sight.confidence)
     return Track._unchecked(
         model.id,
@@ -76,7 +75,7 @@ def to_track(model: TrackModel, view: View) -> Track:
         model.detection,
         tuple([(float(low), float(high)) for low, high in visible.inferred]),
         visible.confidence,
-        width,
+        None if math.isnan(model.width) else model.width,
         _ends(model, visible, view),
         _between(model.motion.velocity, visible.track_span) if model.motion.is_known else None,
         None if model.motion.velocity_3d is None else _between(model.motion.velocity_3d, visible.track_span),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +30,12 @@ _MIN_IN_SIGHT_WIDTHS = 2.0
 """Least length of a stretch that counts as in plain sight, widths.
 
 Source: geometry; between two fingers, a prediction that is a width off lies beside the cable.
+"""
+
+_EVEN_U = U.tolist()
+"""Parameters of the samples, units of ``u``.
+
+Source: by definition.
 """
 
 Spans = tuple[tuple[float, float], ...]
@@ -98,7 +105,7 @@ class Sight:
         is_hidden = samples_within(hidden)
         self.in_sight = is_hidden & _in_sight(told, widths)
         self.hidden, self.inferred, self.is_covered = hidden, inferred, False
-        self._set_unseen(np.where(is_hidden, self.unseen_s + dt, 0.0))
+        self._set_unseen((self.unseen_s + dt) * is_hidden)
         # Spans seen up to the bound are kept unless their place is in plain sight; others are forgotten within as many.
         fading = self.seen_frames - ((self.seen_frames < _MAX_SEEN_FRAMES) | self.in_sight)
         seen = np.minimum(self.seen_frames + ~samples_within(inferred), _MAX_SEEN_FRAMES)
@@ -126,7 +133,7 @@ def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
     """Return a mask (SAMPLES,) of the samples that lie in spans of ``u``."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
     for low, high in spans:
-        result |= (low <= U) & (high >= U)
+        result[bisect_left(_EVEN_U, low) : bisect_right(_EVEN_U, high)] = True
     return result
 
 
