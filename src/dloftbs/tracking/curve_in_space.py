@@ -105,7 +105,7 @@ def place_by_space(
     ends = [px / length for px in accumulate(px for pair in zip(hidden, seen, strict=False) for px in pair)]
     ends[-1] = ends[-1] if hidden[-1] else 1.0  # not by a rounding error before it
     on_track = zip(ends[::2], ends[1::2], strict=True)
-    placed = [match._replace(track_span=span) for match, span in zip(matches, on_track, strict=True)]
+    placed = [PartialMatch(one.observation, span, one.curve_span) for one, span in zip(matches, on_track, strict=True)]
     evenly = interpolate(points, np.interp(EVEN_U * along[-1], along, EVEN_U))
     covered = sum(high - low for low, high in spans) + sum(shares)  # less than all if the parts are too short
     return placed, evenly, length / (covered * metres)

@@ -59,7 +59,8 @@ def localize(graph: SampleGraph, intervals: Sequence[Interval], model: TrackMode
     lengths = [one.length for one in observed]
     between = [_hidden_length(graph, *pair, model) for pair in pairwise(extended)]
     steps = [before, *(px for pair in zip(lengths, between, strict=False) for px in pair), lengths[-1], after]
-    u = [edge / sum(steps) for edge in accumulate(steps)]
+    total = sum(steps)
+    u = [edge / total for edge in accumulate(steps)]
     u[-2] = u[-2] if after else 1.0  # not by a rounding error before it
     for n, (one, other) in enumerate(pairwise(extended)):
         if other.first == one.last + 1:  # the track changes from one to the other: nothing is hidden

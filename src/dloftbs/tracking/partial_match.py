@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from dloftbs.curve import BSplineCurve
@@ -46,8 +46,8 @@ class PartialMatch(NamedTuple):
 
     def within(self, low: float, high: float) -> PartialMatch:
         """Return the match with a span of the track as all of it."""
-        first, last = self.track_span
-        return self._replace(track_span=((first - low) / (high - low), (last - low) / (high - low)))
+        first, last = [(edge - low) / (high - low) for edge in self.track_span]
+        return PartialMatch(self.observation, (first, last), self.curve_span)
 
     def clip_to_track(self) -> PartialMatch:
         """Return the match without the parts beyond the known ends of the track."""
@@ -56,9 +56,8 @@ class PartialMatch(NamedTuple):
         if span == self.track_span:
             return self
         scale = (last - first) / (high - low)
-        return self._replace(
-            track_span=span, curve_span=(first + (span[0] - low) * scale, last - (high - span[1]) * scale)
-        )
+        seen = first + (span[0] - low) * scale, last - (high - span[1]) * scale
+        return PartialMatch(self.observation, span, seen)
 
 
 class TrackObservation(NamedTuple):
@@ -111,14 +110,18 @@ class VisibleCurve(NamedTuple):
 
 def hidden_spans(matches: Sequence[PartialMatch]) -> tuple[tuple[float, float], ...]:
     """Return the spans of a track's ``u`` that no match covers, ascending."""
-    edges = [0.0, *(edge for match in matches for edge in match.track_span), 1.0]
-    return tuple((low, high) for low, high in zip(edges[::2], edges[1::2], strict=True) if high - low > SAME_U)
+    return tuple([(low, high) for low, high in _spans_between(matches) if high - low > SAME_U])
 
 
 def hidden_before(matches: Sequence[PartialMatch]) -> list[float]:
     """Return the length of what no match covers of a track's ``u`` before each match, and after the last one."""
-    edges = [0.0, *(edge for match in matches for edge in match.track_span), 1.0]
-    return [high - low if high - low > SAME_U else 0.0 for low, high in zip(edges[::2], edges[1::2], strict=True)]
+    return [high - low if high - low > SAME_U else 0.0 for low, high in _spans_between(matches)]
+
+
+def _spans_between(matches: Sequence[PartialMatch]) -> Iterable[tuple[float, float]]:
+    """Return the spans of a track's ``u`` before each match, and after the last one; they may be of no length."""
+    spans = [match.track_span for match in matches]
+    return zip([0.0, *[high for _, high in spans]], [*[low for low, _ in spans], 1.0], strict=True)
 
 
 def are_consecutive(first: PartialMatch, second: PartialMatch) -> bool:

@@ -78,7 +78,7 @@ def reconstruct(old: FloatArray, parts: Sequence[VisiblePart], length: float) ->
         start, stop = math.ceil((low - SAME_U) * steps), math.floor((high + SAME_U) * steps)
         if stop > start:
             scale = (last - first) / (high - low)
-            begin, end = (first + (at / steps - low) * scale for at in (start, stop))
+            begin, end = first + (start / steps - low) * scale, first + (stop / steps - low) * scale
             new[start : stop + 1] = sample_curve(part.curve, max(begin, first), min(end, last), stop - start + 1)[0]
             visible.append((start, stop))
     if not visible:  # they are shorter than the step between samples

@@ -149,14 +149,11 @@ class SampleGraph:
         """Return the intervals of a route: `MIN_NODES` nodes or more that follow one part."""
         found = np.empty((len(assignment), 6), np.int64)
         count = kernels.find_intervals(assignment, self._part_of, MIN_NODES, found)
-        return [
-            Interval(part, start, end, first, last, 0.5 * twice)
-            for part, start, end, first, last, twice in found[:count].tolist()
-        ]
+        return [Interval._make((*ends, 0.5 * twice)) for *ends, twice in found[:count].tolist()]
 
     def overlap(self, intervals: Sequence[Interval]) -> float:
         """Return the length of the intervals that is already claimed, in nodes."""
-        return sum(int(np.count_nonzero(self.claimed[one.samples])) for one in intervals) / kernels.SAMPLES_PER_NODE
+        return sum([np.count_nonzero(self.claimed[one.samples]) for one in intervals]) / kernels.SAMPLES_PER_NODE
 
     def claim(self, intervals: Sequence[Interval]) -> None:
         """Claim the samples of a track's intervals."""
@@ -179,8 +176,8 @@ class SampleGraph:
     def place(self, interval: Interval, model: TrackModel) -> tuple[float, float]:
         """Return where an interval begins and ends along a track as predicted, px, by the median of its nodes."""
         step = model.length / (self.last_node(model) * kernels.SAMPLES_PER_NODE)
-        start, end = (step * (interval.origin + interval.direction * i) for i in (interval.start, interval.end))
-        return start, end
+        origin, direction = interval.origin, interval.direction
+        return step * (origin + direction * interval.start), step * (origin + direction * interval.end)
 
     def is_free(self, edge: int, end: int, limit: int) -> bool:
         """Return True if an interval's edge is near the end of its part, and no sample beyond it is claimed."""
@@ -190,7 +187,7 @@ class SampleGraph:
     def curve_span(self, interval: Interval) -> tuple[float, float]:
         """Return the span of an interval, in ``u`` of the detection in the track's direction."""
         (low, high), (first, last) = self.parts[interval.part].curve_span, self.bounds[interval.part]
-        start, end = (low + (i - first) / (last - first) * (high - low) for i in (interval.start, interval.end))
+        start, end = [low + (i - first) / (last - first) * (high - low) for i in (interval.start, interval.end)]
         return (start, end) if interval.direction > 0 else (1.0 - start, 1.0 - end)
 
     def observe(self, interval: Interval) -> Observation:
