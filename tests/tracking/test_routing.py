@@ -143,6 +143,13 @@ class TestWrongTurnAtACrossing:
         truth = sorted(pair, key=highest)
         assert all(aside(one, true) < 1.0 for one, true in zip(found, truth, strict=True))
 
+    def test_with_which_a_track_began_is_believed_no_longer_than_it_was_seen(self, pair, misread):
+        tracker = tracked(*misread(*pair), frames=MIN_SEEN_FRAMES + 1)
+        for _ in range(MIN_SEEN_FRAMES + 3):
+            tracks = see(tracker, *pair)
+        found = [track.curve for track in tracks]
+        assert all(min(far(curve, t) for t in (one, one.reversed())) < 2.0 for one, curve in self.pairs(pair, found))
+
     def test_for_long_is_adopted_and_given_up_again(self, pair, misread):
         """Three times the frames where one is believed first: the other one's way changes by that, and counts anew."""
         tracker = tracked(*pair)

@@ -61,6 +61,17 @@ def test_a_cable_that_something_passes_over_is_one_since_its_parts_are_shorter_b
         assert ids(tracks) == [1]
 
 
+@pytest.mark.parametrize("bridged", [True, False])
+def test_a_cable_that_loses_an_end_before_something_passes_over_it_is_one(bridged: bool):
+    tracker, gap = Tracker(), 20.0
+    shown_for(tracker, 20, line((0.0, BELOW), (LENGTH, BELOW)))
+    shown_for(tracker, 1, line((0.0, BELOW), (LENGTH - 12.0, BELOW)))
+    for _ in range(10):
+        at = CUT - 0.5 * gap
+        tracks = tracker.update([joined(gap, at=at)]) if bridged else see(tracker, *apart(gap, at=at))
+        assert ids(tracks) == [1]
+
+
 def test_a_gap_below_two_widths_that_grows_at_one_side_leaves_a_cable_one():
     tracker, other = Tracker(), line((0.0, 2.0 * BELOW), (LENGTH, 2.0 * BELOW))
     shown_for(tracker, 20, line((0.0, BELOW), (LENGTH, BELOW)), other)

@@ -187,7 +187,7 @@ def _match(
         share = min(model.length / oriented.length, 1.0)
         seam = -start if model.curve.closed else 1.0 - start - share if backwards else start
         return PartialMatch(oriented, WHOLE, (seam % 1.0, seam % 1.0 + 1.0))
-    if model.curve.closed or model.conflict.overrides(oriented, config.override_frames, model.width_or_0):
+    if model.curve.closed or model.gives_way_to(oriented, config.override_frames):
         return PartialMatch(oriented, WHOLE, oriented.curve_span)
     start_px = start * model.length
     if oriented.length > model.length:

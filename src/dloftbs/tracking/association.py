@@ -62,9 +62,8 @@ def _associate_ambiguous(
 
 def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
     """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame."""
-    least = config.override_frames
-    seen = model.hits >= least or model.lengths.is_settled(model.hits, model.length_tolerance_px)
-    return seen and not model.misses and not model.curve.closed and model.conflict.frames < least
+    seen = model.hits >= config.override_frames or model.lengths.is_settled(model.hits, model.length_tolerance_px)
+    return seen and not model.misses and not model.curve.closed and not model.is_overridden(config.override_frames)
 
 
 def _mark_apart(models: Sequence[TrackModel], shown: dict[int, TrackObservation]) -> dict[int, TrackObservation]:

@@ -52,10 +52,9 @@ class Conflict:
         else:
             self.frames = max(self.frames - 1, 0)
 
-    def overrides(self, observation: Observation, override_frames: int, width: float) -> bool:
-        """Return True if an observation has contradicted the track for long enough to replace it."""
-        long_enough = self.frames >= override_frames and observation.curve_span == WHOLE
-        return long_enough and self._is_same(observation, width)
+    def is_with(self, observation: Observation, width: float) -> bool:
+        """Return True if an observation, which is a whole detection, is the one that contradicts the track."""
+        return observation.curve_span == WHOLE and self._is_same(observation, width)
 
     def _is_same(self, observation: Observation, width: float) -> bool:
         length = observation.object_length

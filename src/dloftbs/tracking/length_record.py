@@ -123,6 +123,11 @@ class LengthRecord:
         """Return True if a length agrees with most frames that showed the whole object."""
         return abs(length - self.usual_px) <= tolerance
 
+    def count_usual(self, tolerance: float) -> int:
+        """Return the number of frames that showed the whole object, and it as long as in most of them."""
+        usual = statistics.median(self.full_px) if self.full_px else math.nan
+        return sum(abs(usual - one) <= tolerance for one in self.full_px)
+
     def is_settled(self, hits: int, tolerance: float) -> bool:
         """Return True if all frames of a young track, and enough of them, agree on its length to within a tolerance."""
         recent = self.recent_px[1 : hits + 1]

@@ -7,6 +7,7 @@ object was, nothing is hidden, and the gap between them is one between two objec
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -42,7 +43,7 @@ class Separation:
     since : int
         Number of frames since.
     missing_px : float
-        Largest difference from the last of these lengths since.
+        Largest difference from the last few of these lengths since.
     frames : int
         Number of frames in a row, to the last one, that showed two parts which are together as long.
     """
@@ -95,7 +96,8 @@ class Separation:
         longest = max(gaps, default=0.0)
         at = gaps.index(longest) + 1 if gaps else 0
         lengths = [sum(part.observation.length for part in side) for side in (parts[:at], parts[at:])]
-        self.missing_px = max(self.missing_px, abs(sum(lengths) - self.whole_px[-1]))
+        usual = statistics.median(self.whole_px[-MIN_SEEN_FRAMES:])  # the last one may have lost an end already
+        self.missing_px = max(self.missing_px, abs(sum(lengths) - usual))
         # An end that comes out beyond what hid it is short at first.
         if self.missing_px > tolerance_px or min(lengths) < longest or _is_cut(parts, sought, view):
             self.forget()

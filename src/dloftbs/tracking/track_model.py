@@ -16,7 +16,7 @@ from dloftbs.observation import Appearance, Observation, U
 from dloftbs.tracking.conflict import Conflict
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.length_record import LengthRecord
+from dloftbs.tracking.length_record import MIN_SEEN_FRAMES, LengthRecord
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.separation import Separation
 from dloftbs.tracking.sight import Sight, Spans
@@ -162,6 +162,18 @@ class TrackModel:
     def is_short(self, observation: Observation) -> bool:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
         return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
+
+    def is_overridden(self, override_frames: int) -> bool:
+        """Return True if so many frames contradicted the track, or more than showed the object as it usually is.
+
+        A track that began wrongly is not believed for longer than it was seen.
+        """
+        shown = self.lengths.count_usual(self.length_tolerance_px)
+        return self.conflict.frames >= min(override_frames, max(shown + 1, MIN_SEEN_FRAMES))
+
+    def gives_way_to(self, observation: Observation, override_frames: int) -> bool:
+        """Return True if an observation has contradicted the track for long enough to replace it."""
+        return self.is_overridden(override_frames) and self.conflict.is_with(observation, self.width_or_0)
 
     def update_whole(self, observation: Observation) -> None:
         """Adopt an observation of the whole object, in the track's direction."""
