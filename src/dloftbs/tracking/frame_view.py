@@ -120,7 +120,7 @@ class View:
         first, last = self.are_at_border(points, sought.width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
-        places = extend_ends(points, (_BORDER_PX if math.isnan(sought.width) else sought.width) * _BEYOND)
+        places = extend_ends(points, _BEYOND, _BORDER_PX if math.isnan(sought.width) else sought.width)
         depth_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][_AT_ENDS, 2]
         told = self.occlusion.look(places, sought.width, depth_m)
         start, stop = told.reshape(2, -1).tolist()

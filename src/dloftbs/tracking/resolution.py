@@ -21,8 +21,8 @@ from dloftbs.tracking.partial_match import (
 )
 from dloftbs.tracking.track_model import TrackModel
 
-_SPAN_SAMPLES = 9
-"""Number of samples of a span whose median is taken.
+_SPAN_SHARES = np.linspace(0.0, 1.0, 9)
+"""Places of the samples of a span whose median is taken, as shares of it.
 
 Source: bounds time; an odd number, so that it is one of them.
 """
@@ -93,5 +93,5 @@ def _split_at(matches: Sequence[PartialMatch], absent: Sequence[tuple[float, flo
 
 def _median_seen_frames(model: TrackModel, span: tuple[float, float]) -> float:
     """Return the median number of frames, bounded, in which the samples of a span were seen."""
-    at = span[0] + np.arange(_SPAN_SAMPLES) * ((span[1] - span[0]) / (_SPAN_SAMPLES - 1))
+    at = span[0] + _SPAN_SHARES * (span[1] - span[0])
     return statistics.median(np.interp(at, U, model.sight.seen_frames).tolist())

@@ -10,6 +10,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
 from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
 from dloftbs.tracking.frame_view import View
@@ -62,7 +64,7 @@ def route_tracks(
     unassigned = [
         part
         for part, (first, last) in zip(parts, graph.bounds, strict=True)
-        if graph.claimed[first : last + 1].sum() < _MAX_CLAIMED_SHARE * (last + 1 - first)
+        if np.count_nonzero(graph.claimed[first : last + 1]) < _MAX_CLAIMED_SHARE * (last + 1 - first)
     ]
     return shown, unassigned
 

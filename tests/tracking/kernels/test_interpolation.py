@@ -57,7 +57,7 @@ def test_control_points_move_as_by_interpolation(closed: bool, even: bool) -> No
 @given(st.integers(0, 10_000))
 def test_places_beyond_ends_lie_straight_on_at_their_distances(seed: int) -> None:
     points = np.random.default_rng(seed).uniform(0.0, 100.0, (7, 2))
-    places = extend_ends(points[::-1], 12.0 * _DISTANCES).reshape(2, 3, 2)
+    places = extend_ends(points[::-1], _DISTANCES, 12.0).reshape(2, 3, 2)
     for side, (end, before) in enumerate(((points[6], points[5]), (points[0], points[1]))):
         direction = (end - before) / np.linalg.norm(end - before)
         np.testing.assert_allclose(places[side], end + 12.0 * _DISTANCES[:, None] * direction, atol=1e-9)
@@ -65,7 +65,7 @@ def test_places_beyond_ends_lie_straight_on_at_their_distances(seed: int) -> Non
 
 def test_an_end_without_a_direction_stands_for_what_is_beyond_it() -> None:
     points = np.array([(3.0, 4.0), (3.0, 4.0), (9.0, 4.0)])
-    places = extend_ends(points, 10.0 * _DISTANCES)
+    places = extend_ends(points, _DISTANCES, 10.0)
     np.testing.assert_allclose(places, [(3, 4)] * 3 + [(14, 4), (19, 4), (24, 4)])
 
 

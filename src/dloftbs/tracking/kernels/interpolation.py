@@ -44,8 +44,8 @@ def interpolate(samples: _Floats, u: _Floats) -> _Floats:
     return values
 
 
-@kernel(read(float64, 2), read(float64, 1))
-def extend_ends(points: _Floats, distances: _Floats) -> _Floats:
+@kernel(read(float64, 2), read(float64, 1), float64)
+def extend_ends(points: _Floats, distances: _Floats, unit: float) -> _Floats:
     """Return places straight on beyond the first point of a curve, then beyond the last.
 
     Parameters
@@ -53,6 +53,9 @@ def extend_ends(points: _Floats, distances: _Floats) -> _Floats:
     points : (n, 2) float64
         Along the curve; two or more.
     distances : (k,) float64
+        Of the places from the end.
+    unit : float
+        That of the distances, px.
 
     Returns
     -------
@@ -65,7 +68,7 @@ def extend_ends(points: _Floats, distances: _Floats) -> _Floats:
         x, y = points[end, 0] - points[before, 0], points[end, 1] - points[before, 1]
         length = math.sqrt(x * x + y * y)
         for k in range(count):
-            far = distances[k] / length if length > 0.0 else 0.0
+            far = unit * distances[k] / length if length > 0.0 else 0.0
             at = k + side * count
             places[at, 0], places[at, 1] = points[end, 0] + far * x, points[end, 1] + far * y
     return places
