@@ -120,7 +120,7 @@ class Detection:
     @property
     def inferred(self) -> tuple[tuple[float, float], ...]:
         """The intervals of the ``u`` of `curve` that were inferred across gaps of the mask rather than seen."""
-        return tuple(joint.u for joint in self.joints if joint.kind is JointKind.GAP)
+        return tuple([joint.u for joint in self.joints if joint.kind is JointKind.GAP])
 
     def u_3d(self, u: npt.ArrayLike) -> FloatArray:
         """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
@@ -147,7 +147,7 @@ class Detection:
     def reversed(self) -> Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
-        inferred_3d = tuple((1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d))
+        inferred_3d = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d)])
         return Detection._unchecked(
             self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d, self.camera
         )
