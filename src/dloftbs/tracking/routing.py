@@ -76,9 +76,8 @@ def _within_length(graph: SampleGraph, intervals: list[Interval], model: TrackMo
     """
     gaps = [math.dist(graph.points[one.end], graph.points[other.start]) for one, other in pairwise(intervals)]
     lengths = [graph.length(one) for one in intervals]
-    total = sum(lengths)
     width = graph.parts[intervals[0].part].width
-    if not gaps or not model.lengths.is_torn(total, sum(gaps), width, model.position_tolerance_px):
+    if not gaps or not model.lengths.is_torn(sum(lengths), sum(gaps), width, model.position_tolerance_px):
         return intervals
     cut = max(range(len(gaps)), key=lambda k: gaps[k]) + 1
     kept = intervals[:cut] if sum(lengths[:cut]) >= sum(lengths[cut:]) else intervals[cut:]

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
-from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 MIN_NODES = 3
@@ -38,22 +37,10 @@ _REACH_SHARE = 0.025
 Source: by hand.
 """
 
-_HIDDEN_COST = 1.0
-"""Cost of a node that is hidden.
-
-Source: by definition; that of a sample at the limit of reach.
-"""
-
-_STILL_HIDDEN_COST = 0.4
-"""Cost of a node that is hidden and was before.
-
-Source: by hand; what hid it is likely there still.
-"""
-
 _CLAIMED_COST = 1.5
 """Extra cost of a sample that another track has claimed, or that is of another object by its colour.
 
-Source: by hand; above `_HIDDEN_COST`: rather hidden than shared.
+Source: by hand; above that of a node that is hidden: rather hidden than shared.
 """
 
 
@@ -125,23 +112,12 @@ class SampleGraph:
     def find_route(self, model: TrackModel, others: npt.NDArray[np.bool_]) -> Route:
         """Find the cheapest route of a track; claimed samples have an extra cost, and those of `others`, parts."""
         count = self.last_node(model) + 1
-        widening = np.minimum(1.0 + WIDENING_PER_S * model.sight.unseen_s, MAX_WIDENING)
-        reach = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length) * widening
-        hidden_cost = np.where(model.sight.unseen_s > 0.0, _STILL_HIDDEN_COST, _HIDDEN_COST)
-        samples = np.empty((SAMPLES, 4))
-        samples[:, :2], samples[:, 2], samples[:, 3] = model.predicted, reach, hidden_cost
-        nodes = interpolate(samples, np.arange(count) / (count - 1))
+        reach, unseen_s = max(_REACH_WIDTHS * model.width_or_0, _REACH_SHARE * model.length), model.sight.unseen_s
+        nodes = kernels.place_nodes(model.predicted, unseen_s, reach, WIDENING_PER_S, MAX_WIDENING, count)
         assignment = np.empty(count, np.int64)
         self._samples[:, 4] = _CLAIMED_COST * (self.claimed.astype(np.float64) + others[self._part_of])
-        cost = kernels.find_route(
-            nodes,
-            self._samples,
-            self._bounds,
-            self._longest_step,
-            model.length / (count - 1),
-            model.position_tolerance_px + self._spacing,
-            assignment,
-        )
+        step, slack = model.length / (count - 1), model.position_tolerance_px + self._spacing
+        cost = kernels.find_route(nodes, self._samples, self._bounds, self._longest_step, step, slack, assignment)
         intervals = self._find_intervals(assignment)
         return Route(intervals, cost, sum(one.last - one.first + 1 for one in intervals) / count)
 

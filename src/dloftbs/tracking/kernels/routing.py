@@ -11,6 +11,7 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read, write
 from dloftbs.kernels.shared.selection import nth_least
+from dloftbs.tracking.kernels.interpolation import value_at
 
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
@@ -61,6 +62,18 @@ _SWITCH_COST = 2.0
 """Cost of changing to another curve.
 
 Source: by hand; twice that of a hidden node, so that it takes some nodes to be worth it.
+"""
+
+_HIDDEN_COST = 1.0
+"""Cost of a node that is hidden.
+
+Source: by definition; that of a sample at the limit of reach.
+"""
+
+_STILL_HIDDEN_COST = 0.4
+"""Cost of a node that is hidden and was before.
+
+Source: by hand; what hid it is likely there still.
 """
 
 _HIDE_AT_END_COST = 0.3
@@ -158,6 +171,41 @@ def _find_candidates(k: int, problem: _Problem, steps_per_px: float, candidates:
                     count = min(count + 1, _MAX_CANDIDATES)
             i += 1
     candidates.sizes[k] = count
+
+
+@kernel(read(float64, 2), read(float64, 1), float64, float64, float64, int64)
+def place_nodes(
+    predicted: _Floats, unseen_s: _Floats, reach: float, widening_per_s: float, most_widening: float, count: int
+) -> _Floats:
+    """Place the nodes of a known curve evenly along it.
+
+    Parameters
+    ----------
+    predicted : (m, 2) float64
+        Samples of it at even parameters, px.
+    unseen_s : (m,) float64
+        Seconds since each was last seen.
+    reach : float
+        Largest distance of what may be a node that was just seen, px.
+    widening_per_s, most_widening : float
+        Growth of this distance with the time, multiples a second, and the largest multiple.
+    count : int
+        Number of nodes, two or more.
+
+    Returns
+    -------
+    (count, 4) float64
+        As for `find_route`.
+    """
+    samples, nodes = np.empty((len(predicted), 4)), np.empty((count, 4))
+    for i in range(len(predicted)):
+        samples[i, 0], samples[i, 1] = predicted[i, 0], predicted[i, 1]
+        samples[i, 2] = reach * min(1.0 + widening_per_s * unseen_s[i], most_widening)
+        samples[i, 3] = _STILL_HIDDEN_COST if unseen_s[i] > 0.0 else _HIDDEN_COST
+    for k in range(count):
+        for d in range(4):
+            nodes[k, d] = value_at(samples, k / (count - 1) * (len(samples) - 1), d)
+    return nodes
 
 
 @kernel(write(float64, 2), read(int64, 2))
