@@ -171,6 +171,24 @@ class TestWrongTurnAtACrossing:
         return [(one, min(found, key=lambda c: aside(c, one))) for one in expected]
 
 
+def test_two_that_began_as_one_are_two_once_more_frames_read_them_apart():
+    """The gap is narrower than the samples of the one lie apart, and its lengths tell nothing, as an end is covered."""
+    pair, frames = (line((600.0, -100.0), (0.0, 0.0)), line((0.0, 10.0), (680.0, 70.0))), MIN_SEEN_FRAMES + 2
+    tracker = tracked(joined(*pair), frames=frames)
+    for step in range(2 * frames):
+        covered = [part(pair[1], 0.0, 0.55), part(pair[1], 0.66, 1.0)] if step < 2 else [pair[1]]
+        tracks = see(tracker, pair[0], *covered)
+    assert len(tracks) == 2
+    assert all(min(aside(track.curve, one) for one in pair) < 1.0 for track in tracks)
+
+
+def test_what_hides_a_stretch_between_two_parts_of_a_known_cable_may_stay():
+    tracker = tracked(line((0.0, 0.0), (620.0, 0.0)), frames=CLEAR)
+    for _ in range(4 * OVERRIDE):
+        (track,) = see(tracker, line((0.0, 0.0), (300.0, 0.0)), line((330.0, 0.0), (620.0, 0.0)))
+    assert aside(track.curve, line((0.0, 0.0), (620.0, 0.0))) < 1.0
+
+
 _T = np.linspace(0.0, 1.0, 80)[:, None]
 SHAPES = {
     "wave": wave(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -123,10 +124,9 @@ class LengthRecord:
         """Return True if a length agrees with most frames that showed the whole object."""
         return abs(length - self.usual_px) <= tolerance
 
-    def count_usual(self, tolerance: float) -> int:
-        """Return the number of frames that showed the whole object, and it as long as in most of them."""
-        usual = statistics.median(self.full_px) if self.full_px else math.nan
-        return sum(abs(usual - one) <= tolerance for one in self.full_px)
+    def count_steady(self, tolerance: float) -> int:
+        """Return the number of full views as long as the one before, which a cable that tilts nearly is."""
+        return sum(abs(one - other) <= tolerance for one, other in pairwise(self.full_px))
 
     def is_settled(self, hits: int, tolerance: float) -> bool:
         """Return True if all frames of a young track, and enough of them, agree on its length to within a tolerance."""

@@ -163,13 +163,18 @@ class TrackModel:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
         return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
 
+    @property
+    def steady_frames(self) -> int:
+        """Number of full views, among the last ones, that showed the object as long as the one before."""
+        return self.lengths.count_steady(self.length_tolerance_px)
+
     def is_overridden(self, override_frames: int) -> bool:
-        """Return True if so many frames contradicted the track, or more than showed the object as it usually is.
+        """Return True if so many frames contradicted the track, or more than showed it steadily.
 
         A track that began wrongly is not believed for longer than it was seen.
         """
-        shown = self.lengths.count_usual(self.length_tolerance_px)
-        return self.conflict.frames >= min(override_frames, max(shown + 1, MIN_SEEN_FRAMES))
+        frames = self.conflict.frames
+        return frames > 0 and frames >= min(override_frames, max(self.steady_frames + 1, MIN_SEEN_FRAMES))
 
     def gives_way_to(self, observation: Observation, override_frames: int) -> bool:
         """Return True if an observation has contradicted the track for long enough to replace it."""

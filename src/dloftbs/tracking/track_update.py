@@ -31,7 +31,7 @@ def update_seen(model: TrackModel, shown: TrackObservation, view: View, config: 
     if len(shown.matches) == 1 and shown.matches[0].is_complete:
         _update_whole(model, shown.matches[0], dt)
     else:
-        matches = _update_partly(model, shown, view, dt)
+        matches = _update_partly(model, shown, view, config, dt)
         model.visible = make_visible_curve(model, matches, view)
     model.apart |= shown.apart_from
     model.count_hit(config.min_hits)
@@ -53,7 +53,9 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
     model.update_whole(observation)
 
 
-def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:
+def _update_partly(
+    model: TrackModel, shown: TrackObservation, view: View, config: TrackingConfig, dt: float
+) -> list[PartialMatch]:
     """Return the matches as they are adopted."""
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in shown.matches]
@@ -77,7 +79,9 @@ def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: f
     model.detection = longest.detection
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    may_go_on = _are_apart(matches) or any(end.is_cut for end in view.ends(longest, model))
+    # That something hides the stretch between two parts is believed of an object that was steady for long.
+    bridges = _are_apart(matches) and model.steady_frames >= config.override_frames
+    may_go_on = bridges or any(end.is_cut for end in view.ends(longest, model))
     if not shown.apart_from and (not may_go_on or model.is_as_usual(longest.between(*WHOLE))):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)
