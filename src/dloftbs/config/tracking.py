@@ -25,7 +25,7 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     override_frames : int
         Number of frames after which contradicted evidence is dropped: a stretch that is missing at the same place of an
         object in all of them is no part of it. A stretch that was seen in as many is known well enough to read frames
-        by it.
+        by it. A track that was seen steadily in fewer gives way after one more than these, three at least.
     smoothing_s : float
         Lag of the published curves, which makes them smoother; 0: neither.
     frame_s : float
