@@ -46,8 +46,6 @@ class LengthRecord:
         In the last frames, `HISTORY_FRAMES` at most, that showed the whole object without long gaps.
     full_m : list of float
         The same in space, metres, as far as it is known.
-    usual_m : float
-        The median of these; NaN if there are none.
     full_width : float
         Width of the object in the last of these, px; NaN if it is not known.
     px_per_m : float
@@ -59,7 +57,6 @@ class LengthRecord:
     recent_ends: FloatArray = field(default_factory=lambda: np.full((HISTORY_FRAMES, 2, 2), np.nan))
     full_px: list[float] = field(default_factory=list)
     full_m: list[float] = field(default_factory=list)
-    usual_m: float = math.nan
     full_width: float = math.nan
     px_per_m: float = math.nan
 
@@ -71,12 +68,11 @@ class LengthRecord:
     @property
     def metres(self) -> float:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
-        return self.px / self.px_per_m if math.isnan(self.usual_m) else self.usual_m
+        return statistics.median(self.full_m) if self.full_m else self.px / self.px_per_m
 
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""
         self.px, self.full_m = share * self.px, [share * one for one in self.full_m]
-        self.usual_m *= share
 
     def forget_full(self) -> None:
         """Forget the lengths, px, of the views that showed the whole object: it is another one."""
@@ -113,7 +109,6 @@ class LengthRecord:
         self.full_px = [*self.full_px[1 - HISTORY_FRAMES :], length]
         if not math.isnan(self.px_per_m):
             self.full_m = [*self.full_m[1 - HISTORY_FRAMES :], length / self.px_per_m]
-            self.usual_m = statistics.median(self.full_m)
 
     def record(self, start: FloatArray | float, end: FloatArray | float, hits: int) -> None:
         """Record the length, and the ends of the curve, in a frame that showed the object."""

@@ -32,8 +32,8 @@ _MIN_IN_SIGHT_WIDTHS = 2.0
 Source: geometry; between two fingers, a prediction that is a width off lies beside the cable.
 """
 
-_EVEN_U = U.tolist()
-"""Parameters of the samples, units of ``u``.
+_SORTED_U = U.tolist()
+"""Parameters of the samples, as bisection takes them.
 
 Source: by definition.
 """
@@ -133,7 +133,7 @@ def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
     """Return a mask (SAMPLES,) of the samples that lie in spans of ``u``."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
     for low, high in spans:
-        result[bisect_left(_EVEN_U, low) : bisect_right(_EVEN_U, high)] = True
+        result[bisect_left(_SORTED_U, low) : bisect_right(_SORTED_U, high)] = True
     return result
 
 
