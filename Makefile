@@ -60,7 +60,7 @@ clean:
 	$(PYTHON) -m venv .venv
 
 .venv/installed: .venv/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/python -m pip install --quiet --editable ".[headless]"
 	touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
@@ -71,5 +71,5 @@ clean:
 .venv-ros/installed: pyproject.toml
 	$(PYTHON) -m venv .venv-ros
 	.venv-ros/bin/python -m pip install --quiet "ros-jazzy-rclpy[fastrtps]==7.1.6" ros-jazzy-sensor-msgs \
-		ros-jazzy-visualization-msgs ros-jazzy-diagnostic-msgs ros-jazzy-std-srvs "pytest>=7.4" --editable .
+		ros-jazzy-visualization-msgs ros-jazzy-diagnostic-msgs ros-jazzy-std-srvs "pytest>=7.4" --editable ".[headless]"
 	touch $@

@@ -98,7 +98,7 @@ MAY_IMPORT = {
     | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking"},
     "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
     "api": KNOWN_OUTSIDE | {"pipeline", "segmentation", "sources"},
-    "kernel_loading": {"camera", "config", "frame", "pipeline"},
+    "kernel_loading": {"camera", "config", "frame", "kernels", "pipeline"},
     "sources": KNOWN_OUTSIDE | {"overlap", "ros"},
     "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
     "sinks": KNOWN_OUTSIDE | {"viz", "ros"},

@@ -20,6 +20,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from dloftbs._version import __version__
+from dloftbs.errors import explain_import
 
 if TYPE_CHECKING:
     from dloftbs import config, evaluation, ros, sinks, sources, viz
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from dloftbs.config import Config, HsvRange, Stroke
     from dloftbs.curve import BSplineCurve
     from dloftbs.detection import Crossing, Detection
-    from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
+    from dloftbs.errors import ConfigError, DependencyError, DloftbsError, InputError, SinkError, SourceError
     from dloftbs.evidence import OcclusionEvidence
     from dloftbs.frame import Frame
     from dloftbs.frame_result import FrameResult
@@ -45,7 +46,9 @@ _HOME = {
     **dict.fromkeys(("Centerline", "Joint", "JointKind", "Segment"), "centerline"),
     **dict.fromkeys(("Config", "HsvRange", "Stroke"), "config"),
     "BSplineCurve": "curve",
-    **dict.fromkeys(("ConfigError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"),
+    **dict.fromkeys(
+        ("ConfigError", "DependencyError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"
+    ),
     **dict.fromkeys(("Crossing", "Detection"), "detection"),
     "OcclusionEvidence": "evidence",
     "Frame": "frame",
@@ -68,6 +71,7 @@ __all__ = [
     "Config",
     "ConfigError",
     "Crossing",
+    "DependencyError",
     "DepthRegistration",
     "Detection",
     "DloftbsError",
@@ -104,12 +108,15 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(importlib.import_module(f"dloftbs.{_HOME[name]}"), name)
-    elif name in _SUBMODULES:
-        value = importlib.import_module(f"dloftbs.{name}")
-    else:
+    if name not in _HOME and name not in _SUBMODULES:
         raise AttributeError(f"module 'dloftbs' has no attribute {name!r}")
+    try:
+        if name in _HOME:
+            value = getattr(importlib.import_module(f"dloftbs.{_HOME[name]}"), name)
+        else:
+            value = importlib.import_module(f"dloftbs.{name}")
+    except ImportError as error:
+        raise explain_import(error) from error
     globals()[name] = value
     return value
 

@@ -31,3 +31,28 @@ class SourceError(DloftbsError, OSError):
 
 class SinkError(DloftbsError, OSError):
     """A result cannot be written."""
+
+
+class DependencyError(DloftbsError, ImportError):
+    """A package that everything needs cannot be imported; the message says how to install it."""
+
+
+def explain_import(error: ImportError) -> ImportError:
+    """Return an error that names the remedy where OpenCV cannot be imported, and any other error as it is.
+
+    OpenCV is no dependency that pip installs by itself: its four packages share one folder, and one that is installed
+    over another breaks that one's windows or modules.
+    """
+    if (error.name or "").partition(".")[0] != "cv2":
+        return error
+    if isinstance(error, ModuleNotFoundError):
+        return DependencyError(
+            "OpenCV is not installed. Install one of its packages: pip install 'dloftbs[headless]' takes "
+            "opencv-python-headless; opencv-python and opencv-contrib-python serve as well",
+            name="cv2",
+        )
+    return DependencyError(
+        f"OpenCV is installed but cannot be loaded ({error}). On a machine without a screen, replace it: "
+        "pip uninstall opencv-python opencv-contrib-python, then pip install 'dloftbs[headless]'",
+        name="cv2",
+    )

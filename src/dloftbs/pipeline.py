@@ -14,11 +14,12 @@ from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
+from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
 from dloftbs.plausibility import warn_of_mask
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
-from dloftbs.stage_order import StageRun, run_stages
+from dloftbs.stage_order import StageRun, kernel_rooms, run_stages
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
@@ -76,6 +77,7 @@ class Pipeline:
         self._next_index = 0
         self._doubted = False
         self._mask: AnyArray | None = None
+        self._prepared: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
@@ -106,6 +108,10 @@ class Pipeline:
         """
         frame = as_frame(frame, self._next_index)
         self._next_index = frame.index + 1
+        rooms = kernel_rooms(self._config, frame)
+        if rooms != self._prepared:  # no frame of the stream is to wait for a kernel
+            preparation.prepare((*rooms, "tracking"))
+            self._prepared = rooms
         since = perf_counter()
         predicted = self._tracker.prior(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
@@ -136,7 +142,7 @@ class Pipeline:
             As `process`.
         """
         frame = as_frame(frame)
-        run = run_stages(frame, self._config, self._segmenter)
+        run = self._run_alone(frame)
         warn_of_mask(run.mask, frame.name)
         return _result(frame, run, (), kept=frame)
 
@@ -158,8 +164,12 @@ class Pipeline:
             As `process`.
         """
         frame = as_frame(frame)
-        run = run_stages(frame, self._config, self._segmenter)
+        run = self._run_alone(frame)
         return trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
+
+    def _run_alone(self, frame: Frame) -> StageRun:
+        with preparation.compiling_ahead(kernel_rooms(self._config, frame)):
+            return run_stages(frame, self._config, self._segmenter)
 
 
 def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:

@@ -1,7 +1,4 @@
-"""The order of the stages, from one frame to its curves, without memory.
-
-Importing this module loads the compiled kernels, and compiles them if this machine has not done so yet.
-"""
+"""The order of the stages, from one frame to its curves, without memory."""
 
 from __future__ import annotations
 
@@ -53,6 +50,19 @@ class StageRun:
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Centerline, ...] = ()
     reason: str | None = None
+
+
+def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
+    """Return the rooms with kernels that the stages enter on such a frame, in their order."""
+    rooms = ["kernels", "cleaning", "skeleton"]
+    if frame.mask is None:
+        rooms.insert(0, "segmentation")
+    if frame.image is not None or frame.depth is not None or frame.occluders is not None:
+        rooms.append("evidence")
+    rooms += ["published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting", "crossings"]
+    if frame.depth is not None:
+        rooms += ["camera", "lifting"]
+    return tuple(rooms)
 
 
 class _Clock:

@@ -8,9 +8,8 @@ import pytest
 from builders import detection_of, line
 
 from dloftbs.cli import progress as progress_module
-from dloftbs.cli import shell
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
-from dloftbs.cli.progress import Progress, open_count, open_progress
+from dloftbs.cli.progress import Progress, open_progress
 from dloftbs.cli.shell import messages_to_stderr
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.curve import BSplineCurve
@@ -145,32 +144,3 @@ def test_warnings_are_lifted_above_the_bar(monkeypatch):
     # The bar's line is cleared before the message takes its place.
     assert "\x1b[2Kwarning: [red]skipped[/red] it\n" in text
     assert "0/10 frames" in text
-
-
-def test_kernels_that_are_compiled_are_counted_in_a_line_now_and_then(monkeypatch, capsys):
-    import logging
-
-    now = [0.0]
-    monkeypatch.setattr(shell, "monotonic", lambda: now[0])
-    logger = logging.getLogger("dloftbs.kernels")
-    with messages_to_stderr():
-        logger.info("not shown: %d of %d", 0, 12)
-        logger.warning("compiling up to %d kernels", 12)
-        for second in range(12):
-            now[0] = float(second)
-            logger.info("kernels ready: %d of %d", second, 12)
-    captured = capsys.readouterr()
-    expected = ["warning: compiling up to 12 kernels", "kernels ready: 5 of 12", "kernels ready: 10 of 12"]
-    assert captured.err.splitlines() == expected
-    assert captured.out == ""
-    assert logger.handlers == []
-    assert logger.level == logging.NOTSET
-
-
-def test_a_count_is_a_bar_on_a_terminal(monkeypatch):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setenv("TERM", "xterm")
-    with open_count("compiling kernels") as show:
-        show(37, 115)
-    assert "compiling kernels 37 of 115" in terminal.getvalue()

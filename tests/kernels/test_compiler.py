@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from numba import float64, njit
 
-from dloftbs.kernels import compiler, helper_code, kernel_cache
+from dloftbs.kernels import cache_places, compiler, helper_code, kernel_cache
 
 PROBE = """
 from numba import int64
@@ -34,7 +34,7 @@ def package(tmp_path):
     room.mkdir()
     for folder in (tmp_path / "dloftbs", shared.parent, shared, room):
         (folder / "__init__.py").touch()
-    for module in (compiler, helper_code, kernel_cache):
+    for module in (cache_places, compiler, helper_code, kernel_cache):
         shutil.copy(module.__file__, shared.parent)
     (room / "probe.py").write_text(PROBE)
     write_helper(shared / "numbers.py", "number", 1)
@@ -102,47 +102,79 @@ def test_a_kernel_takes_in_one_that_came_from_the_cache(package):
     assert run() == ["3.0", "4.5", "1", "1"]
 
 
-def test_what_is_stored_in_another_form_is_loaded_as_numba_does(monkeypatch):
-    loaded = []
-    monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "rebuild", lambda self, *given: loaded.append(given))
-    cache = kernel_cache._MachineCodeFirst.__new__(kernel_cache._MachineCodeFirst)
-    for payload in ((("name", "bitcode", b"code"), "described"), ("another form",)):
-        cache.rebuild("context", payload)
-    assert loaded == [("context", (("name", "bitcode", b"code"), "described")), ("context", ("another form",))]
-
-
-PROBES = """
-import logging
-from numba import int64
-from dloftbs.kernels.compiler import kernel
-
-logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s")
-
-@kernel(int64)
-def first(x):
-    return x
-
-@kernel(int64)
-def second(x):
-    return x + 1
+UNUSED = """
+import numba.core.dispatcher
+from dloftbs.room.callers import half, halves
+assert half.signatures == halves.signatures == [], "importing compiles nothing"
+assert half(6.0) == 3.0
+assert halves.signatures == [], "what is not called is not compiled"
+assert halves(6) == 4.5
+assert list(map(str, halves.signatures)) == ["(int64,)"]
+try:
+    half("x")
+except TypeError:
+    print("as stated")
 """
 
 
-def test_the_kernels_are_counted_while_they_are_compiled(package):
-    (package / "dloftbs" / "room" / "kernels").mkdir()
-    (package / "dloftbs" / "room" / "kernels" / "probes.py").write_text(PROBES)
-    code = "import dloftbs.room.kernels.probes"
+def test_a_kernel_is_compiled_when_it_is_called_and_for_no_other_types(package):
+    (package / "dloftbs" / "room" / "callers.py").write_text(CALLERS)
     environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
+    command = [sys.executable, "-B", "-c", UNUSED]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "as stated\n"
 
-    def messages() -> list[str]:
-        command = [sys.executable, "-B", "-c", code]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        return done.stderr.splitlines()
 
-    announced, *counted = messages()
-    assert announced.startswith("WARNING compiling up to 2 kernels")
-    assert counted == ["INFO kernels ready: 1 of 2", "INFO kernels ready: 2 of 2"]
-    assert messages() == []
+def test_a_kernel_that_links_another_one_compiles_it_as_stated(package):
+    (package / "dloftbs" / "room" / "callers.py").write_text(CALLERS)
+    code = (
+        "from dloftbs.room.callers import half, halves\n"
+        "print(halves(6), *half.signatures)"  # called with an int64, too
+    )
+    environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
+    command = [sys.executable, "-B", "-c", code]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "4.5 (float64,)\n"
+
+
+TWO_THREADS = """
+import threading
+from dloftbs.room.callers import half, halves
+gate, found = threading.Barrier(8), []
+
+def call(function, value):
+    gate.wait()
+    found.append(function(value))
+
+threads = [threading.Thread(target=call, args=(function, 6)) for function in (half, halves) * 4]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+print(*sorted(found))
+"""
+
+
+def test_threads_may_call_a_kernel_for_the_first_time_at_once(package):
+    (package / "dloftbs" / "room" / "callers.py").write_text(CALLERS)
+    environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
+    command = [sys.executable, "-B", "-c", TWO_THREADS]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout == "3.0 3.0 3.0 3.0 4.5 4.5 4.5 4.5\n"
+
+
+def test_compilation_is_announced_and_counted_every_few_seconds(monkeypatch, caplog):
+    now = [100.0]
+    monkeypatch.setattr(compiler, "monotonic", lambda: now[0])
+    progress = compiler.Progress()
+    for second in range(12):
+        now[0] = 100.0 + second
+        progress.begin()
+        progress.add()
+    announced, *counted = [(one.levelname, one.getMessage()) for one in caplog.records]
+    assert announced[0] == "WARNING"
+    assert announced[1].startswith("compiling kernels, once for this machine and version")
+    assert counted == [("WARNING", "6 kernels compiled in 5 s"), ("WARNING", "11 kernels compiled in 10 s")]
 
 
 def test_a_helper_is_python_s_own_function_and_part_of_a_kernel():

@@ -70,13 +70,6 @@ def open_progress(*, shares_terminal: bool) -> Iterator[Progress]:
 
 
 @contextmanager
-def open_count(what: str) -> Iterator[Callable[[int, int], None]]:
-    """Open a bar for a task that is counted: a function that takes how many are done, and of how many."""
-    with _bar() as update:
-        yield lambda done, count: update(done, count, f"{what} {done} of {count}")
-
-
-@contextmanager
 def _bar() -> Iterator[Callable[[int, int | None, str], None]]:
     """Open a bar: a function that takes how much is done, of how much, if that is known, and the line beside it."""
     from rich.console import Console

@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import logging
-import math
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from time import monotonic
 from types import FrameType
 from typing import IO, Any, NoReturn
 
 import click
 
 from dloftbs.cli.streams import standard_streams
-from dloftbs.errors import DloftbsError
+from dloftbs.errors import DloftbsError, explain_import
 
 BAD_INPUT = 1
 INTERRUPTED = 130
 """128 + SIGINT, as shells report a process that Ctrl-C ended."""
 CLOSED_PIPE = 141
 """128 + SIGPIPE, as shells report a process whose reader has gone; by a code, so that all files are closed first."""
-
-
-KERNEL_LINE_S = 5.0
-"""Seconds from one line about the compilation of the kernels to the next."""
 
 
 class Failure(click.ClickException):
@@ -52,7 +46,7 @@ class Shell(click.Group):
         Raises
         ------
         Failure
-            In place of any `DloftbsError`.
+            In place of any `DloftbsError`, or where OpenCV cannot be imported.
         click.exceptions.Exit
             In place of KeyboardInterrupt.
         """
@@ -60,6 +54,10 @@ class Shell(click.Group):
             return super().invoke(ctx)
         except DloftbsError as error:
             raise Failure(str(error)) from error
+        except ImportError as error:
+            if (explained := explain_import(error)) is error:
+                raise
+            raise Failure(str(explained)) from error
         except KeyboardInterrupt as interrupt:
             click.echo("interrupted", err=True)
             raise click.exceptions.Exit(INTERRUPTED) from interrupt
@@ -108,36 +106,6 @@ def messages_to_stderr() -> Iterator[None]:
     logger, handler = logging.getLogger("dloftbs"), _MessageHandler(logging.WARNING)
     logger.addHandler(handler)
     try:
-        with kernel_counts(_KernelLines()):
-            yield
-    finally:
-        logger.removeHandler(handler)
-
-
-class _KernelLines(logging.Handler):
-    """Prints now and then how many kernels are ready, while they are being compiled."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.INFO)
-        self._due = math.inf
-
-    def emit(self, record: logging.LogRecord) -> None:
-        if record.levelno > logging.INFO:  # the announcement
-            self._due = monotonic() + KERNEL_LINE_S
-        elif monotonic() >= self._due:
-            self._due = monotonic() + KERNEL_LINE_S
-            click.echo(record.getMessage(), file=sys.stderr)
-
-
-@contextmanager
-def kernel_counts(handler: logging.Handler) -> Iterator[None]:
-    """Tell a handler, and no other one, when kernels are compiled and how many are ready."""
-    logger = logging.getLogger("dloftbs.kernels")
-    level, before = logger.level, logger.handlers
-    logger.setLevel(logging.INFO)
-    logger.handlers = [handler]
-    try:
         yield
     finally:
-        logger.handlers = before
-        logger.setLevel(level)
+        logger.removeHandler(handler)

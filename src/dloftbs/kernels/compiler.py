@@ -1,9 +1,8 @@
-"""Compilation of the kernels: on import of their module, for stated types, into numba's cache on disk.
+"""Compilation of the kernels: on first use, for stated types, into a cache on disk.
 
 Stated types keep a kernel from being compiled again in mid-stream, for an array with another layout or one that is
-read-only. Kernels that call each other stand in one folder: numba compares the time and the size of a kernel's own
-file, and would not notice a change in another one. Helpers in `dloftbs.kernels.shared` may be called from everywhere.
-The digest of both folders is a part of a kernel's stamp.
+read-only. Kernels that call each other stand in one folder, and helpers in `dloftbs.kernels.shared` may be called from
+everywhere: the digest of both folders is the stamp by which the cache knows what is outdated.
 """
 
 from __future__ import annotations
@@ -12,14 +11,16 @@ import functools
 import gc
 import hashlib
 import logging
-import re
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
+from time import monotonic
 from typing import Any, TypeVar
 
 from numba import njit, types
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.typing.templates import infer_global
 
@@ -29,6 +30,10 @@ from dloftbs.kernels.kernel_cache import KernelCache
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 _log = logging.getLogger("dloftbs.kernels")
+_SHARED = Path(__file__).parent / "shared"
+LINE_EVERY_S = 5.0
+"""Seconds from one line about the compilation to the next."""
+_kernels: list[_Kernel] = []
 _helpers: list[Dispatcher] = []
 
 
@@ -43,7 +48,7 @@ def write(scalar: types.Type, ndim: int, layout: str = "A") -> types.Array:
 
 
 def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Function], _Function]:
-    """Compile a function for these argument types now, or load it from the cache; it releases the GIL while it runs.
+    """Compile a function for these argument types when it is first called; it releases the GIL while it runs.
 
     A tuple stands for each of its types.
     """
@@ -52,15 +57,81 @@ def kernel(*signature: types.Type | tuple[types.Type, ...]) -> Callable[[_Functi
     def decorate(function: _Function) -> _Function:
         compiled = njit(nogil=True, no_cfunc_wrapper=True)(function)
         if isinstance(compiled, Dispatcher):  # not where compilation is turned off
-            _keep(compiled)
-            with _no_collection():
-                for one in signatures:
-                    compiled.compile(one)
-            compiled.disable_compile()
-            _count.add(missed=bool(compiled.stats.cache_misses))
+            _kernels.append(_Kernel(compiled, signatures))
         return compiled
 
     return decorate
+
+
+class _Kernel:
+    """A kernel, and the types that it is compiled for."""
+
+    def __init__(self, dispatcher: Any, signatures: Sequence[tuple[types.Type, ...]]) -> None:
+        function = dispatcher.py_func
+        self.module = str(function.__module__)
+        self.room = self.module.split(".")[1] if "." in self.module else ""
+        self._dispatcher = dispatcher
+        self._signatures = signatures
+        file = Path(function.__code__.co_filename)
+        sources = (_file_digest(file), folder_digest(file.parent), folder_digest(_SHARED))
+        dispatcher._cache = KernelCache(function, _digest("".join(sources).encode()))
+        # Numba asks these two before a kernel is first called, from Python and from another kernel.
+        dispatcher._compile_for_args = self._before_call
+        dispatcher.get_call_template = self._before_link
+
+    def is_cached(self) -> bool:
+        """Return whether the cache has a file for each of the types."""
+        made = self._dispatcher
+        return all(made._cache.holds(one, made.targetctx) for one in self._signatures)
+
+    def can_save(self) -> bool:
+        """Return whether the cache takes new files."""
+        return bool(self._dispatcher._cache.can_save())
+
+    def make_ready(self) -> None:
+        """Load the kernel from the cache, or compile it, once."""
+        made = self._dispatcher
+        with global_compiler_lock, _no_collection():
+            if not made._can_compile:
+                return
+            if not self.is_cached():
+                progress.begin()
+            for one in self._signatures:
+                made.compile(one)
+            made.disable_compile()
+            del made._compile_for_args, made.get_call_template
+        if made.stats.cache_misses:
+            progress.add()
+
+    def _before_call(self, *_arguments: object, **_named: object) -> Any:
+        """Return a function for numba to call with the same arguments."""
+        self.make_ready()
+        return self._dispatcher
+
+    def _before_link(self, *types_given: Any) -> Any:
+        self.make_ready()
+        return self._dispatcher.get_call_template(*types_given)
+
+
+def count_missing(rooms: Sequence[str] | None = None) -> dict[str, int]:
+    """Count the imported kernels that are not in the cache, by module, in the order of the rooms; of all rooms if None.
+
+    Where nothing can be saved nothing is gained by compiling in other processes: then there are none.
+    """
+    missing = dict[str, int]()
+    for one in _kernels if rooms is None else [one for room in rooms for one in _kernels if one.room == room]:
+        if not one.is_cached():
+            if not one.can_save():
+                return {}
+            missing[one.module] = missing.get(one.module, 0) + 1
+    return missing
+
+
+def make_ready(rooms: Collection[str] | None = None, modules: Collection[str] | None = None) -> None:
+    """Load or compile the imported kernels, all of them or those of some rooms or modules."""
+    for one in _kernels:
+        if (rooms is None or one.room in rooms) and (modules is None or one.module in modules):
+            one.make_ready()
 
 
 def helper(function: _Function) -> _Function:
@@ -89,49 +160,48 @@ def _as_part(function: _Function, *, forceinline: bool) -> _Function:
     return function
 
 
-def _keep(compiled: Any) -> None:
-    """Keep a kernel on disk; a change in its folder, or of the shared helpers, is a reason to compile it again."""
-    compiled._cache = KernelCache(compiled.py_func)
-    file = compiled._cache._cache_file
-    own = Path(compiled.py_func.__code__.co_filename).parent
-    file._source_stamp = (file._source_stamp, folder_digest(own), folder_digest(Path(__file__).parent / "shared"))
-
-
 @functools.cache
 def folder_digest(folder: Path) -> str:
     """Return the digest of a folder of kernels, as their stamps have it."""
-    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(folder.glob("*.py")))).hexdigest()
+    return _digest(b"".join(file.read_bytes() for file in sorted(folder.glob("*.py"))))
 
 
 @functools.cache
-def kernel_count() -> int:
-    """Return the number of kernels of the package, by the decorators in its files."""
-    package = Path(__file__).parents[1]
-    files = (file.read_text(encoding="utf-8") for file in package.glob("**/kernels/**/*.py"))
-    return sum(len(re.findall(r"^@kernel\(", text, re.MULTILINE)) for text in files)
+def _file_digest(file: Path) -> str:
+    return _digest(file.read_bytes())
 
 
-class _Count:
-    """Counts the kernels that are ready, and logs their number once one had to be compiled."""
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+class Progress:
+    """Logs a warning when a kernel has to be compiled, and every few seconds how many are."""
 
     def __init__(self) -> None:
-        self._ready = 0
-        self._announced = False
+        self._lock = threading.Lock()
+        self._count = 0
+        self._since = self._due = 0.0
 
-    def add(self, *, missed: bool) -> None:
-        """Count a kernel that was compiled (missed in the cache) or loaded."""
-        self._ready += 1
-        if missed and not self._announced:
-            self._announced = True
-            _log.warning(
-                "compiling up to %d kernels, once for this machine and version; this takes one to three minutes",
-                kernel_count(),
-            )
-        if self._announced:
-            _log.info("kernels ready: %d of %d", self._ready, kernel_count())
+    def begin(self) -> None:
+        """Announce the compilation, once."""
+        with self._lock:
+            if not self._since:
+                self._since = monotonic()
+                self._due = self._since + LINE_EVERY_S
+                _log.warning(
+                    "compiling kernels, once for this machine and version; this takes half a minute to two minutes "
+                    "(`dloftbs warmup` compiles all in advance)"
+                )
 
-
-_count = _Count()
+    def add(self, count: int = 1) -> None:
+        """Count kernels that were compiled."""
+        with self._lock:
+            self._count += count
+            now = monotonic()
+            if now >= self._due:
+                self._due = now + LINE_EVERY_S
+                _log.warning("%d kernels compiled in %.0f s", self._count, now - self._since)
 
 
 @contextmanager
@@ -144,3 +214,6 @@ def _no_collection() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+progress = Progress()

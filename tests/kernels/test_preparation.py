@@ -1,0 +1,119 @@
+"""Kernels of whole rooms, compiled ahead and in other processes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from dloftbs.kernels import compiler, preparation
+
+START = """
+import logging, sys
+logging.basicConfig(level=logging.WARNING, format="%(message)s")
+import dloftbs.segmentation.kernels.colour_table
+import dloftbs.segmentation.kernels.plane_heights
+import dloftbs.evaluation.kernels.nearest_points
+from dloftbs.kernels import compiler, preparation
+preparation._core_count = lambda: 3
+"""
+
+
+def run(code, cache, **environment):
+    """Return what a program prints that starts with an empty cache."""
+    done = subprocess.run(
+        [sys.executable, "-c", START + code],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(cache), **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    return done.stdout.split(), done.stderr
+
+
+def test_what_other_processes_compile_is_loaded(tmp_path):
+    code = (
+        "print(preparation.prepare(), preparation.prepare(),"
+        " sum(one._dispatcher.stats.cache_hits.total() for one in compiler._kernels))"
+    )
+    (compiled, again, hits), said = run(code, tmp_path)
+    assert (int(compiled), int(again)) == (4, 0)
+    assert int(hits) >= 1, "a process has compiled some of them"
+    assert said.count("compiling kernels, once") == 1
+    assert run(code, tmp_path) == (["0", "0", "4"], "")
+
+
+def test_only_the_kernels_of_the_rooms_are_compiled(tmp_path):
+    code = "print(preparation.prepare(['segmentation']), *sorted(compiler.count_missing()))"
+    assert run(code, tmp_path)[0] == ["3", "dloftbs.evaluation.kernels.nearest_points"]
+
+
+def test_a_block_that_ends_early_waits_for_nothing(tmp_path):
+    code = (
+        "import time; preparation._start = lambda start=preparation._start: started.append(start()) or started[-1]\n"
+        "started = []\n"
+        "with preparation.compiling_ahead(['segmentation', 'evaluation']): pass\n"
+        "print(len(started), *(process.returncode for process in started))"
+    )
+    count, *codes = run(code, tmp_path)[0]
+    assert int(count) == 2
+    assert set(codes) == {"-9"}
+
+
+def test_rooms_that_are_ready_start_no_process(monkeypatch):
+    monkeypatch.setattr(preparation, "_entered", {"linking", "fitting"})
+    monkeypatch.setattr(compiler, "count_missing", None)  # not asked
+    with preparation.compiling_ahead(["linking"]):
+        pass
+
+
+@pytest.mark.parametrize("death", ["sys.exit(3)", "import nonsense", "import os; os.kill(os.getpid(), 9)"])
+def test_a_process_that_dies_costs_nothing_but_time(tmp_path, death):
+    dying = f"import sys; sys.stdin.readline(); sys.stdin.readline(); {death}"
+    assert run(f"preparation._WORKER = {dying!r}\nprint(preparation.prepare())", tmp_path)[0] == ["4"]
+    assert run("print(preparation.prepare())", tmp_path)[0] == ["0"]
+
+
+@pytest.mark.parametrize("executable", ["", None, "/usr/bin/blender"])
+def test_a_program_that_is_not_python_is_not_started_again(monkeypatch, executable):
+    monkeypatch.setattr(sys, "executable", executable)
+    assert not preparation._can_start_python()
+
+
+def test_a_frozen_program_is_not_started_again(monkeypatch):
+    assert preparation._can_start_python()
+    monkeypatch.setattr(sys, "frozen", True, raising=False)
+    assert not preparation._can_start_python()
+
+
+def test_no_process_starts_where_nothing_can_be_saved(tmp_path):
+    (tmp_path / "file").touch()
+    code = (
+        "from pathlib import Path\n"
+        "from dloftbs.kernels import kernel_cache\n"
+        f"kernel_cache.list_places = lambda folder: (Path({str(tmp_path / 'file')!r}),)\n"
+        "preparation._start = None\n"
+        "print(preparation.prepare(['segmentation']), *[len(one._dispatcher.signatures) for one in compiler._kernels])"
+    )
+    (count, *signatures), said = run(code, tmp_path / "unused")
+    assert (count, signatures) == ("0", ["1", "1", "1", "0"])
+    assert said.count("cannot be saved") == 1
+
+
+def test_a_worker_compiles_what_it_is_given_and_ends_with_its_input(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    with subprocess.Popen(
+        [sys.executable, "-c", preparation._WORKER],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as worker:
+        answer, _ = worker.communicate(
+            f"{preparation.json.dumps(sys.path)}\ndloftbs.evaluation.kernels.nearest_points\n"
+        )
+    assert answer == "dloftbs.evaluation.kernels.nearest_points\n"
+    assert list(tmp_path.glob("kernels_*/nearest_points.*.nbc"))
