@@ -62,10 +62,10 @@ class Camera:
     def send(self, index: int) -> None:
         frame = self.sequence.frame(index % FRAMES)
         self._info.publish(camera_message(MAKE, header(index), self.sequence.camera, SIZE))
+        self._image.publish(mask_message(MAKE, header(index), frame.mask))  # as drivers do that align depth to it
         if self._depth is not None:
             millimetres = np.round(frame.depth * 1000).astype(np.uint16)
             self._depth.publish(image_message(MAKE, header(index), millimetres))
-        self._image.publish(mask_message(MAKE, header(index), frame.mask))
 
     def off_m(self, points: np.ndarray, index: int) -> float:
         """Return how far points are from the cable of a frame, as a median."""
