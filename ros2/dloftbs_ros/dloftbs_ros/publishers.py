@@ -109,11 +109,13 @@ def missing_info_text(topic: str, present: Sequence[Publisher]) -> str:
 
 
 def _remap(name: str, topic: str, candidates: Sequence[Publisher]) -> str:
-    """Return how to take one of some topics; those of the same image in another transport come first."""
+    """Return how to take one of some topics, or the same image in the transport in which it is published."""
     if not candidates:
         return "no other topic of the kind is published"
     same = [publisher for publisher in candidates if base_name(publisher.topic) == base_name(topic)]
-    listed = ", ".join(map(str, same or candidates))
+    if same:
+        return f"set {name}_transport to that of: {', '.join(map(str, same))}"
+    listed = ", ".join(map(str, candidates))
     return f"set {name}:=TOPIC (ros2 launch) or -r {name}:=TOPIC (ros2 run) to one of: {listed}"
 
 
