@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -130,6 +131,20 @@ def test_markers_come_go_and_are_dim_where_nothing_is_seen():
     markers(track_of(9))
     assert [marker.action for marker in sent(writer.clear(header())).markers] == [3]
     assert markers() == []
+
+
+def test_a_line_is_as_wide_in_another_coordinate_frame():
+    (sample,) = sampled_m(result_of(track_of()))
+    elsewhere = replace(sample, points=sample.points[:, ::-1] + 5.0)
+    lines = (
+        MarkerWriter(bags.MAKE2).message(header(), [sample]),
+        MarkerWriter(bags.MAKE2).message(header(), [elsewhere]),
+    )
+    own, other = (message.markers[0] for message in lines)
+    assert other.scale.x == own.scale.x
+    assert [(point.x, point.z) for point in other.points[:1]] == [
+        (sample.points[0, 2] + 5.0, sample.points[0, 0] + 5.0)
+    ]
 
 
 @pytest.mark.parametrize("width", [None, 0.01])

@@ -11,10 +11,11 @@ import logging
 import signal
 import sys
 import threading
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from time import monotonic
-from typing import Any, TypeVar
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -28,7 +29,7 @@ from std_srvs.srv import Empty
 from visualization_msgs.msg import MarkerArray
 
 from dloftbs import viz
-from dloftbs.errors import ConfigError, DloftbsError
+from dloftbs.errors import DloftbsError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.kernel_loading import load_kernels
@@ -37,6 +38,7 @@ from dloftbs.ros import (
     Header,
     MarkerWriter,
     RclpyFactory,
+    SampledTrack,
     diagnostics_message,
     header_of,
     mask_message,
@@ -53,13 +55,13 @@ from dloftbs.ros.stamp_pairing import StampPairing
 from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, IMAGE_TYPES, INFO_TYPE, Topics
 from dloftbs.sinks._images import encode
 from dloftbs_ros.newest import Newest
-from dloftbs_ros.parameters import as_type, make_pipeline
-from dloftbs_ros.publishers import RELIABILITIES, Publisher, choose, silence_text
+from dloftbs_ros.parameters import Parameters
+from dloftbs_ros.publishers import Publisher, choose
+from dloftbs_ros.transforms import TransformError, Transforms
+from dloftbs_ros.watch import SILENT_S, Watch
 
 LOOK_S = 0.5
 """Time between looks at who publishes what."""
-SILENT_S = 5.0
-"""Time without an image after which that is said, and said again."""
 DEPTH = 10
 """Messages that the transport keeps for a subscription or a publisher."""
 
@@ -74,8 +76,6 @@ _OUTPUTS: dict[str, Any] = {
     "diagnostics": DiagnosticArray,
 }
 _WARN, _ERROR = 1, 2
-
-T = TypeVar("T", str, int, float)
 
 
 @dataclass(frozen=True)
@@ -107,32 +107,26 @@ class TrackNode(Node):
 
     def __init__(self) -> None:
         super().__init__("dloftbs")
-        self._pipeline = make_pipeline(
-            self._parameter("config", ""), self._parameter("hsv", ""), self._parameter("objects", 0)
-        )
-        self._reliability = self._parameter("reliability", "auto")
-        if self._reliability not in RELIABILITIES:
-            raise ConfigError(f"reliability must be {', '.join(RELIABILITIES)}, got {self._reliability!r}")
-        self._frame_id = self._parameter("frame_id", "")
-        max_rate = self._parameter("max_rate", 0.0)
-        if not 0.0 <= max_rate < float("inf"):
-            raise ConfigError(f"max_rate must be at least 0 frames a second, got {max_rate}")
-        topic = self.resolve_topic_name("image")
+        self._asked = Parameters.declared(self._declare)
+        self._pipeline = self._asked.make_pipeline()
+        self._topics = {name: self._asked.topic(name, self.resolve_topic_name(name)) for name in _INPUTS}
+        topic = self._topics["image"]
         self._maker = FrameMaker(
             topic,
             rectified=Topics(Topic(topic, IMAGE_TYPE)).is_rectified,
-            depth_unit_m=self._parameter("depth_unit", 0.001),
+            depth_unit_m=self._asked.depth_unit,
         )
+        self._transforms = Transforms(self) if self._asked.target_frame else None
         load_kernels()  # before the first frame waits for them
         self._make = RclpyFactory()
         self._markers = MarkerWriter(self._make)
-        self._newest: Newest[Pair] = Newest(max_rate)
+        self._newest: Newest[Pair] = Newest(self._asked.max_rate)
         self._pairing: StampPairing[_Arrived] = StampPairing()
         self._inputs: dict[str, tuple[tuple[str, bool], Any]] = {}
         self._problems: dict[str, str] = {}
         self._outputs = {name: self.create_publisher(kind, f"~/{name}", DEPTH) for name, kind in _OUTPUTS.items()}
-        self._received = self._unreadable = self._answered = 0
-        self._heard = self._said = monotonic()
+        self._received = self._unreadable = self._answered = self._untransformed = 0
+        self._watch = Watch(self._topics, monotonic())
         self._lock = threading.Lock()  # of the pipeline and the markers: reset comes from another thread
         self.create_service(Empty, "~/reset", self._reset)
         self.create_timer(LOOK_S, self._look)
@@ -148,28 +142,29 @@ class TrackNode(Node):
         self._newest.close()
         self._thread.join()
 
-    def _parameter(self, name: str, default: T) -> T:
-        descriptor = ParameterDescriptor(read_only=True, dynamic_typing=True)  # the types are checked here
-        return as_type(name, self.declare_parameter(name, default, descriptor).value, default)
+    def _declare(self, name: str, default: Any) -> Any:
+        descriptor = ParameterDescriptor(read_only=True, dynamic_typing=True)  # the types are checked afterwards
+        return self.declare_parameter(name, default, descriptor).value
 
     # In the executor's thread
 
     def _look(self) -> None:
         """Subscribe to what is published, anew where its publisher has changed, and say so if nothing comes."""
         for name, types in _INPUTS.items():
-            wanted, problem = choose(self._offers(self.resolve_topic_name(name)), types, self._reliability)
+            wanted, problem = choose(self._offers(self._topics[name]), types, self._asked.reliability)
             if problem is not None and self._problems.get(name) != problem:
                 self.get_logger().error(problem)
             self._problems[name] = problem or ""
             if wanted is not None and wanted != self._inputs.get(name, (None,))[0]:
                 self._subscribe(name, *wanted)
-        now = monotonic()
-        if now - max(self._heard, self._said) >= SILENT_S:
-            self._said = now
-            topic = self.resolve_topic_name("image")
-            text = silence_text(topic, now - self._heard, self._present(), self._problems["image"] or None)
+        for text in self._watch.words(monotonic(), self._present, self._problems, self._wants_metres()):
             self.get_logger().warning(text)
             self._report(_WARN, text)
+
+    def _wants_metres(self) -> bool:
+        """Return whether depth is published, or its topic was named."""
+        depth = self._topics["depth"]
+        return depth != self.resolve_topic_name("depth", only_expand=True) or self.count_publishers(depth) > 0
 
     def _offers(self, topic: str) -> list[Publisher]:
         return [
@@ -188,40 +183,45 @@ class TrackNode(Node):
         policy = ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT
         subscription = self.create_subscription(
             _CLASSES[type_name],
-            name,
+            self._topics[name],
             partial(self._take, name),
             QoSProfile(depth=DEPTH, reliability=policy),
         )
         self._inputs[name] = (type_name, reliable), subscription
-        self.get_logger().info(f"subscribed to {Publisher(self.resolve_topic_name(name), type_name, reliable)}")
+        self.get_logger().info(f"subscribed to {Publisher(self._topics[name], type_name, reliable)}")
 
     def _take(self, name: str, message: Any) -> None:
+        self._watch.hear(name, monotonic())
         try:
             if name == "camera_info":
                 self._maker.take_info(message)
                 return
             arrived = _Arrived(message, stamp_ns_of(message) or self.get_clock().now().nanoseconds)
         except DloftbsError as error:
-            self._complain(f"a message of {self.resolve_topic_name(name)}: {error}")
+            self._complain(f"a message of {self._topics[name]}: {error}")
             return
         if name == "depth":
-            for pair in self._pairing.add_depth(arrived.stamp_ns, arrived):
-                self._newest.put(pair)
-            return
-        self._received += 1
-        self._heard = monotonic()
-        if "depth" not in self._inputs or not self.count_publishers("depth"):
-            for pair in self._pairing.rest():
-                self._newest.put(pair)
-            self._newest.put((arrived, None))
-            return
-        for pair in self._pairing.add_image(arrived.stamp_ns, arrived):
-            self._newest.put(pair)
+            pairs = self._pairing.add_depth(arrived.stamp_ns, arrived)
+        else:
+            self._received += 1
+            pairs = self._pairing.add_image(arrived.stamp_ns, arrived)
+        self._pass_on(pairs)
+        if "depth" not in self._inputs or not self.count_publishers(self._topics["depth"]):
+            self._pass_on(self._pairing.rest())
+
+    def _pass_on(self, pairs: Iterable[Pair]) -> None:
+        for image, depth in pairs:
+            if depth is not None:
+                self._watch.hear("pair", monotonic())
+            self._newest.put((image, depth))
 
     def _reset(self, _request: Any, response: Any) -> Any:
         with self._lock:
             self._pipeline.reset()
-            header = Header(self.get_clock().now().nanoseconds, self._frame_id or "camera")
+            if self._transforms is not None:
+                self._transforms.forget()
+            frame_id = self._asked.target_frame or self._asked.frame_id or "camera"
+            header = Header(self.get_clock().now().nanoseconds, frame_id)
             self._outputs["markers"].publish(self._markers.clear(header.message(self._make)))
         self.get_logger().info("tracking begins anew")
         return response
@@ -249,7 +249,7 @@ class TrackNode(Node):
             None if depth is None else depth.message,
             index=self._answered,
             stamp_ns=image.stamp_ns,
-            name=self.resolve_topic_name("image"),
+            name=self._topics["image"],
         )
         self._answered += 1
         self._publish(frame, self._pipeline.process(frame))
@@ -257,24 +257,43 @@ class TrackNode(Node):
     def _publish(self, frame: Frame, result: FrameResult) -> None:
         """Publish what somebody listens to; nobody waits for messages that nobody gets."""
         known, make = header_of(frame), self._make
-        header = Header(known.stamp_ns, self._frame_id or known.frame_id)
-        metres, pixels = header.message(make), header.message(make, PIXELS)
-        in_space = list(sampled_m(result)) if self._is_heard("points") or self._is_heard("markers") else []
-        if self._is_heard("points"):
-            self._outputs["points"].publish(points_message(make, metres, in_space, 3))
-        if self._is_heard("markers"):
-            self._outputs["markers"].publish(self._markers.message(metres, in_space))
+        header = Header(known.stamp_ns, self._asked.frame_id or known.frame_id)
+        in_camera, pixels = header.message(make), header.message(make, PIXELS)
+        problem = self._publish_in_space(header, result)
         if self._is_heard("points_px"):
             in_image = [sample_px(track) for track in objects_of(result)]
             self._outputs["points_px"].publish(points_message(make, pixels, in_image, 2))
         if self._pipeline.mask is not None and self._is_heard("mask"):
-            self._outputs["mask"].publish(mask_message(make, metres, self._pipeline.mask))
+            self._outputs["mask"].publish(mask_message(make, in_camera, self._pipeline.mask))
         if self._is_heard("overlay/compressed"):
             picture = encode(viz.draw(frame, result), ".jpg")
-            self._outputs["overlay/compressed"].publish(picture_message(make, metres, picture))
-        diagnostics = diagnostics_message(make, metres, result, self.get_name())
-        diagnostics.status[0].values.extend(self._counts())
+            self._outputs["overlay/compressed"].publish(picture_message(make, in_camera, picture))
+        diagnostics = diagnostics_message(make, in_camera, result, self.get_name())
+        (status,) = diagnostics.status
+        status.values.extend(self._counts())
+        if problem is not None:
+            status.level, status.message = bytes([_WARN]), f"{status.message}; {problem}"
         self._outputs["diagnostics"].publish(diagnostics)
+
+    def _publish_in_space(self, header: Header, result: FrameResult) -> str | None:
+        """Publish curves in metres; return why, where they cannot be given in the frame that was asked for."""
+        make, target = self._make, self._asked.target_frame
+        listens = self._is_heard("points") or self._is_heard("markers")
+        samples: list[SampledTrack] = list(sampled_m(result)) if listens else []
+        if self._transforms is not None:
+            try:
+                samples = self._transforms.move(samples, header.frame_id, target, header.stamp_ns)
+            except TransformError as error:
+                self._untransformed += 1
+                text = f"no curves in space: {error}"
+                self.get_logger().warning(text, throttle_duration_sec=SILENT_S)
+                return text
+        message_header = Header(header.stamp_ns, target or header.frame_id).message(make)
+        if self._is_heard("points"):
+            self._outputs["points"].publish(points_message(make, message_header, samples, 3))
+        if self._is_heard("markers"):
+            self._outputs["markers"].publish(self._markers.message(message_header, samples))
+        return None
 
     def _is_heard(self, output: str) -> bool:
         return bool(self._outputs[output].get_subscription_count() > 0)
@@ -288,7 +307,7 @@ class TrackNode(Node):
     def _report(self, level: int, text: str) -> None:
         """Publish diagnostics that go with no result."""
         make = self._make
-        header = Header(self.get_clock().now().nanoseconds, self._frame_id).message(make)
+        header = Header(self.get_clock().now().nanoseconds, self._asked.frame_id).message(make)
         status = make(
             "diagnostic_msgs/msg/DiagnosticStatus",
             level=level,
@@ -306,6 +325,7 @@ class TrackNode(Node):
             "dropped": self._newest.dropped,
             "over max_rate": self._newest.skipped,
             "unreadable": self._unreadable,
+            "without transform": self._untransformed,
         }
         return [self._make("diagnostic_msgs/msg/KeyValue", key=key, value=str(count)) for key, count in counts.items()]
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from dloftbs.ros.topic_choice import IMAGE_TYPES
+from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, base_name
 
-RELIABILITIES = ("auto", "reliable", "best_effort")
+_ALIGNED = "aligned_depth_to_"
+"""Begin of the topic of a RealSense's depth in the pixels of another of its cameras."""
+_ALIGN = "a RealSense's driver publishes it once started with align_depth.enable:=true"
 
 
 @dataclass(frozen=True)
@@ -68,10 +70,62 @@ def silence_text(topic: str, seconds: float, present: Sequence[Publisher], probl
         return f"{said}: {problem}"
     if any(publisher.topic == topic and publisher.type_name in IMAGE_TYPES for publisher in present):
         return f"{said}, though it is published; is the camera running, and do large messages get through?"
-    images = sorted({str(publisher) for publisher in present if publisher.type_name in IMAGE_TYPES})
+    images = _of(present, lambda publisher: publisher.type_name in IMAGE_TYPES)
     if not images:
         return f"{said}: nobody publishes images; do ROS_DOMAIN_ID and the network agree?"
-    return f"{said}, nobody publishes there; remap with -r image:=TOPIC to one of: {', '.join(images)}"
+    colour = [publisher for publisher in images if not _is_depth(publisher)]
+    return f"{said}, nobody publishes there; {_remap('image', topic, colour or images)}"
+
+
+def missing_depth_text(topic: str, present: Sequence[Publisher], arrives: bool) -> str:
+    """Return what to say when images come without depth.
+
+    Parameters
+    ----------
+    topic : str
+        Where depth was awaited, after remaps.
+    present : sequence of Publisher
+        Of all topics.
+    arrives : bool
+        Whether its messages arrive: then their times are not those of the images.
+    """
+    said = f"no depth on {topic}: curves are in pixels alone"
+    if arrives:
+        return f"images have no depth of their time, though {topic} arrives; do both drivers use one clock?"
+    if any(publisher.topic == topic for publisher in present):
+        return f"{said}; it is published, but no message comes"
+    others = _of(present, lambda publisher: publisher.type_name in IMAGE_TYPES and _is_depth(publisher))
+    aligned = f"; {_ALIGN}" if _ALIGNED in topic else ""
+    return f"{said}, nobody publishes there{aligned}; {_remap('depth', topic, others)}"
+
+
+def missing_info_text(topic: str, present: Sequence[Publisher]) -> str:
+    """Return what to say when no camera has come with images and depth."""
+    said = f"no camera on {topic}: curves are in pixels alone"
+    if any(publisher.topic == topic for publisher in present):
+        return f"{said}; it is published, but no message comes"
+    others = _of(present, lambda publisher: publisher.type_name == INFO_TYPE)
+    return f"{said}, nobody publishes there; {_remap('camera_info', topic, others)}"
+
+
+def _remap(name: str, topic: str, candidates: Sequence[Publisher]) -> str:
+    """Return how to take one of some topics, or the same image in the transport in which it is published."""
+    if not candidates:
+        return "no other topic of the kind is published"
+    same = [publisher for publisher in candidates if base_name(publisher.topic) == base_name(topic)]
+    if same:
+        return f"set {name}_transport to that of: {', '.join(map(str, same))}"
+    listed = ", ".join(map(str, candidates))
+    return f"set {name}:=TOPIC (ros2 launch) or -r {name}:=TOPIC (ros2 run) to one of: {listed}"
+
+
+def _of(present: Iterable[Publisher], is_meant: Callable[[Publisher], bool]) -> list[Publisher]:
+    """Return the publishers that are meant, one of each kind, in the order of their names."""
+    return sorted({publisher for publisher in present if is_meant(publisher)}, key=str)
+
+
+def _is_depth(publisher: Publisher) -> bool:
+    return "depth" in publisher.topic.lower()
 
 
 def _word(reliable: bool) -> str:

@@ -51,11 +51,12 @@ class Peer:
             self.node.create_subscription(kind, f"/{name}/{output}", self.heard[output].append, qos)
         self.process: subprocess.Popen[bytes] | None = None
 
-    def start(self, *arguments: str) -> None:
-        """Start the node."""
+    def start(self, *arguments: str, **environment: str) -> None:
+        """Start the node, with more in its environment."""
         with self._log.open("wb") as log:
             command = [str(TRACK), "--ros-args", *arguments]
-            self.process = subprocess.Popen(command, stdout=log, stderr=log, env=self._environment)
+            environment = {**self._environment, **environment}
+            self.process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
 
     def publisher(self, kind: Any, topic: str, *, reliable: bool = True, depth: int = 50) -> Any:
         """Return a publisher here."""

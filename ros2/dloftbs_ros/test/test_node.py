@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import signal
+from pathlib import Path
+from time import monotonic
 
 import cv2
 import numpy as np
 import pytest
 from conftest import FRAME_ID, MAKE, PERIOD_NS, T0_NS, header, rows_of, values_of
+from dloftbs_ros.parameters import Parameters
+from geometry_msgs.msg import TransformStamped
+from rcl_interfaces.srv import GetParameters, ListParameters
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Empty
 
@@ -18,7 +23,14 @@ SIZE = (240, 426)
 FRAMES = 8
 OFF_M = 0.005
 """Half the width of the cable."""
-_ERROR, _DELETE_ALL = 2, 3
+_WARN, _ERROR, _DELETE_ALL = 1, 2, 3
+STAND_IN = str(Path(__file__).with_name("stand_in"))
+TOPICS = {
+    "image": "/camera/camera/color/image_raw",
+    "depth": "/camera/camera/aligned_depth_to_color/image_raw",
+    "camera_info": "/camera/camera/color/camera_info",
+}
+REMAPS = [part for name, topic in TOPICS.items() for part in ("-r", f"{name}:={topic}")]
 
 
 def red(shift: int = 0) -> np.ndarray:
@@ -33,6 +45,38 @@ def red(shift: int = 0) -> np.ndarray:
 def jpeg(index: int, shift: int = 0) -> CompressedImage:
     """Return that image as a compressed message."""
     return picture_message(MAKE, header(index), cv2.imencode(".jpg", red(shift))[1].tobytes())
+
+
+class Camera:
+    """Publishes images, depth and camera as a driver does, of a cable that is known."""
+
+    def __init__(self, peer, depth: bool = True) -> None:
+        self.sequence = rgbd_artificial(size=SIZE)[0]
+        self._image, self._info = (
+            peer.publisher(Image, TOPICS["image"]),
+            peer.publisher(CameraInfo, TOPICS["camera_info"]),
+        )
+        self._depth = peer.publisher(Image, TOPICS["depth"]) if depth else None
+        self.publishers = [found for found in (self._image, self._depth, self._info) if found is not None]
+
+    def send(self, index: int) -> None:
+        frame = self.sequence.frame(index % FRAMES)
+        self._info.publish(camera_message(MAKE, header(index), self.sequence.camera, SIZE))
+        self._image.publish(mask_message(MAKE, header(index), frame.mask))  # as drivers do that align depth to it
+        if self._depth is not None:
+            millimetres = np.round(frame.depth * 1000).astype(np.uint16)
+            self._depth.publish(image_message(MAKE, header(index), millimetres))
+
+    def off_m(self, points: np.ndarray, index: int) -> float:
+        """Return how far points are from the cable of a frame, as a median."""
+        truth = self.sequence.truth(index % FRAMES).curves_3d[0](np.linspace(0, 1, 2000))
+        return float(np.median(np.linalg.norm(points[:, None] - truth[None], axis=2).min(axis=1)))
+
+
+def points_of(cloud) -> np.ndarray:
+    """Return the points of a cloud (n, 3)."""
+    rows = rows_of(cloud)
+    return np.stack([rows[axis] for axis in "xyz"], axis=1)
 
 
 def send_until_answered(peer, publisher, index: int) -> None:
@@ -87,6 +131,118 @@ def test_curves_in_metres_come_back_with_time_frame_and_id(peer):
         "0",
     )
     assert peer.interrupt() == 0, peer.log()
+    assert "Traceback" not in peer.log()
+
+
+def test_topics_of_a_realsense_give_metres_once_they_are_named(peer):
+    camera = Camera(peer)
+    peer.start(*REMAPS)
+    peer.wait_matched(*camera.publishers)
+    for index in range(3):
+        camera.send(index)
+        peer.wait(f"frame {index}", lambda stamp=T0_NS + index * PERIOD_NS: stamp in peer.stamps("diagnostics"))
+    assert len(rows_of(peer.heard["points"][-1])) == 100
+    assert camera.off_m(points_of(peer.heard["points"][-1]), 2) < OFF_M
+
+
+def test_a_depth_that_is_not_published_is_missed_with_the_argument_that_turns_it_on(peer):
+    camera = Camera(peer, depth=False)
+    other = peer.publisher(Image, "/camera/camera/depth/image_rect_raw")
+    peer.start(*REMAPS)
+    peer.wait_matched(*camera.publishers)
+    end = monotonic() + 8.0
+    index = 0
+    while monotonic() < end:
+        camera.send(index)
+        peer.listen(0.5)
+        index += 1
+    said = [status.message for message in peer.heard["diagnostics"] for status in message.status]
+    (said,) = [text for text in said if "no depth" in text]
+    assert f"no depth on {TOPICS['depth']}" in said
+    assert "align_depth.enable:=true" in said
+    assert "/camera/camera/depth/image_rect_raw (sensor_msgs/msg/Image, reliable)" in said
+    assert said in peer.log()
+    assert peer.heard["points_px"]
+    assert "no camera" not in peer.log()
+    assert other.get_subscription_count() == 0
+
+
+def test_a_transport_that_is_asked_for_is_taken_from_its_topic(peer):
+    image = peer.publisher(CompressedImage, "/cam/image_raw/compressed")
+    raw = peer.publisher(Image, "/cam/image_raw")
+    peer.start("-p", "hsv:=170:10", "-p", "image_transport:=compressed", "-r", "image:=/cam/image_raw")
+    peer.wait_matched(image)
+    send_until_answered(peer, image, 0)
+    assert raw.get_subscription_count() == 0
+    assert len(rows_of(peer.heard["points_px"][-1])) == 100
+
+
+def test_the_parameters_of_the_node_are_those_of_the_table(peer):
+    peer.start()
+    listing = peer.node.create_client(ListParameters, "/dloftbs/list_parameters")
+    peer.wait("the service", listing.service_is_ready)
+    done = listing.call_async(ListParameters.Request())
+    peer.wait("the names", done.done)
+    names = set(done.result().result.names) - {"use_sim_time", "start_type_description_service"}
+    assert names == set(Parameters.__dataclass_fields__)
+    getting = peer.node.create_client(GetParameters, "/dloftbs/get_parameters")
+    peer.wait("the service", getting.service_is_ready)
+    done = getting.call_async(GetParameters.Request(names=["reliability", "depth_unit"]))
+    peer.wait("the values", done.done)
+    reliability, unit = done.result().values
+    assert (reliability.string_value, unit.double_value) == ("auto", 0.001)
+
+
+def stamped(index: int) -> TransformStamped:
+    """Return the transform of the camera that looks down from 2 m above the base."""
+    message = TransformStamped(child_frame_id=FRAME_ID)
+    message.header = header(index)
+    message.header.frame_id = "base"
+    message.transform.rotation.x, message.transform.rotation.w = 1.0, 0.0
+    message.transform.translation.z = 2.0
+    return message
+
+
+def test_curves_come_in_the_frame_that_was_asked_for_by_the_transform_of_their_time(peer):
+    camera = Camera(peer)
+    transforms = peer.publisher(TransformStamped, "/transform")
+    peer.start(*REMAPS, "-p", "target_frame:=base", PYTHONPATH=STAND_IN)
+    peer.wait_matched(*camera.publishers, transforms)
+    camera.send(0)
+    peer.wait("frame 0", lambda: peer.heard["diagnostics"])
+    (status,) = peer.heard["diagnostics"][0].status
+    assert status.level == bytes([_WARN])
+    assert f"no transform from '{FRAME_ID}' to 'base'" in status.message
+    assert values_of(peer.heard["diagnostics"][0])["without transform"] == "1"
+    assert len(rows_of(peer.heard["points_px"][0])) == 100
+    assert (peer.heard["points"], peer.heard["markers"]) == ([], [])
+
+    transforms.publish(stamped(1))
+    peer.listen(0.3)
+    camera.send(1)
+    peer.wait("frame 1", lambda: len(peer.heard["diagnostics"]) == 2)
+    camera.send(2)  # its transform comes after it
+    transforms.publish(stamped(2))
+    peer.wait("frame 2", lambda: len(peer.heard["diagnostics"]) == 3)
+    assert peer.stamps("points") == peer.stamps("markers") == [T0_NS + index * PERIOD_NS for index in (1, 2)]
+    for index, cloud in enumerate(peer.heard["points"], start=1):
+        assert cloud.header.frame_id == "base"
+        assert camera.off_m(points_of(cloud) * (1, -1, -1) + (0, 0, 2), index) < OFF_M
+    markers = peer.heard["markers"][-1].markers
+    assert {marker.header.frame_id for marker in markers} == {"base"}
+    first, point = points_of(peer.heard["points"][-1])[0], markers[0].points[0]
+    assert np.allclose((point.x, point.y, point.z), first, atol=1e-6)
+    assert 0.002 < markers[0].scale.x < 0.05
+    assert peer.heard["points_px"][-1].header.frame_id == f"{FRAME_ID}/pixels"
+    assert peer.heard["diagnostics"][-1].status[0].level == bytes([0])
+    assert peer.interrupt() == 0, peer.log()
+    assert "Traceback" not in peer.log()
+
+
+def test_a_target_frame_needs_tf(peer):
+    peer.start("-p", "target_frame:=base")
+    assert peer.process.wait(40) == 2
+    assert "tf2_ros_py" in peer.log()
     assert "Traceback" not in peer.log()
 
 

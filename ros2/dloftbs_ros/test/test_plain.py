@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import threading
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from dloftbs_ros.newest import Newest
 from dloftbs_ros.parameters import as_type
-from dloftbs_ros.publishers import Publisher, choose, silence_text
+from dloftbs_ros.publishers import Publisher, choose, missing_depth_text, missing_info_text, silence_text
+from dloftbs_ros.transforms import moved
+from dloftbs_ros.watch import SILENT_S, Watch
 
+from dloftbs import BSplineCurve
 from dloftbs.errors import ConfigError
+from dloftbs.ros import SampledTrack
+from dloftbs.tracks import Track, TrackState
 
-IMAGE, JPEG = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
+IMAGE, JPEG, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
+TOPICS = {"image": "/cam/color", "depth": "/cam/aligned_depth_to_color/image_raw", "camera_info": "/cam/camera_info"}
 
 
 def taken_every(busy_s: float) -> tuple[Newest[int], float]:
@@ -105,13 +113,121 @@ def test_type_and_reliability_are_those_of_who_publishes(offers, reliability, ch
     [
         ([], "nobody publishes images"),
         ([Publisher("/b", JPEG, False)], "one of: /b (sensor_msgs/msg/CompressedImage, best effort)"),
+        (
+            [Publisher("/depth", IMAGE, True), Publisher("/b", IMAGE, True)],
+            "one of: /b (sensor_msgs/msg/Image, reliable)",
+        ),
+        ([Publisher("/depth", IMAGE, True)], "one of: /depth"),
+        (
+            [Publisher("/b", IMAGE, True), Publisher("/a/compressed", JPEG, True)],
+            "set image_transport to that of: /a/compressed (",
+        ),
         ([Publisher("/a", IMAGE, True)], "though it is published"),
     ],
 )
 def test_silence_is_explained(present, said):
-    text = silence_text("/a", 5.2, [*present, Publisher("/c", "std_msgs/msg/String", True)])
+    text = silence_text("/a", 5.2, [*present, Publisher("/other", "std_msgs/msg/String", True)])
     assert text.startswith("no image on /a for 5 s")
-    assert said in text and "/c" not in text
+    assert said in text and "/other" not in text
+    assert text.count("(sensor_msgs") == (" of: " in said)
+
+
+@pytest.mark.parametrize(
+    ("topic", "present", "said"),
+    [
+        (
+            "/aligned_depth_to_color/image_raw",
+            [Publisher("/depth/image_rect_raw", IMAGE, True)],
+            "align_depth.enable:=true",
+        ),
+        (
+            "/aligned_depth_to_color/image_raw",
+            [Publisher("/depth/image_rect_raw", IMAGE, True)],
+            "one of: /depth/image_rect_raw",
+        ),
+        ("/depth_registered", [], "no other topic of the kind is published"),
+        ("/depth_registered", [Publisher("/depth_registered", IMAGE, True)], "it is published, but no message comes"),
+    ],
+)
+def test_missing_depth_is_explained(topic, present, said):
+    text = missing_depth_text(topic, [*present, Publisher("/color", IMAGE, True)], arrives=False)
+    assert text.startswith(f"no depth on {topic}: curves are in pixels alone")
+    assert said in text and "/color " not in text
+    assert ("align_depth" in text) == ("aligned" in topic)
+    assert "one clock" in missing_depth_text(topic, present, arrives=True)
+
+
+def test_a_missing_camera_is_explained():
+    present = [Publisher("/b/camera_info", INFO, True), Publisher("/c", IMAGE, True)]
+    text = missing_info_text("/a/camera_info", present)
+    assert text.startswith("no camera on /a/camera_info") and "one of: /b/camera_info (" in text and "/c " not in text
+    assert "no message comes" in missing_info_text("/b/camera_info", present)
+
+
+class Listener:
+    """A watch with its time, in steps of half a second, and what it said."""
+
+    def __init__(self) -> None:
+        self.watch, self.now, self.said = Watch(TOPICS, 0.0), 0.0, []
+
+    def listen(
+        self, seconds: float, *names: str, metres: bool = True, problems: dict[str, str] | None = None
+    ) -> list[str]:
+        said = []
+        for _ in range(round(2 * seconds)):
+            self.now += 0.5
+            for name in names:
+                self.watch.hear(name, self.now)
+            said += self.watch.words(self.now, list, problems or {}, metres)
+        return said
+
+
+def test_images_that_do_not_come_are_missed_again_and_again():
+    listener = Listener()
+    assert listener.listen(SILENT_S - 0.5) == []
+    said = listener.listen(10.5)
+    assert [text.partition(" for ")[0] for text in said] == ["no image on /cam/color"] * 3
+    assert listener.listen(4.0, "image", "camera_info", "pair") == []
+
+
+def test_depth_and_camera_are_missed_once_in_a_silence():
+    listener = Listener()
+    said = listener.listen(30.0, "image")
+    assert [text.partition(" on ")[0] for text in said] == ["no depth", "no camera"]
+    assert listener.listen(10.0, "image", "camera_info", "depth", "pair") == []
+    (said,) = listener.listen(30.0, "image")  # the camera is known
+    assert said.startswith("no depth on /cam/aligned")
+    listener.listen(1.0, "image", "pair")
+    (said,) = listener.listen(30.0, "image", "depth")
+    assert "one clock" in said
+
+
+def test_depth_is_not_missed_where_nobody_asked_for_metres_or_before_images_come():
+    assert Listener().listen(30.0, "image", metres=False) == []
+    listener = Listener()
+    listener.listen(30.0)
+    assert listener.listen(SILENT_S, "image") == []
+    assert len(listener.listen(1.0, "image")) == 2
+
+
+def test_a_known_problem_is_named_in_the_place_of_silence():
+    said = Listener().listen(6.0, "image", "camera_info", problems={"depth": "/depth must be an image"})
+    assert said == ["/depth must be an image"]
+
+
+def test_points_are_moved_by_a_transform():
+    knots, across = np.array([0.0] * 4 + [1.0] * 4), np.stack([np.arange(4.0), np.zeros(4)], axis=1)
+    track = Track(1, TrackState.CONFIRMED, BSplineCurve(knots, across), None, 1, 0, None)
+    points = np.array([[0.1, 0.2, 0.3], [1.0, 0.0, 0.0]])
+    sample = SampledTrack(track, points, np.array([0.0, 1.0]), np.array([True, False]))
+    half = np.sqrt(0.5)
+    quarter_turn = SimpleNamespace(x=0.0, y=0.0, z=half, w=half)  # about z: x becomes y
+    shift = SimpleNamespace(x=1.0, y=2.0, z=3.0)
+    (there,) = moved([sample], SimpleNamespace(rotation=quarter_turn, translation=shift))
+    assert np.allclose(there.points, [[0.8, 2.1, 3.3], [1.0, 3.0, 3.0]])
+    assert (
+        there.track is track and np.array_equal(there.s, sample.s) and np.array_equal(there.inferred, sample.inferred)
+    )
 
 
 @pytest.mark.parametrize(("value", "default", "taken"), [(1, "", "1"), (5, 0.0, 5.0), (2, 0, 2), ("a", "", "a")])
