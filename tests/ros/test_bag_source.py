@@ -305,6 +305,13 @@ def test_masks_grey_and_pictures_of_masks(tmp_path):
     path = bags.write_ros2(tmp_path / "run", given)
     assert [np.array_equal(frame.mask, mask) for frame, mask in zip(read(path)[0], masks, strict=True)] == [True, True]
     assert all(frame.image.shape == (*bags.SIZE, 3) for frame in read(path, kind="image")[0])
+    wide = [
+        ("/grey", at, bags.raw_image(257 * mask.astype(np.uint16), "mono16", at))
+        for mask, (_, at, _) in zip(masks, given, strict=True)
+    ]
+    wide = bags.write_ros2(tmp_path / "wide", wide)
+    assert (read(wide)[0][1].mask == 257 * masks[1].astype(int)).all()
+    assert (read(wide, kind="image")[0][1].image == masks[1][..., None]).all()
     lossy = [("/mask", at, bags.compressed(bags.encoded(masks[0], ".jpg"), "jpeg", at)) for _, at, _ in given]
     frames, _ = read(bags.write_ros2(tmp_path / "lossy", lossy))
     assert np.array_equal(frames[0].mask, masks[0] > 0)

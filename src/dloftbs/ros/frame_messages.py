@@ -25,7 +25,7 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.ros.bag_file import RawMessage
 from dloftbs.ros.camera_messages import camera_of
-from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of
+from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
 from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, stamp_ns_of
 from dloftbs.sources.pixels import Kind, check_kind, image_or_mask
 from dloftbs.sources.source import logger
@@ -166,6 +166,8 @@ class FrameMaker:
             If it cannot be converted.
         """
         pixels = pixels_of(image)
+        if self._kind == "image":
+            pixels = upper_bits(pixels)
         kind = ("mask" if pixels.ndim == 2 else "image") if self._kind == "auto" else self._kind
         try:
             return image_or_mask(pixels, kind, lossy=is_from_lossy_codec(image))
