@@ -113,7 +113,8 @@ def write_ros2(folder: Path, given: Iterable[Entry], storage="mcap", **options) 
     return folder
 
 
-def write_ros1(path: Path, given: Iterable[Entry], compression=None) -> Path:
+def write_ros1(path: Path, given: Iterable[Entry], compression=None, padding=0) -> Path:
+    """Write a bag of ROS 1, with as many zeros behind each message."""
     writer = Writer1(path)
     if compression is not None:
         writer.set_compression(compression)
@@ -123,7 +124,7 @@ def write_ros1(path: Path, given: Iterable[Entry], compression=None) -> Path:
             kind = message.__msgtype__
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=STORE1)
-            writer.write(connections[topic], at, bytes(STORE1.serialize_ros1(message, kind)))
+            writer.write(connections[topic], at, bytes(STORE1.serialize_ros1(message, kind)) + bytes(padding))
     return path
 
 

@@ -38,7 +38,7 @@ def chosen(*topics, **named):
         ((PACKED, INFO), (PACKED, None, INFO)),
         ((COLOUR, DEPTH, INFO, DEPTH_INFO), (COLOUR, DEPTH, INFO)),
         ((COLOUR, DEPTH, ALIGNED, ALIGNED_PACKED), (COLOUR, ALIGNED, None)),
-        ((COLOUR, ALIGNED_PACKED, DEPTH_INFO), (COLOUR, ALIGNED_PACKED, DEPTH_INFO)),
+        ((COLOUR, ALIGNED_PACKED, DEPTH_INFO), (COLOUR, ALIGNED_PACKED, None)),
         (SDK, (SDK[1], SDK[0], SDK[3])),
     ],
 )
