@@ -153,3 +153,23 @@ def like_rclpy(message: Any) -> Any:
     if "data" in fields:
         fields["data"] = array("B", bytes(fields["data"]))
     return SimpleNamespace(**fields)
+
+
+def write_foreign(path: Path, topics: Iterable[tuple[str, str, str, str]], given: Iterable[Entry] = ()) -> Path:
+    """Write an MCAP file with a message each of topics of other types, and messages that can be read.
+
+    A topic is its name, type, encoding of messages and encoding of the type's definition.
+    """
+    types = MessageTypes()
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start("")
+        for name, kind, encoding, definition in topics:
+            channel = writer.register_channel(name, encoding, writer.register_schema(kind, definition, b""))
+            writer.add_message(channel, START_NS, b"{}", START_NS)
+        for topic, at, message in given:
+            kind = message.__msgtype__
+            schema = writer.register_schema(kind, "ros2msg", types.definition(kind).encode())
+            writer.add_message(writer.register_channel(topic, "cdr", schema), at, types.write(message), at)
+        writer.finish()
+    return path

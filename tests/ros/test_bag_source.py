@@ -6,7 +6,6 @@ import logging
 import shutil
 import sqlite3
 import sys
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -271,71 +270,6 @@ def test_depth_of_another_size(tmp_path, caplog):
     assert frames[0].camera == cameras[1]
 
 
-@pytest.mark.parametrize("info", ["camera_info", "image/camera_info"])
-def test_what_was_recorded_by_a_realsense(info, tmp_path, caplog):
-    """Names, types, formats and frames as the recorder of librealsense 2.59 writes them."""
-    at = [1192 + i * bags.PERIOD_NS for i in range(4)]
-    base = "/device_0/sensor_{}/{}_0/image/data/{}"
-    given = []
-    for i, stamp_ns in enumerate(at):
-        depth = np.full(bags.SIZE, 600 + i, np.uint16)
-        packed = bags.compressed(bytes(12) + bags.encoded(depth, ".png"), "16UC1; compressedDepth png", stamp_ns)
-        colour = bags.encoded(bags.photo_of(i), ".png")
-        picture = bags.compressed(colour, "rgb8; png compressed bgr8", stamp_ns + 100)
-        grey = bags.compressed(bags.encoded(bags.mask_of(i), ".png"), "mono8; png compressed mono8", stamp_ns + 50)
-        given += [
-            (base.format(0, "Depth", "compressedDepth"), stamp_ns, packed),
-            (
-                f"/device_0/sensor_0/Depth_0/{info}",
-                stamp_ns,
-                bags.camera_info(stamp_ns, k=[99.0, 0, 80, 0, 99, 60, 0, 0, 1]),
-            ),
-            ("/device_0/sensor_0/Infrared_1/image/data/compressed", stamp_ns, grey),
-            (base.format(1, "Color", "compressed"), stamp_ns, picture),
-            (f"/device_0/sensor_1/Color_0/{info}", stamp_ns, bags.camera_info(stamp_ns)),
-        ]
-        for (_, _, message), name in zip(given[-5:], ("Depth", "Depth", "Infrared1", "Color", "Color"), strict=True):
-            message.header.frame_id = name
-    path = bags.write_ros2(tmp_path / "run", given, "sqlite3")
-    frames, _ = read(only_file(path))
-    assert [frame.stamp_ns for frame in frames] == [stamp_ns + 100 for stamp_ns in at]
-    assert all(frame.depth is None for frame in frames)  # of another sensor
-    assert all(frame.camera.fx == 150.0 for frame in frames)
-    np.testing.assert_array_equal(frames[2].image, bags.photo_of(2))
-    assert len(caplog.records) == 2
-    assert "images are those of /device_0/sensor_1/Color_0/image/data/compressed" in caplog.text
-    assert "it is in the frame 'Depth', the images are in 'Color'" in caplog.text
-    frames, _ = read(only_file(path), depth_topic=base.format(0, "Depth", "compressedDepth"))
-    assert [frame.depth[0, 0] for frame in frames] == [600, 601, 602, 603]
-
-
-def test_what_was_recorded_by_a_realsense_for_ros_1(tmp_path, caplog):
-    """As the recorder of librealsense 2.55 does: one camera message without a frame, and one frame for all images."""
-    base, given = "/device_0/sensor_{}/{}_0/{}", []
-    for sensor, name, focal in ((0, "Depth", 99.0), (1, "Color", 150.0)):
-        info = bags.camera_info(0, make=bags.MAKE1, k=[focal, 0, 80, 0, focal, 60, 0, 0, 1])
-        info.header.frame_id = ""
-        given.append((base.format(sensor, name, "info/camera_info"), 1, info))
-    for i in range(COUNT):
-        counts = np.full(bags.SIZE, 600 + i, np.uint16)
-        pictures = ((0, "Depth", counts, "mono16"), (1, "Color", bags.photo_of(i)[..., ::-1], "rgb8"))
-        for sensor, name, pixels, encoding in pictures:
-            image = bags.raw_image(pixels, encoding, 10**9 + i * bags.PERIOD_NS, make=bags.MAKE1)
-            image.header.frame_id = "0"
-            given.append((base.format(sensor, name, "image/data"), 2 + i * bags.PERIOD_NS, image))
-    path = bags.write_ros1(tmp_path / "run.bag", given, padding=4)
-    frames, _ = read(path)
-    assert len(frames) == COUNT
-    np.testing.assert_array_equal(frames[2].image, bags.photo_of(2))
-    assert {(frame.camera.fx, frame.depth is None) for frame in frames} == {(150.0, True)}
-    (line,) = [record.getMessage() for record in caplog.records]
-    assert (
-        "its camera (/device_0/sensor_0/Depth_0/info/camera_info) has other intrinsics than that of the images" in line
-    )
-    frames, _ = read(path, depth_topic=base.format(0, "Depth", "image/data"))
-    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 600 + COUNT))
-
-
 def test_masks_grey_and_pictures_of_masks(tmp_path):
     masks = [255 * (bags.mask_of(i) > 0).astype(np.uint8) for i in range(2)]
     given = [
@@ -437,60 +371,6 @@ def test_reading_leaves_nothing_open(tmp_path, recwarn):
     assert not [warning for warning in recwarn if issubclass(warning.category, ResourceWarning)]
 
 
-def test_single_headers_without_a_time_do_not_end_the_tracks(tmp_path, caplog):
-    """Both clocks are seconds apart, so that one for the frame and the other for the next is an end of the stream."""
-    given = bags.entries(12, depth=False, info=False)
-    for i in (0, 1, 4, 7, 8):
-        given[i][2].header.stamp.sec = given[i][2].header.stamp.nanosec = 0
-    path = bags.write_ros2(tmp_path / "run", [(topic, at + 10**12, message) for topic, at, message in given])
-    frames, _ = read(path)
-    np.testing.assert_allclose(
-        [frame.stamp_ns for frame in frames], [bags.stamp_of(i) for i in range(12)], atol=1000, rtol=0
-    )
-    assert len(caplog.records) == 1
-    assert f"{bags.COLOUR_TOPIC}: a header has no time; times go on by those of the recording" in caplog.text
-    assert {track.id for result in dloftbs.track(path, hsv="170:10") for track in result.tracks} == {1}
-
-
-@pytest.mark.parametrize("back_s", [0.5, 100.0])
-def test_headers_that_jump_back_do_not_end_the_tracks(back_s, tmp_path, caplog):
-    given = bags.entries(12, info=False)
-    for i in range(5, 12):
-        for entry in given[2 * i : 2 * i + 2]:
-            entry[2].header = bags.header(bags.MAKE2, bags.stamp_of(i) - round(back_s * 10**9))
-    path = bags.write_ros2(tmp_path / "run", given)
-    frames, _ = read(path)
-    assert all(0 < b.stamp - a.stamp < 0.1 for a, b in pairwise(frames))
-    assert frames[5].stamp_ns == bags.stamp_of(5) - round(back_s * 10**9)  # results carry on what the header says
-    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 612))
-    assert len(caplog.records) == 2
-    assert "the time of a header does not follow the one before" in caplog.text
-    assert {track.id for result in dloftbs.track(path, hsv="170:10") for track in result.tracks} == {1}
-
-
-@pytest.mark.parametrize("zero", [False, True])
-def test_images_and_depth_on_two_clocks_are_paired_by_the_time_of_recording(zero, tmp_path, caplog):
-    given = bags.entries(COUNT, info=False)
-    for i, (_, _, message) in enumerate(given[1::2]):
-        message.header = bags.header(bags.MAKE2, 0 if zero else 7 * 10**9 + i * bags.PERIOD_NS)
-    path = bags.write_ros2(tmp_path / "run", given)
-    frames, _ = read(path)
-    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 600 + COUNT))
-    assert [frame.stamp_ns for frame in frames] == [bags.stamp_of(i) for i in range(COUNT)]
-    assert len(caplog.records) == (0 if zero else 1)  # depth without any time has that of the recording, as images have
-    assert zero or "images and depth have two clocks" in caplog.text
-
-
-def test_depth_that_goes_with_no_image_is_said(tmp_path, caplog):
-    given = bags.entries(COUNT, info=False)
-    for _, _, message in given[1::2]:
-        message.header.stamp.nanosec += 500_000_000
-    frames, _ = read(bags.write_ros2(tmp_path / "run", given))
-    assert [frame.depth for frame in frames] == [None] * COUNT
-    assert len(caplog.records) == 1
-    assert f"frames go without depth: {bags.DEPTH_TOPIC} is at least 0.33" in caplog.text
-
-
 def test_an_unknown_encoding_is_said_once(tmp_path, caplog):
     given = bags.entries(COUNT, info=False)
     for _, _, message in given[1::2]:
@@ -503,3 +383,32 @@ def test_an_unknown_encoding_is_said_once(tmp_path, caplog):
     assert caplog.text.count("unknown encoding 'bgr99'") == caplog.text.count("unknown encoding 'depth99'") == 1
     assert len(list(BagSource(tmp_path / "run"))) == 1
     assert caplog.text.count("unknown encoding 'bgr99'") == 2  # each reading says it
+
+
+def test_video_in_messages_of_images_is_said_once(tmp_path, caplog):
+    """The reason says how many bytes there are, which differs from message to message."""
+    given = [
+        (
+            bags.COLOUR_TOPIC,
+            bags.stamp_of(i),
+            bags.compressed(bytes([0, 0, 0, 1, 101]) * (i + 9), "h264", bags.stamp_of(i)),
+        )
+        for i in range(COUNT)
+    ]
+    frames, source = read(bags.write_ros2(tmp_path / "run", given))
+    assert (frames, source.skipped, len(caplog.records)) == ([], COUNT, 1)
+    assert "a compressed image ('h264') cannot be decoded" in caplog.text
+
+
+def test_the_transport_that_has_messages_is_taken_where_counts_are_not_known(tmp_path):
+    """An unfinished recording of which only the last message is in the other transport, and lost."""
+    packed = [
+        (f"{bags.COLOUR_TOPIC}/compressed", at, bags.compressed(bags.encoded(bags.photo_of(0), ".png"), "png", at))
+        for _, at, _ in bags.entries(COUNT, depth=False, info=False)
+    ]
+    path = bags.write_mcap(
+        tmp_path / "run.mcap", [*packed, *bags.entries(1, depth=False, info=False)], use_chunking=False
+    )
+    data = path.read_bytes()
+    path.write_bytes(data[: data.rindex(b"bgr8") + 99])
+    assert len(read(path)[0]) == COUNT

@@ -280,3 +280,73 @@ def test_infrared_alone_is_taken(tmp_path, caplog):
     assert topics.image.name == grey()[0]
     assert frame.mask is not None
     assert not said(caplog)
+
+
+def frames_of(path, **options):
+    with sources.open(path, **options) as source:
+        return list(source)
+
+
+@pytest.mark.parametrize("info", ["camera_info", "image/camera_info"])
+def test_what_was_recorded_by_a_realsense(info, tmp_path, caplog):
+    """Names, types, formats and frames as the recorder of librealsense 2.59 writes them."""
+    at = [1192 + i * bags.PERIOD_NS for i in range(4)]
+    base = "/device_0/sensor_{}/{}_0/image/data/{}"
+    given = []
+    for i, stamp_ns in enumerate(at):
+        depth = np.full(bags.SIZE, 600 + i, np.uint16)
+        packed = bags.compressed(bytes(12) + bags.encoded(depth, ".png"), "16UC1; compressedDepth png", stamp_ns)
+        colour = bags.encoded(bags.photo_of(i), ".png")
+        picture = bags.compressed(colour, "rgb8; png compressed bgr8", stamp_ns + 100)
+        grey = bags.compressed(bags.encoded(bags.mask_of(i), ".png"), "mono8; png compressed mono8", stamp_ns + 50)
+        given += [
+            (base.format(0, "Depth", "compressedDepth"), stamp_ns, packed),
+            (
+                f"/device_0/sensor_0/Depth_0/{info}",
+                stamp_ns,
+                bags.camera_info(stamp_ns, k=[99.0, 0, 80, 0, 99, 60, 0, 0, 1]),
+            ),
+            ("/device_0/sensor_0/Infrared_1/image/data/compressed", stamp_ns, grey),
+            (base.format(1, "Color", "compressed"), stamp_ns, picture),
+            (f"/device_0/sensor_1/Color_0/{info}", stamp_ns, bags.camera_info(stamp_ns)),
+        ]
+        for (_, _, message), name in zip(given[-5:], ("Depth", "Depth", "Infrared1", "Color", "Color"), strict=True):
+            message.header.frame_id = name
+    path = bags.write_ros2(tmp_path / "run", given, "sqlite3")
+    frames = frames_of(path)
+    assert [frame.stamp_ns for frame in frames] == [stamp_ns + 100 for stamp_ns in at]
+    assert all(frame.depth is None for frame in frames)  # of another sensor
+    assert all(frame.camera.fx == 150.0 for frame in frames)
+    np.testing.assert_array_equal(frames[2].image, bags.photo_of(2))
+    assert len(caplog.records) == 2
+    assert "images are those of /device_0/sensor_1/Color_0/image/data/compressed" in caplog.text
+    assert "it is in the frame 'Depth', the images are in 'Color'" in caplog.text
+    frames = frames_of(path, depth_topic=base.format(0, "Depth", "compressedDepth"))
+    assert [frame.depth[0, 0] for frame in frames] == [600, 601, 602, 603]
+
+
+def test_what_was_recorded_by_a_realsense_for_ros_1(tmp_path, caplog):
+    """As the recorder of librealsense 2.55 does: one camera message without a frame, and one frame for all images."""
+    base, given = "/device_0/sensor_{}/{}_0/{}", []
+    for sensor, name, focal in ((0, "Depth", 99.0), (1, "Color", 150.0)):
+        info = bags.camera_info(0, make=bags.MAKE1, k=[focal, 0, 80, 0, focal, 60, 0, 0, 1])
+        info.header.frame_id = ""
+        given.append((base.format(sensor, name, "info/camera_info"), 1, info))
+    for i in range(COUNT):
+        counts = np.full(bags.SIZE, 600 + i, np.uint16)
+        pictures = ((0, "Depth", counts, "mono16"), (1, "Color", bags.photo_of(i)[..., ::-1], "rgb8"))
+        for sensor, name, pixels, encoding in pictures:
+            image = bags.raw_image(pixels, encoding, 10**9 + i * bags.PERIOD_NS, make=bags.MAKE1)
+            image.header.frame_id = "0"
+            given.append((base.format(sensor, name, "image/data"), 2 + i * bags.PERIOD_NS, image))
+    path = bags.write_ros1(tmp_path / "run.bag", given, padding=4)
+    frames = frames_of(path)
+    assert len(frames) == COUNT
+    np.testing.assert_array_equal(frames[2].image, bags.photo_of(2))
+    assert {(frame.camera.fx, frame.depth is None) for frame in frames} == {(150.0, True)}
+    (line,) = [record.getMessage() for record in caplog.records]
+    assert (
+        "its camera (/device_0/sensor_0/Depth_0/info/camera_info) has other intrinsics than that of the images" in line
+    )
+    frames = frames_of(path, depth_topic=base.format(0, "Depth", "image/data"))
+    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 600 + COUNT))

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ros import bag_examples as bags
 
+import dloftbs
+from dloftbs import sources
 from dloftbs.ros.message_fields import NS_PER_S
 from dloftbs.ros.topic_clock import TopicClock
 
@@ -59,3 +66,62 @@ def test_times_never_go_back(messages, is_sorted):
     found, _ = times(messages)
     assert found == sorted(found)
     assert found == times(messages)[0]
+
+
+def read(path):
+    with sources.open(path) as source:
+        return list(source)
+
+
+def test_single_headers_without_a_time_do_not_end_the_tracks(tmp_path, caplog):
+    """Both clocks are seconds apart, so that one for the frame and the other for the next is an end of the stream."""
+    entries = bags.entries(12, depth=False, info=False)
+    for i in (0, 1, 4, 7, 8):
+        entries[i][2].header.stamp.sec = entries[i][2].header.stamp.nanosec = 0
+    path = bags.write_ros2(tmp_path / "run", [(topic, at + 10**12, message) for topic, at, message in entries])
+    frames = read(path)
+    np.testing.assert_allclose(
+        [frame.stamp_ns for frame in frames], [bags.stamp_of(i) for i in range(12)], atol=1000, rtol=0
+    )
+    assert len(caplog.records) == 1
+    assert f"{bags.COLOUR_TOPIC}: a header has no time; it is replaced by the time of the recording" in caplog.text
+    assert {track.id for result in dloftbs.track(path, hsv="170:10") for track in result.tracks} == {1}
+
+
+@pytest.mark.parametrize("back_s", [0.5, 100.0])
+def test_headers_that_jump_back_do_not_end_the_tracks(back_s, tmp_path, caplog):
+    entries = bags.entries(12, info=False)
+    for i in range(5, 12):
+        for entry in entries[2 * i : 2 * i + 2]:
+            entry[2].header = bags.header(bags.MAKE2, bags.stamp_of(i) - round(back_s * 10**9))
+    path = bags.write_ros2(tmp_path / "run", entries)
+    frames = read(path)
+    assert all(0 < b.stamp - a.stamp < 0.1 for a, b in pairwise(frames))
+    assert frames[5].stamp_ns == bags.stamp_of(5) - round(back_s * 10**9)  # results carry on what the header says
+    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 612))
+    assert len(caplog.records) == 2
+    assert "the time of a header does not follow the previous one" in caplog.text
+    assert {track.id for result in dloftbs.track(path, hsv="170:10") for track in result.tracks} == {1}
+
+
+@pytest.mark.parametrize("zero", [False, True])
+def test_images_and_depth_on_two_clocks_are_paired_by_the_time_of_recording(zero, tmp_path, caplog):
+    entries = bags.entries(6, info=False)
+    for i, (_, _, message) in enumerate(entries[1::2]):
+        message.header = bags.header(bags.MAKE2, 0 if zero else 7 * 10**9 + i * bags.PERIOD_NS)
+    path = bags.write_ros2(tmp_path / "run", entries)
+    frames = read(path)
+    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 600 + 6))
+    assert [frame.stamp_ns for frame in frames] == [bags.stamp_of(i) for i in range(6)]
+    assert len(caplog.records) == (0 if zero else 1)  # depth without any time has that of the recording, as images have
+    assert zero or "images and depth have two clocks" in caplog.text
+
+
+def test_depth_that_goes_with_no_image_is_said(tmp_path, caplog):
+    entries = bags.entries(6, info=False)
+    for _, _, message in entries[1::2]:
+        message.header.stamp.nanosec += 500_000_000
+    frames = read(bags.write_ros2(tmp_path / "run", entries))
+    assert [frame.depth for frame in frames] == [None] * 6
+    assert len(caplog.records) == 1
+    assert f"frames go without depth: {bags.DEPTH_TOPIC} is at least 0.33" in caplog.text

@@ -15,7 +15,7 @@ from dloftbs.frame import Frame
 from dloftbs.ros.bag_file import RawMessage, Topic
 from dloftbs.ros.first_messages import read_first_messages
 from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
-from dloftbs.ros.message_fields import NS_PER_S, stamp_ns_of
+from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
 from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, StampPairing
@@ -35,9 +35,9 @@ class _Item:
 
 
 _SAME_CLOCK_NS = NS_PER_S
-"""Largest difference of what two topics' headers lag behind the recording by: more is another clock, not latency."""
+"""Largest difference between the latencies of two topics; more means that their headers have two clocks."""
 _LOG_TOLERANCE_S = 0.05
-"""Least tolerance of pairs by the time of recording, which has the time that messages took to arrive in it."""
+"""Smallest tolerance of pairs by the time of recording, which includes the latency of messages."""
 
 Pair = tuple[_Item, _Item | None]
 T = TypeVar("T")
@@ -46,9 +46,9 @@ T = TypeVar("T")
 class BagSource(Source):
     """Images of a recording, with the depth of the same moment and the camera, in one pass over the file.
 
-    Times are those of the messages' headers, and where no header has one, those of the recording. Where single headers
-    have none, or go back, the frames' times go on by those of the recording (see `TopicClock`). A recording that was
-    not finished, or is damaged, is read as far as it goes, with a warning; a message that cannot be read is skipped.
+    Times are those of the messages' headers, or those of the recording if no header has one. Headers without a time
+    and headers that go back are bridged by the time of the recording (see `TopicClock`). A recording that was not
+    finished, or is damaged, is read as far as it goes, with a warning; a message that cannot be read is skipped.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ class BagSource(Source):
 
     def _leave_out(self, index: int, error: InputError) -> None:
         """Skip an image, and say so where it is the first one for this reason."""
-        if self._says(str(error)):
+        if self._says(kind_of_reason(error)):
             what = f"message {index} of {self.topics.image.name}"
             self._skip(what, f"{error} (the first one; others for this reason are counted)")
         else:
@@ -272,7 +272,7 @@ class BagSource(Source):
             except InputError as error:
                 if is_image:
                     self._leave_out(index, error)
-                elif self._says(f"{raw.topic} {error}"):
+                elif self._says(f"{raw.topic} {kind_of_reason(error)}"):
                     logger.warning("%s: a message of %s is left out: %s", self.name, raw.topic, error)
                 continue
             if topics.info is not None and raw.topic == topics.info.name:
@@ -304,8 +304,10 @@ class BagSource(Source):
         """Return the time of a message, and say the first time that its header has none that can be used."""
         time_ns = clock.time_ns(header_ns, raw.stamp_ns)
         if clock.deviates and self._says(f"{raw.topic} clock"):
-            why = "a header has no time" if header_ns is None else "the time of a header does not follow the one before"
-            logger.warning("%s: %s: %s; times go on by those of the recording", self.name, raw.topic, why)
+            why = (
+                "a header has no time" if header_ns is None else "the time of a header does not follow the previous one"
+            )
+            logger.warning("%s: %s: %s; it is replaced by the time of the recording", self.name, raw.topic, why)
         return time_ns
 
     def _say_pairs(self, depth: Topic, pairing: StampPairing[_Item]) -> None:

@@ -1,4 +1,4 @@
-"""Which topics of a recording are of one camera: by coordinate frame and intrinsics, and then by name."""
+"""Rules that assign depth and cameras to images: by coordinate frame, then by intrinsics and name."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ALIGNED_TO = re.compile(r"depth_to_([a-z0-9]+)", re.IGNORECASE)
 _REGISTERED = ("aligned", "registered")
 """Parts of the names by which drivers tell depth in the pixels of the colour image."""
 _SAME_INTRINSICS = 0.01
-"""Largest difference of the intrinsics of one camera, as a share of the focal length: more is another sensor's."""
+"""Largest difference between intrinsics of one camera, as a share of the focal length; two sensors differ by more."""
 
 
 def base_name(topic: str) -> str:
@@ -67,7 +67,7 @@ def beside(infos: Sequence[Topic], image: Topic) -> Topic | None:
 
 
 class CameraMatch:
-    """Tells whether depth and cameras are those of an image: first by coordinate frames, then by intrinsics and names.
+    """Decides whether depth and cameras belong to an image: first by coordinate frames, then by intrinsics and names.
 
     Parameters
     ----------

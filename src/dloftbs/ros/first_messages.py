@@ -1,4 +1,4 @@
-"""A look at the beginning of a recording: what its topics' first messages say of their camera and their clock."""
+"""First messages of a recording's topics, which state their camera and their clock."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
 
 LOOK_BYTES = 1 << 27
-"""Bytes of messages that are looked at: twenty colour images of full HD, so that several cameras show themselves."""
+"""Bytes of messages that are searched: twenty colour images of full HD, enough for several cameras."""
 _TRIES = 8
-"""Messages of a topic among which one with a time is looked for."""
+"""Number of messages of a topic that are searched for one with a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class FirstMessage:
 def read_first_messages(
     recording: Recording, types: MessageTypes, topics: Iterable[Topic]
 ) -> Mapping[str, FirstMessage]:
-    """Return the first messages of topics, by their names; of those that begin late there is none.
+    """Return the first messages of topics by name; topics that begin later than `LOOK_BYTES` are left out.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ from dloftbs.frame import Frame
 from dloftbs.ros.bag_file import RawMessage
 from dloftbs.ros.camera_messages import camera_of
 from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
-from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, stamp_ns_of
+from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, kind_of_reason, stamp_ns_of
 from dloftbs.sources.pixels import Kind, check_kind, image_or_mask
 from dloftbs.sources.source import logger
 
@@ -243,7 +243,9 @@ class FrameMaker:
             if depth.ndim != 2 or depth.dtype == np.uint8:
                 raise InputError(f"it must have one channel of more than 8 bits, got {depth.shape} of {depth.dtype}")
         except InputError as error:
-            self._warn(f"depth {error}", f"a frame goes without depth, and others for this reason: {error}")
+            self._warn(
+                f"depth {kind_of_reason(error)}", f"a frame goes without depth, and others for this reason: {error}"
+            )
             return None
         if self._registration is not None:
             return self._registration.register(depth, size)

@@ -13,9 +13,9 @@ from dloftbs.errors import InputError
 
 NS_PER_S = 1_000_000_000
 _FRAME_ENDS = re.compile(r"(_(optical|frame|link))+$")
-"""Ends of the names of a sensor's coordinate frames, which differ by their axes."""
+"""Suffixes that distinguish the coordinate frames of one sensor by their axes."""
 _ALIGNED = "aligned_depth_to_"
-"""Part of a frame's name by which drivers tell depth in the pixels of the sensor that follows."""
+"""Part of a frame's name that drivers add to that of the sensor to which depth is aligned."""
 
 
 def field_of(message: object, *names: str) -> Any:
@@ -109,3 +109,8 @@ def is_same_sensor(frame_id: str, other_id: str) -> bool | None:
         _FRAME_ENDS.sub("", name.strip().lstrip("/").lower()).replace(_ALIGNED, "") for name in (frame_id, other_id)
     ]
     return names[0] == names[1] if all(names) else None
+
+
+def kind_of_reason(error: object) -> str:
+    """Return the text of an error without its numbers, which differ from message to message."""
+    return re.sub(r"[0-9]+", "#", str(error))

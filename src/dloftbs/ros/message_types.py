@@ -9,7 +9,7 @@ from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.ros.requirements import PIP_LINE, needed
 
 _PADDING = bytes(4)
-"""What the recorder of ROS 1 in librealsense writes behind each image."""
+"""Bytes that librealsense's recorder of ROS 1 appends to each image."""
 
 
 class MessageTypes:

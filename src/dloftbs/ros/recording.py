@@ -75,8 +75,7 @@ class Recording:
         InputError
             If the topics are no collection of names.
         """
-        if isinstance(wanted, (str, bytes)) or not isinstance(wanted, Collection):
-            raise InputError(f"the topics that are wanted must be a collection of names, got {shown(wanted)}")
+        _check_names(wanted)
         for file in self._files:
             count = 0
             for message in file.messages(wanted):
@@ -87,7 +86,14 @@ class Recording:
                 logger.warning("%s: read as far as it goes, %d messages; %s", file.path, count, why)
 
     def peek(self, wanted: Collection[str]) -> Generator[RawMessage, None, None]:
-        """Yield the messages of some topics for a look at the first ones, and say nothing of what cannot be read."""
+        """Yield the messages of some topics as `messages` does, without warnings: for a search of the first ones.
+
+        Raises
+        ------
+        InputError
+            If the topics are no collection of names.
+        """
+        _check_names(wanted)
         for file in self._files:
             yield from file.messages(wanted)
 
@@ -120,6 +126,12 @@ class Recording:
         except OSError as error:
             raise SourceError(f"{path}: cannot be unpacked: {error}") from error
         return target
+
+
+def _check_names(wanted: object) -> None:
+    """Raise an `InputError` if the topics that are wanted are no collection of names."""
+    if isinstance(wanted, (str, bytes)) or not isinstance(wanted, Collection):
+        raise InputError(f"the topics that are wanted must be a collection of names, got {shown(wanted)}")
 
 
 def _parts(folder: Path) -> list[Path]:

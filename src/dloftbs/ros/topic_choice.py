@@ -1,4 +1,4 @@
-"""Topics of a recording that frames come from: those that are named, or those that belong together."""
+"""Choice of the topics that frames are made of: named, or matched to each other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OWN_TOPICS = "/dloftbs/"
 """Begin of the topics of our results, which are no input even where they lie beside it."""
 _RECTIFIED = re.compile(r"(^|_)rect(ified)?(_|$)")
 _FOREIGN = re.compile(r"image_transport/|(?<!Disparity)(Image|Video|FFMPEGPacket)$")
-"""Part of the names of types of images that are not read."""
+"""Names of image types that are not supported."""
 _REMEDY = (
     "convert them to sensor_msgs/Image or CompressedImage, as image_transport's republish does with ffmpeg and theora, "
     "or to a video or image files"
@@ -127,7 +127,7 @@ def choose_topics(
 
 
 class _Choice:
-    """Finds topics, and gathers remarks on what it leaves out."""
+    """Chooses topics, and collects remarks about those that are not used."""
 
     def __init__(self, where: str, topics: Sequence[Topic], first: Mapping[str, FirstMessage]) -> None:
         self._where = where
@@ -135,8 +135,8 @@ class _Choice:
         self._foreign = [topic for topic in topics if _is_foreign(topic)]
         self._infos = self._readable((INFO_TYPE,))
         images = [topic for topic in self._readable(IMAGE_TYPES) if not topic.name.startswith(OWN_TOPICS)]
-        self._images = _one_each([topic for topic in images if not is_depth(topic)])
-        self.depths = _one_each([topic for topic in images if is_depth(topic)])
+        self._images = _one_each([topic for topic in images if not is_depth(topic)], first)
+        self.depths = _one_each([topic for topic in images if is_depth(topic)], first)
         self.match = CameraMatch(self._images, self._infos, first)
         if not self._images:  # a camera may be called depth as a whole
             self._images = [topic for topic in self.depths if self.match.is_colour(topic)]
@@ -193,7 +193,7 @@ class _Choice:
         return image
 
     def _without_other_sensors(self) -> list[Topic]:
-        """Return the images without those that are infrared, labels or of a grey camera, unless there are no others."""
+        """Return the images except infrared ones, labels and those of grey cameras, unless there are no others."""
         left = [topic for topic in self._images if not is_infrared(topic)] or self._images
         if len(left) > 1:
             left = [topic for topic in left if not self.match.is_wide(topic)] or left
@@ -205,7 +205,7 @@ class _Choice:
         return [topic for topic in left if topic not in other]
 
     def check_depth(self, depth: Topic, image: Topic) -> None:
-        """Remark what speaks against depth that was named."""
+        """Add a remark if named depth does not belong to the image."""
         why = self.match.why_not_depth_in_frame(depth, image)
         if why is not None:
             self.remarks.append(f"depth is taken for registered to the images, as its topic was named, but {why}")
@@ -239,7 +239,7 @@ class _Choice:
         return None
 
     def _depth_rank(self, depth: Topic, image: Topic) -> tuple[bool, bool, int]:
-        """Return what sorts the depths of an image: its size and its lens first, and then the nearest name."""
+        """Return the sort key of an image's depths: the same size first, then the same lens, then the nearest name."""
         other_lens = _is_rectified(depth) != _is_rectified(image)
         return not self.match.has_size_of(depth, image), other_lens, -nearness(depth, image)
 
@@ -276,7 +276,8 @@ class _Choice:
             return
         described = ", ".join(f"{topic.name} ({self._described(topic)})" for topic in unused[:_MOST_LISTED])
         more = f" and {len(unused) - _MOST_LISTED} more" if len(unused) > _MOST_LISTED else ""
-        self.remarks.append(f"{what} of {used.name}; not used: {described}{more}; {option} takes another")
+        remedy = _REMEDY if all(topic in self._foreign for topic in unused) else f"{option} takes another"
+        self.remarks.append(f"{what} of {used.name}; not used: {described}{more}; {remedy}")
 
     def _described(self, topic: Topic) -> str:
         if topic in self._foreign:
@@ -285,10 +286,14 @@ class _Choice:
         return f"in the frame {frame_id!r}" if frame_id else _kind_of(topic)
 
 
-def _one_each(topics: Sequence[Topic]) -> list[Topic]:
-    """Return one topic of each image: that without a transport first."""
+def _one_each(topics: Sequence[Topic], first: Mapping[str, FirstMessage]) -> list[Topic]:
+    """Return one topic of each image: that without a transport, unless it may have no messages."""
     chosen: dict[str, Topic] = {}
-    for topic in sorted(topics, key=lambda topic: (topic.type_name != IMAGE_TYPE, topic.name)):
+
+    def rank(topic: Topic) -> tuple[bool, bool, str]:
+        return topic.count is None and topic.name not in first, topic.type_name != IMAGE_TYPE, topic.name
+
+    for topic in sorted(topics, key=rank):
         if topic.count != 0:
             chosen.setdefault(base_name(topic.name), topic)
     return list(chosen.values())

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dloftbs.ros.message_fields import NS_PER_S
 
 _LEAP_NS = 60 * NS_PER_S
-"""Time by which a header may run ahead of the recording between two messages: more is another clock."""
+"""Largest advance of a header on the recording between two messages; more is another clock."""
 
 
 class TopicClock:
-    """Gives the messages of a topic ascending times: those of their headers, as long as these go on.
+    """Gives the messages of a topic ascending times: those of their headers, as long as these ascend.
 
-    A header without a time, or with one before that of the message before, takes no part: the time of the message
-    before goes on by as much as that of the recording did.
+    A header is ignored if it has no time, or a time that does not follow the previous message. The message then comes
+    as long after the previous one as it does in the recording.
 
     Parameters
     ----------
