@@ -95,17 +95,18 @@ RAW, IR_ALIGNED = depth(DEPTH, IN_DEPTH, 700), depth(ALIGNED_IR, IN_IR, 800)
         # The name of one says that it is registered to another camera, and frames say nothing.
         ([depth(ALIGNED, ""), depth(ALIGNED_IR, "", 800)], 600, [ALIGNED_IR]),
         ([depth(DEPTH, "", 700), depth(ALIGNED, "")], 600, [DEPTH]),
+        ([RAW, depth("/depth_to_rgb/image_raw", "")], 600, [DEPTH]),  # as Azure Kinects name it
     ],
 )
 def test_of_several_depths_the_one_in_the_images_frame_is_taken(streams, expected, unused, tmp_path, caplog):
     _, frame = read(tmp_path / "run", colour(), *streams)
     assert value_of(frame) == expected
     (line,) = said(caplog)
-    assert line.startswith("depth is that of /camera")
+    assert line.startswith("depth is taken from /")
     assert line.endswith("--depth-topic (depth_topic=) takes another")
     for name in unused:
         assert name in line.partition("not used: ")[2]
-    chosen = line.partition("that of ")[2].partition(";")[0]
+    chosen = line.partition("taken from ")[2].partition(";")[0]
     assert value_of(read(tmp_path / "run", depth_topic=chosen)[1]) == expected
 
 
@@ -115,6 +116,7 @@ def test_of_several_depths_the_one_in_the_images_frame_is_taken(streams, expecte
         ([IR_ALIGNED], f"it is in the frame '{IN_IR}', the images are in '{IN_COLOUR}' ({ALIGNED_IR})"),
         ([depth(ALIGNED, IN_DEPTH)], f"it is in the frame '{IN_DEPTH}'"),  # whatever its name says
         ([depth(DEPTH, IN_DEPTH), IR_ALIGNED], f"({ALIGNED_IR}); it is in the frame '{IN_DEPTH}'"),
+        ([depth(ALIGNED_IR, IN_COLOUR)], "its name says that it is aligned to infra1"),
         ([depth(ALIGNED_IR, "")], "its name says that it is aligned to infra1"),
         ([depth(DEPTH, "")], "it is in the frame ''"),
         ([packed(IR_ALIGNED)], "it is in the frame"),
@@ -142,7 +144,7 @@ def test_two_depths_of_which_nothing_tells_which_is_registered(tmp_path, caplog)
     _, frame = read(tmp_path / "run", colour(frame_id=""), depth("/a/depth", ""), depth("/b/depth", "", 700))
     assert value_of(frame) is None
     (line,) = said(caplog)
-    assert line.startswith("frames go without depth, of which there are several; name one with --depth-topic")
+    assert line.startswith("frames go without depth: several topics fit; name one with --depth-topic")
     assert value_of(read(tmp_path / "run", depth_topic="/b/depth")[1]) == 700
 
 
@@ -170,10 +172,11 @@ def test_a_registration_takes_the_depth_of_the_other_sensor(tmp_path):
         ([info(INFO, IN_DEPTH, k=OTHER_K)], None, f"it is in the frame '{IN_DEPTH}'"),
         ([info(INFO, IN_DEPTH, k=OTHER_K), info("/camera/rgb/camera_info")], 150.0, None),
         ([info("/camera/half", size=(60, 80)), info("/camera/whole")], 150.0, None),
+        ([info(size=(60, 80), k=OTHER_K), info("/camera/whole")], 150.0, None),
         (
             [info("/camera/a"), info("/camera/b", k=OTHER_K)],
             None,
-            "of which there are several; name one with --info-topic",
+            "several topics fit; name one with --info-topic",
         ),
         ([info(size=(60, 80))], None, "it is for images of (60, 80), got (120, 160)"),
         ([info(k=[0.0] * 9)], None, "it is not calibrated, its matrix K is 0"),
@@ -259,7 +262,7 @@ def test_one_colour_image_beside_others_is_taken(others, tmp_path, caplog):
     topics, _ = read(tmp_path / "run", *others, colour())
     assert topics.image.name == COLOUR
     (line,) = said(caplog)
-    assert line.startswith(f"images are those of {COLOUR}; not used: {others[0][0]} (")
+    assert line.startswith(f"images are taken from {COLOUR}; not used: {others[0][0]} (")
     assert line.endswith("; --topic (topic=) takes another")
 
 
@@ -319,7 +322,7 @@ def test_what_was_recorded_by_a_realsense(info, tmp_path, caplog):
     assert all(frame.camera.fx == 150.0 for frame in frames)
     np.testing.assert_array_equal(frames[2].image, bags.photo_of(2))
     assert len(caplog.records) == 2
-    assert "images are those of /device_0/sensor_1/Color_0/image/data/compressed" in caplog.text
+    assert "images are taken from /device_0/sensor_1/Color_0/image/data/compressed" in caplog.text
     assert "it is in the frame 'Depth', the images are in 'Color'" in caplog.text
     frames = frames_of(path, depth_topic=base.format(0, "Depth", "compressedDepth"))
     assert [frame.depth[0, 0] for frame in frames] == [600, 601, 602, 603]

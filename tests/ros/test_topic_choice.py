@@ -146,7 +146,7 @@ def test_images_that_cannot_be_read_are_said_beside_those_that_can(tmp_path, cap
         assert [frame.index for frame in source] == [0, 1]
     images, depths = [record.getMessage().partition(": ")[2] for record in caplog.records]
     unread = "/camera/color/video (foxglove.CompressedVideo in protobuf, which cannot be read)"
-    assert images.startswith(f"images are those of /camera/color/image_raw; not used: {unread}; convert them to")
+    assert images.startswith(f"images are taken from /camera/color/image_raw; not used: {unread}; convert them to")
     assert depths.startswith(
         "frames go without depth, which cannot be read: /camera/depth/image_raw/ffmpeg (ffmpeg_image"
     )

@@ -17,7 +17,8 @@ TRANSPORTS = ("/compressed", "/compressedDepth")
 """Ends of the names of an image's transports that are read."""
 _OTHER_TRANSPORTS = ("/ffmpeg", "/theora", "/foxglove", "/zstd")
 _INFRARED = re.compile(r"(^|[/_])(ir|infra(red)?)(?![a-z])", re.IGNORECASE)
-_ALIGNED_TO = re.compile(r"depth_to_([a-z0-9]+)", re.IGNORECASE)
+_ALIGNED_TO = re.compile(r"depth_to_([a-z0-9]+)")
+_COLOUR = ("color", "colour", "rgb")
 _REGISTERED = ("aligned", "registered")
 """Parts of the names by which drivers tell depth in the pixels of the colour image."""
 _SAME_INTRINSICS = 0.01
@@ -44,9 +45,9 @@ def is_infrared(topic: Topic) -> bool:
 
 def is_registered(depth: Topic, image: Topic) -> bool:
     """Return True for depth that its name calls registered, and not to another image."""
-    target = _ALIGNED_TO.search(depth.name)
+    target = _target_of(depth)
     if target is not None:
-        return target[1].lower() in image.name.lower()
+        return target in image.name.lower() or (target in _COLOUR and not is_infrared(image))
     return any(word in depth.name.lower() for word in _REGISTERED)
 
 
@@ -114,9 +115,9 @@ class CameraMatch:
 
     def why_not_depth(self, depth: Topic, image: Topic) -> str | None:
         """Return why depth is not registered to an image; None where nothing speaks against it."""
-        target = _ALIGNED_TO.search(depth.name)
-        if self.same(depth, image) is None and target is not None and not is_registered(depth, image):
-            return f"its name says that it is aligned to {target[1]}"
+        by_target = _why_not_by_target(depth, image)
+        if self.same(depth, image) is None and by_target is not None:
+            return by_target
         frames = self.frame_id(depth), self.frame_id(image)
         if depth.name in self._first and any(frames) and not self.is_registered(depth, image):
             return _in_frames(*frames)
@@ -124,6 +125,9 @@ class CameraMatch:
 
     def why_not_depth_in_frame(self, depth: Topic, image: Topic) -> str | None:
         """Return what speaks against depth even where it is in the coordinate frame of the images."""
+        by_target = _why_not_by_target(depth, image)
+        if self.same(depth, image) and by_target is not None:
+            return by_target
         own, theirs = (beside(self._infos, topic) for topic in (depth, image))
         if own is not None and theirs is not None and self.same(own, depth) is not False and self._differ(own, theirs):
             return f"its camera ({own.name}) has other intrinsics than that of the images ({theirs.name})"
@@ -162,6 +166,19 @@ class CameraMatch:
         """Return the number of dimensions of an image, and whether it has 8 bits a channel."""
         pixels = self._first[image.name].pixels if image.name in self._first else None
         return None if pixels is None else (pixels.ndim, pixels.dtype == np.uint8)
+
+
+def _why_not_by_target(depth: Topic, image: Topic) -> str | None:
+    target = _target_of(depth)
+    if target is None or is_registered(depth, image):
+        return None
+    return f"its name says that it is aligned to {target}"
+
+
+def _target_of(depth: Topic) -> str | None:
+    """Return the sensor to which depth is aligned by its name."""
+    found = _ALIGNED_TO.search(depth.name.lower())
+    return None if found is None else found[1]
 
 
 def _in_frames(own: str, images: str) -> str:

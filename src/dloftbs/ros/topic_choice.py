@@ -189,7 +189,7 @@ class _Choice:
             )
         image = left[0]
         others = [topic for topic in (*self._images, *self._foreign) if not is_depth(topic)]
-        self._remark_unused("images are those", image, others, "--topic (topic=)")
+        self._remark_unused("images are taken", image, others, "--topic (topic=)")
         return image
 
     def _without_other_sensors(self) -> list[Topic]:
@@ -222,11 +222,11 @@ class _Choice:
         foreign = [topic for topic in self._foreign if is_depth(topic)]
         option = "--depth-topic (depth_topic=)"
         if len(fitting) == 1:
-            self._remark_unused("depth is that", fitting[0], [*self.depths, *foreign], option)
+            self._remark_unused("depth is taken", fitting[0], [*self.depths, *foreign], option)
             return fitting[0]
         if fitting:
             self.remarks.append(
-                f"frames go without depth, of which there are several; name one with {option}: {_names(fitting)}"
+                f"frames go without depth: several topics fit; name one with {option}: {_names(fitting)}"
             )
         elif self.depths:
             reasons = "; ".join(f"{why[topic]} ({topic.name})" for topic in self.depths)
@@ -250,18 +250,15 @@ class _Choice:
             for info in self._infos
         }
         fitting = [info for info in self._infos if why[info] is None]
-        own = beside(fitting, image)
-        in_frame = [info for info in fitting if self.match.same(info, image)]
-        if own is not None and (own in in_frame or not in_frame):
-            return own
-        fitting = in_frame or fitting
+        fitting = [info for info in fitting if self.match.same(info, image)] or fitting
         fitting = [info for info in fitting if self.match.has_size_of(info, image)] or fitting
-        if len(fitting) == 1:
-            return fitting[0]
+        own = beside(fitting, image)
+        if own is not None or len(fitting) == 1:
+            return own or fitting[0]
         option = "--info-topic (info_topic=)"
         if fitting:
             self.remarks.append(
-                f"frames go without a camera, of which there are several; name one with {option}: {_names(fitting)}"
+                f"frames go without a camera: several topics fit; name one with {option}: {_names(fitting)}"
             )
         elif self._infos:
             reasons = "; ".join(f"{why[info]} ({info.name})" for info in self._infos)
@@ -277,7 +274,7 @@ class _Choice:
         described = ", ".join(f"{topic.name} ({self._described(topic)})" for topic in unused[:_MOST_LISTED])
         more = f" and {len(unused) - _MOST_LISTED} more" if len(unused) > _MOST_LISTED else ""
         remedy = _REMEDY if all(topic in self._foreign for topic in unused) else f"{option} takes another"
-        self.remarks.append(f"{what} of {used.name}; not used: {described}{more}; {remedy}")
+        self.remarks.append(f"{what} from {used.name}; not used: {described}{more}; {remedy}")
 
     def _described(self, topic: Topic) -> str:
         if topic in self._foreign:
