@@ -10,6 +10,8 @@ from ros import bag_examples as bags
 
 from dloftbs import PinholeCamera, SourceError, sources
 from dloftbs.camera import DepthRegistration
+from dloftbs.ros.bag_file import Topic
+from dloftbs.ros.topic_choice import choose_topics
 
 COLOUR, DEPTH = "/camera/color/image_raw", "/camera/depth/image_rect_raw"
 ALIGNED, ALIGNED_IR = "/camera/aligned_depth_to_color/image_raw", "/camera/aligned_depth_to_infra1/image_raw"
@@ -92,6 +94,7 @@ RAW, IR_ALIGNED = depth(DEPTH, IN_DEPTH, 700), depth(ALIGNED_IR, IN_IR, 800)
         ([RAW, packed(depth())], 600, [DEPTH]),
         ([depth("/camera/depth_registered/image", IN_COLOUR, 1), depth("/camera/depth_registered/image_raw")], 1, []),
         ([depth("/camera/depth/half", IN_COLOUR, 1, (60, 80)), depth("/camera/depth/whole")], 600, []),
+        ([colour("/camera/color/depth_preview"), depth()], 600, []),
         # The name of one says that it is registered to another camera, and frames say nothing.
         ([depth(ALIGNED, ""), depth(ALIGNED_IR, "", 800)], 600, [ALIGNED_IR]),
         ([depth(DEPTH, "", 700), depth(ALIGNED, "")], 600, [DEPTH]),
@@ -255,7 +258,6 @@ def test_the_camera_of_the_other_side_of_a_pair_is_not_taken(tmp_path, caplog):
         [grey("/camera/ir/image", "")],
         [grey("/device_0/sensor_0/Infrared_1/image/data", "0")],
         [grey("/thermal/image_raw", "thermal_optical")],  # by its channels and its frame
-        [grey("/camera/confidence", IN_COLOUR, np.float32)],
     ],
 )
 def test_one_colour_image_beside_others_is_taken(others, tmp_path, caplog):
@@ -264,6 +266,35 @@ def test_one_colour_image_beside_others_is_taken(others, tmp_path, caplog):
     (line,) = said(caplog)
     assert line.startswith(f"images are taken from {COLOUR}; not used: {others[0][0]} (")
     assert line.endswith("; --topic (topic=) takes another")
+
+
+def test_an_image_of_more_than_8_bits_beside_colour_is_depth_only_if_it_is_named(tmp_path, caplog):
+    """OAK cameras call their depth stereo; others publish confidence and labels beside it."""
+    wide = [grey("/oak/confidence", IN_COLOUR, np.float32), depth("/oak/stereo/image_raw")]
+    topics, frame = read(tmp_path / "run", *wide, colour())
+    assert (topics.image.name, value_of(frame)) == (COLOUR, None)
+    (line,) = said(caplog)
+    named = (
+        "--depth-topic (depth_topic=) takes one of /oak/confidence (in the frame 'camera_color_optical_frame'), /oak/"
+    )
+    assert line.startswith(f"frames go without depth: no topic is called so; {named}")
+    assert value_of(read(tmp_path / "run", depth_topic="/oak/stereo/image_raw")[1]) == 600
+    caplog.clear()
+    read(tmp_path / "both", *wide, colour(), depth())
+    (line,) = said(caplog)
+    assert line.startswith(f"depth is taken from {ALIGNED}; not used: /oak/confidence (in the frame")
+
+
+def test_depth_without_messages_is_said():
+    topics = [
+        Topic(COLOUR, bags.IMAGE, 9),
+        Topic(ALIGNED, bags.IMAGE, 0),
+        Topic(f"{DEPTH}/compressed", bags.COMPRESSED, 0),
+    ]
+    assert choose_topics("run", topics).remarks == (
+        f"frames go without depth, which has no messages: {ALIGNED} ({bags.IMAGE}, 0 messages), "
+        f"{DEPTH}/compressed ({bags.COMPRESSED}, 0 messages)",
+    )
 
 
 @pytest.mark.parametrize("others", [[grey("/mask", IN_COLOUR)], [grey("/mask", "")], [colour("/b", "b")]])

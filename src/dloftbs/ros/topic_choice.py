@@ -135,8 +135,12 @@ class _Choice:
         self._foreign = [topic for topic in topics if _is_foreign(topic)]
         self._infos = self._readable((INFO_TYPE,))
         images = [topic for topic in self._readable(IMAGE_TYPES) if not topic.name.startswith(OWN_TOPICS)]
-        self._images = _one_each([topic for topic in images if not is_depth(topic)], first)
-        self.depths = _one_each([topic for topic in images if is_depth(topic)], first)
+        present = [topic for topic in images if topic.count != 0]
+        self._images = _one_each([topic for topic in present if not is_depth(topic)], first)
+        self.depths = _one_each([topic for topic in present if is_depth(topic)], first)
+        known = {base_name(topic.name) for topic in self.depths}
+        empty = [topic for topic in images if is_depth(topic) and base_name(topic.name) not in known]
+        self._empty_depths = _one_each(empty, first)
         self.match = CameraMatch(self._images, self._infos, first)
         if not self._images:  # a camera may be called depth as a whole
             self._images = [topic for topic in self.depths if self.match.is_colour(topic)]
@@ -188,7 +192,8 @@ class _Choice:
                 f"{self._where}: holds {len(left)} topics of images; name one with --topic (topic=): {_names(left)}"
             )
         image = left[0]
-        others = [topic for topic in (*self._images, *self._foreign) if not is_depth(topic)]
+        others = [topic for topic in self._images if len(self._images) == 1 or not self.match.is_wide(topic)]
+        others += [topic for topic in self._foreign if not is_depth(topic)]
         self._remark_unused("images are taken", image, others, "--topic (topic=)")
         return image
 
@@ -220,9 +225,11 @@ class _Choice:
         else:
             fitting = [topic for topic in self.depths if why[topic] is not None] or self.depths
         foreign = [topic for topic in self._foreign if is_depth(topic)]
+        raw = [topic for topic in self._images if topic.type_name == IMAGE_TYPE and topic != image]
+        unnamed = [topic for topic in raw if self.match.is_wide(topic)]
         option = "--depth-topic (depth_topic=)"
         if len(fitting) == 1:
-            self._remark_unused("depth is taken", fitting[0], [*self.depths, *foreign], option)
+            self._remark_unused("depth is taken", fitting[0], [*self.depths, *unnamed, *foreign], option)
             return fitting[0]
         if fitting:
             self.remarks.append(
@@ -230,18 +237,24 @@ class _Choice:
             )
         elif self.depths:
             reasons = "; ".join(f"{why[topic]} ({topic.name})" for topic in self.depths)
+            reasons += "".join(f"; it has no messages ({topic.name})" for topic in self._empty_depths)
             self.remarks.append(
                 f"frames go without depth, which is not registered to the images: {reasons}; {option} takes it all the "
                 "same, --registration brings it into the images"
             )
         elif foreign:
             self.remarks.append(f"frames go without depth, which cannot be read: {_names(foreign)}; {_REMEDY}")
+        elif self._empty_depths:
+            self.remarks.append(f"frames go without depth, which has no messages: {_names(self._empty_depths)}")
+        elif unnamed:
+            described = ", ".join(f"{topic.name} ({self._described(topic)})" for topic in unnamed)
+            self.remarks.append(f"frames go without depth: no topic is called so; {option} takes one of {described}")
         return None
 
-    def _depth_rank(self, depth: Topic, image: Topic) -> tuple[bool, bool, int]:
-        """Return the sort key of an image's depths: the same size first, then the same lens, then the nearest name."""
-        other_lens = _is_rectified(depth) != _is_rectified(image)
-        return not self.match.has_size_of(depth, image), other_lens, -nearness(depth, image)
+    def _depth_rank(self, depth: Topic, image: Topic) -> tuple[bool, bool, bool, int]:
+        """Return the sort key of an image's depths: no picture of depth, the same size and lens, the nearest name."""
+        is_odd = not self.match.is_wide(depth), not self.match.has_size_of(depth, image)
+        return *is_odd, _is_rectified(depth) != _is_rectified(image), -nearness(depth, image)
 
     def info_of(self, image: Topic) -> Topic | None:
         """Return the camera of an image."""
@@ -291,8 +304,7 @@ def _one_each(topics: Sequence[Topic], first: Mapping[str, FirstMessage]) -> lis
         return topic.count is None and topic.name not in first, topic.type_name != IMAGE_TYPE, topic.name
 
     for topic in sorted(topics, key=rank):
-        if topic.count != 0:
-            chosen.setdefault(base_name(topic.name), topic)
+        chosen.setdefault(base_name(topic.name), topic)
     return list(chosen.values())
 
 
