@@ -181,7 +181,7 @@ def test_a_registration_takes_the_depth_of_the_other_sensor(tmp_path):
             None,
             "several topics fit; name one with --info-topic",
         ),
-        ([info(size=(60, 80))], None, "it is for images of (60, 80), got (120, 160)"),
+        ([info(size=(60, 80))], None, "it is for images of (60, 80), got (120, 160); --camera (camera=) gives one"),
         ([info(k=[0.0] * 9)], None, "it is not calibrated, its matrix K is 0"),
     ],
 )

@@ -120,8 +120,18 @@ def test_images_and_depth_on_two_clocks_are_paired_by_the_time_of_recording(zero
 def test_depth_that_goes_with_no_image_is_said(tmp_path, caplog):
     entries = bags.entries(6, info=False)
     for _, _, message in entries[1::2]:
-        message.header.stamp.nanosec += 500_000_000
+        message.header.stamp.nanosec += 400_000_000
     frames = read(bags.write_ros2(tmp_path / "run", entries))
     assert [frame.depth for frame in frames] == [None] * 6
     assert len(caplog.records) == 1
-    assert f"frames go without depth: {bags.DEPTH_TOPIC} is at least 0.33" in caplog.text
+    assert f"frames go without depth: {bags.DEPTH_TOPIC} is at least 0.23" in caplog.text
+
+
+def test_clocks_that_are_a_second_apart_are_two(tmp_path, caplog):
+    """Headers would pair images with the depth of other moments: both streams are longer than that."""
+    given = bags.entries(45, info=False)
+    for i, (_, _, message) in enumerate(given[1::2]):
+        message.header = bags.header(bags.MAKE2, bags.stamp_of(i) + 10**9)
+    frames = read(bags.write_ros2(tmp_path / "run", given))
+    assert [frame.depth[0, 0] for frame in frames] == list(range(600, 645))
+    assert "images and depth have two clocks, their headers are 1.0 s apart" in caplog.text

@@ -34,7 +34,7 @@ class _Item:
     time_ns: int
 
 
-_SAME_CLOCK_NS = NS_PER_S
+_SAME_CLOCK_NS = NS_PER_S // 2
 """Largest difference between the latencies of two topics; more means that their headers have two clocks."""
 _LOG_TOLERANCE_S = 0.05
 """Smallest tolerance of pairs by the time of recording, which includes the latency of messages."""

@@ -44,7 +44,8 @@ class RosFrame(Frame):
     frame_id : str
         Name of the camera's coordinate frame.
     stamp_ns : int, optional
-        Time in nanoseconds; `stamp` has it in seconds, rounded to a float.
+        Time in the header, in nanoseconds; `stamp` has it in seconds, rounded to a float, except where the header does
+        not follow the previous one (see `BagSource`).
     recorded : tuple of RawMessage, optional
         Messages of the recording that came since the frame before, whatever their topic; None where they were not kept.
 
@@ -265,7 +266,7 @@ class FrameMaker:
             why = f"it is for images of {camera.size}, got {size}"
         else:
             return camera
-        self._warn("camera", f"frames go without a camera: {why}")
+        self._warn("camera", f"frames go without a camera: {why}; --camera (camera=) gives one")
         return None
 
     def _warn(self, what: str, text: str) -> None:

@@ -276,7 +276,7 @@ class _Choice:
         elif self._infos:
             reasons = "; ".join(f"{why[info]} ({info.name})" for info in self._infos)
             self.remarks.append(
-                f"frames go without a camera: {reasons}; {option} takes it all the same, --camera gives one"
+                f"frames go without a camera: {reasons}; {option} takes it all the same, --camera (camera=) gives one"
             )
         return None
 
