@@ -6,6 +6,7 @@ import pytest
 from ros import bag_examples as bags
 from ros.test_camera_match import ALIGNED, IN_IR, INFO, OTHER_K, colour, depth, info, read, said, value_of, write
 
+from dloftbs import sources
 from dloftbs.ros import Recording, first_messages
 from dloftbs.ros.first_messages import read_first_messages
 from dloftbs.ros.message_types import MessageTypes
@@ -65,3 +66,11 @@ def test_what_begins_late_is_taken_only_if_it_is_in_the_images_frame(stream, why
         why is None and stream[0] == INFO,
     )
     assert [line.startswith(why) for line in said(caplog)] == ([True] if why else [])
+
+
+def test_headers_count_even_where_no_first_message_was_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(first_messages, "LOOK_BYTES", 0)
+    with sources.open(bags.write_ros2(tmp_path / "run", bags.entries(3))) as source:
+        frames = list(source)
+    assert [frame.stamp_ns for frame in frames] == [bags.stamp_of(i) for i in range(3)]
+    assert [value_of(frame) for frame in frames] == [600, 601, 602]

@@ -24,6 +24,11 @@ from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
 from dloftbs.sources.source import Source, logger
 
+_SAME_CLOCK_NS = NS_PER_S // 2
+"""Largest difference between the latencies of two topics; more means that their headers have two clocks."""
+_LOG_TOLERANCE_S = 0.05
+"""Smallest tolerance of pairs by the time of recording, which includes the latency of messages."""
+
 
 @dataclass(frozen=True)
 class _Item:
@@ -33,11 +38,6 @@ class _Item:
     message: Any
     time_ns: int
 
-
-_SAME_CLOCK_NS = NS_PER_S // 2
-"""Largest difference between the latencies of two topics; more means that their headers have two clocks."""
-_LOG_TOLERANCE_S = 0.05
-"""Smallest tolerance of pairs by the time of recording, which includes the latency of messages."""
 
 Pair = tuple[_Item, _Item | None]
 T = TypeVar("T")
@@ -171,8 +171,9 @@ class BagSource(Source):
             first=first,
         )
         image, depth = (None if one is None else first.get(one.name) for one in (chosen.image, chosen.depth))
-        self._offset_ns = None if image is None else image.offset_ns
-        self._depth_offset_ns = self._offset_ns if depth is None else depth.offset_ns
+        known = next((message.offset_ns for message in (image, depth) if message is not None), 0)
+        self._offset_ns = known if image is None else image.offset_ns
+        self._depth_offset_ns = known if depth is None else depth.offset_ns
         return chosen
 
     def _maker(self) -> FrameMaker:
@@ -212,7 +213,11 @@ class BagSource(Source):
             if self._closed:
                 return
         if count and self.topics.info is not None and not maker.knows_camera:
-            logger.warning("%s: frames go without a camera: no message of %s came", self.name, self.topics.info.name)
+            logger.warning(
+                "%s: frames go without a camera: no message of %s came that can be read",
+                self.name,
+                self.topics.info.name,
+            )
         if self.length is not None and count + self.skipped < self.length:
             self.skipped = self.length - count  # which the recording has said that it cannot be read to its end
 
@@ -314,7 +319,7 @@ class BagSource(Source):
         """Say it where no image found its depth."""
         gap_ns, most_ns = pairing.least_gap_ns, pairing.tolerance_ns
         if gap_ns is None:
-            logger.warning("%s: frames go without depth: no message of %s came", self.name, depth.name)
+            logger.warning("%s: frames go without depth: no message of %s came that can be read", self.name, depth.name)
         elif gap_ns > most_ns:
             apart = f"{gap_ns / NS_PER_S:g} s away from every image, {most_ns / NS_PER_S:g} s at most"
             logger.warning("%s: frames go without depth: %s is at least %s", self.name, depth.name, apart)
