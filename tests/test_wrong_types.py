@@ -225,6 +225,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ros.RclpyFactory.__call__": {"type_name": "no_msgs/msg/Thing"},
         "ros.Recording": {"path": RECORDING.path},
         "ros.Recording.messages": {"wanted": ["/dloftbs/mask"]},
+        "ros.Recording.peek": {"wanted": ["/dloftbs/mask"]},
         "ros.RosFrame": {"mask": MASK, "camera": CAMERA, "frame_id": "a", "stamp_ns": 1, "recorded": ()},
         "ros.RosbagsFactory": {"store": STORE},
         "ros.RosbagsFactory.__call__": {"type_name": "std_msgs/msg/Header", "frame_id": "a"},

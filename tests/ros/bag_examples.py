@@ -113,7 +113,8 @@ def write_ros2(folder: Path, given: Iterable[Entry], storage="mcap", **options) 
     return folder
 
 
-def write_ros1(path: Path, given: Iterable[Entry], compression=None) -> Path:
+def write_ros1(path: Path, given: Iterable[Entry], compression=None, padding=0) -> Path:
+    """Write a bag of ROS 1, with as many zeros behind each message."""
     writer = Writer1(path)
     if compression is not None:
         writer.set_compression(compression)
@@ -123,7 +124,7 @@ def write_ros1(path: Path, given: Iterable[Entry], compression=None) -> Path:
             kind = message.__msgtype__
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=STORE1)
-            writer.write(connections[topic], at, bytes(STORE1.serialize_ros1(message, kind)))
+            writer.write(connections[topic], at, bytes(STORE1.serialize_ros1(message, kind)) + bytes(padding))
     return path
 
 
@@ -152,3 +153,23 @@ def like_rclpy(message: Any) -> Any:
     if "data" in fields:
         fields["data"] = array("B", bytes(fields["data"]))
     return SimpleNamespace(**fields)
+
+
+def write_foreign(path: Path, topics: Iterable[tuple[str, str, str, str]], given: Iterable[Entry] = ()) -> Path:
+    """Write an MCAP file with a message each of topics of other types, and messages that can be read.
+
+    A topic is its name, type, encoding of messages and encoding of the type's definition.
+    """
+    types = MessageTypes()
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start("")
+        for name, kind, encoding, definition in topics:
+            channel = writer.register_channel(name, encoding, writer.register_schema(kind, definition, b""))
+            writer.add_message(channel, START_NS, b"{}", START_NS)
+        for topic, at, message in given:
+            kind = message.__msgtype__
+            schema = writer.register_schema(kind, "ros2msg", types.definition(kind).encode())
+            writer.add_message(writer.register_channel(topic, "cdr", schema), at, types.write(message), at)
+        writer.finish()
+    return path

@@ -270,33 +270,6 @@ def test_depth_of_another_size(tmp_path, caplog):
     assert frames[0].camera == cameras[1]
 
 
-def test_what_was_recorded_by_a_realsense(tmp_path):
-    """Names, types and formats as the recorder of librealsense 2.59 writes them."""
-    at = [1192 + i * bags.PERIOD_NS for i in range(4)]
-    base = "/device_0/sensor_{}/{}_0/image"
-    given = []
-    for i, stamp_ns in enumerate(at):
-        depth = np.full(bags.SIZE, 600 + i, np.uint16)
-        packed = bags.compressed(bytes(12) + bags.encoded(depth, ".png"), "16UC1; compressedDepth png", stamp_ns)
-        colour = bags.encoded(bags.photo_of(i), ".png")
-        picture = bags.compressed(colour, "rgb8; png compressed bgr8", stamp_ns + 100)
-        packed.header.frame_id, picture.header.frame_id = "Depth", "Color"
-        given += [
-            (f"{base.format(0, 'Depth')}/data/compressedDepth", stamp_ns, packed),
-            (f"{base.format(0, 'Depth')}/camera_info", stamp_ns, bags.camera_info(stamp_ns)),
-            (f"{base.format(1, 'Color')}/data/compressed", stamp_ns, picture),
-            (f"{base.format(1, 'Color')}/camera_info", stamp_ns, bags.camera_info(stamp_ns)),
-        ]
-    path = bags.write_ros2(tmp_path / "run", given, "sqlite3")
-    frames, source = read(only_file(path))
-    assert [frame.stamp_ns for frame in frames] == [stamp_ns + 100 for stamp_ns in at]
-    assert all(frame.depth is None for frame in frames)  # of another sensor
-    assert all(frame.camera is not None for frame in frames)
-    np.testing.assert_array_equal(frames[2].image, bags.photo_of(2))
-    frames, _ = read(only_file(path), depth_topic=source.topics.depth.name)
-    assert [frame.depth[0, 0] for frame in frames] == [600, 601, 602, 603]
-
-
 def test_masks_grey_and_pictures_of_masks(tmp_path):
     masks = [255 * (bags.mask_of(i) > 0).astype(np.uint8) for i in range(2)]
     given = [
@@ -305,6 +278,13 @@ def test_masks_grey_and_pictures_of_masks(tmp_path):
     path = bags.write_ros2(tmp_path / "run", given)
     assert [np.array_equal(frame.mask, mask) for frame, mask in zip(read(path)[0], masks, strict=True)] == [True, True]
     assert all(frame.image.shape == (*bags.SIZE, 3) for frame in read(path, kind="image")[0])
+    wide = [
+        ("/grey", at, bags.raw_image(257 * mask.astype(np.uint16), "mono16", at))
+        for mask, (_, at, _) in zip(masks, given, strict=True)
+    ]
+    wide = bags.write_ros2(tmp_path / "wide", wide)
+    assert (read(wide)[0][1].mask == 257 * masks[1].astype(int)).all()
+    assert (read(wide, kind="image")[0][1].image == masks[1][..., None]).all()
     lossy = [("/mask", at, bags.compressed(bags.encoded(masks[0], ".jpg"), "jpeg", at)) for _, at, _ in given]
     frames, _ = read(bags.write_ros2(tmp_path / "lossy", lossy))
     assert np.array_equal(frames[0].mask, masks[0] > 0)
@@ -389,3 +369,46 @@ def test_reading_leaves_nothing_open(tmp_path, recwarn):
             next(iter(source))
     logging.getLogger("dloftbs").handlers.clear()
     assert not [warning for warning in recwarn if issubclass(warning.category, ResourceWarning)]
+
+
+def test_an_unknown_encoding_is_said_once(tmp_path, caplog):
+    given = bags.entries(COUNT, info=False)
+    for _, _, message in given[1::2]:
+        message.encoding = "depth99"
+    for _, _, message in given[2::2]:
+        message.encoding = "bgr99"
+    frames, source = read(bags.write_ros2(tmp_path / "run", given))
+    assert ([frame.index for frame in frames], source.skipped) == ([0], COUNT - 1)
+    assert len(caplog.records) == 2
+    assert caplog.text.count("unknown encoding 'bgr99'") == caplog.text.count("unknown encoding 'depth99'") == 1
+    assert len(list(BagSource(tmp_path / "run"))) == 1
+    assert caplog.text.count("unknown encoding 'bgr99'") == 2  # each reading says it
+
+
+def test_video_in_messages_of_images_is_said_once(tmp_path, caplog):
+    """The reason says how many bytes there are, which differs from message to message."""
+    given = [
+        (
+            bags.COLOUR_TOPIC,
+            bags.stamp_of(i),
+            bags.compressed(bytes([0, 0, 0, 1, 101]) * (i + 9), "h264", bags.stamp_of(i)),
+        )
+        for i in range(COUNT)
+    ]
+    frames, source = read(bags.write_ros2(tmp_path / "run", given))
+    assert (frames, source.skipped, len(caplog.records)) == ([], COUNT, 1)
+    assert "a compressed image ('h264') cannot be decoded" in caplog.text
+
+
+def test_the_transport_that_has_messages_is_taken_where_counts_are_not_known(tmp_path):
+    """An unfinished recording of which only the last message is in the other transport, and lost."""
+    packed = [
+        (f"{bags.COLOUR_TOPIC}/compressed", at, bags.compressed(bags.encoded(bags.photo_of(0), ".png"), "png", at))
+        for _, at, _ in bags.entries(COUNT, depth=False, info=False)
+    ]
+    path = bags.write_mcap(
+        tmp_path / "run.mcap", [*packed, *bags.entries(1, depth=False, info=False)], use_chunking=False
+    )
+    data = path.read_bytes()
+    path.write_bytes(data[: data.rindex(b"bgr8") + 99])
+    assert len(read(path)[0]) == COUNT

@@ -19,7 +19,13 @@ PLAIN = {"bgr8": 3, "8UC3": 3, "mono8": 1, "8UC1": 1}
 SWAPPED = {"rgb8": (2, 1, 0), "rgba8": (2, 1, 0), "bgra8": (0, 1, 2), "8UC4": (0, 1, 2)}
 WIDE = {"mono16": "u2", "16UC1": "u2", "16SC1": "i2", "32SC1": "i4", "32FC1": "f4", "64FC1": "f8"}
 BAYER = {"bayer_rggb8": "RGGB", "bayer_bggr8": "BGGR", "bayer_gbrg8": "GBRG", "bayer_grbg8": "GRBG"}
+WIDE_COLOUR = {"bgr16": (0, 1, 2), "rgb16": (2, 1, 0), "bgra16": (0, 1, 2), "rgba16": (2, 1, 0), "16UC3": (0, 1, 2)}
+WIDE_COLOUR["16UC4"] = (0, 1, 2)
+WIDE_BAYER = {f"{name.removesuffix('8')}16": pattern for name, pattern in BAYER.items()}
 YUV = ("uyvy", "yuv422", "yuyv", "yuv422_yuy2")
+PLANAR = ("nv12", "nv21", "nv24")
+RED = (81, 90, 240)
+"""Y, U, V by BT.601."""
 SIZES = st.tuples(st.integers(1, 9), st.integers(1, 9))
 PADDING = st.integers(0, 5)
 
@@ -29,7 +35,7 @@ def random(shape, dtype="u1", seed=0):
 
 
 def test_every_encoding_is_tried():
-    tried = {*PLAIN, *SWAPPED, *WIDE, *BAYER, *YUV}
+    tried = {*PLAIN, *SWAPPED, *WIDE, *BAYER, *YUV, *WIDE_COLOUR, *WIDE_BAYER, *PLANAR}
     assert {name.lower() for name in tried} == set(ENCODINGS)
 
 
@@ -57,13 +63,23 @@ def test_wide_pixels_come_back_bit_for_bit_in_either_byte_order(encoding, size, 
     assert found.tobytes() == pixels.tobytes()  # NaN among them
 
 
-@pytest.mark.parametrize("encoding", BAYER)
-def test_a_pattern_of_one_colour_is_that_colour(encoding):
+@given(st.sampled_from(sorted(WIDE_COLOUR)), SIZES, PADDING, st.booleans(), st.integers(0, 9))
+def test_colour_of_16_bits_is_its_upper_8(encoding, size, padding, big, seed):
+    pixels = random((*size, 4 if encoding in ("bgra16", "rgba16", "16UC4") else 3), "u2", seed)
+    found = pixels_of(bags.raw_image(pixels, encoding, padding=padding, big=big))
+    assert found.dtype == np.uint8
+    np.testing.assert_array_equal(found, pixels[..., WIDE_COLOUR[encoding]] >> 8)
+
+
+@pytest.mark.parametrize("big", [False, True])
+@pytest.mark.parametrize("encoding", [*BAYER, *WIDE_BAYER])
+def test_a_pattern_of_one_colour_is_that_colour(encoding, big):
     colour = {"B": 200, "G": 90, "R": 20}
-    mosaic = np.zeros((8, 10), np.uint8)
-    for i, name in enumerate(BAYER[encoding]):
+    mosaic = np.zeros((8, 10), np.uint16)
+    for i, name in enumerate({**BAYER, **WIDE_BAYER}[encoding]):
         mosaic[i // 2 :: 2, i % 2 :: 2] = colour[name]
-    found = pixels_of(bags.raw_image(mosaic, encoding, padding=3))
+    mosaic = mosaic.astype(np.uint8) if encoding in BAYER else 256 * mosaic + 99
+    found = pixels_of(bags.raw_image(mosaic, encoding, padding=3, big=big))
     assert found.shape == (8, 10, 3)
     np.testing.assert_array_equal(found[2:-2, 2:-2].reshape(-1, 3), [list(colour.values())] * 24)
 
@@ -79,6 +95,45 @@ def test_yuv_of_grey_and_of_colour(encoding):
         assert np.abs(found.astype(int) - bgr).max() <= 2
 
 
+def planar(encoding, luma, chroma, padding=0, **fields):
+    """Return an image of a plane of luma (H, W) and one of chroma (h, w, 2), padded to one step."""
+    height, width = luma.shape
+    step = width + padding
+    if encoding == "nv21":
+        chroma = chroma[..., ::-1]
+    share = 2 if encoding == "nv24" else 1  # rows of chroma are twice as long
+    planes = (
+        np.pad(luma, ((0, 0), (0, padding)), constant_values=7),
+        np.pad(chroma.reshape(len(chroma), -1), ((0, 0), (0, share * padding)), constant_values=7),
+    )
+    data = b"".join(plane.tobytes() for plane in planes)
+    fields = {"height": height, "width": width, "encoding": encoding, "is_bigendian": 0, "step": step, **fields}
+    return SimpleNamespace(**fields, data=data)
+
+
+@pytest.mark.parametrize("padding", [0, 5])
+@pytest.mark.parametrize("encoding", PLANAR)
+def test_planes_of_luma_and_chroma(encoding, padding):
+    """The left half is red, the right half grey, and a line of luma is dark."""
+    luma = np.full((8, 12), RED[0], np.uint8)
+    luma[:, 6:] = 126
+    luma[2] = 16
+    chroma = np.full((8, 12, 2) if encoding == "nv24" else (4, 6, 2), 128, np.uint8)
+    chroma[:, : chroma.shape[1] // 2] = RED[1:]
+    found = pixels_of(planar(encoding, luma, chroma, padding)).astype(int)
+    assert found.shape == (8, 12, 3)
+    assert np.abs(found[3:, :6] - (0, 0, 254)).max() <= 2
+    assert np.abs(found[3:, 6:] - 128).max() <= 2
+    assert np.abs(found[2, 6:]).max() <= 2
+
+
+@pytest.mark.parametrize(("encoding", "step"), [("nv12", 18), ("nv21", 24), ("nv24", 36), ("nv24", 24)])
+def test_a_step_that_counts_the_chroma_too(encoding, step):
+    luma, chroma = np.full((8, 12), 126, np.uint8), np.full((8, 12, 2), 128, np.uint8)
+    message = planar(encoding, luma, chroma if encoding == "nv24" else chroma[::2, ::2], step=step)
+    assert np.abs(pixels_of(message).astype(int) - 128).max() <= 2
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -90,6 +145,10 @@ def test_yuv_of_grey_and_of_colour(encoding):
         ({"height": 2**31, "width": 2**31}, "must have at most"),
         ({"encoding": "bgr10"}, "unknown encoding 'bgr10' of an image; known are bgr8"),
         ({"encoding": "yuyv", "width": 3, "step": 12}, "come in pairs, got a width of 3"),
+        ({"encoding": "nv12", "width": 3, "step": 12}, "come in pairs, got a width of 3"),
+        ({"encoding": "nv21"}, "rows of nv21 come in pairs, got a height of 3"),
+        ({"encoding": "nv12", "height": 4}, "a step of at least 4 bytes and step x 6 of data, got step 12 and 36"),
+        ({"encoding": "nv24", "height": 2}, "a step of at least 4 bytes and step x 6 of data, got step 12 and 36"),
         ({"encoding": "bayer_rggb8", "width": 2}, "at least 3 x 3 pixels"),
         ({"encoding": 5}, "encoding of a message must be text, got 5"),
         ({"width": -1}, "width of a message must be an integer of at least 0, got -1"),
@@ -145,6 +204,13 @@ def test_a_png_of_16_bits_and_one_of_grey():
     for pixels in (random((7, 9), "u2"), random((7, 9))):
         found = pixels_of(bags.compressed(bags.encoded(pixels, ".png"), "16UC1; png compressed "))
         assert found.tobytes() == pixels.tobytes()
+
+
+@pytest.mark.parametrize(("form", "order"), [("bgr16; png compressed bgr16", 1), ("rgb16; png compressed rgb16", -1)])
+def test_a_png_of_colour_of_16_bits_is_its_upper_8(form, order):
+    pixels = random((7, 9, 3), "u2")
+    found = pixels_of(bags.compressed(bags.encoded(pixels[..., ::order], ".png"), form))
+    np.testing.assert_array_equal(found, pixels >> 8)
 
 
 def test_a_jpeg_is_what_opencv_makes_of_it():

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
+from ros import bag_examples as bags
 
 from dloftbs.errors import SourceError
+from dloftbs.ros import BagSource
 from dloftbs.ros.bag_file import Topic
 from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, INFO_TYPE, choose_topics
 
@@ -38,7 +42,7 @@ def chosen(*topics, **named):
         ((PACKED, INFO), (PACKED, None, INFO)),
         ((COLOUR, DEPTH, INFO, DEPTH_INFO), (COLOUR, DEPTH, INFO)),
         ((COLOUR, DEPTH, ALIGNED, ALIGNED_PACKED), (COLOUR, ALIGNED, None)),
-        ((COLOUR, ALIGNED_PACKED, DEPTH_INFO), (COLOUR, ALIGNED_PACKED, DEPTH_INFO)),
+        ((COLOUR, ALIGNED_PACKED, DEPTH_INFO), (COLOUR, ALIGNED_PACKED, None)),
         (SDK, (SDK[1], SDK[0], SDK[3])),
     ],
 )
@@ -107,3 +111,48 @@ def test_a_name_that_is_not_there_is_answered_with_those_that_are(named, said):
 )
 def test_rectified_images_are_known_by_their_name(name, expected):
     assert choose_topics("x", [Topic(name, IMAGE_TYPE)]).is_rectified is expected
+
+
+FOREIGN = [
+    ("/camera/color/video", "foxglove.CompressedVideo", "protobuf", "protobuf"),
+    ("/camera/color/picture", "foxglove.RawImage", "json", "jsonschema"),
+    ("/camera/color/jpeg", "foxglove_msgs/msg/CompressedImage", "cdr", "ros2msg"),
+    ("/camera/color/image_raw/ffmpeg", "ffmpeg_image_transport_msgs/msg/FFMPEGPacket", "cdr", "ros2msg"),
+    ("/camera/color/image_raw/theora", "theora_image_transport/msg/Packet", "cdr", "ros2msg"),
+    ("/camera/color/image_raw", IMAGE_TYPE, "json", "jsonschema"),
+]
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_images_of_a_type_that_cannot_be_read_are_named_as_what_they_are(foreign, tmp_path):
+    name, kind, encoding, _ = foreign
+    path = bags.write_foreign(
+        tmp_path / "run.mcap", [foreign, ("/tf", "foxglove.FrameTransform", "protobuf", "protobuf")]
+    )
+    shown = kind if encoding == "cdr" else f"{kind} in {encoding}"
+    said = (
+        rf"{re.escape(name)} \({re.escape(shown)}, 1 messages\); convert them to sensor_msgs/Image or CompressedImage"
+    )
+    with pytest.raises(SourceError, match=f"holds only images that cannot be read: {said}"):
+        BagSource(path)
+    with pytest.raises(SourceError, match=f"--topic {name} cannot be read: it is {said}"):
+        BagSource(path, topic=name)
+
+
+def test_images_that_cannot_be_read_are_said_beside_those_that_can(tmp_path, caplog):
+    depth = ("/camera/depth/image_raw/ffmpeg", *FOREIGN[3][1:])
+    path = bags.write_foreign(tmp_path / "run.mcap", [FOREIGN[0], FOREIGN[3], depth], bags.entries(2, depth=False))
+    with BagSource(path) as source:
+        assert [frame.index for frame in source] == [0, 1]
+    images, depths = [record.getMessage().partition(": ")[2] for record in caplog.records]
+    unread = "/camera/color/video (foxglove.CompressedVideo in protobuf, which cannot be read)"
+    assert images.startswith(f"images are taken from /camera/color/image_raw; not used: {unread}; convert them to")
+    assert depths.startswith(
+        "frames go without depth, which cannot be read: /camera/depth/image_raw/ffmpeg (ffmpeg_image"
+    )
+
+
+def test_a_type_that_is_no_image_is_not_named():
+    others = [Topic("/disparity", "stereo_msgs/msg/DisparityImage", 3), Topic("/marks", "foxglove.ImageAnnotations", 3)]
+    found = choose_topics("x", [COLOUR, *others])
+    assert (found.image, found.remarks) == (COLOUR, ())

@@ -23,11 +23,15 @@ _PIECE = 1 << 16  # bytes that are unpacked at a time
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of a recording: its name, its type as in ``sensor_msgs/msg/Image``, how many messages, if known."""
+    """A topic of a recording: its name, its type as in ``sensor_msgs/msg/Image``, how many messages, if known.
+
+    `encoding` is how its messages are serialized where it is in no way that is read, as in ``protobuf``.
+    """
 
     name: str
     type_name: str
     count: int | None = None
+    encoding: str = ""
 
 
 class Channel(NamedTuple):

@@ -12,24 +12,31 @@ from dloftbs._values import LONGEST_S, MILLIMETRE_M, check_flag, check_number, c
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.ros.bag_file import RawMessage
+from dloftbs.ros.bag_file import RawMessage, Topic
+from dloftbs.ros.first_messages import read_first_messages
 from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
-from dloftbs.ros.message_fields import stamp_ns_of
+from dloftbs.ros.message_fields import NS_PER_S, kind_of_reason, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
 from dloftbs.ros.stamp_pairing import TOLERANCE_S, WAITING, StampPairing
-from dloftbs.ros.topic_choice import OWN_TOPICS, choose_topics
+from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics, choose_topics
+from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
 from dloftbs.sources.source import Source, logger
+
+_SAME_CLOCK_NS = NS_PER_S // 2
+"""Largest difference between the latencies of two topics; more means that their headers have two clocks."""
+_LOG_TOLERANCE_S = 0.05
+"""Smallest tolerance of pairs by the time of recording, which includes the latency of messages."""
 
 
 @dataclass(frozen=True)
 class _Item:
-    """A message, and its place among those of its topic."""
+    """A message, its place among those of its topic, and its time by the clock of the topic."""
 
     index: int
     message: Any
-    log_ns: int
+    time_ns: int
 
 
 Pair = tuple[_Item, _Item | None]
@@ -39,7 +46,8 @@ T = TypeVar("T")
 class BagSource(Source):
     """Images of a recording, with the depth of the same moment and the camera, in one pass over the file.
 
-    Times are those of the messages' headers, and where these are 0 those of the recording. A recording that was not
+    Times are those of the messages' headers, or those of the recording if no header has one. Headers without a time
+    and headers that go back are bridged by the time of the recording (see `TopicClock`). A recording that was not
     finished, or is damaged, is read as far as it goes, with a warning; a message that cannot be read is skipped.
 
     Parameters
@@ -110,9 +118,7 @@ class BagSource(Source):
         self._depth_unit_m = depth_unit_m
         try:
             self._types = MessageTypes(is_ros1=self._recording.is_ros1)
-            self.topics = choose_topics(
-                self.name, self._recording.topics, topic, depth_topic, info_topic, guess_depth=guess_depth
-            )
+            self.topics = self._chosen(topic, depth_topic, info_topic, guess_depth)
             self._maker()  # wrong arguments are refused here, not at the first frame
         except BaseException:
             self._recording.close()
@@ -122,6 +128,9 @@ class BagSource(Source):
             self._kept = {topic.name for topic in self._recording.topics if not topic.name.startswith(OWN_TOPICS)}
         if self._recording.is_ros1:
             self._kept.clear()  # its messages are serialized otherwise
+        for remark in self.topics.remarks:
+            logger.warning("%s: %s", self.name, remark)
+        self._said: set[str] = set()
         self.length = self.topics.image.count
         self.has_depth = self.topics.depth is not None
 
@@ -142,7 +151,30 @@ class BagSource(Source):
             that of the images.
         """
         self._begin()
+        self._said.clear()
         return self._frames()
+
+    def _chosen(self, topic: str | None, depth_topic: str | None, info_topic: str | None, guess_depth: bool) -> Topics:
+        """Return the topics, and keep the clocks of images and depth."""
+        topics = self._recording.topics
+        candidates = [found for found in topics if found.type_name in (*IMAGE_TYPES, INFO_TYPE) and not found.encoding]
+        first = read_first_messages(self._recording, self._types, candidates)
+        chosen = choose_topics(
+            self.name,
+            topics,
+            topic,
+            depth_topic,
+            info_topic,
+            guess_depth=guess_depth,
+            guess_info=self._camera is None and self._registration is None,
+            registration=self._registration,
+            first=first,
+        )
+        image, depth = (None if one is None else first.get(one.name) for one in (chosen.image, chosen.depth))
+        known = next((message.offset_ns for message in (image, depth) if message is not None), 0)
+        self._offset_ns = known if image is None else image.offset_ns
+        self._depth_offset_ns = known if depth is None else depth.offset_ns
+        return chosen
 
     def _maker(self) -> FrameMaker:
         topics = self.topics
@@ -173,13 +205,19 @@ class BagSource(Source):
                 pixels,
                 None if depth is None else depth.message,
                 index=image.index,
-                stamp=None if self.fps is None else image.index / self.fps,
-                stamp_ns=image.log_ns,
+                stamp=image.time_ns / NS_PER_S if self.fps is None else image.index / self.fps,
+                stamp_ns=image.time_ns,
                 name=f"{self.name}:{topics.image.name}#{image.index}",
                 recorded=recorded,
             )
             if self._closed:
                 return
+        if count and self.topics.info is not None and not maker.knows_camera:
+            logger.warning(
+                "%s: frames go without a camera: no message of %s came that can be read",
+                self.name,
+                self.topics.info.name,
+            )
         if self.length is not None and count + self.skipped < self.length:
             self.skipped = self.length - count  # which the recording has said that it cannot be read to its end
 
@@ -189,7 +227,21 @@ class BagSource(Source):
             try:
                 yield pair, maker.pixels(pair[0].message)
             except InputError as error:
-                self._skip(f"message {pair[0].index} of {self.topics.image.name}", error)
+                self._leave_out(pair[0].index, error)
+
+    def _leave_out(self, index: int, error: InputError) -> None:
+        """Skip an image, and say so where it is the first one for this reason."""
+        if self._says(kind_of_reason(error)):
+            what = f"message {index} of {self.topics.image.name}"
+            self._skip(what, f"{error} (the first one; others for this reason are counted)")
+        else:
+            self.skipped += 1
+
+    def _says(self, reason: str) -> bool:
+        """Return True the first time that something is to be said."""
+        is_new = reason not in self._said
+        self._said.add(reason)
+        return is_new
 
     def _with_camera(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[Pair]:
         """Yield images and their depth, the first ones only once the camera is known, if one is to come."""
@@ -205,7 +257,11 @@ class BagSource(Source):
 
     def _pairs(self, maker: FrameMaker, kept: list[RawMessage]) -> Iterator[Pair]:
         topics = self.topics
-        pairing: StampPairing[_Item] = StampPairing(self._tolerance_s)
+        by_log = topics.depth is not None and self._has_two_clocks()
+        pairing: StampPairing[_Item] = StampPairing(
+            max(self._tolerance_s, _LOG_TOLERANCE_S) if by_log else self._tolerance_s
+        )
+        clock, depth_clock = TopicClock(self._offset_ns), TopicClock(self._depth_offset_ns)
         types = {topic.name: topic.type_name for topic in (topics.image, topics.depth, topics.info) if topic}
         index = -1
         for raw in self._recording.messages(self._kept | types.keys()):
@@ -217,23 +273,56 @@ class BagSource(Source):
             index += is_image
             try:
                 message = self._types.read(raw.data, types[raw.topic])
-                stamp_ns = stamp_ns_of(message) or raw.stamp_ns
+                header_ns = stamp_ns_of(message)
             except InputError as error:
                 if is_image:
-                    self._skip(f"message {index} of {raw.topic}", error)
-                else:
+                    self._leave_out(index, error)
+                elif self._says(f"{raw.topic} {kind_of_reason(error)}"):
                     logger.warning("%s: a message of %s is left out: %s", self.name, raw.topic, error)
                 continue
-            item = _Item(index, message, raw.stamp_ns)
             if topics.info is not None and raw.topic == topics.info.name:
                 maker.take_info(message)
-            elif not is_image:
-                yield from pairing.add_depth(stamp_ns, item)
+                continue
+            time_ns = self._time_ns(clock if is_image else depth_clock, raw, header_ns)
+            item, moment_ns = _Item(index, message, time_ns), raw.stamp_ns if by_log else time_ns
+            if not is_image:
+                yield from pairing.add_depth(moment_ns, item)
             elif topics.depth is None:
                 yield item, None
             else:
-                yield from pairing.add_image(stamp_ns, item)
+                yield from pairing.add_image(moment_ns, item)
         yield from pairing.rest()
+        if topics.depth is not None and index >= 0:
+            self._say_pairs(topics.depth, pairing)
+
+    def _has_two_clocks(self) -> bool:
+        """Return whether headers of images and of depth have times of two clocks, and say so."""
+        apart_ns = abs((self._offset_ns or 0) - (self._depth_offset_ns or 0))
+        if apart_ns > _SAME_CLOCK_NS:
+            what = f"their headers are {apart_ns / NS_PER_S:.1f} s apart"
+            logger.warning(
+                "%s: images and depth have two clocks, %s; they are paired by the recording's", self.name, what
+            )
+        return apart_ns > _SAME_CLOCK_NS
+
+    def _time_ns(self, clock: TopicClock, raw: RawMessage, header_ns: int | None) -> int:
+        """Return the time of a message, and say the first time that its header has none that can be used."""
+        time_ns = clock.time_ns(header_ns, raw.stamp_ns)
+        if clock.deviates and self._says(f"{raw.topic} clock"):
+            why = (
+                "a header has no time" if header_ns is None else "the time of a header does not follow the previous one"
+            )
+            logger.warning("%s: %s: %s; it is replaced by the time of the recording", self.name, raw.topic, why)
+        return time_ns
+
+    def _say_pairs(self, depth: Topic, pairing: StampPairing[_Item]) -> None:
+        """Say it where no image found its depth."""
+        gap_ns, most_ns = pairing.least_gap_ns, pairing.tolerance_ns
+        if gap_ns is None:
+            logger.warning("%s: frames go without depth: no message of %s came that can be read", self.name, depth.name)
+        elif gap_ns > most_ns:
+            apart = f"{gap_ns / NS_PER_S:g} s away from every image, {most_ns / NS_PER_S:g} s at most"
+            logger.warning("%s: frames go without depth: %s is at least %s", self.name, depth.name, apart)
 
 
 def _one_late(items: Iterable[T]) -> Iterator[T]:

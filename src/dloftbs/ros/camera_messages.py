@@ -46,6 +46,18 @@ def camera_of(message: Any, *, rectified: bool = False) -> PinholeCamera | None:
     return PinholeCamera.from_calibration(values)
 
 
+def intrinsics_of(message: Any) -> tuple[float, float, float, float] | None:
+    """Return ``(fx, fy, cx, cy)`` of the matrix K of a camera; None where it says that there is no calibration.
+
+    Raises
+    ------
+    InputError
+        If there is no such matrix.
+    """
+    k = _numbers(message, 9, "k", "K")
+    return (float(k[0]), float(k[4]), float(k[2]), float(k[5])) if k.any() else None
+
+
 def _numbers(message: Any, count: int, *names: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     values = as_float_array(f"{names[0]} of a CameraInfo", field_of(message, *names)).ravel()
     if values.size != count:

@@ -25,8 +25,8 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.ros.bag_file import RawMessage
 from dloftbs.ros.camera_messages import camera_of
-from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of
-from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, stamp_ns_of
+from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
+from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, kind_of_reason, stamp_ns_of
 from dloftbs.sources.pixels import Kind, check_kind, image_or_mask
 from dloftbs.sources.source import logger
 
@@ -44,7 +44,8 @@ class RosFrame(Frame):
     frame_id : str
         Name of the camera's coordinate frame.
     stamp_ns : int, optional
-        Time in nanoseconds; `stamp` has it in seconds, rounded to a float.
+        Time in the header, in nanoseconds; `stamp` has it in seconds, rounded to a float, except where the header does
+        not follow the previous one (see `BagSource`).
     recorded : tuple of RawMessage, optional
         Messages of the recording that came since the frame before, whatever their topic; None where they were not kept.
 
@@ -89,9 +90,9 @@ class FrameMaker:
         Whether somebody said that they go with the images. If they do not, that is an error; otherwise they are left
         out with one warning.
     depth_is_registered : bool
-        Whether the name of its topic says that depth is in the pixels of the images. Depth that nobody meant, and that
-        comes in another coordinate frame than the images, is that of another sensor, and is left out; depth that
-        was meant is taken, with a warning.
+        Whether depth is known to be in the pixels of the images where messages do not say their coordinate frame. Depth
+        or a camera that nobody meant, and that comes in another coordinate frame than the images, is that of another
+        sensor, and is left out; depth that was meant is taken, with a warning.
 
     Raises
     ------
@@ -127,6 +128,7 @@ class FrameMaker:
         self._depth_is_meant = check_flag("depth_is_meant", depth_is_meant)
         self._info_is_meant = check_flag("info_is_meant", info_is_meant)
         self._depth_is_registered = check_flag("depth_is_registered", depth_is_registered)
+        self._info_frame = ""
         self._warned: set[str] = set()
 
     @property
@@ -146,6 +148,7 @@ class FrameMaker:
             return
         try:
             camera = camera_of(info, rectified=self._rectified)
+            self._info_frame = frame_id_of(info)
         except InputError as error:
             if self._info_is_meant:
                 raise
@@ -166,6 +169,8 @@ class FrameMaker:
             If it cannot be converted.
         """
         pixels = pixels_of(image)
+        if self._kind == "image":
+            pixels = upper_bits(pixels)
         kind = ("mask" if pixels.ndim == 2 else "image") if self._kind == "auto" else self._kind
         try:
             return image_or_mask(pixels, kind, lossy=is_from_lossy_codec(image))
@@ -213,7 +218,7 @@ class FrameMaker:
         return RosFrame(
             *pixels,
             None if depth is None else self._depth(depth, image, size),
-            camera=self._fitting_camera(size),
+            camera=self._fitting_camera(size, frame_id_of(image)),
             index=index,
             stamp=stamp,
             name=name,
@@ -226,7 +231,10 @@ class FrameMaker:
     def _depth(self, message: Any, image: Any, size: tuple[int, int]) -> AnyArray | None:
         try:
             frames = frame_id_of(message), frame_id_of(image)
-            if self._registration is None and not self._depth_is_registered and frames[0] != frames[1]:
+            same = is_same_sensor(*frames)
+            if same is None:
+                same = self._depth_is_registered or not any(frames)
+            if self._registration is None and not same:
                 why = f"it is in the frame {frames[0]!r}, the images are in {frames[1]!r}"
                 if not self._depth_is_meant:
                     self._warn("depth", f"frames go without depth, which is not registered to the images: {why}")
@@ -236,7 +244,9 @@ class FrameMaker:
             if depth.ndim != 2 or depth.dtype == np.uint8:
                 raise InputError(f"it must have one channel of more than 8 bits, got {depth.shape} of {depth.dtype}")
         except InputError as error:
-            logger.warning("%s: a frame goes without depth: %s", self._where, error)
+            self._warn(
+                f"depth {kind_of_reason(error)}", f"a frame goes without depth, and others for this reason: {error}"
+            )
             return None
         if self._registration is not None:
             return self._registration.register(depth, size)
@@ -246,11 +256,17 @@ class FrameMaker:
             return None
         return depth
 
-    def _fitting_camera(self, size: tuple[int, int]) -> PinholeCamera | None:
+    def _fitting_camera(self, size: tuple[int, int], frame_id: str) -> PinholeCamera | None:
         camera = self._camera
-        if camera is None or self._is_fixed or self._info_is_meant or camera.size in (None, size):
+        if camera is None or self._is_fixed or self._info_is_meant:
             return camera
-        self._warn("camera", f"frames go without a camera: it is for images of {camera.size}, got {size}")
+        if is_same_sensor(self._info_frame, frame_id) is False:
+            why = f"it is in the frame {self._info_frame!r}, the images are in {frame_id!r}"
+        elif camera.size not in (None, size):
+            why = f"it is for images of {camera.size}, got {size}"
+        else:
+            return camera
+        self._warn("camera", f"frames go without a camera: {why}; --camera (camera=) gives one")
         return None
 
     def _warn(self, what: str, text: str) -> None:

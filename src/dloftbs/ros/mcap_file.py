@@ -59,9 +59,13 @@ class McapFile(BagFile):
             channels, counts = self._channels(file)
         self.is_ros1 = any(channel.encoding == "ros1" for channel in channels.values())
         return tuple(
-            Topic(channel.topic, channel.type_name, None if counts is None else counts.get(number, 0))
+            Topic(
+                channel.topic,
+                channel.type_name,
+                None if counts is None else counts.get(number, 0),
+                "" if channel.encoding in _ENCODINGS else channel.encoding or "an unknown form",
+            )
             for number, channel in channels.items()
-            if channel.encoding in _ENCODINGS
         )
 
     def _channels(self, file: IO[bytes]) -> tuple[dict[int, _Channel], dict[int, int] | None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,10 @@ from dloftbs._values import as_integer, shown
 from dloftbs.errors import InputError
 
 NS_PER_S = 1_000_000_000
+_FRAME_ENDS = re.compile(r"(_(optical|frame|link))+$")
+"""Suffixes that distinguish the coordinate frames of one sensor by their axes."""
+_ALIGNED = "aligned_depth_to_"
+"""Part of a frame's name that drivers add to that of the sensor to which depth is aligned."""
 
 
 def field_of(message: object, *names: str) -> Any:
@@ -96,3 +101,16 @@ def frame_id_of(message: object) -> str:
         If there is no header with one.
     """
     return text_in(field_of(message, "header"), "frame_id")
+
+
+def is_same_sensor(frame_id: str, other_id: str) -> bool | None:
+    """Return whether two coordinate frames are those of one sensor; None where one has no name."""
+    names = [
+        _FRAME_ENDS.sub("", name.strip().lstrip("/").lower()).replace(_ALIGNED, "") for name in (frame_id, other_id)
+    ]
+    return names[0] == names[1] if all(names) else None
+
+
+def kind_of_reason(error: object) -> str:
+    """Return the text of an error without its numbers, which differ from message to message."""
+    return re.sub(r"[0-9]+", "#", str(error))

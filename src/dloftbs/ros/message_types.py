@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.ros.requirements import PIP_LINE, needed
+
+_PADDING = bytes(4)
+"""Bytes that librealsense's recorder of ROS 1 appends to each image."""
 
 
 class MessageTypes:
@@ -42,11 +46,17 @@ class MessageTypes:
             If the bytes are corrupt, cut off or of another type.
         """
         try:
-            if self._is_ros1:
-                return self.store.deserialize_ros1(data, type_name)
-            return self.store.deserialize_cdr(data, type_name)
+            return self._read(data, type_name)
         except Exception as error:
+            if self._is_ros1 and data[-len(_PADDING) :] == _PADDING:
+                with suppress(Exception):
+                    return self._read(data[: -len(_PADDING)], type_name)
             raise InputError(f"no message of {type_name}: {error or type(error).__name__}") from error
+
+    def _read(self, data: bytes | memoryview, type_name: str) -> Any:
+        if self._is_ros1:
+            return self.store.deserialize_ros1(data, type_name)
+        return self.store.deserialize_cdr(data, type_name)
 
     def write(self, message: Any) -> bytes:
         """Return the bytes of a message, as CDR."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Generator, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -59,13 +59,13 @@ class Recording:
     @property
     def topics(self) -> tuple[Topic, ...]:
         """Topics of all files, each once; the number of messages only where all of its files say it."""
-        counts: dict[tuple[str, str], int | None] = {}
+        counts: dict[tuple[str, str, str], int | None] = {}
         for file in self._files:
             for topic in file.topics:
-                key = (topic.name, topic.type_name)
+                key = (topic.name, topic.type_name, topic.encoding)
                 before = counts.get(key, 0)
                 counts[key] = None if before is None or topic.count is None else before + topic.count
-        return tuple(Topic(*key, count) for key, count in counts.items())
+        return tuple(Topic(name, kind, count, encoding) for (name, kind, encoding), count in counts.items())
 
     def messages(self, wanted: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of some topics, and say in a warning where a file cannot be read to its end.
@@ -75,8 +75,7 @@ class Recording:
         InputError
             If the topics are no collection of names.
         """
-        if isinstance(wanted, (str, bytes)) or not isinstance(wanted, Collection):
-            raise InputError(f"the topics that are wanted must be a collection of names, got {shown(wanted)}")
+        _check_names(wanted)
         for file in self._files:
             count = 0
             for message in file.messages(wanted):
@@ -85,6 +84,18 @@ class Recording:
             if file.cut is not None or not file.is_whole:
                 why = "it was not finished" if file.cut is None else f"it is unfinished or damaged: {file.cut}"
                 logger.warning("%s: read as far as it goes, %d messages; %s", file.path, count, why)
+
+    def peek(self, wanted: Collection[str]) -> Generator[RawMessage, None, None]:
+        """Yield the messages of some topics as `messages` does, without warnings: for a search of the first ones.
+
+        Raises
+        ------
+        InputError
+            If the topics are no collection of names.
+        """
+        _check_names(wanted)
+        for file in self._files:
+            yield from file.messages(wanted)
 
     def close(self) -> None:
         """Remove what was unpacked; closing again does nothing."""
@@ -115,6 +126,12 @@ class Recording:
         except OSError as error:
             raise SourceError(f"{path}: cannot be unpacked: {error}") from error
         return target
+
+
+def _check_names(wanted: object) -> None:
+    """Raise an `InputError` if the topics that are wanted are no collection of names."""
+    if isinstance(wanted, (str, bytes)) or not isinstance(wanted, Collection):
+        raise InputError(f"the topics that are wanted must be a collection of names, got {shown(wanted)}")
 
 
 def _parts(folder: Path) -> list[Path]:

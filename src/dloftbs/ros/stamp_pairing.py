@@ -28,10 +28,17 @@ class StampPairing(Generic[T]):
     ----------
     tolerance_s : float
         Depth that is farther away than this is none of the image's.
+
+    Attributes
+    ----------
+    tolerance_ns : int
+    least_gap_ns : int or None
+        Time between the image and the depth that were closest so far; None where no depth came.
     """
 
     def __init__(self, tolerance_s: float = TOLERANCE_S) -> None:
-        self._tolerance_ns = round(tolerance_s * NS_PER_S)
+        self.tolerance_ns = round(tolerance_s * NS_PER_S)
+        self.least_gap_ns: int | None = None
         self._images: deque[tuple[int, T]] = deque()
         self._depths: deque[tuple[int, T]] = deque(maxlen=2 * WAITING)
 
@@ -60,6 +67,8 @@ class StampPairing(Generic[T]):
     def _next(self) -> tuple[T, T | None]:
         stamp_ns, image = self._images.popleft()
         nearest = min(self._depths, key=lambda depth: abs(depth[0] - stamp_ns), default=None)
-        if nearest is None or abs(nearest[0] - stamp_ns) > self._tolerance_ns:
+        if nearest is None:
             return image, None
-        return image, nearest[1]
+        gap_ns = abs(nearest[0] - stamp_ns)
+        self.least_gap_ns = gap_ns if self.least_gap_ns is None else min(self.least_gap_ns, gap_ns)
+        return image, nearest[1] if gap_ns <= self.tolerance_ns else None

@@ -117,8 +117,8 @@ def open(
         Image files decoded at the same time, in threads, ahead of the frame that is asked for; with 1, each is decoded
         when it is. Makes no difference to videos, cameras, stacks and recordings.
     topic, depth_topic, info_topic : str, optional
-        Topics of a recording: images, depth registered to them, and their camera. Where one is left out and there is
-        one choice, it is taken; several topics of images are listed in the error.
+        Topics of a recording: images, depth registered to them, and their camera. Depth and camera are matched to the
+        images where they are left out, and so are images if there is one choice; several are listed in the error.
     keep_messages : bool
         Frames of a recording of ROS 2 carry the messages of all of its topics, for a `dloftbs.ros.BagSink` that copies
         its input. Makes no difference to other frames.
