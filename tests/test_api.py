@@ -128,6 +128,23 @@ class TestDoubts:
             f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
         ]
 
+    def test_a_mask_that_is_mostly_set_is_refused_and_ends_no_track(self) -> None:
+        steady = [mask_of()] * 4
+        results = list(dloftbs.track([*steady, ~mask_of(), *steady]))
+        assert [len(result) for result in results] == [1, 1, 1, 1, 0, 1, 1, 1, 1]
+        share = 100 * (~mask_of()).mean()
+        assert results[4].reason == (
+            f"{share:.3g} % of the mask is set, and cables cover at most 60 %: if it is inverted, turn it round "
+            "(mask == 0); if it is a photograph or scores, threshold it"
+        )
+        assert results[4].tracks == ()
+        assert {track.id for result in results for track in result.tracks} == {1}
+        segmented = dloftbs.detect(image_of(mask_of()), segmenter=lambda image: image[..., 2] < 200)
+        assert "the segmentation takes the ground for cable: narrow it" in str(segmented.reason)
+
+    def test_the_published_method_takes_it_as_it_is(self) -> None:
+        assert "cables cover" not in str(dloftbs.detect(~mask_of(), config=Config.paper()).reason)
+
     def test_a_stream_says_so_once(self, caplog: pytest.LogCaptureFixture) -> None:
         pipeline = Pipeline()
         with caplog.at_level(logging.WARNING, "dloftbs"):

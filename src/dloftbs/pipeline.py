@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from time import perf_counter
 
 import numpy.typing as npt
@@ -15,13 +16,15 @@ from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
 from dloftbs.lifting import DepthEdges
-from dloftbs.plausibility import warn_of_mask
+from dloftbs.plausibility import doubt_mask
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.stage_order import StageRun, run_stages
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
+
+_log = logging.getLogger("dloftbs.pipeline")
 
 
 class Pipeline:
@@ -116,7 +119,7 @@ class Pipeline:
                 self._segmenter.reset()
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
         self._mask = run.mask
-        self._doubted = self._doubted or warn_of_mask(run.mask, frame.name)  # once in a stream
+        self._doubted = self._doubted or _warned(run, frame)  # once in a stream
         since = perf_counter()
         occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
         tracks = self._tracker.update(
@@ -137,7 +140,7 @@ class Pipeline:
         """
         frame = as_frame(frame)
         run = run_stages(frame, self._config, self._segmenter)
-        warn_of_mask(run.mask, frame.name)
+        _warned(run, frame)
         return _result(frame, run, (), kept=frame)
 
     def reset(self) -> None:
@@ -165,6 +168,14 @@ class Pipeline:
 def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:
     """Return the tracker that a configuration asks for."""
     return Tracker(config) if isinstance(config, TrackingConfig) else NearestTracker()
+
+
+def _warned(run: StageRun, frame: Frame) -> bool:
+    """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
+    doubt = doubt_mask(run.share, frame.name)
+    if doubt is not None:
+        _log.warning("%s", doubt)
+    return doubt is not None
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
