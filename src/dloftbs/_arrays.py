@@ -178,6 +178,8 @@ def _as_plane(name: str, value: npt.ArrayLike) -> AnyArray:
     plane = plane_of(array)
     if plane.ndim != 2:
         remedy = _IS_A_STACK if plane.ndim in (3, 4) else ""
+        if plane.ndim == 3 and plane.shape[2] in (3, 4):
+            remedy = f"; read it with one channel (cv2.IMREAD_UNCHANGED), or pass {name}[..., 0]"
         raise InputError(f"{name} must have shape (H, W), (H, W, 1) or (1, H, W), got {array.shape}{remedy}")
     return plane
 

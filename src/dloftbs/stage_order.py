@@ -172,7 +172,8 @@ def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:
     if segmenter is None:
         raise InputError(
             "nothing says what in the image is cable: give its colour, such as hsv='170:10,80:255,60:255' for red, "
-            "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask"
+            "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask; "
+            "if the image is a mask itself, pass one channel of it: image[..., 0]"
         )
     return segmenter(frame)
 

@@ -32,6 +32,21 @@ def test_the_kind_is_what_is_asked_for():
     assert read_frame("a.png", "image").mask is None
 
 
+class InBytes:
+    """A path that is bytes, as `os.scandir` of bytes gives them."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __fspath__(self):
+        return self.path
+
+
+def test_a_path_may_be_bytes():
+    np.testing.assert_array_equal(read_frame(InBytes(b"a.png")).mask, MASK)
+    np.testing.assert_array_equal(read_beside("depth", InBytes(b"{stem}_depth.png"), InBytes(b"a.png")), DEPTH)
+
+
 def test_an_animation_is_a_stream():
     pillow = pytest.importorskip("PIL.Image")
     first, second = pillow.fromarray(MASK), pillow.fromarray(255 - MASK)

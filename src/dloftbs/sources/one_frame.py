@@ -25,13 +25,13 @@ def read_frame(where: str | os.PathLike[str], kind: Kind = "auto") -> Frame:
     SourceError
         If there is no such file, or it cannot be read.
     """
-    text = os.fspath(where)
+    text = os.fsdecode(where)
     remedy = f"track({shown(text)}) follows a stream, and sources.open reads it frame by frame"
     if text != STANDARD_INPUT and not os.path.isfile(os.path.expanduser(text)):
         if os.path.exists(os.path.expanduser(text)) or "://" in text or text.isdecimal():
             raise InputError(f"expected the file of one picture, got {shown(text)}; {remedy}")
         raise SourceError(f"there is no file {shown(text)}")
-    with sources.open(where, kind=kind) as source:
+    with sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind) as source:
         frames = list(islice(source, 2))
     if len(frames) > 1:
         raise InputError(f"expected the file of one picture, and {shown(text)} holds several; {remedy}")
@@ -58,9 +58,9 @@ def read_beside(what: What, where: str | os.PathLike[str], picture: object) -> A
     SourceError
         If the file cannot be read, or holds something else.
     """
-    text = os.fspath(where)
+    text = os.fsdecode(where)
     if is_rule(text):
         if not isinstance(picture, (str, os.PathLike)):
             raise InputError(f"{what}: the naming rule {text!r} needs the path of a picture, got {shown(picture)}")
-        return read_partner(what, partner_of(Path(os.path.expanduser(picture)), text))
+        return read_partner(what, partner_of(Path(os.path.expanduser(os.fsdecode(picture))), text))
     return read_partner(what, Path(os.path.expanduser(text)))
