@@ -203,6 +203,12 @@ class TestPictures:
         assert found(dloftbs.detect(picture, hsv=RED)) == found(dloftbs.detect(IMAGE, hsv=RED))
         assert [len(result) for result in dloftbs.track([picture] * 2, hsv=RED)] == [1, 1]
 
+    def test_an_array_that_says_its_order_is_turned(self) -> None:
+        class Ordered(np.ndarray):
+            mode = "RGB"
+
+        assert np.array_equal(Frame(image=self.RGB.view(Ordered)).image, IMAGE)
+
     @pytest.mark.parametrize("mode", ["L", "LA", "P", "PA", "1"])
     def test_any_picture_is_one_beside_a_mask(self, mode: str) -> None:
         assert np.array_equal(Frame(mask=MASK, image=Picture(mode, MASK, self.RGB)).image, IMAGE)

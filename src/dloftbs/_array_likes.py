@@ -46,6 +46,8 @@ def as_array(name: str, value: object) -> AnyArray:
     InputError
         If it is no array, is ragged, or its library does not hand it out.
     """
+    if type(value) is np.ndarray:
+        return value
     if isinstance(value, np.ndarray):
         if np.ma.is_masked(value):
             raise InputError(f"{name} has masked values, which are no numbers; leave them out, or fill them")
@@ -107,7 +109,7 @@ def _on_host(value: Any) -> Any:
 def _mode_of(value: object) -> str | None:
     """Return the mode of a picture as Pillow names it; None for all else, files and mapped memory among it."""
     mode = getattr(value, "mode", None)
-    is_picture = isinstance(mode, str) and is_array_like(value) and not isinstance(value, np.ndarray)
+    is_picture = isinstance(mode, str) and is_array_like(value) and not isinstance(value, np.memmap)
     return mode if is_picture else None
 
 
