@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import io
+import json
 import logging
+from collections.abc import Callable
+from pathlib import Path
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -26,6 +31,19 @@ def image_of(mask: np.ndarray) -> np.ndarray:
     image = np.full((*SIZE, 3), 90, np.uint8)
     image[mask] = (30, 20, 210)
     return image
+
+
+def video_of(image: np.ndarray, count: int) -> bytes:
+    """Return a video of a picture that stands still, without loss."""
+    file = io.BytesIO()
+    with av.open(file, "w", format="matroska") as container:
+        stream = container.add_stream("ffv1", rate=10)
+        stream.height, stream.width = image.shape[:2]
+        stream.pix_fmt = "bgr0"
+        for _ in range(count):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="bgr24")))
+        container.mux(stream.encode())
+    return file.getvalue()
 
 
 def curves(result: dloftbs.FrameResult) -> list[dloftbs.BSplineCurve]:
@@ -93,28 +111,165 @@ class TestDetect:
         ("x", "given", "message"),
         [
             (np.zeros((9, 9)), {}, r"mask must be bool or integer.*float64; threshold it first: mask > 0\.5"),
-            (np.zeros((9, 9, 3), np.uint8), {}, "nothing says what in the image is cable: give its colour"),
+            (
+                np.zeros((9, 9, 3), np.uint8),
+                {},
+                r"is cable: give its colour.*if the image is a mask itself, .*\[\.\.\., 0\]",
+            ),
             (np.zeros((9, 9, 3)), {}, "image must have shape .* and type uint8"),
-            (np.zeros((9, 9, 4), np.uint8), {}, "four channels; leave out the fourth"),
+            (
+                np.zeros((9, 9, 4), np.uint8),
+                {},
+                r"four channels: image\[\.\.\., :3\] if they are BGRA, image\[\.\.\., 2::-1\]",
+            ),
+            (np.zeros((3, 9, 9), np.uint8), {}, r"channels come last: image\.transpose\(1, 2, 0\)"),
+            (np.zeros((1, 3, 9, 9), np.uint8), {}, r"channels come last: image\.transpose\(1, 2, 0\)"),
+            (np.zeros((9, 9, 3)), {}, r"scale it first: \(255 \* image\)\.astype\(np\.uint8\) if it is in 0\.\.1"),
+            (np.zeros((9, 9, 3), np.uint16), {}, r"reduce it first: \(image >> 8\)"),
+            (np.zeros((9, 9, 3), int), {}, r"image\.astype\(np\.uint8\) if it is in 0\.\.255"),
+            (np.zeros((7, 9, 9), np.uint8), {}, "track follows a stack"),
+            (np.zeros((7, 1, 9, 9), bool), {}, r"got \(7, 1, 9, 9\); track follows a stack"),
+            (np.zeros((7, 9, 9, 3), np.uint8), {}, "track follows a stack"),
             (np.zeros((9, 9), bool), {"hsv": RED}, "x is a mask already"),
             (np.zeros((9, 9, 3), np.uint8), {"image": np.zeros((9, 9, 3), np.uint8)}, "x must be a mask"),
             (Frame(mask=np.zeros((9, 9), bool)), {"camera": CAMERA}, "give camera to the Frame"),
-            (np.zeros((9, 9), bool), {"camera": (1, 2, 3, 4)}, "camera must be a PinholeCamera, got"),
-            (np.zeros((9, 9), bool), {"config": {"fitting": {}}}, r"config must be a Config.*Config\.from_dict"),
-            (np.zeros((9, 9), bool), {"config": "my.yaml"}, r"config must be a Config.*Config\.from_file a path"),
-            ("photo.jpg", {}, r"got 'photo\.jpg'; sources\.open reads files"),
-            (None, {}, "got"),
-            ({"mask": 5}, {}, "got"),
+            (np.zeros((9, 9), bool), {"camera": (1, 2, 3)}, r"camera must be a PinholeCamera, .*got \(1, 2, 3\)"),
+            (np.zeros((9, 9), bool), {"config": 5}, "config must be a Config, the path of a YAML file or a dictionary"),
+            (
+                np.zeros((9, 9), bool),
+                {"depth": "{stem}.npy"},
+                r"'\{stem\}\.npy' needs the path of a picture, got array",
+            ),
+            (None, {}, r"the frame is None \(cv2\.imread returns None"),
+            ({"mask": np.zeros((9, 9))}, {}, "the frame must be an array, got a dict with the keys 'mask'$"),
         ],
     )
     def test_what_cannot_be_is_refused_with_the_remedy(self, x: object, given: dict, message: str) -> None:
         with pytest.raises(InputError, match=message):
             dloftbs.detect(x, **given)
 
+    @pytest.mark.parametrize("shape", [(1, *SIZE), (*SIZE, 1), (1, 1, *SIZE), (1, *SIZE, 1)])
+    def test_axes_of_one_around_a_mask_are_dropped(self, shape: tuple[int, ...]) -> None:
+        assert curves(dloftbs.detect(mask_of().reshape(shape))) == curves(dloftbs.detect(mask_of()))
+        assert curves(dloftbs.detect(image_of(mask_of())[None], hsv=RED)) == curves(dloftbs.detect(mask_of()))
+
+    def test_an_image_in_the_other_order_is_said_to_be_one(self) -> None:
+        result = dloftbs.detect(image_of(mask_of())[..., ::-1], hsv=RED)
+        assert result.reason is not None
+        assert "arrays are BGR: turn an RGB one by image[..., ::-1]" in result.reason
+        assert "BGR" not in str(dloftbs.detect(np.zeros(SIZE, bool)).reason)
+
+    @pytest.mark.parametrize(
+        "camera",
+        [
+            (300.0, 300.0, 100.0, 60.0),
+            [300, 300, 100, 60],
+            CAMERA.matrix,
+            CAMERA.matrix.tolist(),
+            CAMERA.matrix.ravel(),
+            CAMERA.to_dict(),
+        ],
+    )
+    def test_a_camera_may_be_its_numbers(self, camera: object) -> None:
+        depth = np.full(SIZE, 500, np.uint16)
+        (expected,) = dloftbs.detect(mask_of(), depth=depth, camera=CAMERA)
+        (found,) = dloftbs.detect(mask_of(), depth=depth, camera=camera)
+        assert found.curve_3d == expected.curve_3d
+
     @pytest.mark.parametrize("given", [{"hsv": "red"}, {"hsv": 5}, {"objects": 0}, {"objects": "two"}])
     def test_a_wrong_choice_is_refused(self, given: dict) -> None:
         with pytest.raises(ConfigError):
             dloftbs.detect(np.zeros((9, 9, 3), np.uint8), **given)
+
+
+class TestFiles:
+    """Files in the place of arrays, in every argument that takes them."""
+
+    @pytest.fixture(autouse=True)
+    def _files(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.chdir(tmp_path)
+        cv2.imwrite("mask.png", mask_of().astype(np.uint8) * 255)
+        cv2.imwrite("photo.png", image_of(mask_of()))
+        cv2.imwrite("photo_depth.png", np.full(SIZE, 500, np.uint16))
+        np.save("depth.npy", np.full(SIZE, 0.5, np.float32))
+        np.savez("depth.npz", depth=np.full((1, *SIZE), 0.5, np.float32))
+        np.savez("depths.npz", depth=np.full((2, *SIZE), 0.5, np.float32))
+        Path("camera.json").write_text(json.dumps(CAMERA.to_dict()), encoding="utf-8")
+        Path("cable.yaml").write_text(f"segmentation: {{hsv: '{RED}'}}", encoding="utf-8")
+
+    @pytest.mark.parametrize("make", [str, Path])
+    def test_a_picture_is_read(self, make: Callable[[str], object]) -> None:
+        expected = curves(dloftbs.detect(mask_of()))
+        result = dloftbs.detect(make("photo.png"), hsv=RED)
+        assert curves(result) == expected
+        assert (result.name, result.index) == ("photo.png", 0)
+        assert curves(dloftbs.detect(make("mask.png"))) == expected
+        assert curves(dloftbs.detect(make("photo.png"), config=make("cable.yaml"))) == expected
+
+    @pytest.mark.parametrize("depth", ["photo_depth.png", Path("depth.npy"), "depth.npz"])
+    @pytest.mark.parametrize("x", [mask_of(), "mask.png"], ids=["array", "file"])
+    def test_what_goes_beside_is_read(self, x: object, depth: object) -> None:
+        (found,) = dloftbs.detect(x, image="photo.png", depth=depth, camera="camera.json", occluders=Path("mask.png"))
+        assert found.curve_3d is not None
+        assert found.curve_3d(0.5)[2] == pytest.approx(0.5, abs=0.02)
+        frame = dloftbs.detect(x, image="photo.png", occluders=Path("mask.png")).frame
+        assert frame is not None
+        np.testing.assert_array_equal(frame.image, image_of(mask_of()))
+        np.testing.assert_array_equal(frame.occluders != 0, mask_of())
+
+    def test_a_naming_rule_finds_the_depth_beside_a_picture(self) -> None:
+        (found,) = dloftbs.detect("photo.png", hsv=RED, depth="{stem}_depth.png", camera=Path("camera.json"))
+        assert found.curve_3d is not None
+
+    def test_a_configuration_may_be_a_file_or_a_dictionary(self) -> None:
+        images = [image_of(mask_of())] * 2
+        dictionary = {"segmentation": {"hsv": RED}}
+        for config in ("cable.yaml", Path("cable.yaml"), dictionary):
+            assert [len(result) for result in dloftbs.track(images, config=config)] == [1, 1]
+            assert Pipeline(config).config == Config.from_dict(dictionary)
+
+    @pytest.mark.parametrize(
+        ("x", "given", "error", "message"),
+        [
+            ("no.png", {}, SourceError, r"there is no file 'no\.png'"),
+            (Path("no.mp4"), {}, SourceError, r"there is no file 'no\.mp4'"),
+            (".", {}, InputError, r"expected the file of one picture, got '\.'; track\('\.'\) follows a stream"),
+            ("0", {}, InputError, r"track\('0'\) follows a stream"),
+            ("rtsp://camera/1", {}, InputError, r"track\('rtsp://camera/1'\) follows a stream"),
+            ("cable.mkv", {}, InputError, r"'cable\.mkv' holds several; track\('cable\.mkv'\) follows a stream"),
+            ("stack.npy", {}, InputError, r"'stack\.npy' holds several; track"),
+            ("photo.png", {"hsv": RED, "depth": "no.png"}, SourceError, r"depth: there is no file 'no\.png'"),
+            ("photo.png", {"hsv": RED, "depth": "{stem}.exr"}, SourceError, r"depth: there is no file 'photo\.exr'"),
+            ("photo.png", {"hsv": RED, "depth": "depths.npz"}, SourceError, "depth must hold one frame, got 2"),
+            ("photo.png", {"hsv": RED, "occluders": "no.png"}, SourceError, "occluders: there is no file"),
+            ("mask.png", {"image": "no.png"}, SourceError, "there is no file"),
+            ("mask.png", {"hsv": RED}, InputError, "x is a mask already"),
+            ("mask.png", {"camera": "no.json"}, SourceError, r"no\.json: cannot be read"),
+            ("mask.png", {"config": "no.yaml"}, ConfigError, r"no\.yaml: cannot be read"),
+            ("mask.png", {"config": "fitting:\n  knots: 5"}, InputError, r"pass Config\.from_yaml\(text\)"),
+            ("photo.png", {"segmenter": "no.onnx"}, ConfigError, "no file 'no.onnx'|needs ONNX Runtime"),
+            ("photo.png", {"segmenter": "net.pt"}, InputError, r"the path of a network \(\*\.onnx\), got 'net\.pt'"),
+        ],
+    )
+    def test_the_rest_is_refused_with_the_call(
+        self, x: object, given: dict, error: type[Exception], message: str
+    ) -> None:
+        np.save("stack.npy", np.stack([mask_of()] * 2))
+        Path("cable.mkv").write_bytes(video_of(image_of(mask_of()), 3))
+        with pytest.raises(error, match=message):
+            dloftbs.detect(x, **given)
+
+    def test_a_capture_is_followed_until_it_ends(self) -> None:
+        Path("cable.mkv").write_bytes(video_of(image_of(mask_of()), 3))
+        capture = cv2.VideoCapture("cable.mkv")
+        results = list(dloftbs.track(capture, hsv=RED))
+        assert [(result.index, [track.id for track in result.tracks]) for result in results] == [
+            (index, [1]) for index in range(3)
+        ]
+        assert capture.isOpened()
+        capture.release()
+        with pytest.raises(SourceError, match="the capture is not open"):
+            dloftbs.track(capture, hsv=RED)
 
 
 class TestDoubts:
@@ -127,6 +282,23 @@ class TestDoubts:
         assert caplog.messages == [
             f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
         ]
+
+    def test_a_mask_that_is_mostly_set_is_refused_and_ends_no_track(self) -> None:
+        steady = [mask_of()] * 4
+        results = list(dloftbs.track([*steady, ~mask_of(), *steady]))
+        assert [len(result) for result in results] == [1, 1, 1, 1, 0, 1, 1, 1, 1]
+        share = 100 * (~mask_of()).mean()
+        assert results[4].reason == (
+            f"{share:.3g} % of the mask is set, and cables cover at most 60 %: if it is inverted, turn it round "
+            "(mask == 0); if it is a photograph or scores, threshold it"
+        )
+        assert results[4].tracks == ()
+        assert {track.id for result in results for track in result.tracks} == {1}
+        segmented = dloftbs.detect(image_of(mask_of()), segmenter=lambda image: image[..., 2] < 200)
+        assert "the segmentation takes the ground for cable: narrow it" in str(segmented.reason)
+
+    def test_the_published_method_takes_it_as_it_is(self) -> None:
+        assert "cables cover" not in str(dloftbs.detect(~mask_of(), config=Config.paper()).reason)
 
     def test_a_stream_says_so_once(self, caplog: pytest.LogCaptureFixture) -> None:
         pipeline = Pipeline()
@@ -183,8 +355,12 @@ class TestTrack:
             (Frame(mask=np.zeros((9, 9), bool)), {}, "got a single frame"),
             (5.5, {}, "expected a path, a camera's index or an iterable of frames, got 5.5"),
             (None, {}, "or an iterable of frames, got None"),
-            ({"a": 1}, {}, "or an iterable of frames, got"),
-            ([], {"config": {}}, "config must be a Config"),
+            ({"a": np.zeros((9, 9))}, {}, "or an iterable of frames, got a dict with the keys 'a'$"),
+            (np.zeros((9, 9, 1), bool), {}, "got a single frame"),
+            (np.zeros((5, 3, 9, 9), np.uint8), {}, r"channels come last: images\.transpose\(0, 2, 3, 1\)"),
+            (np.zeros((5, 9, 9, 4), np.uint8), {}, r"four channels: images\[\.\.\., :3\]"),
+            (np.zeros((5, 9, 9)), {}, r"threshold them first: masks > 0\.5"),
+            ([], {"config": 5}, "config must be a Config"),
             ([], {"segmenter": "net"}, "segmenter must be a function"),
             ([], {"segmenter": len, "hsv": RED}, "either hsv or a segmenter"),
         ],
@@ -200,8 +376,13 @@ class TestTrack:
     def test_a_frame_that_is_none_is_refused_when_it_comes(self) -> None:
         results = dloftbs.track([self.MASKS[0], None])
         assert self.ids([next(results)]) == [[1]]
-        with pytest.raises(InputError, match="mask must"):
+        with pytest.raises(InputError, match="the frame is None"):
             next(results)
+
+    def test_arrays_of_several_sizes_in_one_are_frames(self) -> None:
+        frames = np.empty(2, object)
+        frames[:] = [self.MASKS[0], self.MASKS[0][:100]]
+        assert [result.size for result in dloftbs.track(frames)] == [SIZE, (100, 200)]
 
 
 def test_a_pipeline_counts_arrays_and_keeps_the_numbers_of_frames() -> None:

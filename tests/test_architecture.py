@@ -14,7 +14,19 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_json", "_npy", "_text", "_values", "_version"}
+GROUND = {
+    "errors",
+    "config",
+    "kernels",
+    "_array_likes",
+    "_arrays",
+    "_documents",
+    "_json",
+    "_npy",
+    "_text",
+    "_values",
+    "_version",
+}
 DATA = {
     "curve",
     "centerline",
@@ -49,6 +61,7 @@ ROOMS = {
 KNOWN_OUTSIDE = {
     "errors",
     "config",
+    "_array_likes",
     "_arrays",
     "_documents",
     "_json",
@@ -78,7 +91,8 @@ MAY_IMPORT = {
     "config": {"errors", "_documents", "_values"},
     "_documents": {"errors"},
     "_npy": set(),
-    "_arrays": {"errors", "_values"},
+    "_array_likes": {"errors", "_values"},
+    "_arrays": {"errors", "_array_likes"},
     "_values": {"errors"},
     "_json": set(),
     "_text": set(),

@@ -28,7 +28,10 @@ class TestFrame:
             ({"image": np.zeros((4, 6, 4), np.uint8)}, r"got \(4, 6, 4\) of uint8"),
             ({"image": IMAGE.astype(float)}, r"got \(4, 6, 3\) of float64"),
             ({"image": IMAGE.astype(bool)}, r"got \(4, 6, 3\) of bool"),
-            ({"mask": IMAGE}, r"mask must have shape \(H, W\) or \(H, W, 1\), got \(4, 6, 3\)"),
+            (
+                {"mask": IMAGE},
+                r"mask must have shape \(H, W\), \(H, W, 1\) or \(1, H, W\), got \(4, 6, 3\); .*mask\[\.\.\., 0\]",
+            ),
             ({"mask": MASK[0]}, r"mask must have shape .* got \(6,\)"),
             ({"mask": MASK.astype(np.float32)}, "mask must be bool or integer, .* got float32"),
             ({"mask": MASK.astype(str)}, "mask must be bool or integer"),
@@ -39,8 +42,11 @@ class TestFrame:
             ({"mask": np.zeros((4, 6), [("a", "u1")])}, "mask must be bool or integer"),
             ({"mask": [[0, 1], [1]]}, "mask must be an array of numbers, got .*inhomogeneous"),
             ({"mask": [[10**400]]}, "mask must be bool or integer, .* got object"),
-            ({"mask": "mask.png"}, r"mask must have shape .* got \(\)"),
-            ({"mask": {"a": 1}}, r"mask must have shape .* got \(\)"),
+            (
+                {"mask": "mask.png"},
+                r"mask must be an array, got 'mask\.png'; detect, track and sources\.open read files",
+            ),
+            ({"mask": {"a": 1}}, r"mask must be an array, got \{'a': 1\}"),
             ({"image": [[[0, 0, 0]], [[0, 0]]]}, "image must be an array of numbers, got .*inhomogeneous"),
             ({"mask": MASK, "depth": MASK.astype("m8[s]")}, r"depth must be .* got timedelta64\[s\]"),
             ({"mask": MASK, "depth": MASK.astype("M8[s]")}, "depth must be .* got datetime64"),
@@ -49,8 +55,8 @@ class TestFrame:
             ({"mask": MASK, "depth_unit_m": 0.0}, r"depth_unit_m must be a finite number in 1e-09\.\.1000, got 0.0"),
             ({"mask": MASK, "depth_unit_m": "mm"}, "depth_unit_m must be a finite number .* got 'mm'"),
             ({"mask": MASK, "depth_unit_m": True}, "depth_unit_m must be a finite number"),
-            ({"mask": MASK, "camera": "x"}, "camera must be a PinholeCamera, got 'x'"),
-            ({"mask": MASK, "camera": (1, 1, 0, 0)}, "camera must be a PinholeCamera"),
+            ({"mask": MASK, "camera": 5}, "camera must be a PinholeCamera, .* got 5"),
+            ({"mask": MASK, "camera": (1, 1, 0)}, r"camera must be a PinholeCamera, .* got \(1, 1, 0\)"),
             ({"mask": MASK, "index": 1.0}, r"index must be an integer in 0\.\.9007199254740992, got 1.0"),
             ({"mask": MASK, "index": -1}, "index must be an integer"),
             ({"mask": MASK, "index": True}, "index must be an integer"),
@@ -70,7 +76,7 @@ class TestFrame:
             ({"mask": MASK, "stamp": np.timedelta64(5)}, "stamp must be a finite number of seconds"),
             ({"mask": MASK, "name": None}, "name must be text, got None"),
             ({"mask": MASK, "name": b"a.png"}, "name must be text"),
-            ({"mask": MASK, "depth": DEPTH[None]}, r"depth must have shape \(H, W\) or \(H, W, 1\), got \(1, 4, 6\)"),
+            ({"mask": MASK, "depth": np.stack([DEPTH] * 2)}, r"depth must have shape \(H, W\), .* got \(2, 4, 6\)"),
             ({"mask": MASK, "depth": DEPTH > 0}, "depth must be integer counts or floating-point metres, got bool"),
             ({"mask": MASK, "depth": DEPTH.astype(complex)}, "depth must be .* got complex128"),
             (
@@ -104,6 +110,15 @@ class TestFrame:
         frame = Frame(mask=MASK, index=np.uint16(3), stamp=np.float32(0.5), name=np.str_("a"))
         assert [type(value) for value in (frame.index, frame.stamp, frame.name)] == [int, float, str]
         assert type(Frame(mask=MASK, stamp=np.int64(2)).stamp) is float
+
+    def test_a_camera_is_made_of_its_numbers(self):
+        assert Frame(mask=MASK, camera=(1, 2, 0, 0.5)).camera == PinholeCamera(1, 2, 0, 0.5)
+        assert Frame(mask=MASK, camera=PinholeCamera(1, 2, 0, 0.5).matrix).camera == PinholeCamera(1, 2, 0, 0.5)
+
+    def test_axes_of_one_in_front_are_dropped(self):
+        frame = Frame(image=IMAGE[None], mask=MASK[None], depth=DEPTH[None, None], occluders=MASK[None, :, :, None])
+        assert frame.image.shape == (4, 6, 3)
+        assert frame.mask.shape == frame.depth.shape == frame.occluders.shape == (4, 6)
 
     def test_a_last_axis_of_one_is_dropped(self):
         frame = Frame(mask=MASK[:, :, None], depth=DEPTH[:, :, None])

@@ -61,7 +61,7 @@ def test_times_add_up():
 def test_each_pipeline_says_why_it_found_nothing():
     assert PipelineGroup(CONFIGS).process(frame(red=False)).reason is None
     nothing = PipelineGroup(CONFIGS).process(frame(red=False, blue=False))
-    assert nothing.reason == "; ".join(2 * ["the mask is empty: the segmentation finds no cable in the image"])
+    assert str(nothing.reason).count("the mask is empty: the segmentation finds no cable in the image") == 2
     assert (nothing.detections, nothing.tracks, nothing.crossings) == ((), (), ())
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import shown
+from dloftbs._array_likes import as_array, as_pixels
 from dloftbs.errors import InputError
 
 AnyArray = npt.NDArray[Any]
@@ -87,35 +87,57 @@ def as_numbers(name: str, value: npt.ArrayLike) -> FloatArray:
     return array.astype(np.float64, copy=False)
 
 
-def as_array(name: str, value: npt.ArrayLike) -> AnyArray:
-    """Return anything as an array.
-
-    Raises
-    ------
-    InputError
-        If it is none: ragged, or what NumPy cannot convert.
-    """
-    try:
-        return np.asarray(value)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"{name} must be an array of numbers, got {shown(value)}: {error}") from error
-
-
+_IS_A_STACK = "; track follows a stack, and sources.open opens one"
 _MARKED = {"mask": "cable", "occluders": "an occluder"}
 
 
 def check_image(image: npt.ArrayLike) -> AnyArray:
-    """Return the image (H, W, 3) as an array.
+    """Return the image (H, W, 3) as an array, BGR; leading axes of length one are dropped.
 
     Raises
     ------
     InputError
         If it is not uint8 of that shape.
     """
-    array = as_array("image", image)
+    array = image if type(image) is np.ndarray else as_pixels("image", image, "three")
+    if array.ndim > 3:
+        array = _without_leading_ones(array, 3)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype != np.uint8:
-        raise InputError(f"image must have shape (H, W, 3) and type uint8, got {array.shape} of {array.dtype}")
+        remedy = _image_remedy(array)
+        raise InputError(f"image must have shape (H, W, 3) and type uint8, got {array.shape} of {array.dtype}{remedy}")
     return array
+
+
+def _image_remedy(array: AnyArray) -> str:
+    """Return what makes an image of an array that is none, to be added to a message; nothing where that is unclear."""
+    channels = array.shape[-1] if array.ndim == 3 else 0
+    if channels == 3:
+        return _EIGHT_BITS.get(array.dtype.kind, "")
+    if channels == 4:
+        return "; four channels: image[..., :3] if they are BGRA, image[..., 2::-1] if they are RGBA"
+    if channels and array.shape[0] in (3, 4):
+        return "; channels come last: image.transpose(1, 2, 0), and [..., 2::-1] of that if they are RGB"
+    if array.ndim == 2:
+        return "; a grey image is repeated: np.dstack([image] * 3)"
+    return _IS_A_STACK if array.ndim in (3, 4) else ""
+
+
+_EIGHT_BITS = {
+    "f": "; scale it first: (255 * image).astype(np.uint8) if it is in 0..1, image.astype(np.uint8) if it is in 0..255",
+    "u": "; reduce it first: (image >> 8).astype(np.uint8) if it has 16 bits",
+    "i": "; image.astype(np.uint8) if it is in 0..255",
+}
+
+
+def looks_like_image(array: AnyArray) -> bool:
+    """Return whether an array is meant as a colour image, a wrong one among them, rather than as a mask."""
+    if array.ndim > 3:
+        array = _without_leading_ones(array, 3)
+    if array.ndim > 3:
+        return 3 in (array.shape[1], array.shape[-1])
+    if array.ndim < 3:
+        return False
+    return 1 not in (array.shape[0], array.shape[2]) or (array.shape[2] == 3 and array.dtype == np.uint8)
 
 
 def check_mask(mask: npt.ArrayLike, name: str = "mask") -> AnyArray:
@@ -150,11 +172,29 @@ def check_depth(depth: npt.ArrayLike) -> AnyArray:
 
 
 def _as_plane(name: str, value: npt.ArrayLike) -> AnyArray:
-    array = as_array(name, value)
+    array = value if type(value) is np.ndarray else as_pixels(name, value, "one")
+    if array.ndim == 2:
+        return array
+    plane = plane_of(array)
+    if plane.ndim != 2:
+        remedy = _IS_A_STACK if plane.ndim in (3, 4) else ""
+        if plane.ndim == 3 and plane.shape[2] in (3, 4):
+            remedy = f"; read it with one channel (cv2.IMREAD_UNCHANGED), or pass {name}[..., 0]"
+        raise InputError(f"{name} must have shape (H, W), (H, W, 1) or (1, H, W), got {array.shape}{remedy}")
+    return plane
+
+
+def plane_of(array: AnyArray) -> AnyArray:
+    """Return an array without the axes of length one before and behind rows and columns, of which none may be left."""
+    array = _without_leading_ones(array, 3)
     if array.ndim == 3 and array.shape[2] == 1:
-        array = array[:, :, 0]
-    if array.ndim != 2:
-        raise InputError(f"{name} must have shape (H, W) or (H, W, 1), got {array.shape}")
+        return array[:, :, 0]
+    return _without_leading_ones(array, 2)
+
+
+def _without_leading_ones(array: AnyArray, ndim: int) -> AnyArray:
+    while array.ndim > ndim and array.shape[0] == 1:
+        array = array[0]
     return array
 
 

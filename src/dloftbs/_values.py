@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import operator
 import os
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from itertools import islice, pairwise
 from numbers import Integral, Real
 from pathlib import Path
 
@@ -30,6 +31,9 @@ MAX_WHOLE = 2**53
 """Largest integer that JSON and a float64 hold exactly: no index, id or number of frames is larger."""
 
 _LONGEST_SHOWN = 200  # characters of a value in a message
+_MOST_SHOWN = 8  # numbers of an array, items of a list and keys in a message
+_LEVELS = 3  # of lists within lists in a message
+_PLAIN = (str, bytes, int, float, complex, type(None))
 _LONGEST_REPR = 280  # characters of a value by itself, a line or two
 
 
@@ -159,12 +163,39 @@ def abridged(text: str) -> str:
 
 
 def shown(value: object) -> str:
-    """Return a value as a message says it: short, whatever it is."""
+    """Return a value as a message says it: short, whatever it is; arrays by their shapes, mappings by their keys."""
     try:
-        text = repr(value)
+        text = _outlined(value)
     except ValueError:  # Python writes no integer of more than some thousand digits
         text = "an integer of thousands of digits, or what holds one"
     return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}... ({len(text)} characters)"
+
+
+def _outlined(value: object, levels: int = _LEVELS) -> str:
+    kind = type(value).__name__
+    if hasattr(value, "shape") and hasattr(value, "dtype") and not isinstance(value, type):
+        shape = tuple(value.shape)
+        if math.prod(shape) > _MOST_SHOWN:
+            return f"{'array' if kind == 'ndarray' else kind} {shape} of {value.dtype}"
+    elif isinstance(value, Mapping):
+        if not all(isinstance(item, _PLAIN) for item in value.values()):
+            return f"a {kind} with the keys {_listed(value, levels)}"
+    elif is_dataclass(value) and not isinstance(value, type) and value.__dataclass_params__.repr:  # type: ignore[attr-defined]
+        return f"{kind}({_listed([getattr(value, field.name) for field in fields(value)], levels)})"
+    elif isinstance(value, (list, tuple)) and not (
+        len(value) <= _MOST_SHOWN and all(isinstance(item, _PLAIN) for item in value)
+    ):
+        listed = _listed(value, levels)
+        return f"[{listed}]" if isinstance(value, list) else f"({listed}{',' * (len(value) == 1)})"
+    return " ".join(repr(value).splitlines())
+
+
+def _listed(values: Collection[object], levels: int) -> str:
+    """Return the first of some values, and how many there are if those are not all."""
+    if levels == 0:
+        return "..."
+    more = f", ... ({len(values)} in all)" if len(values) > _MOST_SHOWN else ""
+    return ", ".join(_outlined(value, levels - 1) for value in islice(values, _MOST_SHOWN)) + more
 
 
 def count_of(number: int, what: str) -> str:

@@ -11,55 +11,64 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sources
+from dloftbs._array_likes import as_pixels, is_array_like
 from dloftbs._arrays import AnyArray
 from dloftbs._values import shown
-from dloftbs.camera import PinholeCamera
-from dloftbs.config import Colour, Config
-from dloftbs.errors import InputError
+from dloftbs.camera import CameraLike
+from dloftbs.config import Colour, ConfigLike
+from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
-from dloftbs.sources import Source, Where
+from dloftbs.sources import PathLike, Source, Where
+from dloftbs.sources.one_frame import read_beside, read_frame
+from dloftbs.sources.pixels import Kind
 
 
 def detect(
-    x: Frame | npt.ArrayLike,
+    x: Frame | npt.ArrayLike | PathLike,
     *,
     hsv: Colour | None = None,
-    image: npt.ArrayLike | None = None,
-    depth: npt.ArrayLike | None = None,
+    image: npt.ArrayLike | PathLike | None = None,
+    depth: npt.ArrayLike | PathLike | None = None,
     depth_unit_m: float | None = None,
-    camera: PinholeCamera | None = None,
-    occluders: npt.ArrayLike | None = None,
+    camera: CameraLike | None = None,
+    occluders: npt.ArrayLike | PathLike | None = None,
     objects: int | None = None,
-    config: Config | None = None,
-    segmenter: Segmenter | None = None,
+    config: ConfigLike | None = None,
+    segmenter: Segmenter | PathLike | None = None,
 ) -> FrameResult:
     """Find the objects in one frame, without memory.
 
     Parameters
     ----------
-    x : array_like or Frame
-        A mask (H, W) or (H, W, 1) of bool or any integer type, in which any non-zero is cable; or a BGR image
-        (H, W, 3), uint8, with `hsv` or a configuration that has one; or a whole frame. Never changed.
+    x : array_like, str, path or Frame
+        A mask (H, W), (H, W, 1) or (1, H, W) of bool or any integer type, in which any non-zero is cable; or a BGR
+        image (H, W, 3), uint8, with `hsv` or a configuration that has one; or the file of one picture, which is read as
+        `sources.open` reads it; or a whole frame. Arrays and tensors of any library are taken, and a picture of Pillow
+        by its mode; an array that is RGB has to be turned: ``x[..., ::-1]``. Never changed.
     hsv : str, HsvRange or several, optional
         Colour of the cables in an image, such as ``"170:10,80:255,60:255"`` for red: hue, saturation and value.
-    image : array_like, shape (H, W, 3), uint8, optional
+    image : array_like, shape (H, W, 3), uint8, or path, optional
         BGR, beside a mask; tells what lies in gaps of the mask, and which cable is on top.
-    depth : array_like, shape (H, W), optional
+    depth : array_like, shape (H, W), or path, optional
         See `Frame`; tells what hides gaps of the mask, or shows the ground in them, and with a camera gives curves in
-        space.
+        space. A file as `sources.open` reads it, or beside the file of a picture a naming rule such as
+        ``"{stem}_depth.png"``.
     depth_unit_m : float, optional
         Metres per count of an integer depth image; 0.001 where it is not given: millimetres.
-    camera : PinholeCamera, optional
-    occluders : array_like, shape (H, W) or (H, W, 1), bool or any integer type, optional
-        What may hide cables, as `Frame` has it.
+    camera : PinholeCamera, str, path or array_like, optional
+        Also the file of a calibration, its matrix K, shape (3, 3), or (fx, fy, cx, cy).
+    occluders : array_like, shape (H, W), bool or any integer type, or path, optional
+        What may hide cables, as `Frame` has it; files as of `depth`.
     objects : int, optional
         Number of objects, if it is known: pieces are joined, and short ones left out, until there are no more.
-    config : Config, optional
-    segmenter : callable, optional
-        From an image (H, W, 3) to a mask (H, W), a `ColourModel` say, in the place of a colour.
+    config : Config, str, path or dict, optional
+        Also a YAML file, or a dictionary as `Config.from_dict` takes it.
+    segmenter : callable, str or path, optional
+        From an image (H, W, 3) to a mask (H, W), a `ColourModel` say, in the place of a colour; or an ONNX file, as
+        `Pipeline` takes it.
 
     Returns
     -------
@@ -71,9 +80,18 @@ def detect(
     InputError
         If shapes or types are wrong or disagree, or nothing says what in an image is cable.
     ConfigError
-        If the colour or the number of objects is wrong.
+        If the colour, the number of objects or the configuration's file is wrong.
+    SourceError
+        If a file cannot be read.
     """
-    frame = as_frame(x)
+    kind: Kind = "auto" if image is None else "mask"
+    frame = read_frame(x, kind) if isinstance(x, (str, os.PathLike)) else as_frame(x)
+    if isinstance(image, (str, os.PathLike)):
+        image = read_frame(image, "image").image
+    if isinstance(depth, (str, os.PathLike)):
+        depth = read_beside("depth", depth, x)
+    if isinstance(occluders, (str, os.PathLike)):
+        occluders = read_beside("occluders", occluders, x)
     beside = {
         "image": image,
         "depth": depth,
@@ -102,16 +120,17 @@ def track(
     *,
     hsv: Colour | None = None,
     objects: int | None = None,
-    config: Config | None = None,
-    segmenter: Segmenter | None = None,
+    config: ConfigLike | None = None,
+    segmenter: Segmenter | PathLike | None = None,
 ) -> Iterator[FrameResult]:
     """Follow the objects through a stream, one result a frame, as the frames come.
 
     Parameters
     ----------
-    frames : str, path, int, array (N, H, W) or (N, H, W, 3), or iterable
+    frames : str, path, int, array (N, H, W) or (N, H, W, 3), cv2.VideoCapture, or iterable
         A video, a folder, a glob or a camera, as `sources.open` takes it, which has more options; or frames, masks
-        (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them.
+        (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. A capture is read until it gives no
+        more, and stays open; its frames have no times, as those of its path or index have.
     hsv, objects, config, segmenter
         As `Pipeline` takes them.
 
@@ -127,18 +146,49 @@ def track(
         If there is nothing there or it cannot be opened.
     """
     pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter)
+    if is_array_like(frames):
+        array = as_pixels("the stream", frames, "any")
+        frames = list(array) if array.ndim == 1 and array.dtype.kind == "O" else array  # arrays of several sizes
     if isinstance(frames, Frame) or (isinstance(frames, np.ndarray) and _is_one(frames)):
         raise InputError("expected a stream, got a single frame: detect takes one, and Pipeline.process one by one")
     if isinstance(frames, (str, os.PathLike, int, np.integer, np.ndarray)) or _are_paths(frames):
         return _track_source(sources.open(cast(Where, frames)), pipeline)
+    if _is_capture(frames):
+        frames = _frames_of(frames)
     if not isinstance(frames, Iterable) or isinstance(frames, (bytes, dict)):
         raise InputError(f"expected a path, a camera's index or an iterable of frames, got {shown(frames)}")
     return (pipeline.process(cast("Frame | AnyArray", frame)) for frame in frames)
 
 
+def _is_capture(frames: object) -> bool:
+    """Return True for what reads frames as `cv2.VideoCapture` does."""
+    return all(callable(getattr(frames, name, None)) for name in ("isOpened", "grab", "read"))
+
+
+def _frames_of(capture: Any) -> Iterator[AnyArray]:
+    """Return the frames of a capture, as they come.
+
+    Raises
+    ------
+    SourceError
+        At once, if the capture is not open.
+    """
+    if not capture.isOpened():
+        raise SourceError("the capture is not open: there is no such video or camera, or it was released")
+    return _read_all(capture)
+
+
+def _read_all(capture: Any) -> Iterator[AnyArray]:
+    while True:
+        is_read, image = capture.read()
+        if not is_read:
+            return
+        yield image
+
+
 def _is_one(array: AnyArray) -> bool:
     """Return True for a mask or a colour image rather than a stack of them."""
-    return array.ndim < 3 or (array.ndim == 3 and array.shape[2] == 3 and array.dtype == np.uint8)
+    return array.ndim < 3 or (array.ndim == 3 and (array.shape[2], array.dtype) in ((3, np.uint8), (1, array.dtype)))
 
 
 def _are_paths(frames: object) -> bool:

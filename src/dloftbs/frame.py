@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from os import PathLike
 
+import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, as_array, check_depth, check_image, check_mask
+from dloftbs._array_likes import NONE_IS, as_pixels
+from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask, looks_like_image
 from dloftbs._values import (
     DEPTH_UNITS_M,
     MAX_WHOLE,
@@ -16,11 +17,9 @@ from dloftbs._values import (
     check_number,
     check_stamp,
     check_text,
-    check_type,
     set_fields,
-    shown,
 )
-from dloftbs.camera import PinholeCamera
+from dloftbs.camera import PinholeCamera, as_camera
 from dloftbs.errors import InputError
 
 _REGISTER = (
@@ -46,6 +45,7 @@ class Frame:
         Any non-zero is something in front that may hide cables: a robot rendered from its joints, or a detected hand.
         Where it is given, all the rest of the frame is in plain sight: a cable is not assumed hidden there.
     camera : PinholeCamera, optional
+        Also its matrix K, shape (3, 3), or (fx, fy, cx, cy), or the path of a calibration, of which one is made.
         Without it, depth cannot become metres and there are no curves in space.
     index : int
         Position in the stream; a frame that could not be read leaves a hole.
@@ -75,7 +75,7 @@ class Frame:
 
     def __post_init__(self) -> None:
         if self.image is None and self.mask is None:
-            raise InputError("a frame needs an image or a mask, got neither")
+            raise InputError(f"a frame needs an image or a mask, got neither, or None for it ({NONE_IS})")
         if self.image is not None:
             object.__setattr__(self, "image", _read_only(check_image(self.image)))
         if self.mask is not None:
@@ -92,8 +92,9 @@ class Frame:
                     f"{name} must have the frame's size {self.size} (rows, columns), got {array.shape[:2]}{remedy}"
                 )
         if self.camera is not None:
-            check_type("camera", self.camera, PinholeCamera)
-            self.camera.check_size(self.size)
+            camera = as_camera(self.camera)
+            camera.check_size(self.size)
+            object.__setattr__(self, "camera", camera)
         set_fields(
             self,
             index=check_integer("index", self.index, 0, MAX_WHOLE),
@@ -116,7 +117,9 @@ class Frame:
 
 
 def as_frame(given: Frame | npt.ArrayLike, index: int = 0) -> Frame:
-    """Return a frame as it is, and an array as one: a mask (H, W) or (H, W, 1), or a colour image (H, W, 3).
+    """Return a frame as it is, and an array as one: a mask (H, W), or a colour image (H, W, 3).
+
+    Axes of length one before or behind those of a mask are dropped. A picture of Pillow is taken by its mode.
 
     Raises
     ------
@@ -125,15 +128,8 @@ def as_frame(given: Frame | npt.ArrayLike, index: int = 0) -> Frame:
     """
     if isinstance(given, Frame):
         return given
-    if isinstance(given, (str, PathLike)):
-        remedy = "sources.open reads files, and track takes a path"
-        raise InputError(f"expected a Frame, a mask (H, W) or a colour image (H, W, 3), got {shown(given)}; {remedy}")
-    array = as_array("a frame", given)
-    if array.ndim == 3 and array.shape[2] == 4:
-        raise InputError("expected a mask (H, W) or a colour image (H, W, 3), got four channels; leave out the fourth")
-    if array.ndim == 3 and array.shape[2] != 1:
-        return Frame(image=array, index=index)
-    return Frame(mask=array, index=index)
+    array = given if type(given) is np.ndarray else as_pixels("the frame", given, "any")
+    return Frame(image=array, index=index) if looks_like_image(array) else Frame(mask=array, index=index)
 
 
 def _read_only(array: AnyArray) -> AnyArray:

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import logging
+import os
+from pathlib import Path
 from time import perf_counter
 
 import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray
 from dloftbs._values import count_of, shown
-from dloftbs.config import Colour, Config, NearestTrackingConfig, TrackingConfig, choose_config
+from dloftbs.config import (
+    Colour,
+    Config,
+    ConfigLike,
+    NearestTrackingConfig,
+    NetworkConfig,
+    SegmentationConfig,
+    TrackingConfig,
+    choose_config,
+)
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame, as_frame
@@ -16,13 +28,16 @@ from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
 from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
-from dloftbs.plausibility import warn_of_mask
+from dloftbs.plausibility import doubt_mask
 from dloftbs.published import NearestTracker, make_segments
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.stage_order import StageRun, kernel_rooms, run_stages
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
+
+_log = logging.getLogger("dloftbs.pipeline")
+_NETWORK = ".onnx"  # suffix of a network's file
 
 
 class Pipeline:
@@ -32,13 +47,15 @@ class Pipeline:
 
     Parameters
     ----------
-    config : Config, optional
+    config : Config, str, path or dict, optional
+        Also a YAML file, or a dictionary as `Config.from_dict` takes it.
     hsv : str, HsvRange or several, optional
         Colour of the cables, such as ``"170:10,80:255,60:255"``, in the place of `SegmentationConfig.hsv`.
     objects : int, optional
         Number of objects, if it is known, in the place of `ObjectsConfig.objects`.
-    segmenter : callable, optional
-        From an image (H, W, 3) to a mask (H, W), in the place of a colour.
+    segmenter : callable, str or path, optional
+        From an image (H, W, 3) to a mask (H, W), in the place of a colour; or the ONNX file of a network that takes RGB
+        in 0..1, as `NetworkConfig` has it by default.
 
     Raises
     ------
@@ -57,20 +74,16 @@ class Pipeline:
 
     def __init__(
         self,
-        config: Config | None = None,
+        config: ConfigLike | None = None,
         *,
         hsv: Colour | None = None,
         objects: int | None = None,
-        segmenter: Segmenter | None = None,
+        segmenter: Segmenter | str | os.PathLike[str] | None = None,
     ) -> None:
         self._config = choose_config(config, hsv, objects)
-        if segmenter is not None and not callable(segmenter):
-            raise InputError(f"segmenter must be a function from an image to a mask, got {shown(segmenter)}")
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
-        self._segmenter = (
-            make_segmenter(self._config.segmentation) if segmenter is None else FrameSegmenter([segmenter])
-        )
+        self._segmenter = make_segmenter(self._config.segmentation) if segmenter is None else _as_segmenter(segmenter)
         self._tracker = make_tracker(self._config.tracking)
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
@@ -98,7 +111,8 @@ class Pipeline:
         Parameters
         ----------
         frame : Frame or array_like
-            A mask (H, W) and a BGR image (H, W, 3) are frames, too, numbered as they come.
+            A mask (H, W) and a BGR image (H, W, 3) are frames, too, numbered as they come; a picture of Pillow is
+            taken by its mode.
 
         Raises
         ------
@@ -122,7 +136,7 @@ class Pipeline:
                 self._segmenter.reset()
         run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
         self._mask = run.mask
-        self._doubted = self._doubted or warn_of_mask(run.mask, frame.name)  # once in a stream
+        self._doubted = self._doubted or _warned(run, frame)  # once in a stream
         since = perf_counter()
         occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
         tracks = self._tracker.update(
@@ -143,7 +157,7 @@ class Pipeline:
         """
         frame = as_frame(frame)
         run = self._run_alone(frame)
-        warn_of_mask(run.mask, frame.name)
+        _warned(run, frame)
         return _result(frame, run, (), kept=frame)
 
     def reset(self) -> None:
@@ -172,9 +186,29 @@ class Pipeline:
             return run_stages(frame, self._config, self._segmenter)
 
 
+def _as_segmenter(given: Segmenter | str | os.PathLike[str]) -> FrameSegmenter | None:
+    """Return a function of the user's as a segmenter of frames, or the network of a file."""
+    if isinstance(given, (str, os.PathLike)) and Path(os.fsdecode(given)).suffix.lower() == _NETWORK:
+        return make_segmenter(SegmentationConfig(onnx=NetworkConfig(file=os.path.expanduser(os.fsdecode(given)))))
+    if not callable(given):
+        raise InputError(
+            f"segmenter must be a function from an image to a mask, or the path of a network (*{_NETWORK}), "
+            f"got {shown(given)}"
+        )
+    return FrameSegmenter([given])
+
+
 def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:
     """Return the tracker that a configuration asks for."""
     return Tracker(config) if isinstance(config, TrackingConfig) else NearestTracker()
+
+
+def _warned(run: StageRun, frame: Frame) -> bool:
+    """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
+    doubt = doubt_mask(run.share, frame.name)
+    if doubt is not None:
+        _log.warning("%s", doubt)
+    return doubt is not None
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:

@@ -26,7 +26,7 @@ from dloftbs.graph import Graph
 from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
-from dloftbs.plausibility import unit_hint
+from dloftbs.plausibility import refuse_mask, share_set, unit_hint
 from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
 from dloftbs.segmentation import FrameSegmenter
@@ -37,9 +37,10 @@ _KNOTS_PER_FREEDOM = 2.0
 
 @dataclass
 class StageRun:
-    """Results of the stages on one frame, as far as they came, and the time that each took."""
+    """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times."""
 
     mask: AnyArray
+    share: float
     stage_ms: dict[str, float] = field(default_factory=dict)
     crop: MaskCrop | None = None
     skeleton: Skeleton | None = None
@@ -96,12 +97,17 @@ def run_stages(
         As `Pipeline.process`.
     """
     clock = _Clock()
-    run = StageRun(_mask(frame, segmenter), clock.stage_ms)
+    mask = _mask(frame, segmenter)
+    run = StageRun(mask, share_set(mask), clock.stage_ms)
     clock.lap("segmentation")
+    if isinstance(config.linking, LinkingConfig):
+        run.reason = refuse_mask(mask, run.share, segmented=frame.mask is None)
+        if run.reason is not None:
+            return run
     run.crop = clean(run.mask, config.cleaning)
     clock.lap("cleaning")
     if run.crop is None:
-        run.reason = _why_nothing_is_left(run.mask, config, segmented=frame.mask is None)
+        run.reason = _why_nothing_is_left(run.mask, config, frame)
         return run
     run.skeleton = skeletonize(run.crop)
     clock.lap("skeleton")
@@ -176,7 +182,8 @@ def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:
     if segmenter is None:
         raise InputError(
             "nothing says what in the image is cable: give its colour, such as hsv='170:10,80:255,60:255' for red, "
-            "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask"
+            "a segmenter, such as ColourModel.fit(image, strokes), or the frame a mask; "
+            "if the image is a mask itself, pass one channel of it: image[..., 0]"
         )
     return segmenter(frame)
 
@@ -250,11 +257,14 @@ def _with_curve_3d(
     return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred, camera=camera)
 
 
-def _why_nothing_is_left(mask: AnyArray, config: Config, *, segmented: bool) -> str:
-    if not mask.any():
-        return "the mask is empty" + ": the segmentation finds no cable in the image" * segmented
-    side = config.cleaning.open_px
-    return f"nothing of the mask is left after the opening by {side} x {side} px"
+def _why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
+    if mask.any():
+        side = config.cleaning.open_px
+        return f"nothing of the mask is left after the opening by {side} x {side} px"
+    if frame.mask is not None:
+        return "the mask is empty"
+    order = " (arrays are BGR: turn an RGB one by image[..., ::-1])" if frame.image is not None else ""
+    return f"the mask is empty: the segmentation finds no cable in the image{order}"
 
 
 def _why_too_short(config: ObjectsConfig) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import FrozenInstanceError
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ from builders import through_json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.camera import PinholeCamera
+from dloftbs.camera import PinholeCamera, as_camera
 from dloftbs.errors import InputError
 
 CAMERA = PinholeCamera(fx=600.0, fy=610.0, cx=319.5, cy=239.5)
@@ -355,3 +356,42 @@ def test_another_size_is_refused_with_the_remedy():
         InputError, match=r"of size \(480, 640\).* got one of \(240, 320\).*camera.scaled\(\(240, 320\)\)"
     ):
         camera.check_size((240, 320))
+
+
+K = np.array([[300.0, 0.0, 100.0], [0.0, 310.0, 60.0], [0.0, 0.0, 1.0]])
+
+
+class TestCameraLike:
+    CAMERA = PinholeCamera(300, 310, 100, 60)
+
+    def test_a_camera_is_taken_as_it_is(self):
+        assert as_camera(self.CAMERA) is self.CAMERA
+
+    @pytest.mark.parametrize("given", [K, K.tolist(), K.ravel(), K.astype(np.float32), (300, 310, 100, 60)])
+    def test_numbers_are_taken(self, given):
+        assert as_camera(given) == self.CAMERA
+
+    @pytest.mark.parametrize("make", [str, Path])
+    def test_a_file_is_read(self, make, tmp_path):
+        path = tmp_path / "camera.yaml"
+        path.write_text("fx: 300\nfy: 310\ncx: 100\ncy: 60\n", encoding="utf-8")
+        assert as_camera(make(path)) == self.CAMERA
+
+    def test_a_dictionary_is_taken(self):
+        assert as_camera(self.CAMERA.to_dict()) == self.CAMERA
+
+    @pytest.mark.parametrize(
+        ("given", "message"),
+        [
+            ((K, np.zeros(5)), r"got \(array \(3, 3\) of float64, .*from_matrix\(K, distortion\)"),
+            (np.zeros((3, 4)), r"got array \(3, 4\) of float64"),
+            ((300, 310), r"got \(300, 310\)"),
+            (5, "camera must be a PinholeCamera, .* got 5"),
+            (np.diag([300.0, 310.0, 2.0]), "a camera matrix must be"),
+            ((300, 310, "x", 60), r"camera must be a PinholeCamera, .* got \(300, 310, 'x', 60\)"),
+            ((300, 310, 100, np.nan), "cy must be a finite number"),
+        ],
+    )
+    def test_the_rest_is_refused_with_the_call(self, given, message):
+        with pytest.raises(InputError, match=message):
+            as_camera(given)

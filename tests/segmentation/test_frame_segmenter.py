@@ -70,7 +70,15 @@ def test_another_colour_takes_the_place_of_the_learned_one_alone():
 
 def test_an_empty_mask_of_a_segmentation_is_said_to_be_one():
     result = dloftbs.detect(picture(), hsv="110:120")
-    assert result.reason == "the mask is empty: the segmentation finds no cable in the image"
+    assert result.reason == (
+        "the mask is empty: the segmentation finds no cable in the image "
+        "(arrays are BGR: turn an RGB one by image[..., ::-1])"
+    )
+
+
+def test_a_segmenter_that_returns_nothing_is_refused():
+    with pytest.raises(InputError, match="the segmenter returned None"):
+        dloftbs.detect(picture(), segmenter=lambda image: None)
 
 
 def test_the_first_guess_is_what_is_long_and_differs():

@@ -6,12 +6,13 @@ import struct
 import tracemalloc
 import zipfile
 
+import cv2
 import numpy as np
 import pytest
 from bounded import run_bounded
 
 from dloftbs import sources
-from dloftbs.camera import PinholeCamera
+from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError, SourceError
 
 RNG = np.random.default_rng(1)
@@ -43,9 +44,61 @@ def test_masks(dtype):
 
 
 def test_one_mask():
-    with sources.open(MASKS[0]) as source:
-        (frame,) = source
-    np.testing.assert_array_equal(frame.mask, MASKS[0])
+    for mask in (MASKS[0], MASKS[0][:, :, None]):
+        with sources.open(mask) as source:
+            (frame,) = source
+        np.testing.assert_array_equal(frame.mask, MASKS[0])
+
+
+SHAPES = [(5, 1, 8, 9), (5, 8, 9, 1)]
+"""Of the same stacks, as networks put them out."""
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("kind", ["auto", "mask"])
+def test_stacks_of_masks_with_an_axis_of_one(shape, kind):
+    with sources.open(MASKS.reshape(shape), kind=kind) as source:
+        np.testing.assert_array_equal([frame.mask for frame in source], MASKS)
+    with sources.open(MASKS.reshape(shape), kind="image") as source:
+        np.testing.assert_array_equal(next(iter(source)).image, np.dstack([MASKS[0]] * 3))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_files_of_stacks_with_an_axis_of_one(shape, tmp_path):
+    stacks = {key: value.reshape(shape) for key, value in (("masks", MASKS), ("depth", DEPTH), ("occluders", MASKS))}
+    np.savez(tmp_path / "a.npz", **stacks, images=IMAGES)
+    np.save(tmp_path / "masks.npy", stacks["masks"])
+    np.save(tmp_path / "images.npy", IMAGES)
+    with sources.open(tmp_path / "a.npz") as source:
+        frames = list(source)
+    for name, expected in (("image", IMAGES), ("mask", MASKS), ("depth", DEPTH), ("occluders", MASKS)):
+        np.testing.assert_array_equal([getattr(frame, name) for frame in frames], expected)
+    with sources.open(tmp_path / "masks.npy") as source:
+        np.testing.assert_array_equal([frame.mask for frame in source], MASKS)
+    with sources.open(tmp_path / "images.npy", masks=tmp_path / "masks.npy", depth=tmp_path / "a.npz") as source:
+        frames = list(source)
+    np.testing.assert_array_equal([frame.mask for frame in frames], MASKS)
+    np.testing.assert_array_equal([frame.depth for frame in frames], DEPTH)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_depth_with_an_axis_of_one_is_registered(shape):
+    camera = PinholeCamera(100, 100, 4, 4, size=(8, 9))
+    registration = DepthRegistration(camera, camera, np.eye(3), np.zeros(3))
+    source = sources.ArraySource("a", masks=MASKS, depth=DEPTH.reshape(shape), registration=registration)
+    np.testing.assert_allclose([frame.depth for frame in source], DEPTH, rtol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(1, 8, 9), (8, 9, 1)])
+def test_files_of_one_frame_with_an_axis_of_one(shape, tmp_path):
+    for i in range(2):
+        np.save(tmp_path / f"{i}_mask.npy", MASKS[i].reshape(shape))
+        np.save(tmp_path / f"{i}_depth.npy", DEPTH[i].reshape(shape))
+        cv2.imwrite(str(tmp_path / f"{i}.png"), IMAGES[i])
+    with sources.open(tmp_path / "?.png", masks="{stem}_mask.npy", depth="{stem}_depth.npy") as source:
+        frames = list(source)
+    np.testing.assert_array_equal([frame.mask for frame in frames], MASKS[:2])
+    np.testing.assert_array_equal([frame.depth for frame in frames], DEPTH[:2])
 
 
 def test_kind_overrules_the_shape():
@@ -59,9 +112,11 @@ def test_kind_overrules_the_shape():
     ("array", "kind", "message"),
     [
         (IMAGES[0], "auto", r"\(N, H, W, 3\), got \(8, 9, 3\).*array\[None\]"),
-        (IMAGES.astype(np.float32), "auto", r"uint8.*float32"),
+        (IMAGES.astype(np.float32), "auto", r"uint8.*float32; scale them first: \(255 \* images\)"),
+        (IMAGES.transpose(0, 3, 1, 2), "auto", r"channels come last: images\.transpose\(0, 2, 3, 1\)"),
+        (IMAGES[..., [0, 1, 2, 2]], "auto", r"four channels: images\[\.\.\., :3\] if they are BGRA"),
         (IMAGES[..., :2], "auto", r"\(5, 8, 9, 2\)"),
-        (DEPTH, "auto", r"bool or integers.*float32"),
+        (DEPTH, "auto", r"bool or integers.*float32; threshold them first: masks > 0\.5"),
         (MASKS[:0], "auto", "at least one frame"),
         (np.zeros(4), "auto", r"\(4,\)"),
         (MASKS.astype(bool), "image", "uint8.*bool"),

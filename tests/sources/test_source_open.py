@@ -27,7 +27,7 @@ def test_wrong_where(where):
         ({"fps": 0}, "positive number, got 0"),
         ({"fps": float("nan")}, "positive number"),
         ({"fps": "30"}, "positive number, got '30'"),
-        ({"camera": (1, 2, 3, 4)}, "camera must be a PinholeCamera or the path of a file"),
+        ({"camera": (1, 2, 3)}, r"camera must be a PinholeCamera, its matrix K \(3, 3\), .* got \(1, 2, 3\)"),
         ({"depth": 3}, "depth must be a path or a naming rule, got 3"),
         ({"masks": np.zeros((2, 3, 3))}, "mask must be a path"),
     ],

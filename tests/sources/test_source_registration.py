@@ -103,7 +103,7 @@ def test_a_registration_without_depth_is_an_error(tmp_path):
     [
         ({"registration": 3}, "registration must be a DepthRegistration or the path of a file, got 3"),
         ({"registration": REGISTRATION, "camera": DEPTH}, "camera and registration name two colour cameras"),
-        ({"camera": 3}, "camera must be a PinholeCamera or the path of a file, got 3"),
+        ({"camera": 3}, "camera must be a PinholeCamera, .* got 3"),
     ],
 )
 def test_wrong_options(options, message):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dloftbs.camera.lens_models import LensModel
-from dloftbs.camera.pinhole import PinholeCamera
+from dloftbs.camera.pinhole import CameraLike, PinholeCamera, as_camera
 from dloftbs.camera.registration import DepthRegistration
 
-__all__ = ["DepthRegistration", "LensModel", "PinholeCamera"]
+__all__ = ["CameraLike", "DepthRegistration", "LensModel", "PinholeCamera", "as_camera"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, as_array, as_float_array, as_numbers
+from dloftbs._array_likes import as_array, is_array_like
+from dloftbs._arrays import AnyArray, FloatArray, as_float_array, as_numbers
 from dloftbs._values import check_number, check_path, check_size, shown
 from dloftbs.camera.calibration_files import camera_values, read_camera
 from dloftbs.camera.lens_models import LENS_MODELS, LensModel
@@ -276,6 +278,46 @@ class PinholeCamera:
             rays = self.lens.undistorted(np.stack((x, y), axis=-1))
             x, y = rays[..., 0], rays[..., 1]
         return np.stack((x * depth, y * depth, depth), axis=-1)
+
+
+CameraLike = PinholeCamera | str | os.PathLike[str] | Mapping[str, Any] | npt.ArrayLike
+"""Cameras as users have them: the path of a calibration, what `to_dict` returns, K (3, 3), or (fx, fy, cx, cy)."""
+
+
+def as_camera(given: CameraLike) -> PinholeCamera:
+    """Return a camera as it is, and make one of its matrix, of its four numbers, or of its file.
+
+    Raises
+    ------
+    InputError
+        If it is something else, or no camera has these values.
+    SourceError
+        If the file cannot be read, or holds no camera.
+    """
+    if isinstance(given, PinholeCamera):
+        return given
+    if isinstance(given, (str, os.PathLike)):
+        return PinholeCamera.from_file(Path(os.path.expanduser(os.fsdecode(given))))
+    if isinstance(given, Mapping):
+        return PinholeCamera.from_dict(given)
+    matrix = _numbers(given)
+    if matrix is None:
+        raise InputError(
+            "camera must be a PinholeCamera, its matrix K (3, 3), (fx, fy, cx, cy) or the path of a calibration, got "
+            f"{shown(given)}; with a lens it is PinholeCamera.from_matrix(K, distortion)"
+        )
+    return PinholeCamera(*matrix.tolist()) if matrix.size == 4 else PinholeCamera.from_matrix(matrix.reshape(3, 3))
+
+
+def _numbers(given: object) -> AnyArray | None:
+    """Return the four numbers or the nine of a matrix; None for all else, such as a matrix and a lens together."""
+    if not is_array_like(given) and not isinstance(given, (list, tuple)):
+        return None
+    try:
+        array = as_array("camera", given)
+    except InputError:
+        return None
+    return array if array.dtype.kind in "fiu" and array.shape in ((4,), (9,), (3, 3)) else None
 
 
 def _coefficients(values: Any, model: str) -> tuple[float, ...]:

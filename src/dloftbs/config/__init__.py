@@ -8,7 +8,7 @@ Lengths in pixels end in ``_px``; the letters of the paper (Kicki, Szymko, Walas
 from __future__ import annotations
 
 from dloftbs.config.cleaning import CleaningConfig
-from dloftbs.config.config import Config, choose_config
+from dloftbs.config.config import Config, ConfigLike, choose_config
 from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
@@ -35,6 +35,7 @@ __all__ = [
     "ColourConfig",
     "ColourPicture",
     "Config",
+    "ConfigLike",
     "DepthConfig",
     "FittingConfig",
     "GreedyLinkingConfig",

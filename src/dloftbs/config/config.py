@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -197,7 +199,11 @@ class Config(Section, frozen=True, kw_only=True):
         return type(self).from_dict(data)
 
 
-def choose_config(config: Config | None, hsv: Colour | None, objects: int | None) -> Config:
+ConfigLike = Config | str | os.PathLike[str] | Mapping[str, Any]
+"""Configurations as users have them: one, the path of a YAML file, or the dictionary that `Config.from_dict` takes."""
+
+
+def choose_config(config: ConfigLike | None, hsv: Colour | None, objects: int | None) -> Config:
     """Return a configuration, by default the package's, with the colour and the number of objects chosen beside it.
 
     Raises
@@ -205,19 +211,26 @@ def choose_config(config: Config | None, hsv: Colour | None, objects: int | None
     InputError
         If the configuration is something else.
     ConfigError
-        If the colour or the number is wrong.
+        If its file cannot be read, or a value, the colour or the number is wrong.
     """
-    config = Config() if config is None else _checked(config)
+    config = Config() if config is None else _as_config(config)
     if hsv is not None:
         config = msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv))
     return config if objects is None else config.replace({"linking.objects": objects})
 
 
-def _checked(config: object) -> Config:
-    if not isinstance(config, Config):
-        remedies = "Config.from_dict takes a dictionary, Config.from_file a path, Config.from_yaml text"
-        raise InputError(f"config must be a Config, got {shown(config)}; {remedies}")
-    return config
+def _as_config(config: ConfigLike) -> Config:
+    if isinstance(config, Config):
+        return config
+    if isinstance(config, str) and "\n" in config:
+        raise InputError(
+            "config must be the path of a YAML file, got text of several lines: pass Config.from_yaml(text)"
+        )
+    if isinstance(config, (str, os.PathLike)):
+        return Config.from_file(Path(os.path.expanduser(os.fsdecode(config))))
+    if isinstance(config, Mapping):
+        return Config.from_dict(dict(config))
+    raise InputError(f"config must be a Config, the path of a YAML file or a dictionary, got {shown(config)}")
 
 
 def _with_ranges(data: Any) -> Any:

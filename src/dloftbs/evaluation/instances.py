@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs._arrays import FloatArray, as_array
+from dloftbs._array_likes import as_array
+from dloftbs._arrays import FloatArray
 from dloftbs.errors import InputError
 
 

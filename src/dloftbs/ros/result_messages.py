@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, as_array, check_depth, check_image, check_mask
+from dloftbs._array_likes import as_array
+from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask
 from dloftbs._text import readable
 from dloftbs._values import check_integer, check_size, check_text, check_type, set_fields
 from dloftbs.camera import PinholeCamera

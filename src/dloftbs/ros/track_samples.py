@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, as_array, as_points, as_vector
+from dloftbs._array_likes import as_array
+from dloftbs._arrays import FloatArray, as_points, as_vector
 from dloftbs._values import check_type, set_fields, shown
 from dloftbs.errors import InputError
 from dloftbs.frame_result import FrameResult

@@ -93,6 +93,8 @@ def _either(one: AnyArray, other: AnyArray) -> AnyArray:
 
 
 def _checked(mask: AnyArray, size: tuple[int, int]) -> AnyArray:
+    if mask is None:
+        raise InputError("the segmenter returned None; it must return a mask (H, W)")
     mask = check_mask(mask)
     if mask.shape != size:
         raise InputError(f"the segmenter's mask must have the frame's size {size}, got {mask.shape}")

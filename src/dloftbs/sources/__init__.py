@@ -20,8 +20,9 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._array_likes import as_pixels, is_array_like
 from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, shown
-from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.camera import CameraLike, DepthRegistration, PinholeCamera, as_camera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
@@ -65,7 +66,7 @@ def open(
     depth: PathLike | None = None,
     masks: PathLike | None = None,
     occluders: PathLike | None = None,
-    camera: PinholeCamera | PathLike | None = None,
+    camera: CameraLike | None = None,
     registration: DepthRegistration | PathLike | None = None,
     depth_unit_m: float | None = None,
     fps: float | None = None,
@@ -83,10 +84,10 @@ def open(
         An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG or WebP by
         itself, a video file, a .npy or .npz file, the address of a stream (``"rtsp://..."``), the index of a camera (0,
         ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image, an animation, a .npy or a .npz file on standard
-        input, which is read into memory as a whole. An array is a stack of images (N, H, W, 3), uint8, BGR, or of masks
-        (N, H, W), bool or integer. A .npz holds `images`, `masks` or both, and may hold `depth` and `occluders`
-        (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion` and
-        `distortion_model` as `PinholeCamera` has them.
+        input, which is read into memory as a whole. An array, of whatever library, is a stack of images (N, H, W, 3),
+        uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or (N, H, W, 1), bool or integer. A .npz holds `images`, `masks`
+        or both, and may hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy,
+        cx, cy, the latter with `distortion` and `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
@@ -103,8 +104,9 @@ def open(
         Masks to go with images, in the same ways; the key in a .npz file is `masks`.
     occluders : str or path, optional
         Masks of what may hide cables, in the same ways (see `Frame`); the key in a .npz file is `occluders`.
-    camera : PinholeCamera, str or path, optional
-        Goes with every frame, in place of what a .npz file says; a file as `PinholeCamera.from_file` reads it.
+    camera : PinholeCamera, str or path, or array_like, optional
+        Goes with every frame, in place of what a .npz file says; a file as `PinholeCamera.from_file` reads it, the
+        matrix K (3, 3), or (fx, fy, cx, cy).
     registration : DepthRegistration, str or path, optional
         The depth is that of a camera of its own, of any size: it is brought into the pixels of the images, whose camera
         is that of the registration. A file as `DepthRegistration.from_file` reads it.
@@ -152,6 +154,7 @@ def open(
     for what, partner in (("depth", depth), ("mask", masks), ("occluders", occluders)):
         if partner is not None:
             paired[cast(What, what)] = _path_text(what, partner)
+    where = as_pixels("where", where, "any") if is_array_like(where) else where
     live = _live_address(where)
     if live is not None:
         given = [*paired, *(["fps"] if fps is not None else []), *(["registration"] if registration else [])]
@@ -216,18 +219,15 @@ def _open_ros(
 
 
 def _cameras(
-    camera: PinholeCamera | PathLike | None, registration: DepthRegistration | PathLike | None
+    camera: CameraLike | None, registration: DepthRegistration | PathLike | None
 ) -> tuple[PinholeCamera | None, DepthRegistration | None]:
-    if isinstance(camera, (str, os.PathLike)):
-        camera = PinholeCamera.from_file(Path(os.path.expanduser(camera)))
+    camera = None if camera is None else as_camera(camera)
     if isinstance(registration, (str, os.PathLike)):
         registration = DepthRegistration.from_file(Path(os.path.expanduser(registration)))
-    if camera is not None and not isinstance(camera, PinholeCamera):
-        raise InputError(f"camera must be a PinholeCamera or the path of a file, got {camera!r}")
     if registration is None:
         return camera, None
     if not isinstance(registration, DepthRegistration):
-        raise InputError(f"registration must be a DepthRegistration or the path of a file, got {registration!r}")
+        raise InputError(f"registration must be a DepthRegistration or the path of a file, got {shown(registration)}")
     if camera not in (None, registration.colour_camera):
         raise InputError("camera and registration name two colour cameras; leave out the camera")
     return registration.colour_camera, registration
@@ -262,7 +262,7 @@ def _open_recorded(
     if isinstance(where, (str, os.PathLike)):
         return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, depth_unit_m, jobs)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
-        raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {where!r}")
+        raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {shown(where)}")
     paths = [Path(os.path.expanduser(item)) for item in where]
     for path in paths:
         _check_exists(path)
@@ -324,7 +324,7 @@ def _live_address(where: object) -> int | str | None:
 
 def _path_text(what: str, where: object) -> str:
     if not isinstance(where, (str, os.PathLike)):
-        raise InputError(f"{what} must be a path or a naming rule, got {where!r}")
+        raise InputError(f"{what} must be a path or a naming rule, got {shown(where)}")
     return os.fspath(where)
 
 
@@ -336,4 +336,4 @@ def _check_options(kind: object, masks: object, fps: object, jobs: object) -> No
     if fps is not None and (rate is None or rate <= 0.0):
         raise InputError(f"fps must be a positive number, got {shown(fps)}")
     if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
-        raise InputError(f"jobs must be an integer of at least 1, got {jobs!r}")
+        raise InputError(f"jobs must be an integer of at least 1, got {shown(jobs)}")

@@ -46,7 +46,8 @@ class NpzMember:
         self.shape, self.dtype, self._start = header.shape, header.dtype, header.start
         if header.fortran:
             raise self._broken("it is in Fortran order; save numpy.ascontiguousarray of it")
-        if math.prod(self.shape[1:3]) > MAX_PIXELS:
+        channels = 3 if self.ndim == 4 and self.shape[3] == 3 else 1
+        if math.prod(self.shape[1:]) > channels * MAX_PIXELS:
             raise self._broken(f"a frame must have at most {MAX_PIXELS} pixels, got {self.shape}")
 
     @property

@@ -207,10 +207,32 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     return _Files(what, [path])
 
 
+def read_partner(what: What, path: Path) -> AnyArray:
+    """Read depth, a mask or occluders (H, W) from an image file, or from a .npy or .npz file with one frame.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read, or holds something else or several frames.
+    """
+    if not os.path.exists(path):
+        raise SourceError(f"{what}: there is no file {str(path)!r}")
+    if path.suffix.lower() not in STACK_EXTENSIONS:
+        return _READERS[what](path)
+    partner = _Stacked(_open_stack(path, _STACK_KEYS[what]))
+    try:
+        array = partner.read(0) if partner.count == 1 else None
+    finally:
+        partner.close()
+    if array is None:
+        raise SourceError(f"{path}: {what} must hold one frame, got {partner.count}")
+    return array
+
+
 def _open_stack(path: Path, key: str) -> Stack:
     if path.suffix.lower() == ".npy":
         array = load_npy(path)
-        stack: Stack = array[None] if array.ndim == 2 else array
+        stack: Stack = array[None] if array.ndim == 2 or (array.ndim == 3 and array.shape[2] == 1) else array
     else:
         keys, _ = read_whole(path, ())
         if key not in keys:

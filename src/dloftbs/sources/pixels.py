@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import plane_of
 from dloftbs._npy import BROKEN, File, open_mapped, opened
 from dloftbs._values import shown
 from dloftbs.errors import InputError, SourceError
@@ -106,7 +107,7 @@ def read_mask(path: Path) -> AnyArray:
         _, mask = read_image_or_mask(path, "mask")
         assert mask is not None  # what was asked for
         return mask
-    mask = load_npy(path)
+    mask = plane_of(load_npy(path))
     if mask.ndim != 2 or not _is_countable(mask.dtype):
         raise SourceError(f"{path}: a mask must be (H, W) of bool or integers, got {mask.shape} of {mask.dtype}")
     return mask
@@ -121,7 +122,7 @@ def read_depth(path: Path) -> AnyArray:
         If the file cannot be read or is no depth.
     """
     if path.suffix.lower() == ".npy":
-        depth = load_npy(path)
+        depth = plane_of(load_npy(path))
         wanted = np.issubdtype(depth.dtype, np.number)
     else:
         try:

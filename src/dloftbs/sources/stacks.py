@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs._arrays import plane_of
 from dloftbs._npy import File, InMemory, is_npy
 from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration, PinholeCamera
@@ -43,7 +44,7 @@ class ArraySource(Source):
     name : str
     images : Stack, shape (N, H, W, 3), uint8, optional
         BGR.
-    masks : Stack, shape (N, H, W), bool or integer, optional
+    masks : Stack, shape (N, H, W), (N, 1, H, W) or (N, H, W, 1), bool or integer, optional
     depth : Stack, shape (N, H, W), floating point (metres) or integer, optional
     occluders : Stack, shape (N, H, W), bool or integer, optional
     stamps : array_like, shape (N,), optional
@@ -132,7 +133,7 @@ class ArraySource(Source):
         if len(given) == 2 or self._kind == "auto":
             return given.get("images"), given.get("masks")
         (pixels,) = given.values()
-        return image_or_mask(pixels, self._kind, lossy=False)
+        return image_or_mask(pixels if "images" in given else plane_of(pixels), self._kind, lossy=False)
 
     def _depth(self, index: int, pixels: AnyArray | None) -> AnyArray | None:
         depth = self._stacks["depth"][index] if self.has_depth else None
@@ -147,20 +148,20 @@ class ArraySource(Source):
 
 
 def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> ArraySource:
-    """Open an array of images (N, H, W, 3) or masks (N, H, W); one mask may be (H, W).
+    """Open an array of images (N, H, W, 3) or masks (N, H, W); one mask may be (H, W) or (H, W, 1).
 
     Raises
     ------
     InputError
         If the array is neither.
     """
-    if array.ndim == 2:
+    if array.ndim == 2 or (array.ndim == 3 and array.shape[2] == 1):
         array = array[None]
     if array.ndim == 3 and array.shape[2] in (3, 4) and kind != "mask":
         raise InputError(
             f"an array of images must have shape (N, H, W, 3), got {array.shape}; if it is one image, pass array[None]"
         )
-    if array.ndim == 4:
+    if array.ndim == 4 and _size_of_planes(array.shape) is None:
         return ArraySource(name, images=array, kind=kind, camera=camera, fps=fps)
     return ArraySource(name, masks=array, kind=kind, camera=camera, fps=fps)
 
@@ -237,7 +238,7 @@ def check_stacks(stacks: dict[str, Stack], *, registered: bool = True) -> int:
         raise InputError("images or masks must be given, got neither")
     for key, stack in stacks.items():
         check_stack(key, stack)
-    shapes = {key: stack.shape[: 3 if registered or key != "depth" else 1] for key, stack in stacks.items()}
+    shapes = {key: _size(key, stack)[: 3 if registered or key != "depth" else 1] for key, stack in stacks.items()}
     counts = {shape[0] for shape in shapes.values()}
     if len(counts) > 1 or len({shape for shape in shapes.values() if len(shape) == 3}) > 1:
         remedy = "; depth of a camera of its own needs a registration" if "depth" in stacks else ""
@@ -254,16 +255,46 @@ def check_stack(key: str, stack: Stack) -> None:
         If its shape or type is wrong, or there is no frame.
     """
     dtype = stack.dtype
-    whole = np.issubdtype(dtype, np.integer)
     if key == "images":
-        expected, valid = "(N, H, W, 3) of uint8", stack.ndim == 4 and stack.shape[3] == 3 and dtype == np.uint8
-    elif key in ("masks", "occluders"):
-        expected, valid = "(N, H, W) of bool or integers", stack.ndim == 3 and bool(whole or dtype == np.bool_)
+        expected = "(N, H, W, 3) of uint8"
+        valid = stack.ndim == 4 and stack.shape[3] == 3 and dtype == np.uint8
     else:
-        expected = "(N, H, W) of floating point or integers"
-        valid = stack.ndim == 3 and bool(whole or np.issubdtype(dtype, np.floating))
+        kinds = "fiu" if key == "depth" else "biu"
+        expected = f"(N, H, W) of {'floating point' if key == 'depth' else 'bool'} or integers"
+        valid = _size_of_planes(stack.shape) is not None and dtype.kind in kinds
     if not valid or 0 in stack.shape:
-        raise InputError(f"{key} must have shape {expected}, with at least one frame; got {stack.shape} of {dtype}")
+        raise InputError(
+            f"{key} must have shape {expected}, with at least one frame; got {stack.shape} of {dtype}"
+            f"{_remedy(key, stack)}"
+        )
+
+
+def _remedy(key: str, stack: Stack) -> str:
+    """Return what makes a stack of an array that is none, to be added to a message; nothing where that is unclear."""
+    if key != "images":
+        is_score = key != "depth" and stack.dtype.kind == "f"
+        return f"; threshold them first: {key} > 0.5" if is_score else ""
+    if stack.ndim == 4 and stack.shape[1] == 3:
+        return "; channels come last: images.transpose(0, 2, 3, 1), and [..., ::-1] of that if they are RGB"
+    if stack.ndim == 4 and stack.shape[3] == 4:
+        return "; four channels: images[..., :3] if they are BGRA, images[..., 2::-1] if they are RGBA"
+    if stack.ndim == 4 and stack.shape[3] == 3 and stack.dtype.kind == "f":
+        return "; scale them first: (255 * images).astype(np.uint8) if they are in 0..1"
+    return ""
+
+
+def _size(key: str, stack: Stack) -> tuple[int, ...]:
+    """Return ``(N, H, W)`` of a stack that was checked."""
+    return stack.shape[:3] if key == "images" else _size_of_planes(stack.shape) or stack.shape
+
+
+def _size_of_planes(shape: tuple[int, ...]) -> tuple[int, int, int] | None:
+    """Return ``(N, H, W)`` of a stack of masks or depth, (N, H, W), (N, H, W, 1) or (N, 1, H, W); None of all else."""
+    if len(shape) == 3:
+        return shape[0], shape[1], shape[2]
+    if len(shape) == 4 and shape[3] == 1:
+        return shape[0], shape[1], shape[2]
+    return (shape[0], shape[2], shape[3]) if len(shape) == 4 and shape[1] == 1 and shape[3] != 3 else None
 
 
 def _check_stamps(stamps: npt.ArrayLike, length: int) -> npt.NDArray[np.float64]:

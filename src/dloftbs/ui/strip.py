@@ -9,7 +9,7 @@ from time import monotonic
 
 from dloftbs.errors import DloftbsError
 from dloftbs.pipeline import Pipeline
-from dloftbs.plausibility import doubt_mask
+from dloftbs.plausibility import doubt_mask, share_set
 from dloftbs.steadiness import Steadiness
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.tune_document import TuneDocument
@@ -114,7 +114,7 @@ class Strip:
                 if self._interrupted():
                     return
                 mask = segment(frame)
-                doubt = doubt or doubt_mask(mask, frame.name)
+                doubt = doubt or doubt_mask(share_set(mask), frame.name)
                 result = pipeline.process(replace(frame, mask=mask))
                 steadiness.add(result.tracks)
                 last = frame.index

@@ -18,7 +18,7 @@ from dloftbs.config import Config, SegmentationConfig
 from dloftbs.errors import DloftbsError, InputError
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
-from dloftbs.plausibility import doubt_mask
+from dloftbs.plausibility import doubt_mask, share_set
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.sinks._safe_files import write_whole
 from dloftbs.ui.audience import Audience
@@ -256,7 +256,7 @@ class TuneSession:
             "name": readable(frame.name),
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
-            "doubt": None if is_suggested else doubt_mask(mask),
+            "doubt": None if is_suggested else doubt_mask(share_set(mask)),
         }
         parts = {"mask": encode_runs(mask)}
         if frame.index != image:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, as_array, check_image, check_mask
+from dloftbs._array_likes import as_pixels
+from dloftbs._arrays import FloatArray, check_image, check_mask, looks_like_image
 from dloftbs._values import check_type
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.curve import BSplineCurve
@@ -146,8 +147,8 @@ def as_picture(image_or_frame: Frame | npt.ArrayLike, style: Style) -> Picture:
         source = image_or_frame.image if image_or_frame.image is not None else image_or_frame.mask
         assert source is not None  # the frame saw to it
     else:
-        source = as_array("a picture", image_or_frame)
-    if source.ndim == 3 and source.shape[2] != 1:
+        source = as_pixels("the picture", image_or_frame, "any")
+    if looks_like_image(source):
         picture = np.array(check_image(source), order="C")
     else:
         picture = grey(check_mask(source) != 0, style)

@@ -1,0 +1,66 @@
+"""One frame out of files: a picture, and what goes with it."""
+
+from __future__ import annotations
+
+import os
+from itertools import islice
+from pathlib import Path
+
+from dloftbs import sources
+from dloftbs._values import shown
+from dloftbs.errors import InputError, SourceError
+from dloftbs.frame import Frame
+from dloftbs.sources.pairing import What, is_rule, partner_of, read_partner
+from dloftbs.sources.pixels import AnyArray, Kind
+from dloftbs.sources.standard_input import STANDARD_INPUT
+
+
+def read_frame(where: str | os.PathLike[str], kind: Kind = "auto") -> Frame:
+    """Read the frame of a file that holds one, as `sources.open` reads it.
+
+    Raises
+    ------
+    InputError
+        If it is a stream: a camera, a folder, or a file with several frames.
+    SourceError
+        If there is no such file, or it cannot be read.
+    """
+    text = os.fsdecode(where)
+    remedy = f"track({shown(text)}) follows a stream, and sources.open reads it frame by frame"
+    if text != STANDARD_INPUT and not os.path.isfile(os.path.expanduser(text)):
+        if os.path.exists(os.path.expanduser(text)) or "://" in text or text.isdecimal():
+            raise InputError(f"expected the file of one picture, got {shown(text)}; {remedy}")
+        raise SourceError(f"there is no file {shown(text)}")
+    with sources.open(text if text == STANDARD_INPUT else Path(text), kind=kind) as source:
+        frames = list(islice(source, 2))
+    if len(frames) > 1:
+        raise InputError(f"expected the file of one picture, and {shown(text)} holds several; {remedy}")
+    if not frames:
+        raise SourceError(f"{text} holds no frame that can be read")
+    return frames[0]
+
+
+def read_beside(what: What, where: str | os.PathLike[str], picture: object) -> AnyArray:
+    """Read depth, a mask or occluders that go with one picture.
+
+    Parameters
+    ----------
+    what : {"depth", "mask", "occluders"}
+    where : str or path
+        A file, or a naming rule such as ``"{stem}_depth.png"``, relative to the folder of the picture.
+    picture : object
+        Where the picture comes from; a path if there is a naming rule.
+
+    Raises
+    ------
+    InputError
+        If there is a naming rule, and the picture has no path.
+    SourceError
+        If the file cannot be read, or holds something else.
+    """
+    text = os.fsdecode(where)
+    if is_rule(text):
+        if not isinstance(picture, (str, os.PathLike)):
+            raise InputError(f"{what}: the naming rule {text!r} needs the path of a picture, got {shown(picture)}")
+        return read_partner(what, partner_of(Path(os.path.expanduser(os.fsdecode(picture))), text))
+    return read_partner(what, Path(os.path.expanduser(text)))
