@@ -90,7 +90,6 @@ class Pipeline:
         self._next_index = 0
         self._doubted = False
         self._mask: AnyArray | None = None
-        self._prepared: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
@@ -122,10 +121,7 @@ class Pipeline:
         """
         frame = as_frame(frame, self._next_index)
         self._next_index = frame.index + 1
-        rooms = kernel_rooms(self._config, frame)
-        if rooms != self._prepared:  # no frame of the stream is to wait for a kernel
-            preparation.prepare((*rooms, "tracking"))
-            self._prepared = rooms
+        preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
         since = perf_counter()
         predicted = self._tracker.prior(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)

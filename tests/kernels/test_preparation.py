@@ -117,3 +117,9 @@ def test_a_worker_compiles_what_it_is_given_and_ends_with_its_input(tmp_path):
         )
     assert answer == "dloftbs.evaluation.kernels.nearest_points\n"
     assert list(tmp_path.glob("kernels_*/nearest_points.*.nbc"))
+
+
+def test_rooms_that_are_loaded_are_not_looked_at_again(monkeypatch):
+    monkeypatch.setattr(preparation, "_loaded", {"linking", "fitting"})
+    monkeypatch.setattr(compiler, "count_missing", None)  # not asked
+    assert preparation.prepare(["fitting", "linking"]) == 0

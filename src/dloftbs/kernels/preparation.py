@@ -23,6 +23,8 @@ _WORKER = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.readline()); "
     "from dloftbs.kernels.preparation import serve; serve()"
 )
+_loaded: set[str] = set()
+"""Rooms whose kernels are loaded, as far as they were imported."""
 _entered: set[str] = set()
 """Rooms of which the cache has had all kernels, or this process has compiled those that it needed."""
 
@@ -40,6 +42,8 @@ def prepare(rooms: Sequence[str] | None = None) -> int:
     int
         Number of kernels that were not in the cache.
     """
+    if rooms is not None and _loaded.issuperset(rooms):
+        return 0
     missing = compiler.count_missing(rooms)
     with _workers(missing) as (waiting, threads):
         while waiting:
@@ -47,6 +51,7 @@ def prepare(rooms: Sequence[str] | None = None) -> int:
         for thread in threads:
             thread.join()
     compiler.make_ready(rooms)
+    _loaded.update(rooms or ())
     return sum(missing.values())
 
 
