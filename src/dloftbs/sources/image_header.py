@@ -27,8 +27,8 @@ _TIFF_SIDES = {256: 0, 322: 0, 257: 1, 323: 1}
 """Side, width or height, that each tag of TIFF gives: of the image, and of its tiles, all decoded whole."""
 AVIF_HEAD = 256
 """Bytes in which the brands of an AVIF file are looked for; libavif writes at most ten."""
-_AVIF_SIZE = re.compile(rb"\0\0\0\x14ispe")
-"""Head of a property that states a size: a box of 20 bytes, ISO/IEC 23008-12."""
+_AVIF_SIZE = re.compile(rb"\0\0\0\x14ispe.{4}(.{8})", re.DOTALL)
+"""Property that states a width and a height: a box of 20 bytes, ISO/IEC 23008-12."""
 _WEBP_ANIMATED = 0x02
 """Flag of animations in WebP's extended header."""
 _WEBP_FRAME_HEADER = 16
@@ -211,7 +211,7 @@ def _brands(data: bytes) -> set[bytes]:
 
 def _avif(data: bytes) -> tuple[int, int] | None:
     """Return the largest size that a property of an image states: of the image, or of its thumbnails and tiles."""
-    sizes = [struct.unpack_from(">II", data, found.end() + 4) for found in _AVIF_SIZE.finditer(data)]
+    sizes = [struct.unpack(">II", found[1]) for found in _AVIF_SIZE.finditer(data)]
     columns, rows = max(sizes, key=lambda size: size[0] * size[1], default=(0, 0))
     return (rows, columns) if sizes else None
 

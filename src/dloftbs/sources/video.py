@@ -16,7 +16,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.cameras import why_not
-from dloftbs.sources.picture import COUNTS
+from dloftbs.sources.picture import COUNTS, Picture
 from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.video_file import VideoFile
@@ -107,6 +107,7 @@ class VideoSource(_PictureSource):
 
     def _frames(self) -> Iterator[Frame]:
         count = following = 0  # frames that came, and the index after the last one that came or was skipped
+        stamp: float | None = None
 
         def lost(first: int, number: int) -> None:
             nonlocal following
@@ -123,14 +124,16 @@ class VideoSource(_PictureSource):
                     pixels = picture.counts() if self.holds_counts else picture.bgr()
                 except SourceError as error:
                     raise SourceError(f"{self.name}: {error}") from error
-                yield self._frame(picture.index, pixels, self._stamp(picture.index, picture.seconds), self._label)
+                stamp = self._stamp(picture, stamp)
+                yield self._frame(picture.index, pixels, stamp, self._label)
                 if self._closed:
                     return
 
-    def _stamp(self, index: int, seconds: float | None) -> float | None:
-        if self._timed and seconds is not None and seconds <= LONGEST_S:
-            return seconds
-        return None if self.fps is None else index / self.fps
+    def _stamp(self, picture: Picture, previous: float | None) -> float | None:
+        stamp = picture.seconds if self._timed else None
+        if stamp is None or stamp > LONGEST_S:
+            stamp = None if self.fps is None else picture.index / self.fps
+        return stamp if stamp is None or previous is None else max(stamp, previous)  # some may be without a time
 
     def _check_end(self, count: int, following: int, known: int, damage: str | None) -> None:
         expected = max(known, 1)  # a video has a frame

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -19,6 +20,9 @@ from dloftbs.sources.video_streams import main_stream
 
 MAX_FAILURES = 100
 """Reads of a file in a row that may fail before it is given up."""
+
+_HELD = 4
+"""Pictures held back until those after them came: threads report damage late, by about as far as codecs reorder."""
 
 Lost = Callable[[int, int], None]
 """Takes the index of the first of some pictures that cannot be decoded, and their number."""
@@ -149,7 +153,9 @@ class _Reading:
             why = "cannot be opened as a video: no format that FFmpeg reads, or cut off"
             raise SourceError(f"{path}: {error if isinstance(error, SourceError) else why}") from error
         self._stream.thread_type = "NONE" if careful else "AUTO"
-        self._stream.codec_context.options = {"max_pixels": str(MAX_PIXELS)}  # a video may grow in its middle
+        options = {"max_pixels": str(MAX_PIXELS)}  # a video may grow in its middle
+        # Threads may mark a damaged picture too late, and then have an error soon after it.
+        self._stream.codec_context.options = options if careful else {**options, "err_detect": "explode"}
         self.format: str | None = self._stream.codec_context.pix_fmt
         rate = self._stream.average_rate or self._stream.guessed_rate
         self.fps = float(rate) if rate else None
@@ -166,6 +172,7 @@ class _Reading:
     def pictures(self, lost: Lost, ended: Ended) -> Iterator[Picture]:
         """Yield the pictures; see `VideoFile.pictures`."""
         order = PictureOrder(self._stream.time_base, 1.0 / self.fps if self.fps else 0.0)
+        held: deque[Picture] = deque()
         index = 0
         failures = missing = 0  # since the last whole picture
         for frame in self._decoded(order):
@@ -185,12 +192,15 @@ class _Reading:
                     lost(index, missing)
                 index += missing
                 failures = missing = 0
-            yield Picture(index, seconds, frame, self._reformatter)
+            held.append(Picture(index, seconds, frame, self._reformatter))
             index += 1
+            if self._careful or len(held) > _HELD:
+                yield held.popleft()
+        if order.left and not self._careful and self._container is not None:
+            raise _DoubtError
+        yield from held
         if self._container is None:  # closed
             return
-        if order.left and not self._careful:
-            raise _DoubtError
         if failures or missing:
             index += missing + (order.left or failures)
         ended(index, damage_in(self._file) or (None if self._ends_whole else "cut off"))
@@ -206,7 +216,7 @@ class _Reading:
                     return
                 try:
                     packet = next(packets)
-                except StopIteration:
+                except (StopIteration, IndexError):  # the latter from PyAV where streams turn up late in a file
                     break
                 except self._errors:
                     packet, packets = None, self._container.demux(self._stream)
