@@ -13,7 +13,7 @@ from typing import Any
 
 from dloftbs.errors import SourceError
 from dloftbs.sources.containers import damage_in
-from dloftbs.sources.picture import Picture
+from dloftbs.sources.picture import Converter, Picture
 from dloftbs.sources.picture_order import PictureOrder
 from dloftbs.sources.pixels import MAX_PIXELS, check_pixels
 from dloftbs.sources.video_streams import main_stream
@@ -131,10 +131,9 @@ class _Reading:
 
     def __init__(self, path: Path, *, careful: bool = True) -> None:
         import av
-        from av.video.reformatter import VideoReformatter
 
         self._errors = av.FFmpegError
-        self._reformatter = VideoReformatter()
+        self._converter = Converter()
         self._careful = careful
         self._lock = Lock()
         self._container: Any = None
@@ -192,7 +191,7 @@ class _Reading:
                     lost(index, missing)
                 index += missing
                 failures = missing = 0
-            held.append(Picture(index, seconds, frame, self._reformatter))
+            held.append(Picture(index, seconds, frame, self._converter))
             index += 1
             if self._careful or len(held) > _HELD:
                 yield held.popleft()
