@@ -21,6 +21,8 @@ from dloftbs.sources.video_streams import main_stream
 MAX_FAILURES = 100
 """Reads of a file in a row that may fail before it is given up."""
 
+_SILENT = ("vp8", "ffv1")
+"""Decoders of FFmpeg that mend damage without a word: several pictures at a time would make it a matter of chance."""
 _HELD = 4
 """Pictures held back until those after them came: threads report damage late, by about as far as codecs reorder."""
 
@@ -151,7 +153,8 @@ class _Reading:
             self.close()
             why = "cannot be opened as a video: no format that FFmpeg reads, or cut off"
             raise SourceError(f"{path}: {error if isinstance(error, SourceError) else why}") from error
-        self._stream.thread_type = "NONE" if careful else "AUTO"
+        threads = "SLICE" if self._stream.codec_context.name in _SILENT else "AUTO"
+        self._stream.thread_type = "NONE" if careful else threads
         options = {"max_pixels": str(MAX_PIXELS)}  # a video may grow in its middle
         # Threads may mark a damaged picture too late, and then have an error soon after it.
         self._stream.codec_context.options = options if careful else {**options, "err_detect": "explode"}
