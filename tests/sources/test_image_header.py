@@ -161,6 +161,19 @@ def test_other_formats_are_named(tmp_path: Path) -> None:
         list(source)
 
 
+def test_an_avif_that_is_cut_off_or_changed_does_no_harm(tmp_path: Path) -> None:
+    Image = pytest.importorskip("PIL.Image")
+    Image.fromarray(np.full((30, 50, 3), 90, np.uint8)).save(tmp_path / "a.avif")
+    data = (tmp_path / "a.avif").read_bytes()
+    assert read_size(data) == (30, 50)
+    for length in range(len(data)):
+        assert read_size(data[:length]) in (None, (30, 50))
+    large = data.replace(struct.pack(">II", 50, 30), struct.pack(">II", LARGE, LARGE))
+    (tmp_path / "b.avif").write_bytes(large)
+    with sources.open(tmp_path / "b.avif") as source, pytest.raises(SourceError, match=r"b\.avif: must have at most"):
+        list(source)
+
+
 def test_a_video_that_promises_gigabytes_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.y4m"
     path.write_bytes(b"YUV4MPEG2 W15000 H15000 F30:1 Ip A0:0 C420jpeg\nFRAME\n" + bytes(1000))

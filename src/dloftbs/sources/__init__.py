@@ -27,6 +27,7 @@ from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
+from dloftbs.sources.image_header import AVIF_HEAD, is_avif_sequence
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import Kind, check_kind
@@ -81,7 +82,7 @@ def open(
     Parameters
     ----------
     where : str, path, int, numpy.ndarray or sequence of paths
-        An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG or WebP by
+        An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG, WebP, AVIF by
         itself, a video file, a .npy or .npz file, the address of a stream (``"rtsp://..."``), the index of a camera (0,
         ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image, an animation, a .npy or a .npz file on standard
         input, which is read into memory as a whole. An array, of whatever library, is a stack of images (N, H, W, 3),
@@ -91,17 +92,17 @@ def open(
     kind : {"auto", "image", "mask"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
-        says. In masks from JPEG, lossy WebP and video, cable begins at half brightness, since their codecs ring around
-        edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever their
+        says. In masks from JPEG, AVIF, lossy WebP and video, cable begins at half brightness, since their codecs ring
+        around edges. In PNG files of indexed colour that are masks, index 0 is ground, any other cable, whatever their
         colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image, as
         labels have it, or if all colours are grey.
     depth : str or path, optional
         Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) with as many frames, or a
-        naming rule such as ``"{stem}_depth.png"`` or ``"../depth/{stem}.npy"``, relative to the folder of each colour
-        file. Files are 16-bit or floating-point images, or .npy (H, W). Where one is missing or cannot be read,
-        there is a warning, and the frame goes without.
+        video of one channel of 16 bits; or a naming rule such as ``"{stem}_depth.png"`` or ``"../depth/{stem}.npy"``,
+        relative to the folder of each colour file. Files are 16-bit or floating-point images, or .npy (H, W). Where one
+        is missing or cannot be read, there is a warning, and the frame goes without.
     masks : str or path, optional
-        Masks to go with images, in the same ways; the key in a .npz file is `masks`.
+        Masks to go with images, in the same ways, or as any video; the key in a .npz file is `masks`.
     occluders : str or path, optional
         Masks of what may hide cables, in the same ways (see `Frame`); the key in a .npz file is `occluders`.
     camera : PinholeCamera, str or path, or array_like, optional
@@ -114,7 +115,7 @@ def open(
         Metres per count of integer depth; by default the registration's, or 0.001: millimetres.
     fps : float, optional
         Frames per second: the stamps are then ``index / fps``. Without it, files and arrays have no stamps of their own
-        (a .npz file may), and videos have the container's times.
+        (a .npz file may), and videos have those of the stream, counted from its first frame.
     jobs : int
         Image files decoded at the same time, in threads, ahead of the frame that is asked for; with 1, each is decoded
         when it is. Makes no difference to videos, cameras, stacks and recordings.
@@ -135,7 +136,8 @@ def open(
     InputError
         If an argument is of a wrong type or value.
     SourceError
-        If there is nothing there, it cannot be opened, or depth, masks or occluders differ from the frames in number.
+        If there is nothing there, it cannot be opened, or depth, masks or occluders differ from the frames in number;
+        where a video has to be read to count its frames, there is a warning at its end.
     """
     _check_options(kind, masks, fps, jobs)
     check_flag("keep_messages", keep_messages)
@@ -291,11 +293,19 @@ def _open_path(
     animation = open_animation(path, kind=kind, camera=camera, fps=fps)
     if animation is not None:
         return animation
-    if path.suffix.lower() in IMAGE_EXTENSIONS:
+    if path.suffix.lower() in IMAGE_EXTENSIONS and not _is_avif_sequence(path):
         return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
     if path.suffix.lower() in STACK_EXTENSIONS:
         return from_file(path, kind, camera, fps, registration, depth_unit_m)
     return VideoSource(path, kind=kind, camera=camera, fps=fps)
+
+
+def _is_avif_sequence(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return is_avif_sequence(file.read(AVIF_HEAD))
+    except OSError:  # which comes again where the image is read
+        return False
 
 
 def _check_exists(path: Path) -> None:

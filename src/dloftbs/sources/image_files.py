@@ -17,7 +17,7 @@ from dloftbs.overlap import in_order
 from dloftbs.sources.pixels import AnyArray, Kind, read_image_or_mask
 from dloftbs.sources.source import Source, logger
 
-IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".pbm", ".pgm", ".ppm")
+IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".avif", ".pbm", ".pgm", ".ppm")
 
 _SEPARATOR = f"[{re.escape(os.sep + (os.altsep or ''))}]"
 

@@ -15,7 +15,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 """Start of every PNG file."""
 JPEG = b"\xff\xd8\xff"
 """Start of every JPEG file."""
-FORMATS = "PNG, JPEG, BMP, TIFF, WebP, PBM, PGM, PPM or PFM"
+FORMATS = "PNG, JPEG, BMP, TIFF, WebP, AVIF, PBM, PGM, PPM or PFM"
 
 _PNM = re.compile(rb"P[1-6Ff](?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})(?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})\s")
 _NO_SIZE = {0xC4, 0xC8, 0xCC}
@@ -25,6 +25,10 @@ _ALONE = {0x01, *range(0xD0, 0xD9)}
 _TIFF_TYPES = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 16: "Q", 17: "q"}
 _TIFF_SIDES = {256: 0, 322: 0, 257: 1, 323: 1}
 """Side, width or height, that each tag of TIFF gives: of the image, and of its tiles, all decoded whole."""
+AVIF_HEAD = 256
+"""Bytes in which the brands of an AVIF file are looked for; libavif writes at most ten."""
+_AVIF_SIZE = re.compile(rb"\0\0\0\x14ispe.{4}(.{8})", re.DOTALL)
+"""Property that states a width and a height: a box of 20 bytes, ISO/IEC 23008-12."""
 _WEBP_ANIMATED = 0x02
 """Flag of animations in WebP's extended header."""
 _WEBP_FRAME_HEADER = 16
@@ -38,6 +42,8 @@ def read_size(data: bytes) -> tuple[int, int] | None:
 
     Of a TIFF with tiles larger than itself, the size of a tile.
     """
+    if is_avif(data):
+        return _avif(data)
     for begins, read in _READERS.items():
         if data.startswith(begins):
             try:
@@ -48,8 +54,8 @@ def read_size(data: bytes) -> tuple[int, int] | None:
 
 
 def is_lossy(data: bytes) -> bool:
-    """Return whether the pixels went through a codec that rings around edges: JPEG, or WebP that is not lossless."""
-    if data.startswith(JPEG):
+    """Return whether the pixels went through a codec that rings around edges: JPEG, AVIF, WebP that is not lossless."""
+    if data.startswith(JPEG) or is_avif(data):
         return True
     if not _is_webp(data):
         return False
@@ -60,6 +66,16 @@ def is_lossy(data: bytes) -> bool:
         if kind in (b"VP8 ", b"VP8L"):
             return kind == b"VP8 "
     return False
+
+
+def is_avif(data: bytes) -> bool:
+    """Return whether this is an AVIF file, of one image or of several."""
+    return data[4:8] == b"ftyp" and any(brand in _brands(data) for brand in (b"avif", b"avis"))
+
+
+def is_avif_sequence(data: bytes) -> bool:
+    """Return whether this is an AVIF file of several images; its first bytes are enough."""
+    return is_avif(data) and b"avis" in _brands(data)
 
 
 def is_animated(file: IO[bytes]) -> bool:
@@ -185,6 +201,19 @@ def _webp(data: bytes) -> tuple[int, int] | None:
         return (bits >> 14 & 0x3FFF) + 1, (bits & 0x3FFF) + 1
     columns, rows = struct.unpack_from("<I", data, 24)[0] & 0xFFFFFF, struct.unpack_from("<I", data, 26)[0] >> 8
     return rows + 1, columns + 1
+
+
+def _brands(data: bytes) -> set[bytes]:
+    """Return the brands of an ISO file, of which 16 bytes of its first box are not one: its head, and a version."""
+    box = data[: int.from_bytes(data[:4], "big")]
+    return {box[at : at + 4] for at in (8, *range(16, min(len(box), AVIF_HEAD), 4))}
+
+
+def _avif(data: bytes) -> tuple[int, int] | None:
+    """Return the largest size that a property of an image states: of the image, or of its thumbnails and tiles."""
+    sizes = [struct.unpack(">II", found[1]) for found in _AVIF_SIZE.finditer(data)]
+    columns, rows = max(sizes, key=lambda size: size[0] * size[1], default=(0, 0))
+    return (rows, columns) if sizes else None
 
 
 def _pnm(data: bytes) -> tuple[int, int] | None:

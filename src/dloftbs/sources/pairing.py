@@ -17,6 +17,7 @@ from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
+from dloftbs.sources.video import VideoSource
 
 What = Literal["depth", "mask", "occluders"]
 """Values that go with a frame, by the names of its fields."""
@@ -31,12 +32,24 @@ _STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks", "occluders": 
 
 
 class Partner(Protocol):
-    """Depth, masks or occluders that go with a stream, frame by frame."""
+    """Depth, masks or occluders that go with a stream, frame by frame.
 
-    count: int
+    Attributes
+    ----------
+    count : int or None
+        Number of them; None as long as only reading on can show it.
+    """
+
+    count: int | None
+
+    def start(self) -> Partner:
+        """Return it for one iteration, with indices that grow."""
 
     def read(self, index: int) -> AnyArray | None:
         """Return what goes with the frame (H, W), or None where it is missing, which is reported."""
+
+    def counted(self) -> int:
+        """Return the number of them, after reading to the end where that is needed."""
 
     def close(self) -> None:
         """Let go of files."""
@@ -44,9 +57,12 @@ class Partner(Protocol):
 
 class _Files:
     def __init__(self, what: What, paths: Sequence[Path]) -> None:
-        self.count = len(paths)
+        self.count: int | None = len(paths)
         self._what = what
         self._paths = paths
+
+    def start(self) -> Partner:
+        return self
 
     def read(self, index: int) -> AnyArray | None:
         try:
@@ -55,22 +71,74 @@ class _Files:
             logger.warning("frame %d goes without %s: %s", index, self._what, error)
             return None
 
+    def counted(self) -> int:
+        return len(self._paths)
+
     def close(self) -> None:
         """There is nothing open between two reads."""
 
 
 class _Stacked:
     def __init__(self, stack: Stack) -> None:
-        self.count = int(stack.shape[0])
+        self.count: int | None = int(stack.shape[0])
+        self._number = int(stack.shape[0])
         self._stack: Stack | None = stack
+
+    def start(self) -> Partner:
+        return self
 
     def read(self, index: int) -> AnyArray | None:
         return None if self._stack is None else self._stack[index]
+
+    def counted(self) -> int:
+        return self._number
 
     def close(self) -> None:
         if isinstance(self._stack, NpzMember):
             self._stack.close()
         self._stack = None
+
+
+class _Video:
+    """A video beside another stream, in step with it."""
+
+    def __init__(self, what: What, source: VideoSource) -> None:
+        self.count: int | None = None
+        self._what = what
+        self._source = source
+        self._frames: Iterator[Frame] | None = None
+        self._frame: Frame | None = None  # the latest
+        self._given = 0
+
+    def start(self) -> Partner:
+        return _Video(self._what, self._source)
+
+    def read(self, index: int) -> AnyArray | None:
+        while self._frame is None or self._frame.index < index:
+            if not self._advance():
+                return None
+        if self._frame.index == index:
+            return self._frame.mask
+        logger.warning("frame %d goes without %s: %s lacks it", index, self._what, self._source.name)
+        return None
+
+    def counted(self) -> int:
+        while self.count is None:
+            self._advance()
+        return self.count
+
+    def close(self) -> None:
+        self._source.close()
+
+    def _advance(self) -> bool:
+        """Read a frame, and return whether there was one."""
+        self._frames = self._frames or iter(self._source)
+        frame = next(self._frames, None)
+        if frame is None:
+            self.count = self._given + self._source.skipped
+            return False
+        self._frame, self._given = frame, self._given + 1
+        return True
 
 
 class PairedSource(Source):
@@ -89,7 +157,7 @@ class PairedSource(Source):
     Raises
     ------
     SourceError
-        If there are more or fewer of them than frames.
+        If there are more or fewer of them than frames; where only reading shows the number, there is a warning.
     """
 
     def __init__(
@@ -100,15 +168,14 @@ class PairedSource(Source):
         depth_unit_m: float = MILLIMETRE_M,
     ) -> None:
         self.name, self.fps, self.length = source.name, source.fps, source.length
+        self.length_is_estimate = source.length_is_estimate
         self._source = source
         self._partners = partners
         self._registration = registration
         self._depth_unit_m = depth_unit_m
         for what, partner in partners.items():
-            if self.length not in (None, partner.count):
-                raise SourceError(
-                    f"{what} must have as many frames as {self.name}, which has {self.length}; got {partner.count}"
-                )
+            if None not in (source.exact_length, partner.count) and source.exact_length != partner.count:
+                raise SourceError(_mismatch(what, self.name, source.exact_length, partner.count))
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames. One of which a partner is missing or cannot be read goes without that.
@@ -131,25 +198,47 @@ class PairedSource(Source):
             partner.close()
 
     def _frames(self, frames: Iterator[Frame]) -> Iterator[Frame]:
+        count = 0
+        short: set[What] = set()
+        partners = {what: partner.start() for what, partner in self._partners.items()}
         try:
             for frame in frames:
+                count += 1
                 self.skipped = self._source.skipped
                 paired = replace(frame, depth_unit_m=self._depth_unit_m) if "depth" in self._partners else frame
-                for what, partner in self._partners.items():
-                    paired = _with(paired, what, partner, self._registration if what == "depth" else None)
+                for what, partner in partners.items():
+                    paired = _with(paired, what, partner, self._registration if what == "depth" else None, short)
                 yield paired
         finally:
             self.skipped = self._source.skipped
+        if not self._closed:
+            self._check_counts(count + self.skipped, partners)
+
+    def _check_counts(self, count: int, partners: dict[What, Partner]) -> None:
+        """Report a partner of another length than the stream, whose frames were not counted before."""
+        for what, partner in partners.items():
+            number = partner.counted()
+            if number != count:
+                logger.warning("%s", _mismatch(what, self.name, count, number))
+                self.skipped += max(number - count, 0)
 
 
-def _with(frame: Frame, what: What, partner: Partner, registration: DepthRegistration | None) -> Frame:
+def _mismatch(what: What, name: str, expected: int | None, got: int | None) -> str:
+    return f"{what} must have as many frames as {name}, which has {expected}; got {got}"
+
+
+def _with(
+    frame: Frame, what: What, partner: Partner, registration: DepthRegistration | None, short: set[What]
+) -> Frame:
     without = _give(frame, what, None)
-    if frame.index >= partner.count:
-        logger.warning("frame %d goes without %s: there are only %d", frame.index, what, partner.count)
-        return without
     try:
-        array = partner.read(frame.index)
-        if array is not None and registration is not None:
+        array = partner.read(frame.index) if partner.count is None or frame.index < partner.count else None
+        if array is None:
+            if partner.count is not None and frame.index >= partner.count and what not in short:
+                logger.warning("frame %d goes without %s: there are only %d", frame.index, what, partner.count)
+                short.add(what)
+            return without
+        if registration is not None:
             array = registration.register(array, frame.size)
         return _give(without, what, array)
     except InputError as error:
@@ -182,7 +271,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     what : {"depth", "mask", "occluders"}
     where : str
         A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
-        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth", "masks" or "occluders".
+        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth", "masks" or "occluders"; a
+        video, for depth with one channel of 16 bits.
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 
@@ -204,7 +294,13 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
         raise SourceError(f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
-    return _Files(what, [path])
+    if path.suffix.lower() in IMAGE_EXTENSIONS:
+        return _Files(what, [path])
+    video = VideoSource(path, kind="mask")
+    if what == "depth" and not video.holds_counts:
+        video.close()
+        raise SourceError(f"{path}: depth in a video must have one channel of 16 bits (gray16le, as FFV1 keeps it)")
+    return _Video(what, video)
 
 
 def read_partner(what: What, path: Path) -> AnyArray:

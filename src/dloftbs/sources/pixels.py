@@ -13,7 +13,8 @@ from dloftbs._arrays import plane_of
 from dloftbs._npy import BROKEN, File, open_mapped, opened
 from dloftbs._values import shown
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sources.image_header import FORMATS, JPEG, is_lossy, read_durations, read_size
+from dloftbs.sources.avif import decode_avif
+from dloftbs.sources.image_header import FORMATS, JPEG, is_avif, is_avif_sequence, is_lossy, read_durations, read_size
 from dloftbs.sources.palette_png import as_grey, holds_labels, indices_of, is_indexed
 from dloftbs.sources.source import logger
 
@@ -46,9 +47,10 @@ def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArra
     try:
         data = read_bytes(path)
         count = len(read_durations(data))
-        if count > 1:
+        if count > 1 or is_avif_sequence(data):
+            number = f"{count} " if count else ""
             logger.warning(
-                "%s: only the first of its %d frames is read; an animation is a stream by itself", path, count
+                "%s: only the first of its %sframes is read; an animation is a stream by itself", path, number
             )
         return decode_image_or_mask(data, kind)
     except SourceError as error:
@@ -195,6 +197,8 @@ def decode(data: bytes) -> AnyArray:
     import cv2
 
     check_header(data)
+    if is_avif(data):
+        return decode_avif(data, MAX_PIXELS)
     try:
         pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
     except cv2.error as error:

@@ -31,6 +31,8 @@ class Source(ABC):
         Frames per second, None where unknown.
     length : int or None
         Number of frames, None where unknown.
+    length_is_estimate : bool
+        Whether there may be more frames than `length`, or fewer: containers of videos count wrongly.
     skipped : int
         Frames that could not be read so far, counted afresh by each iteration. Each leaves a hole in the indices, and
         is reported by a warning of the logger ``dloftbs.sources``.
@@ -43,10 +45,16 @@ class Source(ABC):
     name: str
     fps: float | None = None
     length: int | None = None
+    length_is_estimate: bool = False
     skipped: int = 0
     has_depth: bool = False
     live: bool = False
     _closed: bool = False
+
+    @property
+    def exact_length(self) -> int | None:
+        """Number of frames where it is known for sure."""
+        return None if self.length_is_estimate else self.length
 
     @abstractmethod
     def __iter__(self) -> Iterator[Frame]:

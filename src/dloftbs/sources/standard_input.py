@@ -12,7 +12,7 @@ from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.animations import AnimationSource
-from dloftbs.sources.image_header import FORMATS, read_durations, read_size
+from dloftbs.sources.image_header import FORMATS, is_avif_sequence, read_durations, read_size
 from dloftbs.sources.pixels import MAX_BYTES, Kind, decode_image_or_mask
 from dloftbs.sources.source import Source
 from dloftbs.sources.stacks import from_file
@@ -83,7 +83,7 @@ def open_standard_input(
     data = _read()
     if len(read_durations(data)) > 1:
         return AnimationSource(data, _NAME, _LABEL, kind=kind, camera=camera, fps=fps)
-    if read_size(data) is not None:
+    if read_size(data) is not None and not is_avif_sequence(data):
         return ImageSource(data, kind=kind, camera=camera, fps=fps)
     file = InMemory(_LABEL, data)
     if is_npy(data) or zipfile.is_zipfile(opened(file)):

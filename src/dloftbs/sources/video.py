@@ -1,135 +1,96 @@
-"""Video files, cameras and network streams, through OpenCV."""
+"""Video files, cameras and network streams."""
 
 from __future__ import annotations
 
 import math
-import os
 import re
 import time
-from abc import abstractmethod
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from dloftbs._text import readable
+from dloftbs._values import LONGEST_S
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.cameras import why_not
+from dloftbs.sources.picture import COUNTS, Picture
 from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
+from dloftbs.sources.video_file import VideoFile
 
 if TYPE_CHECKING:
     import cv2
 
 MAX_FAILURES = 100
-"""Reads in a row that may fail before a stream is given up."""
+"""Reads in a row that may fail before a camera or a network stream is given up."""
 LIVE_SCHEMES = ("rtsp", "rtsps", "rtp", "srtp", "udp", "rtmp", "rtmps", "srt")
 """Addresses under which there is never a file, as there may be under http."""
 RETRY_S = 0.02
 """Wait after a failed read of a camera or a stream, which fails at once while it is disturbed."""
 
 
-def open_capture(path: Path) -> cv2.VideoCapture:
-    """Return what OpenCV makes of a video file, whatever its name: names that are no UTF-8 crash OpenCV."""
-    import cv2
-
-    name = os.fsencode(path)
-    if readable(os.fspath(path)).encode() == name:
-        return cv2.VideoCapture(name.decode())
-    with TemporaryDirectory(prefix="dloftbs-") as folder:  # what is open does without its name
-        link = Path(folder, f"video{readable(path.suffix)}")
-        link.symlink_to(path.resolve())
-        return cv2.VideoCapture(str(link))
-
-
-class _CaptureSource(Source):
-    """Base of files and live streams: reading on over failures, and releasing the capture in the end.
-
-    A video is an image stream unless `kind` is "mask": a grey or a black frame does not make it a mask.
-    """
+class _PictureSource(Source):
+    """An image stream, unless `kind` is "mask": a grey or a black frame does not make it a mask."""
 
     def __init__(self, kind: Kind, camera: PinholeCamera | None) -> None:
         self._kind: Kind = "mask" if kind == "mask" else "image"
         self._camera = camera
-        self._captures: list[cv2.VideoCapture] = []
-
-    def close(self) -> None:
-        super().close()
-        for capture in list(self._captures):
-            self._release(capture)
-
-    def _release(self, capture: cv2.VideoCapture) -> None:
-        capture.release()
-        if capture in self._captures:
-            self._captures.remove(capture)
-
-    @abstractmethod
-    def _gives_up(self, index: int, failures: int) -> bool:
-        """Return whether reading ends after this number of failures in a row, the latest at this index."""
-
-    def _decoded(self, capture: cv2.VideoCapture) -> Iterator[tuple[int, AnyArray]]:
-        index = failures = 0
-        while True:
-            read, pixels = capture.read()
-            if not read:
-                failures += 1
-                if self._gives_up(index + failures - 1, failures):
-                    return
-                continue
-            if failures:
-                last = index + failures - 1
-                what = f"frame {index}" if failures == 1 else f"frames {index} to {last}"
-                self._skip(f"{what} of {self.name}", "cannot be decoded", failures)
-                index += failures
-                failures = 0
-            yield index, pixels
-            if self._closed:
-                return
-            index += 1
 
     def _frame(self, index: int, pixels: AnyArray, stamp: float | None, name: str) -> Frame:
         image, mask = image_or_mask(pixels, self._kind, lossy=True)
         return Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=f"{name}#{index}")
 
+    def _skip_frames(self, first: int, count: int) -> None:
+        what = f"frame {first}" if count == 1 else f"frames {first} to {first + count - 1}"
+        self._skip(f"{what} of {self.name}", "cannot be decoded", count)
 
-class VideoSource(_CaptureSource):
-    """A video file.
+
+class VideoSource(_PictureSource):
+    """A video file, read by PyAV; turned as its display matrix says.
 
     Parameters
     ----------
     path : Path
     kind : {"auto", "image", "mask"}
-        "auto" is "image". In masks cable begins at half brightness, since codecs ring around edges.
+        "auto" is "image". In masks cable begins at half brightness, since codecs ring around edges; in those of one
+        channel of 16 bits, whose codecs lose nothing, any non-zero is cable.
     camera : PinholeCamera, optional
         Goes with every frame.
     fps : float, optional
-        Gives the stamps ``index / fps``, in place of the container's times.
+        Gives the stamps ``index / fps``, in place of the stream's presentation times, counted from its first frame.
+
+    Attributes
+    ----------
+    holds_counts : bool
+        Whether the masks have one channel of 16 bits.
 
     Raises
     ------
     SourceError
-        If OpenCV cannot open the file.
+        If the file cannot be opened, holds no video or none that can be decoded, or its frames are too large.
     """
+
+    length_is_estimate = True
 
     def __init__(
         self, path: Path, *, kind: Kind = "auto", camera: PinholeCamera | None = None, fps: float | None = None
     ) -> None:
-        import cv2
-
         super().__init__(kind, camera)
         self.name = str(path)
-        self._path = path
-        capture = self._open()
-        count = _positive(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-        self.length = None if count is None else round(count)
-        self.fps = fps or _positive(capture.get(cv2.CAP_PROP_FPS))
+        self._label = path.name
+        self._file = VideoFile(path)
+        self.length = self._file.length
+        self.fps = fps or self._file.fps
         self._timed = fps is None
-        self._release(capture)
+        self.holds_counts = self._kind == "mask" and self._file.format in COUNTS
+        if self._file.unread is not None:
+            logger.warning("%s: %s", self.name, self._file.unread)
 
     def __iter__(self) -> Iterator[Frame]:
-        """Yield the frames. What cannot be decoded is skipped; a file that ends early is reported.
+        """Yield the frames. What cannot be decoded is skipped; a file that is cut off or damaged is reported.
 
         Raises
         ------
@@ -139,53 +100,55 @@ class VideoSource(_CaptureSource):
         self._begin()
         return self._frames()
 
+    def close(self) -> None:
+        """Close the file; waits for the frame that another thread is decoding."""
+        super().close()
+        self._file.close()
+
     def _frames(self) -> Iterator[Frame]:
-        capture = self._open()
-        count = 0
-        last = -1
-        previous: float | None = None
-        try:
-            for index, pixels in self._decoded(capture):
-                previous = stamp = self._stamp(capture, index, previous)
-                count, last = count + 1, index
-                yield self._frame(index, pixels, stamp, self._path.name)
-        finally:
-            self._release(capture)
-        if not self._closed:
-            self._check_end(count, last)
+        count = following = 0  # frames that came, and the index after the last one that came or was skipped
+        stamp: float | None = None
 
-    def _open(self) -> cv2.VideoCapture:
-        capture = open_capture(self._path)
-        if not capture.isOpened():
-            capture.release()
-            raise SourceError(f"{self.name}: cannot be opened as a video: no format that OpenCV reads, or cut off")
-        _check_size(capture, self.name)
-        self._captures.append(capture)
-        return capture
+        def lost(first: int, number: int) -> None:
+            nonlocal following
+            self._skip_frames(first, number)
+            following = first + number
 
-    def _stamp(self, capture: cv2.VideoCapture, index: int, previous: float | None) -> float | None:
-        import cv2
+        def ended(known: int, damage: str | None) -> None:
+            self._check_end(count, following, known, damage)
 
-        if self._timed:
-            seconds = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
-            # Some formats tell no time: it is then 0, or stands still.
-            if math.isfinite(seconds) and seconds >= 0.0 and (previous is None or seconds > previous):
-                return seconds
-        return None if self.fps is None else index / self.fps
+        with closing(self._file.pictures(lost, ended)) as pictures:
+            for picture in pictures:
+                count, following = count + 1, picture.index + 1
+                try:
+                    pixels = picture.counts() if self.holds_counts else picture.bgr()
+                except SourceError as error:
+                    raise SourceError(f"{self.name}: {error}") from error
+                stamp = self._stamp(picture, stamp)
+                yield self._frame(picture.index, pixels, stamp, self._label)
+                if self._closed:
+                    return
 
-    def _gives_up(self, index: int, failures: int) -> bool:
-        return self.length is None or index >= self.length or failures > MAX_FAILURES
+    def _stamp(self, picture: Picture, previous: float | None) -> float | None:
+        stamp = picture.seconds if self._timed else None
+        if stamp is None or stamp > LONGEST_S:
+            stamp = None if self.fps is None else picture.index / self.fps
+        return stamp if stamp is None or previous is None else max(stamp, previous)  # some may be without a time
 
-    def _check_end(self, count: int, last: int) -> None:
-        expected = self.length or 1  # a video that does not say how many frames it has must still have one
-        if last + 1 < expected:
-            self.skipped += expected - last - 1
-            why = "it is cut off or damaged, or counts wrongly"
-            logger.warning("%s: read %d frames of the %d that it should have; %s", self.name, count, expected, why)
+    def _check_end(self, count: int, following: int, known: int, damage: str | None) -> None:
+        expected = max(known, 1)  # a video has a frame
+        if damage is not None:  # by how many frames nobody knows
+            expected = max(known, self.length or 0, following + 1)
+        if following < expected:
+            self.skipped += expected - following
+            why = damage or "cut off or damaged"
+            logger.warning(
+                "%s: read %d frames of the %d that it should have; it is %s", self.name, count, expected, why
+            )
 
 
-class LiveSource(_CaptureSource):
-    """A camera or a network stream, which can be read once; stamps are seconds since it was opened.
+class LiveSource(_PictureSource):
+    """A camera or a network stream, which can be read once, by OpenCV; stamps are seconds since it was opened.
 
     Parameters
     ----------
@@ -217,7 +180,6 @@ class LiveSource(_CaptureSource):
             why = f": {why_not(where)}" if isinstance(where, int) else ""
             raise SourceError(f"{self.name} cannot be opened{why}")
         _check_size(self._capture, self.name)
-        self._captures.append(self._capture)
         self._opened = time.monotonic()
         self._started = False
         self.fps = _positive(self._capture.get(cv2.CAP_PROP_FPS))
@@ -236,20 +198,36 @@ class LiveSource(_CaptureSource):
         self._started = True
         return self._frames()
 
+    def close(self) -> None:
+        """Let go of the camera."""
+        super().close()
+        self._capture.release()
+
     def _frames(self) -> Iterator[Frame]:
         try:
-            for index, pixels in self._decoded(self._capture):
+            for index, pixels in self._decoded():
                 yield self._frame(index, pixels, time.monotonic() - self._opened, self.name)
+                if self._closed:
+                    return
         finally:
-            self._release(self._capture)
+            self._capture.release()
         if not self._closed:
             logger.warning("%s ended: %d reads in a row failed", self.name, MAX_FAILURES)
 
-    def _gives_up(self, index: int, failures: int) -> bool:
-        if self._closed or failures >= MAX_FAILURES:
-            return True
-        time.sleep(RETRY_S)
-        return False
+    def _decoded(self) -> Iterator[tuple[int, AnyArray]]:
+        index = failures = 0
+        while failures < MAX_FAILURES and not self._closed:
+            read, pixels = self._capture.read()
+            if not read:
+                failures += 1
+                time.sleep(RETRY_S)
+                continue
+            if failures:
+                self._skip_frames(index, failures)
+                index += failures
+                failures = 0
+            yield index, pixels
+            index += 1
 
 
 def _check_size(capture: cv2.VideoCapture, name: str) -> None:

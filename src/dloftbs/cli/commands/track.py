@@ -74,7 +74,7 @@ def track(
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
-    INPUT is a video, an animated PNG or WebP, a folder or a glob of images or masks in their natural
+    INPUT is a video, an animated PNG, WebP or AVIF, a folder or a glob of images or masks in their natural
     order, the files of one, an .npy or .npz file, a recording of ROS (.mcap, .db3, .bag or a rosbag2
     folder), the index of a camera or its device /dev/video0, the address of a stream, or - for standard
     input. Without --out, --overlay and --stages, results are JSON

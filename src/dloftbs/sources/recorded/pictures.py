@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dloftbs._documents import parse_json
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
+from dloftbs.sources.picture import Picture
 from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
 from dloftbs.sources.recorded.layout import files_in
-from dloftbs.sources.video import VideoSource, open_capture
-
-if TYPE_CHECKING:
-    import cv2
+from dloftbs.sources.video_file import VideoFile
 
 CAMERA = "camera.json"
 CAMERA_FILES = (CAMERA, "camera.yaml", "camera.yml")
@@ -125,10 +124,10 @@ class VideoFrames:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        with VideoSource(path) as video:
-            self.fps = video.fps
-            self.count = video.length
-        self._capture: cv2.VideoCapture | None = None
+        self._file = VideoFile(path)
+        self.fps = self._file.fps
+        self.count = self._file.count()
+        self._pictures: Iterator[Picture] | None = None
         self._next = 0
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -142,26 +141,21 @@ class VideoFrames:
         SourceError
             If there is none of the number, or it cannot be decoded.
         """
-        if self._capture is None or number < self._next:
-            self._rewind()
-        assert self._capture is not None
-        while self._next < number and self._capture.grab():
-            self._next += 1
-        done, pixels = self._capture.read()
-        if self._next < number or not done:
-            count = self._next
+        if self._pictures is None or number < self._next:
             self.close()
-            raise SourceError(f"{self.path}: has no picture {number}; {count} could be decoded")
-        self._next += 1
-        return pixels
+            self._pictures = self._file.pictures(lambda first, count: None, lambda known, damage: None)
+        for picture in self._pictures:
+            self._next = picture.index + 1
+            if picture.index == number:
+                return picture.bgr()
+            if picture.index > number:
+                break
+        count = self._next
+        self.close()
+        raise SourceError(f"{self.path}: has no picture {number}; {count} could be decoded")
 
     def close(self) -> None:
         """Let go of the file; reading again opens it again."""
-        if self._capture is not None:
-            self._capture.release()
-        self._capture = None
-
-    def _rewind(self) -> None:
-        self.close()
-        self._capture = open_capture(self.path)
+        self._file.close()
+        self._pictures = None
         self._next = 0

@@ -80,7 +80,7 @@ class WrittenSequence(RecordedSequence):
         self._starts = _line_starts(folder / RECORDS)
         self._video = VideoFrames(folder / VIDEO) if (folder / VIDEO).exists() and self._uses_video() else None
         count = len(self._starts)
-        if self._video is not None and self._video.count is not None:
+        if self._video is not None:
             count = min(count, self._video.count)  # a killed writer owes the video its last picture
         if count == 0 < header.length:
             raise SourceError(f"{folder}: holds none of its {header.length} frames; its writing was interrupted")
