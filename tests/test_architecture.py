@@ -14,7 +14,19 @@ import dloftbs
 
 PACKAGE = Path(dloftbs.__file__).parent
 
-GROUND = {"errors", "config", "kernels", "_arrays", "_documents", "_json", "_npy", "_text", "_values", "_version"}
+GROUND = {
+    "errors",
+    "config",
+    "kernels",
+    "spline_geometry",
+    "_arrays",
+    "_documents",
+    "_json",
+    "_npy",
+    "_text",
+    "_values",
+    "_version",
+}
 DATA = {
     "curve",
     "centerline",
@@ -83,6 +95,7 @@ MAY_IMPORT = {
     "_json": set(),
     "_text": set(),
     "_version": set(),
+    "spline_geometry": {"_arrays"},
     "overlap": set(),
     "worker_process": set(),
     "kernels": set(),

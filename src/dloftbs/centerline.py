@@ -87,7 +87,8 @@ class Joint:
     kind : JointKind
         Whether the mask goes on underneath.
     u : (float, float)
-        The span of the curve's parameter that it covers.
+        The span that it covers: of a centre line, of the distance along its pixels, `Centerline.u`; of a detection,
+        of the ``u`` of its curve.
     cost : float
         Cost of the link; for the published method ``J``.
     margin : float
@@ -161,6 +162,10 @@ class Joint:
         """Return the joint as it lies on the reversed centre line."""
         u, alternatives = (1.0 - self.u[1], 1.0 - self.u[0]), (self.alternatives[1], self.alternatives[0])
         return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
+
+    def _over(self, u: tuple[float, float]) -> Joint:
+        """Return the joint with another span, as of another parameter along the same object."""
+        return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, self.alternatives)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -256,9 +261,14 @@ class Centerline:
         """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
         return math.prod((joint.confidence for joint in self.joints), start=self.ends_confidence)
 
+    @property
+    def gaps(self) -> tuple[tuple[float, float], ...]:
+        """The spans of its joints that bridge gaps of the mask."""
+        return tuple([joint.u for joint in self.joints if joint.kind is JointKind.GAP])
+
     @cached_property
     def u(self) -> FloatArray:
-        """The curve's parameter at each pixel, shape (n,): see `arc_parameter`."""
+        """The distance along the pixels at each, normalised, shape (n,), which the spline is fitted by: its ``t``."""
         return frozen(arc_parameter(self.points, self.closed))
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
@@ -22,9 +24,11 @@ from dloftbs._values import (
 )
 from dloftbs.camera import PinholeCamera
 from dloftbs.centerline import Centerline, Joint, JointKind, Point
-from dloftbs.curve import BSplineCurve, check_curve
+from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.errors import InputError
 from dloftbs.u_mapping import known_in_space, to_image, to_space
+
+_Passes = tuple[tuple[int, float], tuple[int, float]]
 
 NO_DEPTH = "the frame has no depth"
 """Reason for no curve in space where nobody asked for one."""
@@ -61,7 +65,7 @@ class Detection:
     curve: BSplineCurve
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
-    inferred_3d: tuple[tuple[float, float], ...] = ()
+    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
     camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
@@ -82,20 +86,30 @@ class Detection:
         curve: BSplineCurve,
         curve_3d: BSplineCurve | None = None,
         no_3d_reason: str | None = None,
-        inferred_3d: tuple[tuple[float, float], ...] = (),
+        fitted_inferred_3d: tuple[tuple[float, float], ...] = (),
         camera: PinholeCamera | None = None,
     ) -> Detection:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from intervals of the own parameter of the spline in space."""
         detection = cls.__new__(cls)
         detection.__dict__.update(
             centerline=centerline,
             curve=curve,
             curve_3d=curve_3d,
             no_3d_reason=no_3d_reason,
-            inferred_3d=inferred_3d,
+            _fitted_inferred_3d=fitted_inferred_3d,
             camera=camera,
         )
         return detection
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curve in space once somebody asks for parts of its length: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted_inferred_3d")
+            if name != "inferred_3d" or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            spans = self.__dict__[name] = spans_by_length(self.curve_3d, fitted)
+            return spans
 
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
@@ -107,10 +121,12 @@ class Detection:
         """Width of the object, px: twice the median radius along the centre line."""
         return self.centerline.width
 
-    @property
+    @cached_property
     def joints(self) -> tuple[Joint, ...]:
-        """Joints that link the segments, in order."""
-        return self.centerline.joints
+        """Joints that link the segments, in order, with the spans of the ``u`` of `curve` that they cover."""
+        joints = self.centerline.joints
+        spans = spans_by_length(self.curve, tuple([joint.u for joint in joints]))
+        return tuple([joint._over(span) for joint, span in zip(joints, spans, strict=True)])
 
     @property
     def confidence(self) -> float:
@@ -147,10 +163,15 @@ class Detection:
     def reversed(self) -> Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
-        inferred_3d = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d)])
-        return Detection._unchecked(
-            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d, self.camera
+        backwards = Detection._unchecked(
+            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, (), self.camera
         )
+        for name in ("inferred_3d", "_fitted_inferred_3d"):
+            if name in self.__dict__:
+                backwards.__dict__[name] = tuple(
+                    [(1.0 - high, 1.0 - low) for low, high in reversed(self.__dict__[name])]
+                )
+        return backwards
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -188,7 +209,7 @@ class Crossing:
     """
 
     position: Point
-    passes: tuple[tuple[int, float], tuple[int, float]]
+    passes: _Passes
     top: int | None = None
     confidence: float = 0.0
 
@@ -212,12 +233,36 @@ class Crossing:
 
     @classmethod
     def _unchecked(
-        cls, position: Point, passes: tuple[tuple[int, float], tuple[int, float]], top: int | None, confidence: float
+        cls,
+        position: Point,
+        fitted_passes: _Passes,
+        curves: tuple[BSplineCurve, BSplineCurve],
+        top: int | None,
+        confidence: float,
     ) -> Crossing:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from passes by the own parameters of two splines."""
         crossing = cls.__new__(cls)
-        crossing.__dict__.update(position=position, passes=passes, top=top, confidence=confidence)
+        crossing.__dict__.update(position=position, _fitted=(fitted_passes, curves), top=top, confidence=confidence)
         return crossing
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curves once somebody asks where they cross: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted")
+            if name != "passes" or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            passes = tuple([(number, float(curve.u_at(t))) for (number, t), curve in zip(*fitted, strict=True)])
+            self.__dict__[name] = passes
+            return passes
+
+    def _fitted_passes(self, detections: Sequence[Detection]) -> _Passes:
+        """Return the passes by the own parameters of the splines of the frame's detections."""
+        fitted: tuple[_Passes, object] | None = self.__dict__.get("_fitted")
+        if fitted is not None:
+            return fitted[0]
+        (a, u_a), (b, u_b) = self.passes
+        return (a, float(detections[a].curve.t_at(u_a))), (b, float(detections[b].curve.t_at(u_b)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""

@@ -237,7 +237,7 @@ def _with_curve_3d(
     if not np.abs(curve.control_points).max() <= LARGEST:
         reason = f"by its depth and the camera it reaches farther than {LARGEST:g} m: check lifting.max_depth_m"
         return Detection._unchecked(detection.centerline, detection.curve, no_3d_reason=reason)
-    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred, camera=camera)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, None, inferred, camera)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config, *, segmented: bool) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import LARGEST, FloatArray, as_points
+from dloftbs._arrays import LARGEST, FloatArray, as_points, frozen
 from dloftbs._values import (
     MAX_WHOLE,
     check_integer,
@@ -20,7 +21,7 @@ from dloftbs._values import (
     shown,
 )
 from dloftbs.camera import PinholeCamera
-from dloftbs.curve import BSplineCurve, check_curve
+from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
 from dloftbs.u_mapping import known_in_space, to_image, to_space
@@ -97,12 +98,12 @@ class Track:
     hits: int
     misses: int
     detection: Detection | None
-    inferred: tuple[tuple[float, float], ...] = ()
+    inferred: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
     confidence: float = 1.0
     width: float | None = None
     ends: tuple[EndKind, EndKind] | None = None
-    velocity: FloatArray | None = None
-    velocity_3d: FloatArray | None = None
+    velocity: FloatArray | None = field(default_factory=lambda: None)
+    velocity_3d: FloatArray | None = field(default_factory=lambda: None)
     camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
@@ -137,15 +138,15 @@ class Track:
         hits: int,
         misses: int,
         detection: Detection | None,
-        inferred: tuple[tuple[float, float], ...],
+        fitted_inferred: tuple[tuple[float, float], ...],
         confidence: float,
         width: float | None,
         ends: tuple[EndKind, EndKind] | None = None,
-        velocity: FloatArray | None = None,
-        velocity_3d: FloatArray | None = None,
+        fitted_velocity: FloatArray | None = None,
+        fitted_velocity_3d: FloatArray | None = None,
         camera: PinholeCamera | None = None,
     ) -> Track:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from intervals and velocities by the splines' own parameters."""
         track = cls.__new__(cls)
         track.__dict__.update(
             id=number,
@@ -155,15 +156,30 @@ class Track:
             hits=hits,
             misses=misses,
             detection=detection,
-            inferred=inferred,
             confidence=confidence,
             width=width,
             ends=ends,
-            velocity=velocity,
-            velocity_3d=velocity_3d,
             camera=camera,
+            _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
         )
         return track
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curves once somebody asks for what lies along their length: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted")
+            if name not in ("inferred", "velocity", "velocity_3d") or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            inferred, velocity, velocity_3d = fitted
+            if name == "inferred":
+                value = spans_by_length(self.curve, inferred)
+            elif name == "velocity":
+                value = _by_length(self.curve, velocity)
+            else:
+                value = _by_length(self.curve_3d, velocity_3d)
+            self.__dict__[name] = value
+            return value
 
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
@@ -206,6 +222,14 @@ class Track:
             "width_px": self.width,
             "ends": None if self.ends is None else [end.value for end in self.ends],
         }
+
+
+def _by_length(curve: BSplineCurve | None, values: FloatArray | None) -> FloatArray | None:
+    """Return values (n, d) at even parameters of a spline as they are at even ``u``, read-only."""
+    if curve is None or values is None:
+        return None
+    even = np.linspace(0.0, 1.0, len(values))
+    return frozen(np.stack([np.interp(curve.t_at(even), even, column) for column in values.T], axis=1))
 
 
 def _check_ends(ends: tuple[EndKind, EndKind]) -> tuple[EndKind, EndKind]:

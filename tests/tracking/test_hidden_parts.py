@@ -232,7 +232,7 @@ class TestNeverSeen:
         tracker = Tracker(AT_ONCE)
         for _ in range(frames):
             (track,) = tracker.update([self.JOINED])
-        assert track.inferred == (self.GAP,)
+        assert track.inferred == (pytest.approx(self.GAP),)
         return tracker
 
     def test_the_frames_so_far_say_which_it_is(self):

@@ -107,7 +107,7 @@ def _trimmed(joint: Joint, length_px: float, curve: BSplineCurve, crop: MaskCrop
 
 def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> float:
     """Return the first parameter from one on at which the curve is on the mask again, and none beyond a last one."""
-    while (last - u) * step > 0.0 and not _is_on(curve(np.array([u])), crop, line.width):
+    while (last - u) * step > 0.0 and not _is_on(curve.spline(np.array([u])), crop, line.width):
         u = min(u + step, last) if step > 0.0 else max(u + step, last)
     return u
 

@@ -190,8 +190,9 @@ def lift(
     """
     sections = [_lay_sections(detection) for detection in detections]
     for crossing in crossings:
-        for number, (a, u_a) in enumerate(crossing.passes):
-            b, u_b = crossing.passes[1 - number]
+        passes = crossing._fitted_passes(detections)
+        for number, (a, u_a) in enumerate(passes):
+            b, u_b = passes[1 - number]
             if crossing.top == number:
                 continue
             mine, other = sections[a], sections[b]
@@ -219,7 +220,7 @@ def _lay_sections(detection: Detection) -> _Sections:
     )
     used = np.ones(len(u), dtype=np.bool_)
     margin = _MIXED_PX / max(length, 1.0)
-    for low, high in detection.inferred:
+    for low, high in line.gaps:
         used[(u > low - margin) & (u < high + margin)] = False
     return _Sections(u, points, tangents, radius, used, length / len(u))
 
