@@ -222,6 +222,27 @@ class TestTransformed:
         assert turned.length == pytest.approx(curve.length, rel=1e-9)
         assert turned.closed == curve.closed
 
+    @given(curves, st.floats(-np.pi, np.pi))
+    def test_a_homogeneous_matrix_does_the_same(self, curve, angle):
+        pose = np.eye(curve.ndim + 1)
+        pose[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        pose[:-1, -1] = np.arange(1.0, 1.0 + curve.ndim)
+        assert curve.transformed(pose) == curve.transformed(pose[:-1, :-1], pose[:-1, -1])
+        np.testing.assert_allclose(curve.transformed(pose).transformed(np.linalg.inv(pose))(U), curve(U), atol=1e-6)
+
+    @pytest.mark.parametrize(
+        ("matrix", "message"),
+        [
+            (np.eye(2), r"without an offset, matrix must have shape \(3, 3\), got \(2, 2\)"),
+            (np.eye(4), r"without an offset, matrix must have shape \(3, 3\), got \(4, 4\)"),
+            (np.array([[1, 0, 0], [0, 1, 0], [0.1, 0, 1]]), "the last row of a homogeneous matrix must be 0 0 1, got"),
+            (np.full((3, 3), np.nan), "matrix must be finite"),
+        ],
+    )
+    def test_what_is_no_pose_is_refused(self, matrix, message):
+        with pytest.raises(InputError, match=message):
+            wave().transformed(matrix)
+
     def test_a_plane_curve_can_be_laid_into_space(self):
         curve = wave()
         lifted = curve.transformed([[1, 0], [0, 1], [0, 0]], [0, 0, 0.7])

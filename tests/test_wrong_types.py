@@ -83,6 +83,7 @@ def calls(folder: Path) -> dict[str, Call]:
         "ColourModel": dloftbs.ColourModel(COLOUR),
         "DepthRegistration": DepthRegistration(CAMERA, CAMERA, np.eye(3), np.zeros(3)),
         "Detection": FOUND,
+        "FrameResult": RESULT,
         "OcclusionEvidence": EVIDENCE,
         "PinholeCamera": CAMERA,
         "Pipeline": dloftbs.Pipeline(),
@@ -115,6 +116,12 @@ def calls(folder: Path) -> dict[str, Call]:
         "BSplineCurve.sample": {"n": 5},
         "BSplineCurve.tangent": {"u": 0.5},
         "BSplineCurve.transformed": {"matrix": np.eye(2), "offset": np.zeros(2)},
+        "Crossing.from_dict": {"data": dloftbs.Crossing((1.0, 2.0), ((0, 0.1), (0, 0.9))).to_dict()},
+        "Detection.from_dict": {"data": FOUND.to_dict()},
+        "FrameResult.from_dict": {"data": RESULT.to_dict()},
+        "FrameResult.save": {"path": folder / "result.csv", "frame": FRAME},
+        "Joint.from_dict": {"data": dloftbs.Joint(dloftbs.JointKind.GAP, (0.1, 0.2), 1.0, 2.0).to_dict()},
+        "Track.from_dict": {"data": track.to_dict(), "detection": FOUND},
         "Centerline": {"segments": TRACE.segments, "joints": (), "closed": False, "ends_confidence": 1.0},
         "Config": {"fitting": dloftbs.config.FittingConfig(), "segmentation": dloftbs.config.SegmentationConfig()},
         "Config.from_dict": {"data": {}},
@@ -303,7 +310,7 @@ LEFT_OUT = {
     "evaluation.Matching.clean", "evaluation.Pair", "evaluation.PointError", "evaluation.TrackingScores",
     "ros.MessageFactory.__call__",
     "evaluation.TrackingScorer.add", "evaluation.TrackingScorer.track_of", "evaluation.match_distances",
-    "sinks.write_sequence",
+    "sinks.write_sequence", "FrameResult.to_dataframe",
 }  # fmt: skip
 """Names that other tests try, or that nobody calls by hand."""
 MADE_BY_OPEN = ("Source", "Sink", "KnownSequence")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -11,7 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dloftbs._arrays import LARGEST, FloatArray, as_points, as_vector, frozen
-from dloftbs._values import check_all, check_flag, check_number, check_pair, check_spans, check_type, count_of, shown
+from dloftbs._values import (
+    check_all,
+    check_flag,
+    check_number,
+    check_pair,
+    check_spans,
+    check_type,
+    count_of,
+    kind_of,
+    shown,
+    values_of,
+)
 from dloftbs.errors import InputError
 
 Point = tuple[float, float]
@@ -157,6 +169,26 @@ class Joint:
             "confidence": self.confidence,
             "alternatives": [None if point is None else list(point) for point in self.alternatives],
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Joint:
+        """Build a joint from what `to_dict` gave, without loss.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "kind", "u", "cost", "margin", "confidence", "alternatives"
+        kind, u, cost, margin, confidence, alternatives = values_of("a joint", data, *keys)
+        return cls(
+            kind_of("the kind of a joint", JointKind, kind),
+            u,
+            cost,
+            math.inf if margin is None else margin,
+            confidence,
+            alternatives,
+        )
 
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.interpolate import BSpline
 
 from dloftbs._arrays import LARGEST, FloatArray, as_float_array, as_numbers, as_points, as_vector, frozen
-from dloftbs._values import check_flag, check_integer, check_number, shown
+from dloftbs._values import check_flag, check_integer, check_number, shown, values_of
 from dloftbs.errors import InputError
 from dloftbs.spline_geometry import ArcLength, bends, directions, measure, nearest_place
 
@@ -303,25 +303,41 @@ class BSplineCurve:
         knots, control = 1.0 - self._knots[::-1], self._control_points[::-1].copy()
         return self._unchecked(knots, control, self._degree, self._closed)
 
-    def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike) -> BSplineCurve:
+    def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike | None = None) -> BSplineCurve:
         """Return the curve under the affine map ``p -> matrix @ p + offset``, exactly.
 
         Parameters
         ----------
-        matrix : array_like, shape (m, ndim)
-        offset : array_like, shape (m,)
+        matrix : array_like, shape (m, ndim), or without an offset (ndim + 1, ndim + 1)
+            The latter is homogeneous, with the offset in its last column: 4 x 4 in space, as of poses, 3 x 3 in the
+            image.
+        offset : array_like, shape (m,), optional
             With m of 2 or 3.
 
         Raises
         ------
         InputError
-            If the shapes disagree, or a value, or a control point then, is no finite number.
+            If the shapes disagree, or a value, or a control point then, is no finite number, or the last row of a
+            homogeneous matrix is another than zeros and a one.
         """
-        turn, shift = as_float_array("matrix", matrix), as_vector("offset", offset)
+        turn = as_float_array("matrix", matrix)
+        if offset is None:
+            turn, offset = self._parts_of(turn)
+        shift = as_vector("offset", offset)
         if turn.shape != (len(shift), self.ndim):
             raise InputError(f"matrix must have shape ({len(shift)}, {self.ndim}), got {turn.shape}")
         control = as_points("control_points", self._control_points @ turn.T + shift)
         return self._unchecked(self._knots, control, self._degree, self._closed)
+
+    def _parts_of(self, matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what a homogeneous matrix multiplies by and what it adds."""
+        side = self.ndim + 1
+        if matrix.shape != (side, side):
+            raise InputError(f"without an offset, matrix must have shape ({side}, {side}), got {matrix.shape}")
+        if not np.allclose(matrix[-1], np.eye(side)[-1], rtol=0.0, atol=ROUNDING):
+            last = " ".join("0" * self.ndim + "1")
+            raise InputError(f"the last row of a homogeneous matrix must be {last}, got {shown(matrix[-1].tolist())}")
+        return matrix[:-1, :-1], matrix[:-1, -1]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain lists and numbers, ready for JSON; `from_dict` takes them back without loss."""
@@ -342,13 +358,8 @@ class BSplineCurve:
         InputError
             If it is no dictionary, a key is missing or a value is wrong.
         """
-        if not isinstance(data, Mapping):
-            raise InputError(f"a curve needs a dictionary as of to_dict, got {shown(data)}")
-        try:
-            knots, control_points, degree = data["knots"], data["control_points"], data["degree"]
-            closed = data["closed"]
-        except KeyError as error:
-            raise InputError(f"a curve needs the key {error.args[0]!r}, got {shown(list(data))}") from error
+        keys = "knots", "control_points", "degree", "closed"
+        knots, control_points, degree, closed = values_of("a curve", data, *keys)
         return cls(knots, control_points, degree, closed=closed)
 
     def __eq__(self, other: object) -> bool:

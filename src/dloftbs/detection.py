@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import LARGEST, FloatArray
@@ -19,14 +21,22 @@ from dloftbs._values import (
     check_text,
     check_type,
     extent_of,
+    list_of,
     set_fields,
     shown,
+    values_of,
 )
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Centerline, Joint, JointKind, Point
+from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
 from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.errors import InputError
 from dloftbs.u_mapping import known_in_space, to_image, to_space
+
+_MOST_PIXELS = 100_000
+"""Largest number of points of a segment that is laid along a curve.
+
+Source: bounds memory; only curves that leave the picture by far are so long.
+"""
 
 _Passes = tuple[tuple[int, float], tuple[int, float]]
 
@@ -128,7 +138,7 @@ class Detection:
         spans = spans_by_length(self.curve, tuple([joint.u for joint in joints]))
         return tuple([joint._over(span) for joint, span in zip(joints, spans, strict=True)])
 
-    @property
+    @cached_property
     def confidence(self) -> float:
         """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
         return self.centerline.confidence
@@ -184,6 +194,41 @@ class Detection:
             "confidence": self.confidence,
             "joints": [joint.to_dict() for joint in self.joints],
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Detection:
+        """Build a detection from what `to_dict` gave, without loss.
+
+        That has no pixels: the centre line lies on the curve, about a pixel from point to point. Nor has it a camera.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "curve", "curve_3d", "no_3d_reason", "inferred_3d", "width_px", "confidence", "joints"
+        shape, shape_3d, reason, inferred_3d, width, confidence, rows = values_of("a detection", data, *keys)
+        curve = BSplineCurve.from_dict(shape)
+        check_curve("curve", curve, 2)
+        joints = tuple([Joint.from_dict(row) for row in list_of("joints", rows)])
+        line = _line_along(curve, joints, check_number("width_px", width, 0.0, LARGEST), confidence)
+        curve_3d = None if shape_3d is None else BSplineCurve.from_dict(shape_3d)
+        detection = cls(line, curve, curve_3d, reason, inferred_3d)
+        detection.__dict__.update(joints=joints, confidence=confidence)
+        return detection
+
+
+def _line_along(curve: BSplineCurve, joints: tuple[Joint, ...], width: float, confidence: object) -> Centerline:
+    """Return a centre line on a curve, of which only the joints, the width and the confidence are known."""
+    certainty = check_number("confidence", confidence, 0.0, 1.0)
+    known = math.prod(joint.confidence for joint in joints)
+    edges = [0.0, *(edge for joint in joints for edge in joint.u), 1.0]
+    segments = []
+    for low, high in zip(edges[::2], edges[1::2], strict=True):
+        count = min(max(math.ceil(abs(high - low) * curve.length), 1), _MOST_PIXELS) + 1
+        segments.append(Segment(curve(np.linspace(low, high, count)), np.full(count, 0.5 * width)))
+    own = tuple([joint._over((float(low), float(high))) for joint in joints for low, high in [curve.t_at(joint.u)]])
+    return Centerline(tuple(segments), own, curve.closed, min(certainty / known, 1.0) if known > 0.0 else 0.0)
 
 
 @dataclass(frozen=True)
@@ -272,3 +317,16 @@ class Crossing:
             "top": self.top,
             "confidence": self.confidence,
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Crossing:
+        """Build a crossing from what `to_dict` gave, without loss.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        position, rows, top, confidence = values_of("a crossing", data, "position", "passes", "top", "confidence")
+        passes = [tuple(values_of("a pass", row, "detection", "u")) for row in list_of("passes", rows)]
+        return cls(position, cast(_Passes, tuple(passes)), top, confidence)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,8 +18,11 @@ from dloftbs._values import (
     check_spans,
     check_type,
     extent_of,
+    kind_of,
+    list_of,
     set_fields,
     shown,
+    values_of,
 )
 from dloftbs.camera import PinholeCamera
 from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
@@ -222,6 +226,40 @@ class Track:
             "width_px": self.width,
             "ends": None if self.ends is None else [end.value for end in self.ends],
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], detection: Detection | None = None) -> Track:
+        """Build a track from what `to_dict` gave, without loss; it has no velocities and no camera.
+
+        Parameters
+        ----------
+        data : mapping
+        detection : Detection, optional
+            Of the same frame, run in the track's direction, which that leaves out.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "id", "state", "hits", "misses", "curve", "curve_3d", "inferred", "confidence", "width_px", "ends"
+        number, state, hits, misses, shape, shape_3d, inferred, *rest = values_of("a track", data, *keys)
+        confidence, width, ends = rest
+        return cls(
+            number,
+            kind_of("the state of a track", TrackState, state),
+            BSplineCurve.from_dict(shape),
+            None if shape_3d is None else BSplineCurve.from_dict(shape_3d),
+            hits,
+            misses,
+            detection,
+            inferred,
+            confidence,
+            width,
+            None
+            if ends is None
+            else cast(Any, tuple(kind_of("an end of a track", EndKind, end) for end in list_of("ends", ends))),
+        )
 
 
 def _by_length(curve: BSplineCurve | None, values: FloatArray | None) -> FloatArray | None:
