@@ -24,7 +24,7 @@ ALONE = Joint(JointKind.GAP, (0.8, 0.9), cost=1.0, margin=math.inf, alternatives
 
 class TestDetection:
     def test_width_is_twice_the_median_radius(self):
-        assert detection_of(wave(), radius=2.5).width == 5.0
+        assert detection_of(wave(), radius=2.5).width_px == 5.0
 
     @pytest.mark.parametrize(
         ("joints", "confidence"), [((), 1.0), ((CROSSING,), 0.8), ((CROSSING, GAP), 0.4), ((ALONE,), 1.0)]
@@ -65,7 +65,7 @@ class TestDetection:
         assert back.inferred == (pytest.approx((1.0 - high, 1.0 - low), abs=1e-9),)
         assert [joint.kind for joint in back.joints] == [JointKind.GAP, JointKind.CROSSING]
         np.testing.assert_array_equal(back.centerline.points, detection.centerline.points[::-1])
-        assert (back.width, back.confidence) == (detection.width, detection.confidence)
+        assert (back.width_px, back.confidence) == (detection.width_px, detection.confidence)
 
     def test_what_no_depth_tells_of_turns_with_the_curve_in_space(self):
         made = detection_of(wave(), line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0)))

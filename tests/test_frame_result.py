@@ -148,7 +148,7 @@ class TestFromDict:
         np.testing.assert_allclose(first.points[[0, -1]], wave()([0.0, back.joints[0].u[0]]), atol=1e-9)
         np.testing.assert_allclose(second.points[[0, -1]], wave()([back.joints[0].u[1], 1.0]), atol=1e-9)
         assert np.linalg.norm(np.diff(first.points, axis=0), axis=1).max() <= 1.0 + 1e-9
-        assert (back.width, back.confidence) == (6.0, by_hand()[1].confidence)
+        assert (back.width_px, back.confidence) == (6.0, by_hand()[1].confidence)
 
     def test_a_line_of_the_file_comes_back(self, tmp_path: Path):
         with sinks.open(tmp_path / "a.jsonl") as sink:

@@ -243,19 +243,21 @@ class Centerline:
     def _unchecked(
         cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray | float
     ) -> Centerline:
-        """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width` may be given, too."""
+        """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width_px` may be given, too."""
         line = cls.__new__(cls)
         line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
         return line
 
     def __repr__(self) -> str:
         parts = count_of(len(self.points), "point"), count_of(len(self.joints), "joint")
-        return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width:.3g} px wide)"
+        return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width_px:.3g} px wide)"
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         line = type(self).__new__(type(self))
-        line.__dict__.update(closed=self.closed, ends_confidence=self.ends_confidence, width=self.width, _forwards=self)
+        line.__dict__.update(
+            closed=self.closed, ends_confidence=self.ends_confidence, width_px=self.width_px, _forwards=self
+        )
         return line
 
     if not TYPE_CHECKING:  # where it would vouch for any name
@@ -284,8 +286,8 @@ class Centerline:
         return frozen(np.concatenate([s.radius for s in self.segments]))
 
     @cached_property
-    def width(self) -> float:
-        """Width of the object, px: twice the median radius."""
+    def width_px(self) -> float:
+        """Width of the object: twice the median radius."""
         return 2.0 * float(np.median(self.radius))
 
     @property

@@ -124,12 +124,12 @@ class Detection:
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
         extent = extent_of(self.curve.length, "px", self.curve.closed)
-        return f"Detection({extent}, {self.width:.3g} px wide, confidence {self.confidence:.2g}{in_space})"
+        return f"Detection({extent}, {self.width_px:.3g} px wide, confidence {self.confidence:.2g}{in_space})"
 
     @property
-    def width(self) -> float:
-        """Width of the object, px: twice the median radius along the centre line."""
-        return self.centerline.width
+    def width_px(self) -> float:
+        """Width of the object: twice the median radius along the centre line."""
+        return self.centerline.width_px
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
@@ -190,7 +190,7 @@ class Detection:
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
             "no_3d_reason": self.no_3d_reason,
             "inferred_3d": [list(interval) for interval in self.inferred_3d],
-            "width_px": self.width,
+            "width_px": self.width_px,
             "confidence": self.confidence,
             "joints": [joint.to_dict() for joint in self.joints],
         }

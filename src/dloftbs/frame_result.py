@@ -297,6 +297,6 @@ def _dropped(line: Centerline) -> dict[str, Any]:
         "start": line.points[0].tolist(),
         "end": line.points[-1].tolist(),
         "closed": line.closed,
-        "width_px": line.width,
+        "width_px": line.width_px,
         "confidence": line.confidence,
     }

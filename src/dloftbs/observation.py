@@ -164,7 +164,7 @@ def make_observations(
         curve = item.curve if isinstance(item, Detection) else item
         if not isinstance(curve, BSplineCurve) or curve.ndim != 2:
             raise InputError(f"expected a Detection or a BSplineCurve in the image (ndim 2), got {curve!r}")
-        width = math.nan if detection is None else detection.width
+        width = math.nan if detection is None else detection.width_px
         if widths is not None:
             given = widths[index]
             unknown = isinstance(given, float) and math.isnan(given)

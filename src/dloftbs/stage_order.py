@@ -216,7 +216,7 @@ def _lift_as_published(
     if not closed and u[-1] > u[0]:
         u = (u - u[0]) / (u[-1] - u[0])
     curve = fit_with_knots(points_m, u, closed, knots)
-    holes = () if whole else holes_of(u, detection.curve.length, detection.width)
+    holes = () if whole else holes_of(u, detection.curve.length, detection.width_px)
     return _with_curve_3d(detection, curve, camera, holes)
 
 

@@ -77,8 +77,8 @@ class Track:
         The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
     confidence : float
         Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
-    width : float, optional
-        Of the object, px, when it was last seen; None where no detection told it.
+    width_px : float, optional
+        Width of the object when it was last seen; None where no detection told it.
     ends : (EndKind, EndKind), optional
         Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not tell them.
     velocity : numpy.ndarray, shape (n, 2), optional
@@ -104,7 +104,7 @@ class Track:
     detection: Detection | None
     inferred: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
     confidence: float = 1.0
-    width: float | None = None
+    width_px: float | None = None
     ends: tuple[EndKind, EndKind] | None = None
     velocity: FloatArray | None = field(default_factory=lambda: None)
     velocity_3d: FloatArray | None = field(default_factory=lambda: None)
@@ -126,7 +126,7 @@ class Track:
             misses=check_integer("misses", self.misses, 0, MAX_WHOLE),
             inferred=check_spans("inferred", self.inferred),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
-            width=None if self.width is None else check_number("width", self.width, 0.0, LARGEST),
+            width_px=None if self.width_px is None else check_number("width_px", self.width_px, 0.0, LARGEST),
             ends=None if self.ends is None else _check_ends(self.ends),
             velocity=None if self.velocity is None else as_points("velocity", self.velocity, (2,)),
             velocity_3d=None if self.velocity_3d is None else as_points("velocity_3d", self.velocity_3d, (3,)),
@@ -144,7 +144,7 @@ class Track:
         detection: Detection | None,
         fitted_inferred: tuple[tuple[float, float], ...],
         confidence: float,
-        width: float | None,
+        width_px: float | None,
         ends: tuple[EndKind, EndKind] | None = None,
         fitted_velocity: FloatArray | None = None,
         fitted_velocity_3d: FloatArray | None = None,
@@ -161,7 +161,7 @@ class Track:
             misses=misses,
             detection=detection,
             confidence=confidence,
-            width=width,
+            width_px=width_px,
             ends=ends,
             camera=camera,
             _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
@@ -223,7 +223,7 @@ class Track:
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
             "inferred": [list(interval) for interval in self.inferred],
             "confidence": self.confidence,
-            "width_px": self.width,
+            "width_px": self.width_px,
             "ends": None if self.ends is None else [end.value for end in self.ends],
         }
 

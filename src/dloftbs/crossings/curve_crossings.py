@@ -126,7 +126,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     """
     if not detections:
         return ()
-    widths = np.array([detection.width for detection in detections])
+    widths = np.array([detection.width_px for detection in detections])
     curves = [detection.curve for detection in detections]
     points, u, first = flatten(
         np.concatenate([curve.knots for curve in curves]),

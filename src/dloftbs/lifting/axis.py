@@ -211,7 +211,7 @@ def lift(
 
 
 def _lay_sections(detection: Detection) -> _Sections:
-    curve, line, width = detection.curve, detection.centerline, detection.width
+    curve, line, width = detection.curve, detection.centerline, detection.width_px
     half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _LEAST_SHARE * 0.5 * width)
     step = max(_STEP_WIDTHS * width, _LEAST_PIXELS / (2 * int(half) + 1))
     block = int(_BLOCK_WIDTHS * width)
@@ -235,7 +235,7 @@ def _lift_one(
     camera: PinholeCamera,
 ) -> Lifted | str:
     """Lift one object; `edges_px` has the displacement ``(x, y)`` and the fattening of the depth image."""
-    closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
+    closed, width, focal_px = detection.curve.closed, detection.width_px, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
     surface, counts, shift = _surface(sections, beside, edges_px, focal_px, crop, depth)
     slenderness, spacing = sections.radius / focal_px, sections.spacing_px / focal_px

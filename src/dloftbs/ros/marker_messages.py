@@ -94,6 +94,6 @@ class MarkerWriter:
 def _width_m(sample: SampledTrack) -> float:
     """Return the width in space that the width in the image has at the median distance; 0 where it is not known."""
     track = sample.track
-    if track.width is None or track.camera is None:
+    if track.width_px is None or track.camera is None:
         return 0.0
-    return float(track.width * np.median(sample.points[:, 2]) / np.sqrt(track.camera.fx * track.camera.fy))
+    return float(track.width_px * np.median(sample.points[:, 2]) / np.sqrt(track.camera.fx * track.camera.fy))

@@ -101,7 +101,7 @@ def _of_detection(detection: Detection, index: int, result: FrameResult, label: 
         colour,
         detection.joints,
         detection.inferred,
-        detection.width,
+        detection.width_px,
         crossed=tuple(u for c in result.crossings for which, u in c.passes if which == index),
         below=tuple(c.passes[1 - c.top][1] for c in result.crossings if c.top is not None and _lower(c) == index),
         unordered=tuple(c.passes[0][1] for c in result.crossings if c.top is None and c.passes[0][0] == index),
@@ -118,10 +118,10 @@ def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
     label, colour = f"#{track.id}", style.colour(track.id - 1)
     if track.state is TrackState.HIDDEN:
         faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
-        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width, hidden=True)
+        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width_px, hidden=True)
     seen = track.detection
     if seen is None:
-        return Item(track.curve, label, colour, inferred=track.inferred, width=track.width)
+        return Item(track.curve, label, colour, inferred=track.inferred, width=track.width_px)
     item = _of_seen(seen, result, label, colour)
     if track.curve == seen.curve:
         return replace(item, inferred=(*item.inferred, *track.inferred))
@@ -144,7 +144,7 @@ def _of_seen(seen: Detection, result: FrameResult, label: str, colour: Colour) -
                 below=tuple(1.0 - u for u in item.below),
                 unordered=tuple(1.0 - u for u in item.unordered),
             )
-    return Item(seen.curve, label, colour, seen.joints, seen.inferred, seen.width)
+    return Item(seen.curve, label, colour, seen.joints, seen.inferred, seen.width_px)
 
 
 def _carried_over(item: Item, track: Track) -> Item:

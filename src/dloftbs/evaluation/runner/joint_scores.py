@@ -99,7 +99,7 @@ def _known(points: FloatArray, closed: bool) -> _Known:
 
 
 def _is_right(detection: Detection, number: int, known: Sequence[_Known], least_gate_px: float) -> bool:
-    line, width = detection.centerline, detection.width
+    line, width = detection.centerline, detection.width_px
     before, after = line.segments[number : number + 2]
     start, end = _probe(before.reversed(), width, -1.0), _probe(after, width, 1.0)
     first = sum(len(segment.points) for segment in line.segments[: number + 1])
