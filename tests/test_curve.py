@@ -600,6 +600,14 @@ class TestLength:
         for convert in (loop(10.0).t_at, loop(10.0).u_at):
             np.testing.assert_array_equal(convert([0.25]).shape, (1,))
 
+    @pytest.mark.parametrize("place", [1.0, 0.1, 1e9 + 0.1])
+    def test_rounding_is_no_length_to_be_measured(self, place):
+        """The derivatives of a point are rounding, and differ without end."""
+        still = BSplineCurve(KNOTS, np.full((5, 2), place))
+        assert still.length < 1e-12 * place
+        assert len(still._along.starts) < 10
+        np.testing.assert_allclose(still(U), np.full((41, 2), place))
+
     def test_a_curve_of_no_length_keeps_its_parameter(self):
         still = BSplineCurve(KNOTS, np.zeros((5, 2)))
         np.testing.assert_array_equal(still.t_at(U), U)

@@ -132,13 +132,12 @@ class BSplineCurve:
 
     @cached_property
     def _along(self) -> ArcLength:
-        return measure(self.spline, self._breaks)
+        return measure(self.spline, self._base)
 
     @property
-    def _breaks(self) -> FloatArray:
-        """The distinct knots from 0 to 1."""
-        knots = self._knots[self._degree : len(self._control_points) + 1]
-        return knots[np.concatenate(([True], knots[1:] > knots[:-1]))]
+    def _base(self) -> FloatArray:
+        """The knots from 0 to 1."""
+        return self._knots[self._degree : len(self._control_points) + 1]
 
     @property
     def length(self) -> float:
@@ -256,7 +255,7 @@ class BSplineCurve:
         InputError
             If the point has another shape, or a value is no finite number.
         """
-        t, distance = nearest_place(self.spline, self._breaks, as_vector("point", point, self.ndim))
+        t, distance = nearest_place(self.spline, self._base, as_vector("point", point, self.ndim))
         return float(self.u_at(t)), distance
 
     def sample(self, n: int | None = None, *, spacing: float | None = None) -> FloatArray:

@@ -17,10 +17,23 @@ _NODES = 7
 Source: numerics; of a cable, nearly every knot span is then a piece by itself.
 """
 
-_TOLERANCE = 5e-4
-"""Largest tail of a piece's speed, as a share of the length of the curve.
+_MOST_RATIO = 1.3
+"""Largest ratio of the speeds in a piece.
 
-Source: measured; lengths and shares are then right to 2e-5, on 500 splines with control points at random.
+Source: measured; lengths are then right to 1e-6, and shares of them to 2e-5, on 500 splines with control points at
+random.
+"""
+
+_SHORTEST = 1e-5
+"""Length of a piece, as a share of that of the curve, from which on its speed may vary as it likes.
+
+Source: numerics; at a cusp the speed is zero.
+"""
+
+_ROUNDING = 1e-12
+"""Length that is nothing but rounding, as a share of the largest coordinate of a control point.
+
+Source: numerics; some thousand times the rounding of one number.
 """
 
 _MOST_HALVINGS = 40
@@ -35,10 +48,10 @@ _MOST_STEPS = 6
 Source: numerics; it takes two or three, and more only at a cusp.
 """
 
-_ENOUGH = 1e-5
+_ENOUGH = 1e-4
 """Step within a piece after which its parameter is known, widths of the piece.
 
-Source: numerics; the next step would be some 1e-10.
+Source: numerics; the next step would be some 1e-9.
 """
 
 _TINY = float(np.finfo(np.float64).tiny)
@@ -48,16 +61,14 @@ Source: numerics.
 """
 
 
-def _make_tables() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return the nodes in 0..1, their weights, and from the speeds there to Legendre and power coefficients."""
+def _make_tables() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the nodes in 0..1, their weights, and from speeds there to power coefficients of the length."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    orders = np.arange(_NODES)
-    legendre = np.polynomial.legendre.legvander(nodes, _NODES - 1) * weights[:, None] * (orders + 0.5)
-    powers = np.linalg.inv(np.vander(0.5 + 0.5 * nodes, increasing=True)).T / (orders + 1.0)
-    return 0.5 + 0.5 * nodes, 0.5 * weights, legendre, powers
+    at = 0.5 + 0.5 * nodes
+    return at, 0.5 * weights, np.linalg.inv(np.vander(at, increasing=True)) / np.arange(1.0, _NODES + 1.0)[:, None]
 
 
-_AT, _WEIGHTS, _LEGENDRE, _POWERS = _make_tables()
+_AT, _WEIGHTS, _POWERS = _make_tables()
 
 
 class ArcLength(NamedTuple):
@@ -67,15 +78,15 @@ class ArcLength(NamedTuple):
     ----------
     starts, widths : numpy.ndarray, shape (m,)
         Of the pieces, in the spline's own parameter.
-    powers : numpy.ndarray, shape (m, 7)
-        Of each piece, the coefficients of the length from its start: of ``y``, ``y**2`` and so on, ``y`` in 0..1.
+    speeds : numpy.ndarray, shape (7, m)
+        At the nodes of each piece, times its width.
     lengths : numpy.ndarray, shape (m + 1,)
         From the first start to each, and to the end.
     """
 
     starts: FloatArray
     widths: FloatArray
-    powers: FloatArray
+    speeds: FloatArray
     lengths: FloatArray
 
     @property
@@ -84,7 +95,8 @@ class ArcLength(NamedTuple):
         return float(self.lengths[-1])
 
     def _powers_of(self, piece: npt.NDArray[np.intp]) -> FloatArray:
-        return np.moveaxis(self.powers[piece], -1, 0)
+        """Return the coefficients (7, ...) of the length from the start of pieces: of ``y``, ``y**2`` and so on."""
+        return (_POWERS @ self.speeds)[:, piece]
 
     def shares(self, parameters: FloatArray) -> FloatArray:
         """Return the shares of the length at parameters in 0..1; the parameters themselves where there is no length."""
@@ -114,46 +126,44 @@ class ArcLength(NamedTuple):
         return np.where(shares >= 1.0, 1.0, np.minimum(self.starts[piece] + y * self.widths[piece], 1.0))
 
 
-def measure(spline: BSpline, breaks: FloatArray) -> ArcLength:
-    """Measure a spline between ascending breaks, from its first to its last one.
+def measure(spline: BSpline, knots: FloatArray) -> ArcLength:
+    """Measure a spline from the first to the last of some knots, which do not decrease.
 
-    Five nodes a span are too few where it bends sharply, as its speed falls there. So a piece is halved until the
-    Legendre coefficients of its speed fall off: the last two are small, and so is the square of the second and third.
+    Nodes in each knot span alone are too few where the spline bends sharply, as its speed falls there. So spans are
+    halved until the speeds at the nodes of a piece are nearly the same: that of a cubic, squared, is a polynomial of
+    degree four, which these determine.
     """
-    starts, widths = breaks[:-1], breaks[1:] - breaks[:-1]
-    least = None
+    spans = knots[1:] - knots[:-1]
+    starts, widths = knots[:-1][spans > 0.0], spans[spans > 0.0]
+    shortest = 0.0
     done: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for halvings in range(_MOST_HALVINGS + 1):
-        velocity = spline(starts[:, None] + widths[:, None] * _AT, nu=1)
-        speeds = np.sqrt(np.einsum("ijk,ijk->ij", velocity, velocity)) * widths[:, None]
-        if least is None:
-            least = _TOLERANCE * float((speeds @ _WEIGHTS).sum())
-        rough = np.zeros(len(starts), np.bool_)
-        if halvings < _MOST_HALVINGS:
-            mean, first, second, *_, before, last = np.abs(speeds @ _LEGENDRE).T
-            rough = (before + last) * mean + first**2 + second**2 > least * mean
-        if not done and not rough.any():
-            return _put_together(starts, widths, speeds)
-        done.append((starts[~rough], widths[~rough], speeds[~rough]))
-        if not rough.any():
+        velocity = spline(starts + widths * _AT[:, None], nu=1)
+        speeds = np.sqrt(np.einsum("ijk,ijk->ij", velocity, velocity)) * widths
+        if not done:
+            shortest = _SHORTEST * float((_WEIGHTS @ speeds).sum())
+        rough = speeds.max(axis=0) > np.maximum(_MOST_RATIO * speeds.min(axis=0), shortest)
+        if not done and rough.any():
+            shortest = max(shortest, _ROUNDING * float(np.abs(spline.c).max()))
+            rough &= speeds.max(axis=0) > shortest
+        if halvings == _MOST_HALVINGS or not rough.any():
+            done.append((starts, widths, speeds))
             break
+        done.append((starts[~rough], widths[~rough], speeds[:, ~rough]))
         widths = np.tile(0.5 * widths[rough], 2)
         starts = np.concatenate((starts[rough], starts[rough] + widths[: len(widths) // 2]))
-    starts, widths, speeds = (np.concatenate(parts) for parts in zip(*done, strict=True))
-    order = np.argsort(starts)
-    return _put_together(starts[order], widths[order], speeds[order])
-
-
-def _put_together(starts: FloatArray, widths: FloatArray, speeds: FloatArray) -> ArcLength:
+    if len(done) > 1:
+        starts, widths, speeds = (np.concatenate(parts, axis=-1) for parts in zip(*done, strict=True))
+        order = np.argsort(starts)
+        starts, widths, speeds = starts[order], widths[order], speeds[:, order]
     lengths = np.zeros(len(starts) + 1)
-    np.cumsum(speeds @ _WEIGHTS, out=lengths[1:])
-    return ArcLength(starts, widths, speeds @ _POWERS, lengths)
+    np.cumsum(_WEIGHTS @ speeds, out=lengths[1:])
+    return ArcLength(starts, widths, speeds, lengths)
 
 
 def _length_and_speed(powers: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the length from the start of pieces, and its derivative; powers (7, ...) and ``y`` (...) in 0..1."""
-    length = powers[-1]
-    speed = np.zeros_like(y)
+    length, speed = powers[-1], np.zeros_like(y)
     for power in powers[-2::-1]:
         speed = speed * y + length
         length = length * y + power
@@ -185,8 +195,9 @@ def bends(spline: BSpline, t: FloatArray) -> FloatArray:
     return np.divide(across, squared, out=np.zeros_like(across), where=squared > 0)
 
 
-def nearest_place(spline: BSpline, breaks: FloatArray, point: FloatArray) -> tuple[float, float]:
-    """Return the parameter between the first and the last break that is nearest to a point, and its distance."""
+def nearest_place(spline: BSpline, knots: FloatArray, point: FloatArray) -> tuple[float, float]:
+    """Return the parameter between the first and the last knot that is nearest to a point, and its distance."""
+    breaks = np.unique(knots)
     enough = float(np.linalg.norm(spline(breaks) - point, axis=1).min())
     candidates = [breaks]
     powers = range(spline.k, -1, -1)
