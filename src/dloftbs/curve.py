@@ -384,7 +384,7 @@ class BSplineCurve:
 
 def spans_by_length(curve: BSplineCurve, spans: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
     """Return spans of a spline's own parameter as spans of the curve's ``u``."""
-    return tuple([(low, high) for low, high in curve.u_at(spans).tolist()]) if spans else ()
+    return tuple([(low, max(low, high)) for low, high in curve.u_at(spans).tolist()]) if spans else ()
 
 
 def check_curve(name: str, curve: object, ndim: int) -> None:

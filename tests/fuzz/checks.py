@@ -23,6 +23,7 @@ FRAME_CPU_S = 10.0
 """CPU time that a frame of a megapixel may take at most: tens of times what the worst takes, for slow machines."""
 EXACT_PX = 1e-6
 """Curves of turned and shifted masks agree up to rounding."""
+_FINE, _SHARE = 20_001, 1e-4  # points of a polyline, and what lengths may differ from it, as shares
 PAPER = Config.paper()
 
 
@@ -82,6 +83,10 @@ def check_curve(curve: BSplineCurve) -> None:
     assert math.isfinite(curve.length), f"a length of {curve.length}"
     assert curve.length > 0.0, "a curve without length"
     assert BSplineCurve.from_dict(json.loads(strict_json(curve))) == curve
+    t = np.linspace(0.0, 1.0, _FINE)
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(curve.spline(t), axis=0), axis=1))))
+    assert abs(curve.length / along[-1] - 1.0) < _SHARE, f"a length of {curve.length}, a polyline of {along[-1]}"
+    assert np.abs(curve.u_at(t) - along / along[-1]).max() < _SHARE, "u is not the share of the length"
 
 
 def check_detection(detection: Detection) -> None:
@@ -124,7 +129,8 @@ def check_result(result: FrameResult) -> None:
         check_share("a track's confidence", float(track.confidence))
         assert track.width_px is None or track.width_px > 0.0
         strict_json(track)
-    strict_json(result)
+    plain = json.loads(strict_json(result))
+    assert json.loads(strict_json(FrameResult.from_dict(plain))) == plain, "a result is lost on its way through a file"
 
 
 def check_seen(detections: Iterable[Detection], mask: np.ndarray) -> None:
