@@ -69,7 +69,7 @@ def read(path: Path) -> None:
                 for frame in frames:
                     result = pipeline.process(frame) if tracked else pipeline.detect(frame)
                     add(digest, result)
-                    add(digest, [(one.width, one.confidence, one.inferred) for one in result.detections])
+                    add(digest, [(one.width_px, one.confidence, one.inferred) for one in result.detections])
         sys.stdout.write(f"{name}\t{digest.hexdigest()}\n")
         sys.stdout.flush()
 

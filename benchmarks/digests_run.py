@@ -79,7 +79,7 @@ def digests_of(sequences: Iterator[Any]) -> dict[str, Any]:
             for name, method in methods.items():
                 result = method(frame)
                 add(made[name], result)
-                add(made[name], [(one.width, one.confidence, one.inferred) for one in result.detections])
+                add(made[name], [(one.width_px, one.confidence, one.inferred) for one in result.detections])
     return {"frames": count, "given": given.hexdigest(), **{name: one.hexdigest() for name, one in made.items()}}
 
 

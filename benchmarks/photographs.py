@@ -65,7 +65,7 @@ def assign(result: dloftbs.FrameResult, pixels: npt.NDArray[np.float64]) -> Ints
     for crossing in result.crossings:
         if crossing.top is not None:
             top = crossing.passes[crossing.top][0]
-            width = detections[top].width
+            width = detections[top].width_px
             near = np.linalg.norm(pixels - crossing.position, axis=1) < _NEAR_WIDTHS * width
             found[near & (distance[top] <= 0.5 * width + 0.5)] = top
     return found

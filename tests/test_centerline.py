@@ -154,7 +154,7 @@ class TestCenterline:
     def test_reversed_survives_a_pickle_and_has_no_other_names(self):
         back = pickle.loads(pickle.dumps(LINE.reversed()))
         assert_same(back, LINE.reversed())
-        assert (back.width, replace(back, closed=False).joints) == (LINE.width, (GAP.reversed(),))
+        assert (back.width_px, replace(back, closed=False).joints) == (LINE.width_px, (GAP.reversed(),))
         for line in (LINE, back):
             with pytest.raises(AttributeError, match="'Centerline' object has no attribute 'segment'"):
                 _ = line.segment

@@ -46,7 +46,7 @@ class TestDetect:
         assert distance.max() < 1.5
         assert distance.mean() < 0.5
         assert detection.curve.length == pytest.approx(np.linalg.norm(np.diff(points, axis=0), axis=1).sum(), rel=0.03)
-        assert detection.width == pytest.approx(mask.sum() / detection.curve.length, rel=0.1)
+        assert detection.width_px == pytest.approx(mask.sum() / detection.curve.length, rel=0.1)
         assert detection.confidence == 1.0
         assert detection.curve_3d is None
         assert detection.no_3d_reason == "the frame has no depth"
@@ -184,7 +184,7 @@ class TestStrangeMasks:
         mask = np.zeros((4096, 4096), bool)
         mask[2000:2040, 30:4000] = True
         (detection,) = dloftbs.detect(mask)
-        assert detection.width == pytest.approx(40, abs=1)
+        assert detection.width_px == pytest.approx(40, abs=1)
         assert detection.curve.length == pytest.approx(3970 - 40, abs=45)
 
 

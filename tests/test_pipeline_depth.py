@@ -33,8 +33,9 @@ def test_the_paper_s_curve_in_space_has_the_knots_and_the_parameter_of_that_in_t
     (detection,) = dloftbs.detect(draw_cable(wave(SIZE), 9, SIZE), config=PAPER, depth=depth, camera=CAMERA)
     assert detection.curve_3d is not None
     np.testing.assert_array_equal(detection.curve_3d.knots, detection.curve.knots)
-    expected = np.interp(detection.curve.sample(50)[:, 0], np.arange(SIZE[1]), depth[0])
-    np.testing.assert_allclose(detection.curve_3d.sample(50)[:, 2], expected, atol=0.01)
+    t = np.linspace(0.0, 1.0, 50)
+    expected = np.interp(detection.curve.spline(t)[:, 0], np.arange(SIZE[1]), depth[0])
+    np.testing.assert_allclose(detection.curve_3d.spline(t)[:, 2], expected, atol=0.01)
 
 
 def test_holes_in_the_depth_are_left_out_of_the_paper_s_fit() -> None:

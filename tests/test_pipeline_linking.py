@@ -46,7 +46,7 @@ class TestCrossings:
         found = detect(draw(*cables, width=width, size=size))
         assert len(found) == 2
         assert max(distances(found, cables)) < 0.5 * width + 2.5
-        assert [detection.width for detection in found] == pytest.approx([width] * 2, abs=0.6)
+        assert [detection.width_px for detection in found] == pytest.approx([width] * 2, abs=0.6)
 
     @pytest.mark.parametrize("tilt_deg", range(0, 360, 30))
     def test_two_arms_that_a_disc_leaves_are_no_bend(self, tilt_deg: int) -> None:
@@ -202,7 +202,7 @@ class TestBlobs:
         found = detect(mask)
         assert found
         for detection in found:
-            assert on_mask.query(detection.curve.sample(400))[0].max() < 0.5 * detection.width
+            assert on_mask.query(detection.curve.sample(400))[0].max() < 0.5 * detection.width_px
 
 
 class TestConfidence:

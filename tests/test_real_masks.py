@@ -56,7 +56,7 @@ def test_the_default_method_finds_one_cable_in_each_mask(shared_data: Path, name
     ours = detection.curve.sample(500)
     assert mean_distance(theirs, ours) <= 1.0  # theirs leaves out what lies beyond a gap: not the other way round
     away, _ = cKDTree(dense(ours)).query(np.argwhere(mask)[:, ::-1])
-    assert (away <= detection.width).mean() > 0.95
+    assert (away <= detection.width_px).mean() > 0.95
 
 
 @pytest.mark.parametrize("name", ["000.png", "021.png"])
@@ -65,7 +65,7 @@ def test_a_stub_beyond_a_crossing_is_the_cables_end(shared_data: Path, name: str
     (detection,) = dloftbs.detect(mask)
     ends = detection.curve.sample(2)
     # The crossing lies 9 px away from the tip.
-    assert np.linalg.norm(ends - STUB_TIP, axis=1).min() <= 1.5 * detection.width
+    assert np.linalg.norm(ends - STUB_TIP, axis=1).min() <= 1.5 * detection.width_px
 
 
 def every_sixth(folder: Path) -> list[Path]:

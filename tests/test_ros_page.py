@@ -39,6 +39,9 @@ def test_the_blocks_of_python_run(folder, capsys):
     for block in re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL):
         exec(compile(block, "docs/ros.md", "exec"), names)
     assert len(capsys.readouterr().out.splitlines()) == 4
+    points, pixels, markers = names["points_m"], names["points_px"], names["markers"]
+    assert (points.width, pixels.width, len(markers.markers)) == (100 * bool(markers.markers), 100, points.width // 100)
+    assert pixels.header.frame_id == "camera_color_optical_frame/pixels"
     result = names["on_image"](bags.raw_image(bags.photo_of(0), "bgr8"))
     assert len(result.tracks) == 1
 

@@ -32,7 +32,7 @@ class TestTrack:
             *(("misses", value) for value in (-1, None)),
             ("detection", wave()),
             *(("confidence", value) for value in (-0.1, 1.1, math.nan, None)),
-            *(("width", value) for value in (-0.1, math.inf, math.nan, "3")),
+            *(("width_px", value) for value in (-0.1, math.inf, math.nan, "3")),
         ],
     )
     def test_wrong_fields_are_refused(self, name, value):

@@ -53,7 +53,7 @@ def list_claims(scenes: Iterable[Scene]) -> Iterator[Claim]:
         for detection in detections:
             points = detection.curve.sample(max(int(detection.curve.length / 2.0), 20))
             off = min(float(tree.query(points)[0].max()) for tree in trees)
-            right = off < max(detection.width, _LEAST_OFF_PX)
+            right = off < max(detection.width_px, _LEAST_OFF_PX)
             yield Claim(scene.source, "cable", np.inf, 0.0, detection.confidence, right)
         joints = [joint for detection in detections for joint in detection.joints]
         for joint, row in zip(joints, judge_joints(0, detections, scene.truth, scene.frame.size), strict=True):

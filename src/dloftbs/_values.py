@@ -7,13 +7,17 @@ import operator
 import os
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from itertools import islice, pairwise
 from numbers import Integral, Real
 from pathlib import Path
+from typing import Any, TypeVar
 
 from dloftbs.errors import DloftbsError, InputError
 
 Span = tuple[float, float]
+
+_Kind = TypeVar("_Kind", bound=Enum)
 
 LONGEST_S = 1e11
 """Seconds: three thousand years. Larger values count milliseconds or less since 1970, and are no time in seconds."""
@@ -142,6 +146,30 @@ def check_spans(name: str, value: object) -> tuple[Span, ...]:
     if any(low > high for low, high in spans) or any(a[0] > b[0] for a, b in pairwise(spans)):
         raise InputError(f"{name} must be ascending intervals (low, high) of u, got {shown(value)}")
     return spans
+
+
+def values_of(what: str, data: object, *keys: str) -> list[Any]:
+    """Return the values of keys in a dictionary as `to_dict` makes it, or raise an `InputError`."""
+    if not isinstance(data, Mapping):
+        raise InputError(f"{what} needs a dictionary as of to_dict, got {shown(data)}")
+    if missing := [key for key in keys if key not in data]:
+        raise InputError(f"{what} needs the key {missing[0]!r}, got {shown(list(data))}")
+    return [data[key] for key in keys]
+
+
+def kind_of(what: str, kinds: type[_Kind], value: object) -> _Kind:
+    """Return the member of an enumeration that has a plain value, or raise an `InputError`."""
+    known = {kind.value: kind for kind in kinds}
+    if not isinstance(value, str) or value not in known:
+        raise InputError(f"{what} must be one of {', '.join(known)}, got {shown(value)}")
+    return known[value]
+
+
+def list_of(what: str, data: object) -> list[Any]:
+    """Return a list of plain values as it is, or raise an `InputError`."""
+    if not isinstance(data, (list, tuple)):
+        raise InputError(f"{what} must be a list, got {shown(data)}")
+    return list(data)
 
 
 def check_all(name: str, values: object, wanted: type) -> tuple[object, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -11,7 +12,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dloftbs._arrays import LARGEST, FloatArray, as_points, as_vector, frozen
-from dloftbs._values import check_all, check_flag, check_number, check_pair, check_spans, check_type, count_of, shown
+from dloftbs._values import (
+    check_all,
+    check_flag,
+    check_number,
+    check_pair,
+    check_spans,
+    check_type,
+    count_of,
+    kind_of,
+    shown,
+    values_of,
+)
 from dloftbs.errors import InputError
 
 Point = tuple[float, float]
@@ -87,7 +99,8 @@ class Joint:
     kind : JointKind
         Whether the mask goes on underneath.
     u : (float, float)
-        The span of the curve's parameter that it covers.
+        The span that it covers: of a centre line, of the distance along its pixels, `Centerline.u`; of a detection,
+        of the ``u`` of its curve.
     cost : float
         Cost of the link; for the published method ``J``.
     margin : float
@@ -157,10 +170,34 @@ class Joint:
             "alternatives": [None if point is None else list(point) for point in self.alternatives],
         }
 
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Joint:
+        """Build a joint from what `to_dict` gave, without loss.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "kind", "u", "cost", "margin", "confidence", "alternatives"
+        kind, u, cost, margin, confidence, alternatives = values_of("a joint", data, *keys)
+        return cls(
+            kind_of("the kind of a joint", JointKind, kind),
+            u,
+            cost,
+            math.inf if margin is None else margin,
+            confidence,
+            alternatives,
+        )
+
     def reversed(self) -> Joint:
         """Return the joint as it lies on the reversed centre line."""
         u, alternatives = (1.0 - self.u[1], 1.0 - self.u[0]), (self.alternatives[1], self.alternatives[0])
         return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, alternatives)
+
+    def _over(self, u: tuple[float, float]) -> Joint:
+        """Return the joint with another span, as of another parameter along the same object."""
+        return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, self.alternatives)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,19 +243,21 @@ class Centerline:
     def _unchecked(
         cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray | float
     ) -> Centerline:
-        """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width` may be given, too."""
+        """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width_px` may be given, too."""
         line = cls.__new__(cls)
         line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
         return line
 
     def __repr__(self) -> str:
         parts = count_of(len(self.points), "point"), count_of(len(self.joints), "joint")
-        return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width:.3g} px wide)"
+        return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width_px:.3g} px wide)"
 
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         line = type(self).__new__(type(self))
-        line.__dict__.update(closed=self.closed, ends_confidence=self.ends_confidence, width=self.width, _forwards=self)
+        line.__dict__.update(
+            closed=self.closed, ends_confidence=self.ends_confidence, width_px=self.width_px, _forwards=self
+        )
         return line
 
     if not TYPE_CHECKING:  # where it would vouch for any name
@@ -247,8 +286,8 @@ class Centerline:
         return frozen(np.concatenate([s.radius for s in self.segments]))
 
     @cached_property
-    def width(self) -> float:
-        """Width of the object, px: twice the median radius."""
+    def width_px(self) -> float:
+        """Width of the object: twice the median radius."""
         return 2.0 * float(np.median(self.radius))
 
     @property
@@ -256,9 +295,14 @@ class Centerline:
         """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
         return math.prod((joint.confidence for joint in self.joints), start=self.ends_confidence)
 
+    @property
+    def gaps(self) -> tuple[tuple[float, float], ...]:
+        """The spans of its joints that bridge gaps of the mask."""
+        return tuple([joint.u for joint in self.joints if joint.kind is JointKind.GAP])
+
     @cached_property
     def u(self) -> FloatArray:
-        """The curve's parameter at each pixel, shape (n,): see `arc_parameter`."""
+        """The distance along the pixels at each, normalised, shape (n,), which the spline is fitted by: its ``t``."""
         return frozen(arc_parameter(self.points, self.closed))
 
 

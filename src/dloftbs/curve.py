@@ -11,24 +11,23 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import BSpline
 
-from dloftbs._arrays import FloatArray, as_float_array, as_numbers, as_points, as_vector, frozen
-from dloftbs._values import check_flag, check_integer, shown
+from dloftbs._arrays import LARGEST, FloatArray, as_float_array, as_numbers, as_points, as_vector, frozen
+from dloftbs._values import check_flag, check_integer, check_number, shown, values_of
 from dloftbs.errors import InputError
-
-# Five Gauss-Legendre nodes a knot span integrate the speed of a cubic to far below the noise of a pixel.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+from dloftbs.spline_geometry import ArcLength, bends, directions, measure, nearest_place
 
 _HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
 _SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
 _MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
-_MOST_DERIVATIVES = 100  # all beyond the degree are zero
+_MOST_DERIVATIVES = 2  # by the length; the spline has more, by its own parameter
 ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
 
 
 class BSplineCurve:
-    """A B-spline curve with a parameter ``u`` from 0 to 1: the normalised distance along the object, gaps counted in.
+    """A B-spline curve with a parameter ``u`` from 0 to 1: the normalised arc length, gaps counted in.
 
-    Immutable; its arrays are read-only.
+    Immutable; its arrays are read-only. The knots belong to the spline's own parameter ``t``, which is near ``u`` where
+    the spline was fitted, and is not it: `t_at` and `u_at` lead from one to the other, to 1e-4.
 
     Parameters
     ----------
@@ -126,29 +125,36 @@ class BSplineCurve:
 
     @cached_property
     def spline(self) -> BSpline:
-        """The same curve as a `scipy.interpolate.BSpline`."""
+        """The same curve as a `scipy.interpolate.BSpline`, by its own parameter ``t``: see `t_at`."""
         extrapolate: bool | str = "periodic" if self._closed else True
         # Copies, since scipy 1.10 does not evaluate read-only arrays.
         return BSpline.construct_fast(self._knots.copy(), self._control_points.copy(), self._degree, extrapolate)
 
     @cached_property
+    def _along(self) -> ArcLength:
+        return measure(self.spline, self._base)
+
+    @property
+    def _base(self) -> FloatArray:
+        """The knots from 0 to 1."""
+        return self._knots[self._degree : len(self._control_points) + 1]
+
+    @property
     def length(self) -> float:
-        """Arc length, in the unit of the control points."""
-        breaks = np.unique(self._knots[self._degree : len(self._control_points) + 1])
-        half = np.diff(breaks)[:, None] / 2.0
-        u = breaks[:-1, None] + half * (1.0 + _NODES)
-        speed = np.linalg.norm(self(u.ravel(), 1), axis=1).reshape(u.shape)
-        return float((speed * half * _WEIGHTS).sum())
+        """Arc length, in the unit of the control points, to 1e-4 of it or better."""
+        return self._along.total
 
     @property
     def start(self) -> FloatArray:
         """The point at ``u = 0``, shape (ndim,)."""
-        return self(0.0)
+        result: FloatArray = self.spline(0.0)
+        return result
 
     @property
     def end(self) -> FloatArray:
         """The point at ``u = 1``, shape (ndim,); of a loop that is its start."""
-        return self(1.0)
+        result: FloatArray = self.spline(1.0)
+        return result
 
     def __call__(self, u: npt.ArrayLike, derivative: int = 0, *, extrapolate: bool = False) -> FloatArray:
         """Evaluate the curve or a derivative by ``u``.
@@ -156,11 +162,11 @@ class BSplineCurve:
         Parameters
         ----------
         u : array_like, shape (...)
-            Parameters; a loop goes on around beyond 0..1.
+            Shares of the length; a loop goes on around beyond 0..1.
         derivative : int
-            0 for the points, 1 for the first derivative by ``u``, and so on.
+            0 for the points, 1 for the first derivative by ``u``, as long as the curve, and 2 for the second one.
         extrapolate : bool
-            Whether an open curve is led on beyond its ends, which soon goes anywhere.
+            Whether an open curve goes on straight beyond its ends.
 
         Returns
         -------
@@ -173,14 +179,63 @@ class BSplineCurve:
         """
         at = as_numbers("u", u)
         derivative = check_integer("derivative", derivative, 0, _MOST_DERIVATIVES)
-        if not self._closed and at.size and not check_flag("extrapolate", extrapolate):
+        extrapolate = check_flag("extrapolate", extrapolate)
+        beyond = at - np.clip(at, 0.0, 1.0) if extrapolate and not self._closed else np.zeros(())
+        t = self.t_at(at - beyond)
+        if derivative == 0:
+            result: FloatArray = self.spline(t)
+            return result + (beyond * self.length)[..., None] * directions(self.spline, t) if beyond.any() else result
+        if derivative == 1:
+            return self.length * directions(self.spline, t)
+        return np.where((beyond == 0.0)[..., None], self.length**2 * bends(self.spline, t), 0.0)
+
+    def t_at(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the spline's own parameters ``t`` of places on the curve, shape (...): ``spline(t)`` is there.
+
+        Parameters
+        ----------
+        u : array_like, shape (...)
+            Shares of the length; a loop goes on around beyond 0..1.
+
+        Raises
+        ------
+        InputError
+            If a value is no number, or beyond the ends of an open curve, and not by rounding.
+        """
+        turns, at = self._on_curve("u", u)
+        return turns + self._along.parameters(at)
+
+    def u_at(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the shares ``u`` of the length at parameters ``t`` of the spline, shape (...): the inverse of `t_at`.
+
+        Parameters
+        ----------
+        t : array_like, shape (...)
+            As the knots have them.
+
+        Raises
+        ------
+        InputError
+            As `t_at`.
+        """
+        turns, at = self._on_curve("t", t)
+        return turns + self._along.shares(at)
+
+    def _on_curve(self, name: str, values: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return the whole turns around a loop, 0 on an open curve, and the rest, in 0..1."""
+        if self._closed:
+            at = as_float_array(name, values)
+            turns = np.floor(at)
+            return turns, at - turns
+        at = as_numbers(name, values)
+        if at.size:
             low, high = float(at.min()), float(at.max())
             if not (low >= -ROUNDING and high <= 1.0 + ROUNDING):
                 raise InputError(
-                    f"u must be within 0..1 on an open curve, got {low:g} to {high:g}; extrapolate=True leads it on"
+                    f"{name} must be within 0..1 on an open curve, got {low:g} to {high:g}; "
+                    "a call with extrapolate=True goes on straight"
                 )
-        result: FloatArray = self.spline(at, nu=derivative)
-        return result
+        return np.zeros(()), np.clip(at, 0.0, 1.0)
 
     def nearest(self, point: npt.ArrayLike) -> tuple[float, float]:
         """Return the parameter of the point of the curve that is nearest to another point, and their distance.
@@ -200,77 +255,88 @@ class BSplineCurve:
         InputError
             If the point has another shape, or a value is no finite number.
         """
-        place = as_vector("point", point, self.ndim)
-        breaks = np.unique(self._knots[self._degree : len(self._control_points) + 1])
-        enough = float(np.linalg.norm(self(breaks) - place, axis=1).min())
-        candidates = [breaks]
-        powers = range(self._degree, -1, -1)
-        for start, width in zip(breaks[:-1], np.diff(breaks), strict=True):
-            first = int(np.searchsorted(self._knots, start, "right")) - 1 - self._degree
-            hull = self._control_points[first : first + self._degree + 1]  # the piece of curve lies in their box
-            outside = np.maximum(np.maximum(hull.min(axis=0) - place, place - hull.max(axis=0)), 0.0)
-            if float(np.linalg.norm(outside)) <= enough:  # there, the derivative of the squared distance is zero
-                piece = np.stack([self(start, n) * (width**n / math.factorial(n)) for n in powers])
-                piece[-1] -= place
-                slope = sum(np.convolve(np.polyder(axis), axis) for axis in piece.T)
-                candidates.append(start + width * np.clip(np.roots(slope).real, 0.0, 1.0))
-        u = np.concatenate(candidates)
-        distances = np.linalg.norm(self(u) - place, axis=1)
-        nearest = int(distances.argmin())
-        return float(u[nearest]), float(distances[nearest])
+        t, distance = nearest_place(self.spline, self._base, as_vector("point", point, self.ndim))
+        return float(self.u_at(t)), distance
 
-    def sample(self, n: int) -> FloatArray:
-        """Return `n` points at evenly spaced ``u`` from 0 to 1, both included, shape (n, ndim).
+    def sample(self, n: int | None = None, *, spacing: float | None = None) -> FloatArray:
+        """Return points at equal distances along the curve, both ends included, shape (n, ndim).
+
+        Parameters
+        ----------
+        n : int, optional
+            Number of points, two or more.
+        spacing : float, optional
+            In its place, the distance from point to point along the curve, in its unit: the largest one up to this that
+            divides the length.
 
         Raises
         ------
         InputError
-            If `n` is no integer of at least 2.
+            If `n` is no integer of at least 2, the spacing is not positive or gives more points than fit into memory,
+            or there are both or neither.
         """
+        if (n is None) == (spacing is None):
+            raise InputError(f"give either n or spacing, got n={shown(n)} and spacing={shown(spacing)}")
+        if spacing is not None:
+            step = check_number("spacing", spacing, self.length / (_MOST_POINTS - 1), LARGEST)
+            n = max(math.ceil(self.length / step - ROUNDING), 1) + 1 if step > 0.0 else 2
         return self(np.linspace(0.0, 1.0, check_integer("n", n, 2, _MOST_POINTS)))
+
+    def resample(self, n: int) -> FloatArray:
+        """Return `n` points at equal distances along the curve: `sample` under the name of other packages."""
+        return self.sample(n)
 
     def tangent(self, u: npt.ArrayLike) -> FloatArray:
         """Return unit tangents towards growing ``u``, shape (..., ndim); zero where the curve stands still."""
-        velocity = self(u, 1)
-        speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
-        return np.divide(velocity, speed, out=np.zeros_like(velocity), where=speed > 0)
+        return directions(self.spline, self.t_at(u))
 
     def curvature(self, u: npt.ArrayLike) -> FloatArray:
         """Return the curvature (1 / radius), shape (...), in one over the unit of the control points.
 
-        ``|c' x c''| / |c'|^3``; without sign, in the plane as in space; 0 where the curve stands still.
+        Without sign, in the plane as in space; 0 where the curve stands still.
         """
-        first, second = self(u, 1), self(u, 2)
-        squared_speed = (first**2).sum(axis=-1)
-        # |a x b|^2 = |a|^2 |b|^2 - (a . b)^2 holds in any dimension.
-        squared_cross = squared_speed * (second**2).sum(axis=-1) - (first * second).sum(axis=-1) ** 2
-        cross = np.sqrt(np.maximum(squared_cross, 0.0))
-        return np.divide(cross, squared_speed**1.5, out=np.zeros_like(cross), where=squared_speed > 0)
+        return np.linalg.norm(bends(self.spline, self.t_at(u)), axis=-1)
 
     def reversed(self) -> BSplineCurve:
         """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""
         knots, control = 1.0 - self._knots[::-1], self._control_points[::-1].copy()
         return self._unchecked(knots, control, self._degree, self._closed)
 
-    def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike) -> BSplineCurve:
+    def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike | None = None) -> BSplineCurve:
         """Return the curve under the affine map ``p -> matrix @ p + offset``, exactly.
 
         Parameters
         ----------
-        matrix : array_like, shape (m, ndim)
-        offset : array_like, shape (m,)
+        matrix : array_like, shape (m, ndim), or without an offset (ndim + 1, ndim + 1)
+            The latter is homogeneous, with the offset in its last column: 4 x 4 in space, as of poses, 3 x 3 in the
+            image.
+        offset : array_like, shape (m,), optional
             With m of 2 or 3.
 
         Raises
         ------
         InputError
-            If the shapes disagree, or a value, or a control point then, is no finite number.
+            If the shapes disagree, or a value, or a control point then, is no finite number, or the last row of a
+            homogeneous matrix is another than zeros and a one.
         """
-        turn, shift = as_float_array("matrix", matrix), as_vector("offset", offset)
+        turn = as_float_array("matrix", matrix)
+        if offset is None:
+            turn, offset = self._parts_of(turn)
+        shift = as_vector("offset", offset)
         if turn.shape != (len(shift), self.ndim):
             raise InputError(f"matrix must have shape ({len(shift)}, {self.ndim}), got {turn.shape}")
         control = as_points("control_points", self._control_points @ turn.T + shift)
         return self._unchecked(self._knots, control, self._degree, self._closed)
+
+    def _parts_of(self, matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what a homogeneous matrix multiplies by and what it adds."""
+        side = self.ndim + 1
+        if matrix.shape != (side, side):
+            raise InputError(f"without an offset, matrix must have shape ({side}, {side}), got {matrix.shape}")
+        if not np.allclose(matrix[-1], np.eye(side)[-1], rtol=0.0, atol=ROUNDING):
+            last = " ".join("0" * self.ndim + "1")
+            raise InputError(f"the last row of a homogeneous matrix must be {last}, got {shown(matrix[-1].tolist())}")
+        return matrix[:-1, :-1], matrix[:-1, -1]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain lists and numbers, ready for JSON; `from_dict` takes them back without loss."""
@@ -291,13 +357,8 @@ class BSplineCurve:
         InputError
             If it is no dictionary, a key is missing or a value is wrong.
         """
-        if not isinstance(data, Mapping):
-            raise InputError(f"a curve needs a dictionary as of to_dict, got {shown(data)}")
-        try:
-            knots, control_points, degree = data["knots"], data["control_points"], data["degree"]
-            closed = data["closed"]
-        except KeyError as error:
-            raise InputError(f"a curve needs the key {error.args[0]!r}, got {shown(list(data))}") from error
+        keys = "knots", "control_points", "degree", "closed"
+        knots, control_points, degree, closed = values_of("a curve", data, *keys)
         return cls(knots, control_points, degree, closed=closed)
 
     def __eq__(self, other: object) -> bool:
@@ -319,6 +380,11 @@ class BSplineCurve:
         return (
             f"BSplineCurve({kind}, {self.ndim}D, {len(self._control_points)} control points, length {self.length:.4g})"
         )
+
+
+def spans_by_length(curve: BSplineCurve, spans: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Return spans of a spline's own parameter as spans of the curve's ``u``."""
+    return tuple([(low, max(low, high)) for low, high in curve.u_at(spans).tolist()]) if spans else ()
 
 
 def check_curve(name: str, curve: object, ndim: int) -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import LARGEST, FloatArray
@@ -17,14 +21,24 @@ from dloftbs._values import (
     check_text,
     check_type,
     extent_of,
+    list_of,
     set_fields,
     shown,
+    values_of,
 )
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Centerline, Joint, JointKind, Point
-from dloftbs.curve import BSplineCurve, check_curve
+from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
+from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.errors import InputError
 from dloftbs.u_mapping import known_in_space, to_image, to_space
+
+_MOST_PIXELS = 100_000
+"""Largest number of points of a segment that is laid along a curve.
+
+Source: bounds memory; only curves that leave the picture by far are so long.
+"""
+
+_Passes = tuple[tuple[int, float], tuple[int, float]]
 
 NO_DEPTH = "the frame has no depth"
 """Reason for no curve in space where nobody asked for one."""
@@ -61,7 +75,7 @@ class Detection:
     curve: BSplineCurve
     curve_3d: BSplineCurve | None = None
     no_3d_reason: str | None = None
-    inferred_3d: tuple[tuple[float, float], ...] = ()
+    inferred_3d: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
     camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
@@ -82,37 +96,49 @@ class Detection:
         curve: BSplineCurve,
         curve_3d: BSplineCurve | None = None,
         no_3d_reason: str | None = None,
-        inferred_3d: tuple[tuple[float, float], ...] = (),
+        fitted_inferred_3d: tuple[tuple[float, float], ...] = (),
         camera: PinholeCamera | None = None,
     ) -> Detection:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from intervals of the own parameter of the spline in space."""
         detection = cls.__new__(cls)
         detection.__dict__.update(
             centerline=centerline,
             curve=curve,
             curve_3d=curve_3d,
             no_3d_reason=no_3d_reason,
-            inferred_3d=inferred_3d,
+            _fitted_inferred_3d=fitted_inferred_3d,
             camera=camera,
         )
         return detection
 
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curve in space once somebody asks for parts of its length: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted_inferred_3d")
+            if name != "inferred_3d" or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            spans = self.__dict__[name] = spans_by_length(self.curve_3d, fitted)
+            return spans
+
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
         extent = extent_of(self.curve.length, "px", self.curve.closed)
-        return f"Detection({extent}, {self.width:.3g} px wide, confidence {self.confidence:.2g}{in_space})"
+        return f"Detection({extent}, {self.width_px:.3g} px wide, confidence {self.confidence:.2g}{in_space})"
 
     @property
-    def width(self) -> float:
-        """Width of the object, px: twice the median radius along the centre line."""
-        return self.centerline.width
+    def width_px(self) -> float:
+        """Width of the object: twice the median radius along the centre line."""
+        return self.centerline.width_px
 
-    @property
+    @cached_property
     def joints(self) -> tuple[Joint, ...]:
-        """Joints that link the segments, in order."""
-        return self.centerline.joints
+        """Joints that link the segments, in order, with the spans of the ``u`` of `curve` that they cover."""
+        joints = self.centerline.joints
+        spans = spans_by_length(self.curve, tuple([joint.u for joint in joints]))
+        return tuple([joint._over(span) for joint, span in zip(joints, spans, strict=True)])
 
-    @property
+    @cached_property
     def confidence(self) -> float:
         """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
         return self.centerline.confidence
@@ -147,10 +173,15 @@ class Detection:
     def reversed(self) -> Detection:
         """Return the same object run the other way."""
         curve_3d = None if self.curve_3d is None else self.curve_3d.reversed()
-        inferred_3d = tuple([(1.0 - high, 1.0 - low) for low, high in reversed(self.inferred_3d)])
-        return Detection._unchecked(
-            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, inferred_3d, self.camera
+        backwards = Detection._unchecked(
+            self.centerline.reversed(), self.curve.reversed(), curve_3d, self.no_3d_reason, (), self.camera
         )
+        for name in ("inferred_3d", "_fitted_inferred_3d"):
+            if name in self.__dict__:
+                backwards.__dict__[name] = tuple(
+                    [(1.0 - high, 1.0 - low) for low, high in reversed(self.__dict__[name])]
+                )
+        return backwards
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -159,10 +190,45 @@ class Detection:
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
             "no_3d_reason": self.no_3d_reason,
             "inferred_3d": [list(interval) for interval in self.inferred_3d],
-            "width_px": self.width,
+            "width_px": self.width_px,
             "confidence": self.confidence,
             "joints": [joint.to_dict() for joint in self.joints],
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Detection:
+        """Build a detection from what `to_dict` gave, without loss.
+
+        That has no pixels: the centre line lies on the curve, about a pixel from point to point. Nor has it a camera.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "curve", "curve_3d", "no_3d_reason", "inferred_3d", "width_px", "confidence", "joints"
+        shape, shape_3d, reason, inferred_3d, width, confidence, rows = values_of("a detection", data, *keys)
+        curve = BSplineCurve.from_dict(shape)
+        check_curve("curve", curve, 2)
+        joints = tuple([Joint.from_dict(row) for row in list_of("joints", rows)])
+        line = _line_along(curve, joints, check_number("width_px", width, 0.0, LARGEST), confidence)
+        curve_3d = None if shape_3d is None else BSplineCurve.from_dict(shape_3d)
+        detection = cls(line, curve, curve_3d, reason, inferred_3d)
+        detection.__dict__.update(joints=joints, confidence=confidence)
+        return detection
+
+
+def _line_along(curve: BSplineCurve, joints: tuple[Joint, ...], width: float, confidence: object) -> Centerline:
+    """Return a centre line on a curve, of which only the joints, the width and the confidence are known."""
+    certainty = check_number("confidence", confidence, 0.0, 1.0)
+    known = math.prod(joint.confidence for joint in joints)
+    edges = [0.0, *(edge for joint in joints for edge in joint.u), 1.0]
+    segments = []
+    for low, high in zip(edges[::2], edges[1::2], strict=True):
+        count = min(max(math.ceil(abs(high - low) * curve.length), 1), _MOST_PIXELS) + 1
+        segments.append(Segment(curve(np.linspace(low, high, count)), np.full(count, 0.5 * width)))
+    own = tuple([joint._over((float(low), float(high))) for joint in joints for low, high in [curve.t_at(joint.u)]])
+    return Centerline(tuple(segments), own, curve.closed, min(certainty / known, 1.0) if known > 0.0 else 0.0)
 
 
 @dataclass(frozen=True)
@@ -188,7 +254,7 @@ class Crossing:
     """
 
     position: Point
-    passes: tuple[tuple[int, float], tuple[int, float]]
+    passes: _Passes
     top: int | None = None
     confidence: float = 0.0
 
@@ -212,12 +278,36 @@ class Crossing:
 
     @classmethod
     def _unchecked(
-        cls, position: Point, passes: tuple[tuple[int, float], tuple[int, float]], top: int | None, confidence: float
+        cls,
+        position: Point,
+        fitted_passes: _Passes,
+        curves: tuple[BSplineCurve, BSplineCurve],
+        top: int | None,
+        confidence: float,
     ) -> Crossing:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from passes by the own parameters of two splines."""
         crossing = cls.__new__(cls)
-        crossing.__dict__.update(position=position, passes=passes, top=top, confidence=confidence)
+        crossing.__dict__.update(position=position, _fitted=(fitted_passes, curves), top=top, confidence=confidence)
         return crossing
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curves once somebody asks where they cross: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted")
+            if name != "passes" or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            passes = tuple([(number, float(curve.u_at(t))) for (number, t), curve in zip(*fitted, strict=True)])
+            self.__dict__[name] = passes
+            return passes
+
+    def _fitted_passes(self, detections: Sequence[Detection]) -> _Passes:
+        """Return the passes by the own parameters of the splines of the frame's detections."""
+        fitted: tuple[_Passes, object] | None = self.__dict__.get("_fitted")
+        if fitted is not None:
+            return fitted[0]
+        (a, u_a), (b, u_b) = self.passes
+        return (a, float(detections[a].curve.t_at(u_a))), (b, float(detections[b].curve.t_at(u_b)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values, ready for JSON."""
@@ -227,3 +317,16 @@ class Crossing:
             "top": self.top,
             "confidence": self.confidence,
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Crossing:
+        """Build a crossing from what `to_dict` gave, without loss.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        position, rows, top, confidence = values_of("a crossing", data, "position", "passes", "top", "confidence")
+        passes = [tuple(values_of("a pass", row, "detection", "u")) for row in list_of("passes", rows)]
+        return cls(position, cast(_Passes, tuple(passes)), top, confidence)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, overload
+from pathlib import Path
+from typing import Any, cast, overload
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from dloftbs._text import readable
 from dloftbs._values import (
     MAX_WHOLE,
     check_all,
+    check_flag,
     check_integer,
     check_number,
     check_size,
@@ -20,10 +22,12 @@ from dloftbs._values import (
     check_text,
     check_type,
     count_of,
+    list_of,
     set_fields,
     shown,
+    values_of,
 )
-from dloftbs.centerline import Centerline
+from dloftbs.centerline import Centerline, Segment
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
@@ -166,9 +170,99 @@ class FrameResult:
             "detections": [detection.to_dict() for detection in self.detections],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
             "dropped": [_dropped(line) for line in self.dropped],
-            "tracks": [track.to_dict() for track in self.tracks],
+            "tracks": [self._track(track) for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> FrameResult:
+        """Build a result from what `to_dict` gave, or from a row of `sinks.read_json_lines`, without loss.
+
+        What that leaves out is not there: pixels of the centre lines, cameras, velocities, and the frame.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "index", "stamp", "name", "size", "reason", "detections", "crossings", "dropped", "tracks", "stage_ms"
+        index, stamp, name, size, reason, found, crossings, dropped, tracks, stage_ms = values_of(
+            "a result", data, *keys
+        )
+        detections = tuple(Detection.from_dict(row) for row in list_of("detections", found))
+        return cls(
+            detections,
+            tuple(_track_of(row, detections) for row in list_of("tracks", tracks)),
+            reason,
+            size,
+            stage_ms,
+            index,
+            stamp,
+            name,
+            tuple(Crossing.from_dict(row) for row in list_of("crossings", crossings)),
+            tuple(_line_of(row) for row in list_of("dropped", dropped)),
+        )
+
+    def _track(self, track: Track) -> dict[str, Any]:
+        """Return the plain values of a track, with the number of its detection and whether it is run backwards."""
+        number, is_reversed = self._place_of(track)
+        return {**track.to_dict(), "detection": number, "reversed": is_reversed}
+
+    def _place_of(self, track: Track) -> tuple[int | None, bool]:
+        """Return which of `detections` a track holds, None for none, and whether it holds it run the other way."""
+        if track.detection is not None:
+            wanted = track.detection.curve.control_points
+            for number, detection in enumerate(self.detections):
+                control = detection.curve.control_points
+                if np.array_equal(control, wanted):
+                    return number, False
+                if np.array_equal(control[::-1], wanted):
+                    return number, True
+        return None, False
+
+    def save(self, path: str | Path, frame: Frame | None = None) -> None:
+        """Write the result into a file of the kind that its name says, as `sinks.open` opens it.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.jsonl``, ``.npz``, ``.csv``, ``.ply``, ``.png`` and so on; an older file is replaced.
+        frame : Frame, optional
+            To draw on, where the result did not keep its own. Without either, the curves are drawn over nothing.
+
+        Raises
+        ------
+        InputError
+            If the suffix is unknown, or the file has the name of the frame, which it may be.
+        SinkError
+            If it cannot be written.
+        """
+        from dloftbs.sinks.single import save
+
+        save(self, path, frame)
+
+    def to_dataframe(self, samples: int = 100) -> Any:
+        """Return the objects as a table of pandas, with the columns of a ``.csv``: a row for each point of each object.
+
+        Parameters
+        ----------
+        samples : int
+            Points an object, at equal distances along its curve.
+
+        Returns
+        -------
+        pandas.DataFrame
+            NaN where a frame has no stamp, or an object no curve in space. Tables of several frames are put together by
+            `pandas.concat`.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed, or `samples` is no integer of at least 2.
+        """
+        from dloftbs.sinks.points_csv import points_table
+
+        return points_table(self, samples)
 
 
 def _stage_ms(given: object) -> dict[str, float]:
@@ -180,12 +274,29 @@ def _stage_ms(given: object) -> dict[str, float]:
     }
 
 
+def _track_of(row: object, detections: tuple[Detection, ...]) -> Track:
+    number, is_reversed = values_of("a track", row, "detection", "reversed")
+    if number is None:
+        return Track.from_dict(cast("Mapping[str, Any]", row))
+    detection = detections[check_integer("the detection of a track", number, 0, len(detections) - 1)]
+    backwards = check_flag("reversed", is_reversed)
+    return Track.from_dict(cast("Mapping[str, Any]", row), detection.reversed() if backwards else detection)
+
+
+def _line_of(row: object) -> Centerline:
+    """Return the centre line of an object that was dropped, of which only the ends are known."""
+    keys = "start", "end", "closed", "width_px", "confidence"
+    start, end, closed, width, confidence = values_of("a dropped object", row, *keys)
+    radius = 0.5 * check_number("width_px", width, 0.0, LARGEST)
+    return Centerline((Segment([start, end], [radius, radius]),), (), closed, confidence)  # type: ignore[arg-type]
+
+
 def _dropped(line: Centerline) -> dict[str, Any]:
     """Return a description of an object that was dropped; without a curve, the ``u`` of its joints says nothing."""
     return {
         "start": line.points[0].tolist(),
         "end": line.points[-1].tolist(),
         "closed": line.closed,
-        "width_px": line.width,
+        "width_px": line.width_px,
         "confidence": line.confidence,
     }

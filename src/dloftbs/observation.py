@@ -124,7 +124,7 @@ class Observation(NamedTuple):
         first, last = self.curve_span
         cuts = [
             joint.u
-            for joint in self.detection.joints
+            for joint in self.detection.centerline.joints
             if first <= joint.u[0]
             and joint.u[1] <= last
             and joint.kind is not JointKind.CROSSING
@@ -164,14 +164,14 @@ def make_observations(
         curve = item.curve if isinstance(item, Detection) else item
         if not isinstance(curve, BSplineCurve) or curve.ndim != 2:
             raise InputError(f"expected a Detection or a BSplineCurve in the image (ndim 2), got {curve!r}")
-        width = math.nan if detection is None else detection.width
+        width = math.nan if detection is None else detection.width_px
         if widths is not None:
             given = widths[index]
             unknown = isinstance(given, float) and math.isnan(given)
             width = math.nan if unknown else check_number("a width", given, 0.0, LARGEST)
         points, length = sample_curve(curve)
         if length > 0.0:
-            gaps = () if detection is None or not detection.joints else detection.inferred
+            gaps = () if detection is None else detection.centerline.gaps
             contiguous = not gaps or not any((high - low) * length > _LONG_GAP_WIDTHS * width for low, high in gaps)
             space = None if detection is None else detection.curve_3d
             metres = 0.0 if space is None else sample_curve(space)[1]
@@ -214,6 +214,6 @@ def _sample_anew(curve: BSplineCurve, first: float, last: float, count: int) -> 
     if curve.degree == 3:
         points, length = cubic_samples.sample_cubic(curve.knots, curve.control_points, first, last, count)
     else:
-        points = curve(np.linspace(first, last, count))
+        points = curve.spline(np.linspace(first, last, count))
         length = float(np.linalg.norm(points[1:] - points[:-1], axis=1).sum())
     return frozen(points), length

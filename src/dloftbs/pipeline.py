@@ -68,7 +68,7 @@ class Pipeline:
     >>> mask = np.zeros((100, 200), np.uint8)
     >>> mask[48:53, 20:180] = 255
     >>> result = Pipeline().process(mask)
-    >>> result.tracks[0].id, round(result.detections[0].width, 1)
+    >>> result.tracks[0].id, round(result.detections[0].width_px, 1)
     (1, 5.0)
     """
 

@@ -141,7 +141,7 @@ class TemporalPrior:
         self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
     ) -> npt.NDArray[np.bool_]:
         """Return whether pairs of ends are those of two objects that are known not to hang together, shape (k,)."""
-        ends = np.concatenate([one.curve(_BOTH_ENDS) for one in self.predicted])
+        ends = np.concatenate([one.curve.spline(_BOTH_ENDS) for one in self.predicted])
         distances = np.linalg.norm(end_states[:, None, POSITION] - self.crop.to_oriented(ends), axis=2)
         owners = distances.argmin(axis=1) // 2
         near = distances.min(axis=1) < _END_WIDTHS * self.width

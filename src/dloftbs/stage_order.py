@@ -233,7 +233,7 @@ def _lift_as_published(
     if not closed and u[-1] > u[0]:
         u = (u - u[0]) / (u[-1] - u[0])
     curve = fit_with_knots(points_m, u, closed, knots)
-    holes = () if whole else holes_of(u, detection.curve.length, detection.width)
+    holes = () if whole else holes_of(u, detection.curve.length, detection.width_px)
     return _with_curve_3d(detection, curve, camera, holes)
 
 
@@ -254,7 +254,7 @@ def _with_curve_3d(
     if not np.abs(curve.control_points).max() <= LARGEST:
         reason = f"by its depth and the camera it reaches farther than {LARGEST:g} m: check lifting.max_depth_m"
         return Detection._unchecked(detection.centerline, detection.curve, no_3d_reason=reason)
-    return Detection._unchecked(detection.centerline, detection.curve, curve, inferred_3d=inferred, camera=camera)
+    return Detection._unchecked(detection.centerline, detection.curve, curve, None, inferred, camera)
 
 
 def _why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:

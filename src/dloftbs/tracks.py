@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import LARGEST, FloatArray, as_points
+from dloftbs._arrays import LARGEST, FloatArray, as_points, frozen
 from dloftbs._values import (
     MAX_WHOLE,
     check_integer,
@@ -16,11 +18,14 @@ from dloftbs._values import (
     check_spans,
     check_type,
     extent_of,
+    kind_of,
+    list_of,
     set_fields,
     shown,
+    values_of,
 )
 from dloftbs.camera import PinholeCamera
-from dloftbs.curve import BSplineCurve, check_curve
+from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.detection import Detection
 from dloftbs.errors import InputError
 from dloftbs.u_mapping import known_in_space, to_image, to_space
@@ -72,8 +77,8 @@ class Track:
         The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
     confidence : float
         Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
-    width : float, optional
-        Of the object, px, when it was last seen; None where no detection told it.
+    width_px : float, optional
+        Width of the object when it was last seen; None where no detection told it.
     ends : (EndKind, EndKind), optional
         Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not tell them.
     velocity : numpy.ndarray, shape (n, 2), optional
@@ -97,12 +102,12 @@ class Track:
     hits: int
     misses: int
     detection: Detection | None
-    inferred: tuple[tuple[float, float], ...] = ()
+    inferred: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
     confidence: float = 1.0
-    width: float | None = None
+    width_px: float | None = None
     ends: tuple[EndKind, EndKind] | None = None
-    velocity: FloatArray | None = None
-    velocity_3d: FloatArray | None = None
+    velocity: FloatArray | None = field(default_factory=lambda: None)
+    velocity_3d: FloatArray | None = field(default_factory=lambda: None)
     camera: PinholeCamera | None = None
 
     def __post_init__(self) -> None:
@@ -121,7 +126,7 @@ class Track:
             misses=check_integer("misses", self.misses, 0, MAX_WHOLE),
             inferred=check_spans("inferred", self.inferred),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
-            width=None if self.width is None else check_number("width", self.width, 0.0, LARGEST),
+            width_px=None if self.width_px is None else check_number("width_px", self.width_px, 0.0, LARGEST),
             ends=None if self.ends is None else _check_ends(self.ends),
             velocity=None if self.velocity is None else as_points("velocity", self.velocity, (2,)),
             velocity_3d=None if self.velocity_3d is None else as_points("velocity_3d", self.velocity_3d, (3,)),
@@ -137,15 +142,15 @@ class Track:
         hits: int,
         misses: int,
         detection: Detection | None,
-        inferred: tuple[tuple[float, float], ...],
+        fitted_inferred: tuple[tuple[float, float], ...],
         confidence: float,
-        width: float | None,
+        width_px: float | None,
         ends: tuple[EndKind, EndKind] | None = None,
-        velocity: FloatArray | None = None,
-        velocity_3d: FloatArray | None = None,
+        fitted_velocity: FloatArray | None = None,
+        fitted_velocity_3d: FloatArray | None = None,
         camera: PinholeCamera | None = None,
     ) -> Track:
-        """Make what the constructor makes, faster."""
+        """Make what the constructor makes, faster, from intervals and velocities by the splines' own parameters."""
         track = cls.__new__(cls)
         track.__dict__.update(
             id=number,
@@ -155,15 +160,30 @@ class Track:
             hits=hits,
             misses=misses,
             detection=detection,
-            inferred=inferred,
             confidence=confidence,
-            width=width,
+            width_px=width_px,
             ends=ends,
-            velocity=velocity,
-            velocity_3d=velocity_3d,
             camera=camera,
+            _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
         )
         return track
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curves once somebody asks for what lies along their length: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted")
+            if name not in ("inferred", "velocity", "velocity_3d") or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            inferred, velocity, velocity_3d = fitted
+            if name == "inferred":
+                value = spans_by_length(self.curve, inferred)
+            elif name == "velocity":
+                value = _by_length(self.curve, velocity)
+            else:
+                value = _by_length(self.curve_3d, velocity_3d)
+            self.__dict__[name] = value
+            return value
 
     def __repr__(self) -> str:
         in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
@@ -203,9 +223,51 @@ class Track:
             "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
             "inferred": [list(interval) for interval in self.inferred],
             "confidence": self.confidence,
-            "width_px": self.width,
+            "width_px": self.width_px,
             "ends": None if self.ends is None else [end.value for end in self.ends],
         }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], detection: Detection | None = None) -> Track:
+        """Build a track from what `to_dict` gave, without loss; it has no velocities and no camera.
+
+        Parameters
+        ----------
+        data : mapping
+        detection : Detection, optional
+            Of the same frame, run in the track's direction, which that leaves out.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "id", "state", "hits", "misses", "curve", "curve_3d", "inferred", "confidence", "width_px", "ends"
+        number, state, hits, misses, shape, shape_3d, inferred, *rest = values_of("a track", data, *keys)
+        confidence, width, ends = rest
+        return cls(
+            number,
+            kind_of("the state of a track", TrackState, state),
+            BSplineCurve.from_dict(shape),
+            None if shape_3d is None else BSplineCurve.from_dict(shape_3d),
+            hits,
+            misses,
+            detection,
+            inferred,
+            confidence,
+            width,
+            None
+            if ends is None
+            else cast(Any, tuple(kind_of("an end of a track", EndKind, end) for end in list_of("ends", ends))),
+        )
+
+
+def _by_length(curve: BSplineCurve | None, values: FloatArray | None) -> FloatArray | None:
+    """Return values (n, d) at even parameters of a spline as they are at even ``u``, read-only."""
+    if curve is None or values is None:
+        return None
+    even = np.linspace(0.0, 1.0, len(values))
+    return frozen(np.stack([np.interp(curve.t_at(even), even, column) for column in values.T], axis=1))
 
 
 def _check_ends(ends: tuple[EndKind, EndKind]) -> tuple[EndKind, EndKind]:

@@ -61,6 +61,22 @@ class TestWhere:
         np.testing.assert_allclose(STEEP(u_b), (160, 120), atol=0.05)
         assert (crossing.top, crossing.confidence) == (None, 0.0)
 
+    def test_passes_are_shares_of_the_length(self) -> None:
+        """Whatever the speed of the spline: this one is slow at first and fast in the end."""
+        uneven = BSplineCurve([0, 0, 0, 0, 0.5, 1, 1, 1, 1], [(60, 120), (64, 120), (80, 120), (120, 120), (260, 120)])
+        (crossing,) = crossings(uneven, STEEP)
+        ((_, u), (_, u_b)) = crossing.passes
+        assert u == pytest.approx(0.5, abs=2e-3)
+        (_, t), (_, t_b) = crossing._fitted_passes(())
+        np.testing.assert_allclose(uneven.spline(t), crossing.position, atol=0.3)
+        assert t > 0.6
+        stated = Crossing(crossing.position, crossing.passes)
+        ((_, found), (_, found_b)) = stated._fitted_passes([detection_of(uneven), detection_of(STEEP)])
+        assert (found, found_b) == (pytest.approx(t, abs=1e-9), pytest.approx(t_b, abs=1e-9))
+        assert u_b == pytest.approx(STEEP.u_at(t_b), abs=1e-12)
+        with pytest.raises(AttributeError, match="'Crossing' object has no attribute 'pass_'"):
+            crossing.pass_  # noqa: B018
+
     @pytest.mark.parametrize("width", [2.0, 5.0, 10.0, 20.0])
     def test_places_are_exact_to_a_small_share_of_the_width(self, width: float) -> None:
         arcs = loop(3 * width, (100, 120)), loop(3 * width, (100 + 4 * width, 120), start=1.0)

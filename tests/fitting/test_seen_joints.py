@@ -51,7 +51,7 @@ def test_a_joint_is_a_gap_where_the_curve_leaves_the_mask(height: float, blob: b
     assert (marked is line) == seen
     assert marked.joints[0].kind is (CROSSING if seen else GAP)
     assert marked.joints[0].u == line.joints[0].u
-    assert (marked.confidence, marked.width, marked.segments) == (line.confidence, line.width, line.segments)
+    assert (marked.confidence, marked.width_px, marked.segments) == (line.confidence, line.width_px, line.segments)
     np.testing.assert_array_equal(marked.u, line.u)
 
 

@@ -23,6 +23,7 @@ FRAME_CPU_S = 10.0
 """CPU time that a frame of a megapixel may take at most: tens of times what the worst takes, for slow machines."""
 EXACT_PX = 1e-6
 """Curves of turned and shifted masks agree up to rounding."""
+_FINE, _SHARE = 20_001, 1e-4  # points of a polyline, and what lengths may differ from it, as shares
 PAPER = Config.paper()
 
 
@@ -82,13 +83,17 @@ def check_curve(curve: BSplineCurve) -> None:
     assert math.isfinite(curve.length), f"a length of {curve.length}"
     assert curve.length > 0.0, "a curve without length"
     assert BSplineCurve.from_dict(json.loads(strict_json(curve))) == curve
+    t = np.linspace(0.0, 1.0, _FINE)
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(curve.spline(t), axis=0), axis=1))))
+    assert abs(curve.length / along[-1] - 1.0) < _SHARE, f"a length of {curve.length}, a polyline of {along[-1]}"
+    assert np.abs(curve.u_at(t) - along / along[-1]).max() < _SHARE, "u is not the share of the length"
 
 
 def check_detection(detection: Detection) -> None:
     """Check what an object of one frame says of itself."""
     check_curve(detection.curve)
-    assert math.isfinite(detection.width), f"a width of {detection.width}"
-    assert detection.width > 0.0, f"a width of {detection.width}"
+    assert math.isfinite(detection.width_px), f"a width of {detection.width_px}"
+    assert detection.width_px > 0.0, f"a width of {detection.width_px}"
     check_share("confidence", detection.confidence)
     check_intervals("inferred", detection.inferred)
     check_intervals("inferred_3d", detection.inferred_3d)
@@ -122,9 +127,10 @@ def check_result(result: FrameResult) -> None:
             check_curve(track.curve_3d)
         check_intervals("a track's inferred", track.inferred)
         check_share("a track's confidence", float(track.confidence))
-        assert track.width is None or track.width > 0.0
+        assert track.width_px is None or track.width_px > 0.0
         strict_json(track)
-    strict_json(result)
+    plain = json.loads(strict_json(result))
+    assert json.loads(strict_json(FrameResult.from_dict(plain))) == plain, "a result is lost on its way through a file"
 
 
 def check_seen(detections: Iterable[Detection], mask: np.ndarray) -> None:
@@ -145,10 +151,10 @@ def check_seen(detections: Iterable[Detection], mask: np.ndarray) -> None:
         _, nearest = tree.query(points, k=min(4, len(pixels)))
         beside = np.abs(pixels[nearest.reshape(len(points), -1)] - points[:, None])
         away = np.linalg.norm(np.maximum(beside - 0.5, 0.0), axis=2).min(axis=1, initial=math.inf)
-        if len(u) and away.max() > max(1.5, detection.width / 2.0):
+        if len(u) and away.max() > max(1.5, detection.width_px / 2.0):
             at = tuple(round(float(v), 1) for v in points[away.argmax()])
             raise OffTheMask(
-                f"detection {number}, {detection.width:.1f} px wide, is said to be seen {away.max():.1f} px "
+                f"detection {number}, {detection.width_px:.1f} px wide, is said to be seen {away.max():.1f} px "
                 f"off the mask, at {at} and u = {u[away.argmax()]:.3f}"
             )
 

@@ -25,8 +25,10 @@ def curve(ndim: int = 2, n: int = 8, seed: int = 0) -> BSplineCurve:
 def detection(seed: int = 0, *, in_space: bool = False, n: int = 8) -> Detection:
     points = np.column_stack([np.arange(10.0), np.zeros(10)])
     segments = (Segment(points, np.full(10, 2.5)), Segment(points + np.array([20.0, 0.0]), np.full(10, 2.5)))
-    line = Centerline(segments, (Joint(JointKind.GAP, (0.4, 0.6), 1.0, 3.0, 0.75),))
-    return Detection(line, curve(2, n, seed), curve(3, n + 3, seed) if in_space else None)
+    shape = curve(2, n, seed)
+    low, high = shape.t_at([0.45, 0.55]).tolist()
+    line = Centerline(segments, (Joint(JointKind.GAP, (low, high), 1.0, 3.0, 0.75),))
+    return Detection(line, shape, curve(3, n + 3, seed) if in_space else None)
 
 
 def detected(index: int = 0, count: int = 2, *, in_space: bool = False) -> FrameResult:

@@ -39,7 +39,7 @@ def test_detections_with_and_without_metres(tmp_path):
     assert {rows[11][name] for name in ("u_3d", "x_m", "y_m", "z_m", "inferred_3d", "tangent_z_3d")} == {""}
     assert [row["u_3d"] for row in rows[:11]] == [row["u"] for row in rows[:11]]  # without a camera, nobody knows
     assert [float(row["u"]) for row in rows[:11]] == pytest.approx(np.linspace(0, 1, 11))
-    assert [row["inferred"] for row in rows[:11]] == list("00000100000")  # the gap spans u = 0.4 to 0.6
+    assert [row["inferred"] for row in rows[:11]] == list("00000100000")  # the gap spans u = 0.45 to 0.55
 
 
 def test_tracks(tmp_path):

@@ -14,6 +14,7 @@ from dloftbs.synthetic import RgbdSequence, rgbd_artificial, rgbd_manipulation
 from dloftbs.synthetic.signals import steady
 from dloftbs.synthetic.space_axis import Bend, SpaceMotion, Wave
 from dloftbs.synthetic.space_scene import SpaceScene, View
+from dloftbs.u_mapping import to_space
 
 SIZE = (360, 640)
 SAMPLES = 400
@@ -116,9 +117,7 @@ def test_passes_are_two_radii_apart_and_the_upper_hides_the_lower(number, crosse
         flat, axis = truth.curves[0], truth.curves_3d[0]
         pairs = self_crossings(flat)
         assert (len(pairs) > 0) == crossed[which]
-        projected = frame.camera.project(axis.sample(20000))
-        at = cKDTree(projected).query(flat(pairs))[1] / 19999.0
-        depth = axis(at)[..., 2]
+        depth = axis(to_space(pairs, axis, frame.camera))[..., 2]
         assert (np.abs(depth[:, 0] - depth[:, 1]) > 2.0 * sequence.scene.radius_m).all()
         for (x, y), z in zip(flat(pairs).mean(axis=1).round().astype(int), depth.min(axis=1), strict=True):
             if frame.mask[y, x]:

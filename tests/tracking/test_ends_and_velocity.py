@@ -98,6 +98,20 @@ def test_the_velocity_is_that_of_the_curve_as_published() -> None:
     np.testing.assert_allclose(np.hypot(*last.velocity.T), rate * away, atol=0.5)
 
 
+def test_the_velocity_is_at_even_shares_of_the_length() -> None:
+    """A spline that is fast at one end and slow at the other, turned about its start."""
+    rate = 0.2
+    along = [(100.0 + 300.0 * x, 200.0) for x in (0.0, 0.02, 0.1, 0.3, 1.0)]
+    curve = BSplineCurve([0, 0, 0, 0, 0.5, 1, 1, 1, 1], along)
+    angles = rate * FRAME_S * np.arange(8)
+    pivot = np.array((100.0, 200.0))
+    turns = [np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) for a in angles]
+    last = follow([curve.transformed(turn, pivot - turn @ pivot) for turn in turns])[-1]
+    assert last.velocity is not None
+    speed = np.hypot(*last.velocity.T)
+    np.testing.assert_allclose(speed, rate * 300.0 * np.linspace(0.0, 1.0, len(speed)), atol=0.5)
+
+
 def test_what_changes_its_length_at_once_has_no_velocity_until_it_moves_on() -> None:
     here, longer = line((60, 100), (460, 100)), line((60, 300), (560, 300))
     tracks = follow([here, here, here, longer, longer])

@@ -74,9 +74,10 @@ def test_rounding_leads_nowhere_beyond_the_ends(shares, of):
 
 def test_a_whole_detection_has_its_own_gaps_either_way():
     (track,) = Tracker().update([LINKED])
-    assert track.inferred == GAPS
+    assert track.inferred == LINKED.inferred
+    np.testing.assert_allclose(track.inferred, LINKED.curve.u_at(GAPS), atol=1e-12)
     (observation,) = make_observations([LINKED])
-    assert observation.reversed().gaps == LINKED.reversed().inferred
+    assert observation.reversed().gaps == LINKED.reversed().centerline.gaps
 
 
 def test_a_part_beyond_one_end_of_a_track_that_leaves_at_the_other_lies_within_it():

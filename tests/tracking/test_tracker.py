@@ -262,7 +262,7 @@ class TestBareCurves:
         for step in range(5):
             tracks = tracker.update([wave((step, 0.0)), wave((step, 200.0))], widths=[6.0, float("nan")])
         assert ids(tracks) == [1, 2]
-        assert [track.width for track in tracks] == [6.0, None]
+        assert [track.width_px for track in tracks] == [6.0, None]
         assert all(track.detection is None for track in tracks)
 
     def test_a_thin_one_is_not_taken_for_a_thick_one(self):

@@ -37,7 +37,7 @@ def test_each_curve_tells_what_it_is_and_lies_where_it_was_found():
     picture = viz.show(result)
     (group,) = parsed(picture).findall("s:g/s:g", NAMES)
     title = group.find("s:title", NAMES).text
-    assert title == f"0, {result[0].curve.length:.0f} px long, {result[0].width:.1f} px wide, confidence 1.00"
+    assert title == f"0, {result[0].curve.length:.0f} px long, {result[0].width_px:.1f} px wide, confidence 1.00"
     lines = [line.get("points") for line in group.findall("s:polyline", NAMES)]
     points = np.array([[float(x) for x in point.split(",")] for line in lines for point in line.split()]) - 0.5
     assert np.abs(points[:, None] - result[0].curve.sample(2000)).sum(axis=2).min(axis=1).max() < 0.5

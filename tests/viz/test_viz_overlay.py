@@ -391,6 +391,43 @@ def test_wrong_pictures_are_refused(build, picture, message):
         viz.draw(picture, build.result(SIZE))
 
 
-def test_wrong_results_are_refused(build, wave):
-    with pytest.raises(InputError, match=r"FrameResult, got \("):
-        viz.draw(GREY, (wave,))
+@pytest.mark.parametrize("result", [5, None, "x", [5], ["x"], [None]])
+def test_wrong_results_are_refused(result):
+    with pytest.raises(InputError, match=r"expected a FrameResult, or tracks|what is drawn must be a BSplineCurve"):
+        viz.draw(GREY, result)
+
+
+def test_a_curve_in_space_is_not_drawn_over_a_picture(build):
+    with pytest.raises(InputError, match="what is drawn must be a BSplineCurve with 2 dimensions, got BSplineCurve"):
+        viz.draw(GREY, BSplineCurve([0, 0, 0, 0, 1, 1, 1, 1], np.ones((4, 3))))
+
+
+def test_detections_and_tracks_are_drawn_as_those_of_a_result(build, flat, wave):
+    other = build.detection(flat)
+    both = build.result(SIZE, (wave, other))
+    np.testing.assert_array_equal(viz.draw(GREY, (wave, other)), viz.draw(GREY, both))
+    np.testing.assert_array_equal(viz.draw(GREY, both.detections), viz.draw(GREY, both))
+    tracks = build.track(3, wave), build.track(8, other, TrackState.HIDDEN)
+    np.testing.assert_array_equal(viz.draw(GREY, tracks), viz.draw(GREY, build.result(SIZE, (), tracks)))
+    np.testing.assert_array_equal(viz.draw(GREY, wave), viz.draw(GREY, [wave]))
+    np.testing.assert_array_equal(viz.draw(GREY, iter(tracks[:1])), viz.draw(GREY, tracks[0]))
+    np.testing.assert_array_equal(viz.draw(GREY, []), GREY)
+
+
+def test_bare_curves_are_drawn_in_the_colours_of_their_places(build, wave):
+    shifted = wave.curve.transformed(np.eye(2), (0.0, 40.0))
+    picture = viz.draw(GREY, [wave.curve, shifted], control_points=True)
+    for number, curve in enumerate((wave.curve, shifted)):
+        x, y = np.rint(curve(0.137)).astype(int)
+        assert is_colour(picture, STYLE.colour(number))[y - 1 : y + 2, x - 1 : x + 2].any()
+    frame = Frame(image=GREY, mask=np.zeros(SIZE, bool))
+    np.testing.assert_array_equal(viz.draw(frame, wave.curve), viz.draw(GREY, [wave.curve]))
+
+
+def test_a_track_of_a_bare_curve_is_not_drawn_as_hidden(build, wave):
+    seen = replace(build.track(1, wave), detection=None, inferred=((0.4, 0.6),))
+    picture = viz.draw(GREY, seen)
+    x, y = np.rint(wave.curve(0.137)).astype(int)
+    assert is_colour(picture, STYLE.colour(0))[y - 1 : y + 2, x - 1 : x + 2].any()
+    middle = np.rint(wave.curve(np.linspace(0.42, 0.58, 60))).astype(int)
+    assert not is_touched(picture)[middle[:, 1], middle[:, 0]].all()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -125,7 +126,7 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
     """
     if not detections:
         return ()
-    widths = np.array([detection.width for detection in detections])
+    widths = np.array([detection.width_px for detection in detections])
     curves = [detection.curve for detection in detections]
     points, u, first = flatten(
         np.concatenate([curve.knots for curve in curves]),
@@ -152,8 +153,9 @@ def find_crossings(detections: Sequence[Detection], frame: Frame, config: DepthC
         probability = 1.0 / (1.0 + math.exp(-abs(verdict)))
         known = probability >= MIN_CONFIDENCE
         top, confidence = (int(verdict < 0.0), probability) if known else (None, 0.0)
-        found.append(Crossing._unchecked((place[0], place[1]), ((a, u_a), (b, u_b)), top, confidence))
-    return tuple(sorted(found, key=lambda crossing: crossing.passes))
+        passes, both = ((a, u_a), (b, u_b)), (curves[a], curves[b])
+        found.append((passes, Crossing._unchecked((place[0], place[1]), passes, both, top, confidence)))
+    return tuple([crossing for _, crossing in sorted(found, key=itemgetter(0))])
 
 
 def _on_top(

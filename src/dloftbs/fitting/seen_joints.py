@@ -59,18 +59,18 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         The same object where there is none.
     """
     spans = [joint.u[1] - joint.u[0] for joint in line.joints]
-    widths = len(line.radius) / line.width / max(1.0 - sum(spans), _LEAST_SHARE)  # the points are a pixel apart
+    widths = len(line.radius) / line.width_px / max(1.0 - sum(spans), _LEAST_SHARE)  # the points are a pixel apart
     long = [k for k, span in enumerate(spans) if span * widths > _LEAST_WIDTHS]
     joints = list(line.joints)
     for k, joint in enumerate(joints):
         if joint.kind is JointKind.GAP:
-            joints[k] = _trimmed(joint, spans[k] * widths * line.width, curve, crop)
+            joints[k] = _trimmed(joint, spans[k] * widths * line.width_px, curve, crop)
     for k in long:
         joint = joints[k]
         if joint.kind is JointKind.CROSSING:
             count = int(spans[k] * widths / _SAMPLE_WIDTHS) + 1
             points, _ = sample_cubic(curve.knots, curve.control_points, *joint.u, count)
-            if not _is_on(points, crop, line.width):
+            if not _is_on(points, crop, line.width_px):
                 before, after = joints[k - 1].u[1] if k else 0.0, joints[k + 1].u[0] if k + 1 < len(joints) else 1.0
                 step = spans[k] / len(points)
                 first = _until_seen(joint.u[0], -step, before, line, curve, crop)
@@ -85,7 +85,7 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         points=line.points,
         radius=line.radius,
         u=line.u,
-        width=line.width,
+        width_px=line.width_px,
         ends_confidence=line.ends_confidence,
     )
 
@@ -107,7 +107,7 @@ def _trimmed(joint: Joint, length_px: float, curve: BSplineCurve, crop: MaskCrop
 
 def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSplineCurve, crop: MaskCrop) -> float:
     """Return the first parameter from one on at which the curve is on the mask again, and none beyond a last one."""
-    while (last - u) * step > 0.0 and not _is_on(curve(np.array([u])), crop, line.width):
+    while (last - u) * step > 0.0 and not _is_on(curve.spline(np.array([u])), crop, line.width_px):
         u = min(u + step, last) if step > 0.0 else max(u + step, last)
     return u
 

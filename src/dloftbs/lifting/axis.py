@@ -190,8 +190,9 @@ def lift(
     """
     sections = [_lay_sections(detection) for detection in detections]
     for crossing in crossings:
-        for number, (a, u_a) in enumerate(crossing.passes):
-            b, u_b = crossing.passes[1 - number]
+        passes = crossing._fitted_passes(detections)
+        for number, (a, u_a) in enumerate(passes):
+            b, u_b = passes[1 - number]
             if crossing.top == number:
                 continue
             mine, other = sections[a], sections[b]
@@ -210,7 +211,7 @@ def lift(
 
 
 def _lay_sections(detection: Detection) -> _Sections:
-    curve, line, width = detection.curve, detection.centerline, detection.width
+    curve, line, width = detection.curve, detection.centerline, detection.width_px
     half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _LEAST_SHARE * 0.5 * width)
     step = max(_STEP_WIDTHS * width, _LEAST_PIXELS / (2 * int(half) + 1))
     block = int(_BLOCK_WIDTHS * width)
@@ -219,7 +220,7 @@ def _lay_sections(detection: Detection) -> _Sections:
     )
     used = np.ones(len(u), dtype=np.bool_)
     margin = _MIXED_PX / max(length, 1.0)
-    for low, high in detection.inferred:
+    for low, high in line.gaps:
         used[(u > low - margin) & (u < high + margin)] = False
     return _Sections(u, points, tangents, radius, used, length / len(u))
 
@@ -234,7 +235,7 @@ def _lift_one(
     camera: PinholeCamera,
 ) -> Lifted | str:
     """Lift one object; `edges_px` has the displacement ``(x, y)`` and the fattening of the depth image."""
-    closed, width, focal_px = detection.curve.closed, detection.width, math.sqrt(camera.fx * camera.fy)
+    closed, width, focal_px = detection.curve.closed, detection.width_px, math.sqrt(camera.fx * camera.fy)
     n = len(sections.u)
     surface, counts, shift = _surface(sections, beside, edges_px, focal_px, crop, depth)
     slenderness, spacing = sections.radius / focal_px, sections.spacing_px / focal_px

@@ -188,7 +188,7 @@ def _line(
         points=points,
         radius=radius,
         u=u,
-        width=width,
+        width_px=width,
     )
 
 
@@ -228,4 +228,4 @@ def _widen(u: FloatArray, at: int, factor: float) -> None:
 
 def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float) -> Centerline:
     segment = Segment.cut(points, radius, 0, len(points))
-    return Centerline._unchecked((segment,), (), closed=True, u=u, width=width)
+    return Centerline._unchecked((segment,), (), closed=True, u=u, width_px=width)

@@ -28,7 +28,7 @@ def choose(lines: Sequence[Centerline], config: ObjectsConfig) -> tuple[list[Cen
     enough = [
         k
         for k, line in enumerate(lines)
-        if lengths[k] >= max(config.min_length_px, config.min_length_widths * line.width)
+        if lengths[k] >= max(config.min_length_px, config.min_length_widths * line.width_px)
     ]
     best = sorted(enough, key=lambda k: -lengths[k])[: config.objects]
     kept = [lines[k] for k in sorted(best)]

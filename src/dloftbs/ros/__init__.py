@@ -55,3 +55,7 @@ __all__ = [
     "sample_px",
     "sampled_m",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -94,7 +94,7 @@ class MarkerWriter:
 def _width_m(sample: SampledTrack) -> float:
     """Return the width in space that the width in the image has at the median distance; 0 where it is not known."""
     track = sample.track
-    if track.width is None or track.camera is None or track.curve_3d is None:
+    if track.width_px is None or track.camera is None or track.curve_3d is None:
         return 0.0
     own = track.curve_3d(np.linspace(0.0, 1.0, len(sample.points)))  # the points may be in another coordinate frame
-    return float(track.width * np.median(own[:, 2]) / np.sqrt(track.camera.fx * track.camera.fy))
+    return float(track.width_px * np.median(own[:, 2]) / np.sqrt(track.camera.fx * track.camera.fy))

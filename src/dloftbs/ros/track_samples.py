@@ -69,7 +69,7 @@ def objects_of(result: FrameResult) -> tuple[Track, ...]:
             found,
             found.inferred,
             found.confidence,
-            found.width,
+            found.width_px,
             camera=found.camera,
         )
         for number, found in enumerate(result.detections, start=1)

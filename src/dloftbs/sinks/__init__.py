@@ -119,3 +119,7 @@ def kind_of(path: str | Path) -> type[PathSink]:
         known = ", ".join((*_KINDS, BAG_SUFFIX))
         raise InputError(f"unknown kind of result {str(path)!r}; known are {known} and a folder, with a / at its end")
     return kind
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

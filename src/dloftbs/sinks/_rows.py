@@ -37,24 +37,20 @@ def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
     """Yield the rows of a result, in its order."""
     if result.tracks:
         for track in result.tracks:
-            number = _number(result.detections, track.detection)
+            number = result._place_of(track)[0]
             shape = track.curve, track.curve_3d
-            yield ObjectRow(track.id, number, track.state.value, *shape, track.detection, track.camera)
+            yield ObjectRow(
+                track.id,
+                NO_DETECTION if number is None else number,
+                track.state.value,
+                *shape,
+                track.detection,
+                track.camera,
+            )
     else:
         for number, detection in enumerate(result.detections):
             shape = detection.curve, detection.curve_3d
             yield ObjectRow(NO_TRACK, number, "", *shape, detection, detection.camera)
-
-
-def _number(detections: tuple[Detection, ...], wanted: Detection | None) -> int:
-    """Return which detection a track holds; it may hold it run the other way, which is another object."""
-    if wanted is not None:
-        control = wanted.curve.control_points
-        for number, detection in enumerate(detections):
-            candidate = detection.curve.control_points
-            if np.array_equal(candidate, control) or np.array_equal(candidate[::-1], control):
-                return number
-    return NO_DETECTION
 
 
 def inside(u: FloatArray, spans: Sequence[tuple[float, float]]) -> npt.NDArray[np.bool_]:

@@ -178,4 +178,4 @@ def _radius_m(detection: Detection, curve: BSplineCurve, camera: PinholeCamera |
     if camera is None:
         raise InputError("the radius of a tube needs the frame's camera, or radius_m; got neither")
     depth_m = float(np.median(curve.sample(_LINE_POINTS)[:, 2]))
-    return 0.5 * detection.width * depth_m / math.sqrt(camera.fx * camera.fy)
+    return 0.5 * detection.width_px * depth_m / math.sqrt(camera.fx * camera.fy)

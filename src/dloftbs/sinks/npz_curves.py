@@ -135,7 +135,7 @@ def _flat_arrays(rows: list[ObjectRow], result: FrameResult) -> dict[str, npt.ND
         "track_id": np.array([row.track_id for row in rows]),
         "detection": np.array([row.number for row in rows]),
         "state": np.array([row.state for row in rows]),
-        "width_px": np.array([np.nan if d is None else d.width for d in detections]),
+        "width_px": np.array([np.nan if d is None else d.width_px for d in detections]),
         "confidence": np.array([np.nan if d is None else d.confidence for d in detections]),
         "degree": np.array([row.curve.degree for row in rows]),
         "closed": np.array([row.curve.closed for row in rows]),

@@ -183,15 +183,15 @@ class OverlayImagesSink(PathSink):
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         data = encode(check_image(self._draw(frame, result)), self._format)
-        target = self._path / f"{self._unused(_stem(frame))}{self._suffix}"
+        target = self._path / f"{self._unused(picture_name(frame))}{self._suffix}"
         write_whole(target, data)
 
     def _close(self) -> None:
         self._claim.release()  # every picture is complete already
 
 
-def _stem(frame: Frame) -> str:
-    """Return a name that every file system takes."""
+def picture_name(frame: Frame) -> str:
+    """Return the name of a frame's picture, without its suffix, that every file system takes."""
     text = Path(frame.name).stem.encode("utf-8", "backslashreplace").decode("utf-8")
     stem = _UNSAFE.sub("_", text).encode("utf-8")[:MAX_STEM_BYTES].decode("utf-8", "ignore").strip(". ")
     if _RESERVED.fullmatch(stem):

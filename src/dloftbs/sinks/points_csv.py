@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
@@ -17,10 +21,27 @@ from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
 from dloftbs.u_mapping import is_in_front, to_space
 
-HEADER = (
-    "frame,stamp,object,state,i,u,x_px,y_px,inferred,u_3d,x_m,y_m,z_m,inferred_3d,"
-    "tangent_x,tangent_y,tangent_x_3d,tangent_y_3d,tangent_z_3d\n"
-)
+_OF_POINTS = {
+    "i": "d",
+    "u": ".6f",
+    "x_px": ".3f",
+    "y_px": ".3f",
+    "inferred": "d",
+    "u_3d": ".6f",
+    "x_m": ".6f",
+    "y_m": ".6f",
+    "z_m": ".6f",
+    "inferred_3d": "d",
+    "tangent_x": ".6f",
+    "tangent_y": ".6f",
+    "tangent_x_3d": ".6f",
+    "tangent_y_3d": ".6f",
+    "tangent_z_3d": ".6f",
+}
+"""Columns of points, and how they are written."""
+
+_OF_OBJECTS = ("frame", "stamp", "object", "state")
+HEADER = ",".join((*_OF_OBJECTS, *_OF_POINTS)) + "\n"
 
 
 class CsvSink(PathSink):
@@ -55,9 +76,7 @@ class CsvSink(PathSink):
 
     def __init__(self, path: str | Path, samples: int = 100) -> None:
         super().__init__(path)
-        if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2:
-            raise InputError(f"samples must be an integer of at least 2, got {samples!r}")
-        self._u = np.linspace(0.0, 1.0, samples)
+        self._u = _even(samples)
         self._file = AppendFile(self._path)
         try:
             self._file.append(HEADER.encode())
@@ -74,28 +93,54 @@ class CsvSink(PathSink):
         self._file.close()
 
 
+def points_table(result: FrameResult, samples: int) -> Any:
+    """Return a result as `FrameResult.to_dataframe` says."""
+    u = _even(samples)
+    try:
+        pandas = import_module("pandas")
+    except ImportError as error:
+        raise InputError("a table needs pandas: pip install pandas") from error
+    rows = list(object_rows(result))
+    of_objects = (
+        np.full(len(rows), result.index),
+        np.full(len(rows), np.nan if result.stamp is None else result.stamp),
+        np.array([row.track_id or row.number for row in rows], np.int64),
+        np.array([row.state for row in rows], object),
+    )
+    points = [_points(row, u) for row in rows] or [dict.fromkeys(_OF_POINTS, np.empty(0))]
+    columns = {name: np.repeat(values, samples) for name, values in zip(_OF_OBJECTS, of_objects, strict=True)}
+    return pandas.DataFrame(columns | {name: np.concatenate([part[name] for part in points]) for name in _OF_POINTS})
+
+
+def _even(samples: int) -> FloatArray:
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 2:
+        raise InputError(f"samples must be an integer of at least 2, got {samples!r}")
+    return np.linspace(0.0, 1.0, samples)
+
+
 def _object_text(moment: str, row: ObjectRow, u: FloatArray) -> str:
     start = f"{moment},{row.track_id or row.number},{row.state}"
+    points = _points(row, u)
+    columns = [[_text(value, form) for value in points[name].tolist()] for name, form in _OF_POINTS.items()]
+    return "".join([f"{start},{','.join(line)}\n" for line in zip(*columns, strict=True)])
+
+
+def _text(value: float, form: str) -> str:
+    return "" if math.isnan(value) else format(value, form)
+
+
+def _points(row: ObjectRow, u: FloatArray) -> dict[str, npt.NDArray[Any]]:
+    """Return the columns of the points at `u` (n,) of an object; NaN in space where it has no curve there."""
+    points, tangents = row.curve(u), row.curve.tangent(u)
     inferred = _inferred(None if row.detection is None else row.detection.inferred, u)
-    in_image = zip(u, row.curve(u), inferred, row.curve.tangent(u), strict=True)
-    lines = [
-        f"{start},{i},{t:.6f},{x:.3f},{y:.3f},{guess:d},{place},{dx:.6f},{dy:.6f},{way}\n"
-        for i, ((t, (x, y), guess, (dx, dy)), (place, way)) in enumerate(zip(in_image, _in_space(row, u), strict=True))
-    ]
-    return "".join(lines)
-
-
-def _in_space(row: ObjectRow, u: FloatArray) -> list[tuple[str, str]]:
-    """Return the columns of the curve in space, and those of its tangents."""
+    in_image = (np.arange(len(u)), u, *points.T, inferred)
     if row.curve_3d is None:
-        return [(",,,,", ",,")] * len(u)
+        nothing = np.full(len(u), np.nan)
+        return dict(zip(_OF_POINTS, (*in_image, *[nothing] * 5, *tangents.T, *[nothing] * 3), strict=True))
     at = _u_in_space(row, row.curve_3d, u)
-    inferred = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
-    columns = zip(at, row.curve_3d(at), inferred, row.curve_3d.tangent(at), strict=True)
-    return [
-        (f"{t:.6f},{x:.6f},{y:.6f},{z:.6f},{guess:d}", f"{dx:.6f},{dy:.6f},{dz:.6f}")
-        for t, (x, y, z), guess, (dx, dy, dz) in columns
-    ]
+    inferred_3d = _inferred(None if row.detection is None else row.detection.inferred_3d, at)
+    in_space = (at, *row.curve_3d(at).T, inferred_3d)
+    return dict(zip(_OF_POINTS, (*in_image, *in_space, *tangents.T, *row.curve_3d.tangent(at).T), strict=True))
 
 
 def _u_in_space(row: ObjectRow, curve_3d: BSplineCurve, u: FloatArray) -> FloatArray:
@@ -105,6 +150,6 @@ def _u_in_space(row: ObjectRow, curve_3d: BSplineCurve, u: FloatArray) -> FloatA
     return to_space(u, curve_3d, row.camera)
 
 
-def _inferred(spans: Sequence[tuple[float, float]] | None, u: FloatArray) -> list[bool]:
-    """Return which points were not seen; without a detection, none was."""
-    return [True] * len(u) if spans is None else [bool(value) for value in inside(u, spans)]
+def _inferred(spans: Sequence[tuple[float, float]] | None, u: FloatArray) -> npt.NDArray[np.int64]:
+    """Return 1 for the points that were not seen, else 0; without a detection, none was."""
+    return np.ones(len(u), np.int64) if spans is None else inside(u, spans).astype(np.int64)

@@ -106,11 +106,11 @@ def spots_on(curves: Sequence[BSplineCurve], radii: FloatArray, rng: np.random.G
     owner = rng.choice(len(curves), len(radii), p=lengths / lengths.sum())
     margin = np.minimum(_OFF_END * radii / lengths[owner], 1.0 / 3.0)
     u = margin + rng.random(len(radii)) * (1.0 - 2.0 * margin)
-    return np.array([curves[i](a) for i, a in zip(owner, u, strict=True)])
+    return np.array([curves[i].spline(a) for i, a in zip(owner, u, strict=True)])
 
 
 def _points_at(curves: Sequence[BSplineCurve], lengths: FloatArray, arc: FloatArray) -> FloatArray:
     """Return the points (n, 2) at distances (n,) along curves taken one after the other."""
     starts = np.concatenate(([0.0], np.cumsum(lengths)[:-1]))
     owner = np.searchsorted(starts, arc, side="right") - 1
-    return np.array([curves[i](a) for i, a in zip(owner, (arc - starts[owner]) / lengths[owner], strict=True)])
+    return np.array([curves[i].spline(a) for i, a in zip(owner, (arc - starts[owner]) / lengths[owner], strict=True)])

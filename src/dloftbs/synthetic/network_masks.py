@@ -116,7 +116,7 @@ class NetworkFaults:
             blemishes.draw_discs(covered, *blemishes.gaps_along(curves, self.gaps, self.gap_radius_px, rng), True)
         for curve, from_end, lost_px in self._lost(curves, size, key):
             steps = np.arange(0.0, lost_px, _STEP_PX) / curve.length
-            spots = curve(1.0 - steps if from_end else steps)
+            spots = curve.spline(1.0 - steps if from_end else steps)
             radius = _WIDER * 0.5 * self.connector_radius_px[0]
             blemishes.draw_discs(covered, spots, np.full(len(spots), radius), True)
         return covered

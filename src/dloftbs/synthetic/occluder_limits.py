@@ -36,7 +36,7 @@ def leaves_enough(curves: Sequence[BSplineCurve], centres: FloatArray, radii: Fl
 
 
 def _follows(curve: BSplineCurve, centres: FloatArray, radii: FloatArray, least_px: float) -> bool:
-    points = curve.sample(max(3, math.ceil(curve.length / _STEP_PX)))
+    points = curve.spline(np.linspace(0.0, 1.0, max(3, math.ceil(curve.length / _STEP_PX))))
     steps = np.diff(points, axis=0)
     spacing = float(np.linalg.norm(steps, axis=1).mean())
     heading = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))

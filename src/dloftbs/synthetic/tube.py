@@ -47,7 +47,7 @@ def draw_tube_mask(curve: BSplineCurve, width_px: float, size: tuple[int, int]) 
         raise InputError(f"curve must be in the plane, got {curve.ndim} dimensions")
     if not width_px > 0:
         raise InputError(f"width_px must be positive, got {width_px}")
-    points = curve.sample(max(2, math.ceil(curve.length / _SAMPLE_PX) + 1))
+    points = curve.spline(np.linspace(0.0, 1.0, max(2, math.ceil(curve.length / _SAMPLE_PX) + 1)))
     near = np.zeros(size, np.uint8)
     # OpenCV's thick lines are inexact by a pixel or so: they only choose the candidates.
     cv2.polylines(near, [points.round().astype(np.int32)], False, 255, math.ceil(width_px) + 5)

@@ -38,7 +38,7 @@ class CurveFilter:
     def __call__(self, curve: BSplineCurve, dt: float) -> BSplineCurve:
         """Return the filtered curve, `dt` seconds after the previous one."""
         u = np.linspace(0.0, 1.0, _SAMPLES)[: -1 if curve.closed else None]
-        points = curve(u)
+        points = curve.spline(u)
         if self._points is None or self._closed != curve.closed:
             self._points, self._closed = points, curve.closed
             return curve

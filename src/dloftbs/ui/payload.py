@@ -10,7 +10,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import Track, TrackState
-from dloftbs.viz.overlay import Item, items_of
+from dloftbs.viz.items import Item, items_of
 from dloftbs.viz.path import Path
 from dloftbs.viz.style import Style, as_css
 

@@ -138,8 +138,8 @@ def strokes_along(index: int, result: FrameResult) -> list[DrawnStroke]:
     """Return strokes along the seen parts of curves, narrower than the cables, as a careful hand would draw them."""
     strokes = []
     for detection in result:
-        radius = max(1.0, _BRUSH_SHARE * detection.width)
-        count = min(max(2, round(detection.curve.length / detection.width) + 1), _MOST_POINTS)
+        radius = max(1.0, _BRUSH_SHARE * detection.width_px)
+        count = min(max(2, round(detection.curve.length / detection.width_px) + 1), _MOST_POINTS)
         u = np.linspace(0.0, 1.0, count)
         seen = np.ones(count, np.bool_)
         for low, high in detection.inferred:

@@ -8,3 +8,7 @@ from dloftbs.viz.style import Style
 from dloftbs.viz.vector_picture import show
 
 __all__ = ["Style", "as_png", "contact_sheet", "draw", "draw_3d", "draw_stages", "show"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

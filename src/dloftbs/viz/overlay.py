@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,76 +10,27 @@ import numpy.typing as npt
 from dloftbs._array_likes import as_pixels
 from dloftbs._arrays import FloatArray, check_image, check_mask, looks_like_image
 from dloftbs._values import check_type
-from dloftbs.centerline import Joint, JointKind
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Crossing, Detection
+from dloftbs.centerline import JointKind
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
 from dloftbs.viz import shapes
+from dloftbs.viz.items import Item, Object, bare_items_of, items_of
 from dloftbs.viz.label_placement import Box, place
 from dloftbs.viz.lettering import Text, note
 from dloftbs.viz.path import Path, Span, complement, dashes, repeats
 from dloftbs.viz.shapes import Picture, Shape
-from dloftbs.viz.style import Colour, Style, dimmed, is_light
-from dloftbs.viz.view import View
-
-_DIM, _DIMMER = 0.3, 0.65  # of hidden tracks, where they are sure and where they are not at all
-_WINDOW = 0.05  # of a curve, in which to look for a place on it
-
-
-@dataclass(frozen=True, eq=False)
-class Item:
-    """One curve to draw.
-
-    Parameters
-    ----------
-    curve : BSplineCurve
-        In the picture, px.
-    label : str
-    colour : colour
-    joints : tuple of Joint
-        By the ``u`` of the curve.
-    inferred : tuple of (float, float)
-        The intervals of ``u`` that were inferred rather than seen.
-    width : float, optional
-        Of the object, px; None where it is not known.
-    hidden : bool
-        Whether the whole curve is remembered rather than seen.
-    crossed : tuple of float
-        The ``u`` of all crossings with itself and others.
-    below : tuple of float
-        The ``u`` of crossings at which it is known to lie below.
-    unordered : tuple of float
-        The ``u`` of crossings to mark since it is not known which lies on top.
-    """
-
-    curve: BSplineCurve
-    label: str
-    colour: Colour
-    joints: tuple[Joint, ...] = ()
-    inferred: tuple[tuple[float, float], ...] = ()
-    width: float | None = None
-    hidden: bool = False
-    crossed: tuple[float, ...] = ()
-    below: tuple[float, ...] = ()
-    unordered: tuple[float, ...] = ()
-
-    def seen_in(self, view: View) -> Item:
-        """Return the item as it lies in a view of its picture."""
-        width = None if self.width is None else self.width * view.zoom
-        return replace(self, curve=view.curve(self.curve), width=width)
+from dloftbs.viz.style import Style, dimmed, is_light
 
 
 def draw(
     image_or_frame: Frame | npt.ArrayLike,
-    result: FrameResult,
+    result: FrameResult | Object | Iterable[Object],
     *,
     style: Style = Style(),  # noqa: B008  frozen
     control_points: bool = False,
 ) -> Picture:
-    """Draw the curves of a result over its picture.
+    """Draw curves over their picture: those of a result, or tracks, detections or bare curves.
 
     Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
     place in the order. A dot is the start (``u = 0``), a ring the end, arrows point from the one to the other. Dashed
@@ -94,8 +44,9 @@ def draw(
     ----------
     image_or_frame : Frame or array_like, shape (H, W, 3), uint8, or shape (H, W), bool or any integer type
         The picture to draw on, or a mask, of which any non-zero shows as grey. A frame without an image shows its mask.
-    result : FrameResult
-        Of that frame. Where it has a reason why nothing was found, that is written into the lower left corner.
+    result : FrameResult, or Track, Detection or BSplineCurve, one or several
+        Of that frame; curves in the image, px. Where a result has a reason why nothing was found, that is written into
+        the lower left corner; and only a result knows of crossings.
     style : Style
     control_points : bool
         Whether to draw the control polygons.
@@ -108,11 +59,13 @@ def draw(
     Raises
     ------
     InputError
-        If the picture has another size than the result, or a wrong shape or type.
+        If the picture has another size than the result, or a wrong shape or type, or a curve is one in space.
     """
-    check_type("result", result, FrameResult)
     check_type("style", style, Style)
     picture = as_picture(image_or_frame, style)
+    if not isinstance(result, FrameResult):
+        paint_items(picture, bare_items_of(result, style), style.scaled(picture.shape), control_points=control_points)
+        return picture
     if picture.shape[:2] != tuple(result.size):
         raise InputError(f"the picture must have the result's size {result.size} (H, W), got {picture.shape[:2]}")
     pen = style.scaled(picture.shape)
@@ -163,93 +116,6 @@ def grey(mask: npt.NDArray[np.bool_], style: Style) -> Picture:
     picture[:] = style.ink
     picture[mask] = style.mask
     return picture
-
-
-def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
-    """Return the objects of a result that are drawn: its tracks, or else its detections."""
-    if result.tracks:
-        items = [_of_track(track, result, style) for track in result.tracks]
-    else:
-        items = [_of_detection(d, i, result, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
-    return tuple(items)
-
-
-def _of_detection(detection: Detection, index: int, result: FrameResult, label: str, colour: Colour) -> Item:
-    return Item(
-        detection.curve,
-        label,
-        colour,
-        detection.joints,
-        detection.inferred,
-        detection.width,
-        crossed=tuple(u for c in result.crossings for which, u in c.passes if which == index),
-        below=tuple(c.passes[1 - c.top][1] for c in result.crossings if c.top is not None and _lower(c) == index),
-        unordered=tuple(c.passes[0][1] for c in result.crossings if c.top is None and c.passes[0][0] == index),
-    )
-
-
-def _lower(crossing: Crossing) -> int:
-    """Return the index of the detection that lies below at a crossing of known order."""
-    assert crossing.top is not None
-    return crossing.passes[1 - crossing.top][0]
-
-
-def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
-    label, colour = f"#{track.id}", style.colour(track.id - 1)
-    if track.detection is None or track.state is TrackState.HIDDEN:
-        faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
-        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width, hidden=True)
-    seen = track.detection
-    item = _of_seen(seen, result, label, colour)
-    if track.curve == seen.curve:
-        return replace(item, inferred=(*item.inferred, *track.inferred))
-    return _carried_over(item, track)
-
-
-def _of_seen(seen: Detection, result: FrameResult, label: str, colour: Colour) -> Item:
-    """Return the item of a track's detection, which is one of the result's or one of them run the other way."""
-    for index, detection in enumerate(result.detections):
-        if seen is detection:
-            return _of_detection(detection, index, result, label, colour)
-        if seen.curve == detection.curve.reversed():
-            item = _of_detection(detection, index, result, label, colour)
-            return replace(
-                item,
-                curve=seen.curve,
-                joints=seen.joints,
-                inferred=seen.inferred,
-                crossed=tuple(1.0 - u for u in item.crossed),
-                below=tuple(1.0 - u for u in item.below),
-                unordered=tuple(1.0 - u for u in item.unordered),
-            )
-    return Item(seen.curve, label, colour, seen.joints, seen.inferred, seen.width)
-
-
-def _carried_over(item: Item, track: Track) -> Item:
-    """Return the item of what was seen of a track on the track's own curve, of which that may be a part."""
-    whole = Path.of(track.curve)
-    first, last = (whole.share_near(item.curve(u)) for u in (0.0, 1.0))
-    if track.curve.closed or last <= first:
-        first, last = 0.0, 1.0
-
-    def place(u: float) -> float:
-        expected = first + u * (last - first)
-        return whole.share_near(item.curve(u), expected - _WINDOW, expected + _WINDOW)
-
-    joints = tuple(
-        replace(joint, u=(low, high))
-        for joint in item.joints
-        if (low := place(joint.u[0])) <= (high := place(joint.u[1]))
-    )
-    return replace(
-        item,
-        curve=track.curve,
-        joints=joints,
-        inferred=track.inferred,
-        crossed=tuple(map(place, item.crossed)),
-        below=tuple(map(place, item.below)),
-        unordered=tuple(map(place, item.unordered)),
-    )
 
 
 def paint_items(picture: Picture, items: Sequence[Item], pen: Style, *, control_points: bool = False) -> None:

@@ -18,8 +18,8 @@ from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import Track, TrackState
 from dloftbs.viz import overlay
+from dloftbs.viz.items import Item
 from dloftbs.viz.lettering import Text, note
-from dloftbs.viz.overlay import Item
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.sheet import arrange
 from dloftbs.viz.style import Colour, Style, dimmed
@@ -93,6 +93,7 @@ def draw_3d(
         If the frame is no `Frame`, has another size than the result, or a curve in space has not three dimensions.
     """
     check_type("frame", frame, Frame)
+    check_type("result", result, FrameResult)
     check_type("style", style, Style)
     width = style.panel_px
     flat = _scaled(overlay.draw(frame, result, style=style), width)

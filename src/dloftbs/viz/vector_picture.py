@@ -16,7 +16,8 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import Track
-from dloftbs.viz.overlay import Item, as_picture, grey, items_of, line_shapes, marker_shapes
+from dloftbs.viz.items import Item, items_of
+from dloftbs.viz.overlay import as_picture, grey, line_shapes, marker_shapes
 from dloftbs.viz.path import Path
 from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import Colour, Style, as_css

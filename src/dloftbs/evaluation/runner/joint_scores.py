@@ -99,12 +99,12 @@ def _known(points: FloatArray, closed: bool) -> _Known:
 
 
 def _is_right(detection: Detection, number: int, known: Sequence[_Known], least_gate_px: float) -> bool:
-    line, width = detection.centerline, detection.width
+    line, width = detection.centerline, detection.width_px
     before, after = line.segments[number : number + 2]
     start, end = _probe(before.reversed(), width, -1.0), _probe(after, width, 1.0)
     first = sum(len(segment.points) for segment in line.segments[: number + 1])
     # From segment to segment: the joint's own span ends where the mask does, half a width nearer.
-    across = detection.curve(np.linspace(line.u[first - 1], line.u[first], _PIECES + 1))
+    across = detection.curve.spline(np.linspace(line.u[first - 1], line.u[first], _PIECES + 1))
     length = start.reach_px + float(np.linalg.norm(np.diff(across, axis=0), axis=1).sum()) + end.reach_px
     tolerance = _LENGTH_WIDTHS * width + _LENGTH_SHARE * length
     gate_px = max(width, least_gate_px)
