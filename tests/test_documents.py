@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 import yaml
@@ -183,3 +184,8 @@ def test_no_file_crashes_hangs_or_takes_much_memory(tmp_path) -> None:
     for file, text in zip(files, texts, strict=True):
         file.write_text(text)
     assert run_bounded(HOSTILE, *files, first=IMPORTS, extra_bytes=1 << 30) == ""
+
+
+def test_a_path_with_a_null_byte_cannot_be_read() -> None:
+    with pytest.raises(InputError, match="cannot be read: embedded null byte"):
+        read_text(Path("a\0.yaml"))

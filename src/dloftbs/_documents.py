@@ -43,8 +43,8 @@ def read_text(path: Path) -> str:
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:  # a path may hold a null byte
+        raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
     if len(data) > MAX_BYTES:
         raise InputError(f"cannot be read: it must have at most {MAX_BYTES} bytes")
     try:

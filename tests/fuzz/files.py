@@ -213,8 +213,8 @@ def check_calibration(case: File, folder: Path) -> None:
 
 @cache
 def _picture() -> tuple[np.ndarray, np.ndarray]:
-    mask = masks.tangle(np.random.default_rng(5), (60, 80))
-    image = np.random.default_rng(6).integers(0, 255, (60, 80, 3)).astype(np.uint8)
+    mask = masks.tangle(np.random.default_rng(6), (60, 80))
+    image = np.random.default_rng(7).integers(0, 255, (60, 80, 3)).astype(np.uint8)
     image[mask > 0] = (0, 0, 255)
     return image, mask
 
