@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -12,11 +13,16 @@ from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, is_glob, list_files
+from dloftbs.sources.animations import open_animation
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, is_glob, is_image_file, list_files
 from dloftbs.sources.npz_members import NpzMember, read_whole
+from dloftbs.sources.partner_stream import StreamPartner
 from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
+from dloftbs.sources.tiff_stack import open_pages
+from dloftbs.sources.unreadable import check_format
+from dloftbs.sources.video import VideoSource
 
 What = Literal["depth", "mask", "occluders"]
 """Values that go with a frame, by the names of its fields."""
@@ -33,7 +39,9 @@ _STACK_KEYS: dict[What, str] = {"depth": "depth", "mask": "masks", "occluders": 
 class Partner(Protocol):
     """Depth, masks or occluders that go with a stream, frame by frame."""
 
-    count: int
+    @property
+    def count(self) -> int | None:
+        """Number of frames; None where it shows only at the end."""
 
     def read(self, index: int) -> AnyArray | None:
         """Return what goes with the frame (H, W), or None where it is missing, which is reported."""
@@ -43,14 +51,14 @@ class Partner(Protocol):
 
 
 class _Files:
-    def __init__(self, what: What, paths: Sequence[Path]) -> None:
-        self.count = len(paths)
+    def __init__(self, what: What, reads: Sequence[Callable[[], AnyArray]]) -> None:
+        self.count = len(reads)
         self._what = what
-        self._paths = paths
+        self._reads = reads
 
     def read(self, index: int) -> AnyArray | None:
         try:
-            return _READERS[self._what](self._paths[index])
+            return self._reads[index]()
         except SourceError as error:
             logger.warning("frame %d goes without %s: %s", index, self._what, error)
             return None
@@ -105,7 +113,7 @@ class PairedSource(Source):
         self._registration = registration
         self._depth_unit_m = depth_unit_m
         for what, partner in partners.items():
-            if self.length not in (None, partner.count):
+            if None not in (self.length, partner.count) and self.length != partner.count:
                 raise SourceError(
                     f"{what} must have as many frames as {self.name}, which has {self.length}; got {partner.count}"
                 )
@@ -138,13 +146,20 @@ class PairedSource(Source):
                 for what, partner in self._partners.items():
                     paired = _with(paired, what, partner, self._registration if what == "depth" else None)
                 yield paired
+            if not self._closed:
+                self._warn_of_rest()
         finally:
             self.skipped = self._source.skipped
+
+    def _warn_of_rest(self) -> None:
+        for partner in self._partners.values():
+            if isinstance(partner, StreamPartner) and partner.goes_on():
+                logger.warning("%s has more frames than %s; do they belong together?", partner.name, self.name)
 
 
 def _with(frame: Frame, what: What, partner: Partner, registration: DepthRegistration | None) -> Frame:
     without = _give(frame, what, None)
-    if frame.index >= partner.count:
+    if partner.count is not None and frame.index >= partner.count:
         logger.warning("frame %d goes without %s: there are only %d", frame.index, what, partner.count)
         return without
     try:
@@ -182,7 +197,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     what : {"depth", "mask", "occluders"}
     where : str
         A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
-        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth", "masks" or "occluders".
+        image file, of several pages if it is a TIFF; a .npy file (N, H, W) or (H, W); a .npz file with the array
+        "depth", "masks" or "occluders"; for all but depth, a video or an animation.
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 
@@ -196,15 +212,27 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     if is_rule(where):
         if beside is None:
             raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
-        return _Files(what, [partner_of(path, where) for path in beside])
+        return _files(what, [partner_of(path, where) for path in beside])
     path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
-        return _Files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".npy")))
+        return _files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy")))
     if not os.path.exists(path):
         raise SourceError(f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
-    return _Files(what, [path])
+    pages = open_pages(path, kind="mask")
+    if pages is not None:
+        read = pages.read_depth if what == "depth" else pages.read_mask
+        return _Files(what, [partial(read, page) for page in range(pages.count)])
+    check_format(path)
+    animation = open_animation(path, kind="mask")
+    if animation is None and is_image_file(path):
+        return _files(what, [path])
+    return StreamPartner(what, animation or VideoSource(path, kind="mask"))
+
+
+def _files(what: What, paths: Sequence[Path]) -> _Files:
+    return _Files(what, [partial(_READERS[what], path) for path in paths])
 
 
 def _open_stack(path: Path, key: str) -> Stack:
