@@ -20,12 +20,12 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, shown
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, is_image_file, list_files
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import Kind, check_kind
@@ -141,9 +141,7 @@ def open(
     """
     _check_options(kind, masks, fps, jobs)
     check_flag("keep_messages", keep_messages)
-    for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
-        if isinstance(path, str) and not path:
-            raise InputError(f"{name} is an empty text; the current folder is '.'")
+    _check_paths(where, depth, masks, occluders)
     camera, registration = _cameras(camera, registration)
     if depth_unit_m is None:
         depth_unit_m = MILLIMETRE_M if registration is None else registration.depth_unit_m
@@ -224,9 +222,9 @@ def _cameras(
     camera: PinholeCamera | PathLike | None, registration: DepthRegistration | PathLike | None
 ) -> tuple[PinholeCamera | None, DepthRegistration | None]:
     if isinstance(camera, (str, os.PathLike)):
-        camera = PinholeCamera.from_file(Path(os.path.expanduser(camera)))
+        camera = PinholeCamera.from_file(os.path.expanduser(check_path("camera", camera)))
     if isinstance(registration, (str, os.PathLike)):
-        registration = DepthRegistration.from_file(Path(os.path.expanduser(registration)))
+        registration = DepthRegistration.from_file(os.path.expanduser(check_path("registration", registration)))
     if camera is not None and not isinstance(camera, PinholeCamera):
         raise InputError(f"camera must be a PinholeCamera or the path of a file, got {camera!r}")
     if registration is None:
@@ -311,8 +309,7 @@ def _open_path(
 
 
 def _check_exists(path: Path) -> None:
-    if not os.path.exists(path):
-        raise SourceError(f"there is no file or folder {str(path)!r}")
+    check_place(path, f"there is no file or folder {str(path)!r}")
 
 
 def _live_address(where: object) -> int | str | None:
@@ -332,6 +329,16 @@ def _live_address(where: object) -> int | str | None:
     if len(text) > MAX_CAMERA_DIGITS:
         raise InputError(f"the index of a camera must have at most {MAX_CAMERA_DIGITS} digits, got {text}")
     return int(text)
+
+
+def _check_paths(where: Where, depth: object, masks: object, occluders: object) -> None:
+    """Refuse what is no path, before anything is opened."""
+    for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
+        if isinstance(path, str) and not path:
+            raise InputError(f"{name} is an empty text; the current folder is '.'")
+        for each in path if isinstance(path, Sequence) and not isinstance(path, (str, bytes)) else [path]:
+            if isinstance(each, (str, os.PathLike)):
+                check_path(name, each)
 
 
 def _path_text(what: str, where: object) -> str:

@@ -91,6 +91,20 @@ class FileSource(PictureStream):
             return error
 
 
+def check_place(path: Path, missing: str) -> None:
+    """Refuse what is neither a file nor a folder: reading a pipe waits for its writer, and can be done only once.
+
+    Raises
+    ------
+    SourceError
+        If it is something else, or there is nothing, which `missing` says.
+    """
+    if not os.path.exists(path):
+        raise SourceError(missing)
+    if not (os.path.isfile(path) or os.path.isdir(path)):
+        raise SourceError(f"{str(path)!r} is a pipe, a socket or a device, and no file; standard input is '-'")
+
+
 def is_image_file(path: Path) -> bool:
     """Return whether a file is one image or an animation of them, by its name or by how it begins."""
     if path.suffix.lower() in IMAGE_EXTENSIONS:

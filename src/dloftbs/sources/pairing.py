@@ -14,7 +14,7 @@ from dloftbs.camera import DepthRegistration
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.animations import open_animation
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, is_glob, is_image_file, list_files
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.partner_stream import StreamPartner
 from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
@@ -216,8 +216,7 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
         return _files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy")))
-    if not os.path.exists(path):
-        raise SourceError(f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
+    check_place(path, f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
     pages = open_pages(path, kind="mask")
@@ -262,7 +261,7 @@ def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
         normal = _normal(path)
         if normal in partners:
             continue
-        if _named_like_partner(path, rule) and not partner_of(path, rule).exists():
+        if _named_like_partner(path, rule) and not os.path.exists(partner_of(path, rule)):
             logger.warning("left out %s: it is named by the rule %r, and no file goes with it", path, rule)
             continue
         colour.append(path)

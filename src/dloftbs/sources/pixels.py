@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
@@ -242,8 +243,12 @@ def read_bytes(path: Path) -> bytes:
         If there is no such file, or it is too large.
     """
     try:
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise SourceError("cannot be read: it is no file")
         fits = path.stat().st_size <= MAX_BYTES
         data = path.read_bytes() if fits else b""  # cv2.imread does not take every path on Windows, and prints
+    except SourceError:
+        raise
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}") from error
     if not fits:
