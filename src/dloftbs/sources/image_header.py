@@ -126,6 +126,14 @@ def png_chunks(data: bytes) -> Iterator[tuple[bytes, int, int]]:
         at += 12 + size
 
 
+def png_is_cut(data: bytes) -> bool:
+    """Return whether a chunk of a PNG says that it goes on behind the end of the file."""
+    at = len(PNG)
+    while at + 8 <= len(data) and data[at + 4 : at + 8] != b"IEND":
+        at += 12 + int.from_bytes(data[at : at + 4], "big")
+    return at > len(data)
+
+
 def webp_chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
     """Yield kind, position and number of bytes of content of the chunks of a WebP file, as far as they are whole."""
     while at + 8 <= end:

@@ -17,7 +17,8 @@ from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.partner_stream import StreamPartner
-from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
+from dloftbs.sources.pixel_values import read_depth, read_mask
+from dloftbs.sources.pixels import AnyArray, load_npy
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
 from dloftbs.sources.tiff_stack import open_pages

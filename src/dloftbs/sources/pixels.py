@@ -14,7 +14,7 @@ from dloftbs._npy import BROKEN, File, open_mapped, opened
 from dloftbs._values import shown
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.alpha_channel import LEFT_OUT, alpha_of_grey_tiff, is_one_colour, may_have_alpha, split, telling
-from dloftbs.sources.image_header import JPEG, is_lossy, read_durations, read_size
+from dloftbs.sources.image_header import JPEG, PNG, is_lossy, png_is_cut, read_durations, read_size
 from dloftbs.sources.indexed_colour import as_grey, holds_labels, indices_of, is_indexed
 from dloftbs.sources.orientation import AS_STORED, read_orientation, turned
 from dloftbs.sources.source import logger
@@ -77,10 +77,10 @@ def read_picture(path: Path, kind: Kind, *, upright: bool = False) -> Picture:
         picture = decode_picture(data, kind, upright=upright)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error
-    return picture._replace(remarks=(*_first_of_many(data), *picture.remarks))
+    return picture._replace(remarks=(*first_of_many(data), *picture.remarks))
 
 
-def _first_of_many(data: bytes) -> tuple[str, ...]:
+def first_of_many(data: bytes) -> tuple[str, ...]:
     """Return a remark where a file holds more than the picture that is read."""
     if (frames := len(read_durations(data))) > 1:
         return (f"only the first of its {frames} frames is read; an animation is a stream by itself",)
@@ -118,7 +118,7 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
 def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None, tuple[str, ...]]:
     """Return the image or the mask, and remarks."""
     if kind != "image" and is_indexed(data):
-        indices = _indices(data)
+        indices = read_indices(data)
         if kind == "mask" or holds_labels(data, indices) or _is_grey(decode(data)):
             return None, indices, ()
         kind = "image"
@@ -126,83 +126,6 @@ def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None,
     image, mask = image_or_mask(pixels, kind, lossy=is_lossy(data), alpha=alpha)
     left_out = image is not None and telling(pixels, alpha) is not None
     return image, mask, (LEFT_OUT,) if left_out else ()
-
-
-def read_labels(path: Path) -> AnyArray:
-    """Read the numbers (H, W) of the objects: one channel of integers, or the indices of an indexed PNG.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read or has several channels or other numbers.
-    """
-    try:
-        data = read_bytes(path)
-        labels = _indices(data) if is_indexed(data) else decode(data)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
-    if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
-        raise SourceError(
-            f"{path}: labels must have one channel of integers, or be a PNG of indexed colour, "
-            f"got {labels.shape} of {labels.dtype}"
-        )
-    return labels
-
-
-def read_mask(path: Path) -> AnyArray:
-    """Read a mask (H, W) from an image file or a .npy file.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read or is no mask.
-    """
-    if path.suffix.lower() != ".npy":
-        _, mask = read_image_or_mask(path, "mask")
-        assert mask is not None  # what was asked for
-        return mask
-    mask = load_npy(path)
-    if mask.ndim != 2 or not _is_countable(mask.dtype):
-        raise SourceError(f"{path}: a mask must be (H, W) of bool or integers, got {mask.shape} of {mask.dtype}")
-    return mask
-
-
-def read_depth(path: Path) -> AnyArray:
-    """Read a depth image (H, W) from a 16-bit or floating-point image file, or from a .npy file.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read or is no depth.
-    """
-    if path.suffix.lower() != ".npy":
-        try:
-            data = read_bytes(path)
-            depth = as_depth(decode(data))
-        except SourceError as error:
-            raise SourceError(f"{path}: {error}") from error
-        for remark in _first_of_many(data):
-            logger.warning("%s: %s", path, remark)
-        return depth
-    depth = load_npy(path)
-    if depth.ndim != 2 or not np.issubdtype(depth.dtype, np.number):
-        raise SourceError(f"{path}: depth must be (H, W) of numbers, got {depth.shape} of {depth.dtype}")
-    return depth
-
-
-def as_depth(pixels: AnyArray) -> AnyArray:
-    """Return the pixels of an image file that is depth (H, W).
-
-    Raises
-    ------
-    SourceError
-        If they have several channels, or 8 bits: a picture of depth is none.
-    """
-    if pixels.ndim != 2 or pixels.dtype in (np.uint8, np.int8):
-        raise SourceError(
-            f"depth must have one channel of 16 bits or floating point, got {pixels.shape} of {pixels.dtype}"
-        )
-    return pixels
 
 
 def load_npy(file: File) -> AnyArray:
@@ -284,6 +207,8 @@ def _decode(data: bytes, flags: int) -> AnyArray:
     import cv2
 
     check_header(data)
+    if data.startswith(PNG) and png_is_cut(data):  # OpenCV makes room for it, up to 2 GB, and fails then
+        raise SourceError(f"cannot be decoded as an image: the PNG is cut off after {len(data)} bytes")
     if is_tiff(data):  # which OpenCV turns whatever the flags say
         data = as_stored(data)
     try:
@@ -314,8 +239,8 @@ def check_header(data: bytes) -> tuple[int, int]:
     return size
 
 
-def _indices(data: bytes) -> AnyArray:
-    """Return the indices (H, W) of an indexed PNG."""
+def read_indices(data: bytes) -> AnyArray:
+    """Return the indices (H, W) of an indexed PNG or TIFF."""
     return indices_of(data, decode(as_grey(data)))
 
 
@@ -375,7 +300,7 @@ def _check_alike(colour: AnyArray, alpha: AnyArray) -> None:
 
 
 def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
-    if not _is_countable(pixels.dtype):
+    if not is_countable(pixels.dtype):
         raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}")
     if pixels.ndim == 3:
         pixels = pixels[..., 0] | pixels[..., 1] | pixels[..., 2]
@@ -398,7 +323,8 @@ def _is_grey(pixels: AnyArray) -> bool:
     )
 
 
-def _is_countable(dtype: np.dtype[Any]) -> bool:
+def is_countable(dtype: np.dtype[Any]) -> bool:
+    """Return whether a type is bool or integers, as masks have it."""
     return bool(dtype == np.bool_ or np.issubdtype(dtype, np.integer))
 
 

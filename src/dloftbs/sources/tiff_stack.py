@@ -11,7 +11,8 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.picture_stream import PictureStream
-from dloftbs.sources.pixels import MAX_BYTES, Kind, Picture, as_depth, decode, decode_picture, read_bytes
+from dloftbs.sources.pixel_values import as_depth
+from dloftbs.sources.pixels import MAX_BYTES, Kind, Picture, decode, decode_picture, read_bytes
 from dloftbs.sources.tiff_pages import Pages, is_tiff, pages_of, read_pages, select_page
 
 TIFF_EXTENSIONS = (".tif", ".tiff")

@@ -12,7 +12,8 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
-from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
+from dloftbs.sources.pixel_values import read_depth, read_mask
+from dloftbs.sources.pixels import AnyArray, read_image_or_mask
 from dloftbs.sources.recorded.layout import files_in
 from dloftbs.sources.video import VideoSource, open_capture
 
