@@ -224,6 +224,14 @@ def test_a_folder_where_a_file_is_expected(here: Path) -> None:
     assert isinstance(at_once(lambda: Config.from_file("folder.yaml")), ConfigError)
 
 
+def test_a_folder_in_which_no_name_is_short_enough(here: Path) -> None:
+    folder = "/".join(["f" * 250] * 16 + ["g" * 74])  # with the name of a file in it, more than a path may have
+    os.makedirs(folder)
+    for read in (sources.open_labelled, read_all, read_recording):
+        error = at_once(lambda read=read: read(folder))
+        assert isinstance(error, SourceError), error
+
+
 def test_a_network_of_no_name_is_refused() -> None:
     with pytest.raises(ConfigError, match="file must be the path of an ONNX model, in UTF-8"):
         Config.from_dict({"segmentation": {"onnx": {"file": "model\udcff.onnx"}}})
