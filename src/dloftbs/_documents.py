@@ -7,6 +7,7 @@ millions of digits. What asks for more than any setting or calibration needs is 
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -38,19 +39,29 @@ def read_text(path: Path) -> str:
     Raises
     ------
     InputError
-        If it cannot be read, is longer than `MAX_BYTES`, or is not UTF-8.
+        If it cannot be read, is longer than `MAX_BYTES`, or is not UTF-8, or is a pipe that nobody writes to.
     """
     try:
-        with path.open("rb") as file:
+        with open(path, "rb", opener=_open_at_once) as file:
             data = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # a path may hold a null byte
         raise InputError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    if not data and path.is_fifo():
+        raise InputError("cannot be read: it is a pipe that nobody writes to")
     if len(data) > MAX_BYTES:
         raise InputError(f"cannot be read: it must have at most {MAX_BYTES} bytes")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"cannot be read: it must be UTF-8: {error}") from error
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open a file, and a pipe without waiting for its writer; reading waits for what a writer has yet to say."""
+    number = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    if hasattr(os, "O_NONBLOCK"):
+        os.set_blocking(number, True)
+    return number
 
 
 def parse_json(data: bytes | str, kind: Any = Any) -> Any:

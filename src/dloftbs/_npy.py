@@ -50,7 +50,15 @@ File = Path | InMemory
 
 
 def opened(file: File) -> Path | IO[bytes]:
-    """Return what `zipfile` opens as the file."""
+    """Return what `zipfile` opens as the file.
+
+    Raises
+    ------
+    OSError
+        If it is a pipe, whose reading would wait for a writer, a socket or a device.
+    """
+    if isinstance(file, Path) and os.path.exists(file) and not os.path.isfile(file):
+        raise OSError("it is no file")
     return io.BytesIO(file.data) if isinstance(file, InMemory) else file
 
 

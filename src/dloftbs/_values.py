@@ -91,10 +91,17 @@ def check_text(name: str, value: object) -> str:
 
 
 def check_path(name: str, value: object, error: type[DloftbsError] = InputError) -> Path:
-    """Return a path, or raise the error."""
+    """Return a path, or raise the error: also for text that no file system has for a name."""
     if not isinstance(value, (str, Path, os.PathLike)):
         raise error(f"{name} must be a path, got {shown(value)}")
-    return Path(os.fsdecode(value))
+    text = os.fsdecode(value)
+    try:
+        unnameable = "a null byte" if b"\0" in os.fsencode(text) else ""
+    except UnicodeEncodeError as wrong:
+        unnameable = f"the character {text[wrong.start]!r}"
+    if unnameable:
+        raise error(f"{name} must be a path, which cannot hold {unnameable}, got {shown(text)}")
+    return Path(text)
 
 
 def check_flag(name: str, value: object) -> bool:

@@ -395,3 +395,20 @@ class TestCameraLike:
     def test_the_rest_is_refused_with_the_call(self, given, message):
         with pytest.raises(InputError, match=message):
             as_camera(given)
+
+
+@pytest.mark.parametrize(
+    ("size", "remedy"),
+    [
+        ((240, 320), r"resized as a whole, use camera\.scaled\(\(240, 320\)\)"),
+        ((361, 481), r"camera\.scaled\(\(361, 481\)\)"),
+        ((640, 480), r"turned by 90 degrees.*cv2\.IMREAD_IGNORE_ORIENTATION"),
+        ((1280, 960), "turned by 90 degrees"),
+        ((480, 480), "cropped.*cx and cy less"),
+        ((400, 640), "cropped"),
+    ],
+)
+def test_the_remedy_for_another_size_suits_it(size, remedy):
+    with pytest.raises(InputError, match=remedy) as caught:
+        PinholeCamera(500, 500, 320, 240, size=(480, 640)).check_size(size)
+    assert ("scaled" in str(caught.value)) == ("scaled" in remedy)

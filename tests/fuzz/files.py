@@ -219,6 +219,10 @@ def _picture() -> tuple[np.ndarray, np.ndarray]:
     return image, mask
 
 
+_EXIF_TURNED = b"\xff\xe1\x00\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x03\0\0" + bytes(4)
+"""Segment of a JPEG that turns it by 180 degrees."""
+
+
 @cache
 def _encoded() -> tuple[tuple[str, bytes], ...]:
     image, mask = _picture()
@@ -229,6 +233,12 @@ def _encoded() -> tuple[tuple[str, bytes], ...]:
             made.append((suffix, cv2.imencode(suffix, pixels)[1].tobytes()))
     made.append((".png", cv2.imencode(".png", depth)[1].tobytes()))
     made.append((".tif", cv2.imencode(".tif", depth.astype(np.float32))[1].tobytes()))
+    made += [(".tif", cv2.imencodemulti(".tif", pages)[1].tobytes()) for pages in ([mask * 255] * 3, [depth] * 3)]
+    made += [
+        (suffix, cv2.imencode(suffix, np.dstack([image, mask]))[1].tobytes()) for suffix in (".png", ".tif", ".webp")
+    ]
+    jpeg = cv2.imencode(".jpg", image)[1].tobytes()
+    made.append((".jpg", jpeg[:2] + _EXIF_TURNED + jpeg[2:]))
     return tuple(made)
 
 

@@ -151,6 +151,20 @@ def test_a_file_of_gigabytes_is_not_read(tmp_path: Path) -> None:
         list(source)
 
 
+def test_a_chunk_that_is_longer_than_its_png_is_not_made_room_for(tmp_path: Path) -> None:
+    data = encoded(".png", 30, 50)
+    at = data.index(b"IDAT") - 4
+    chunk = struct.pack(">I", 2**31 - 1) + b"tEXt"
+    for place in (at, len(data) - 12):
+        path = tmp_path / "a.png"
+        path.write_bytes(data[:place] + chunk + data[place:])
+        with sources.open(path) as source, pytest.raises(SourceError, match="the PNG is cut off after"):
+            list(source)
+    path.write_bytes(data + b"what somebody put behind the end")
+    with sources.open(path) as source:
+        assert len(list(source)) == 1
+
+
 def test_other_formats_are_named(tmp_path: Path) -> None:
     done, gif = (
         cv2.imencode(".gif", np.zeros((3, 4, 3), np.uint8)) if cv2.haveImageWriter("a.gif") else (True, b"GIF89a")

@@ -86,7 +86,7 @@ def test_depth_of_neither_size_is_refused(tmp_path):
 def test_images_of_another_size_than_the_cameras_are_refused():
     with (
         sources.open(IMAGES[:, :30], camera=COLOUR) as source,
-        pytest.raises(InputError, match=r"images of size \(32, 40\) .* got one of \(30, 40\).*camera\.scaled"),
+        pytest.raises(InputError, match=r"images of size \(32, 40\) .* got one of \(30, 40\).*cropped"),
     ):
         list(source)
 

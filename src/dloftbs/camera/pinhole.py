@@ -204,10 +204,10 @@ class PinholeCamera:
         InputError
             If the camera has another size; one without a size takes all.
         """
-        if self.size not in (None, size):
+        if self.size is not None and self.size != size:
             raise InputError(
                 f"the camera is for images of size {self.size} (rows, columns), got one of {size}; "
-                f"if it was resized as a whole, use camera.scaled({size})"
+                f"{_size_remedy(self.size, size)}"
             )
 
     def project(self, points_m: npt.ArrayLike) -> FloatArray:
@@ -318,6 +318,23 @@ def _numbers(given: object) -> AnyArray | None:
     except InputError:
         return None
     return array if array.dtype.kind in "fiu" and array.shape in ((4,), (9,), (3, 3)) else None
+
+
+def _size_remedy(own: tuple[int, int], size: tuple[int, int]) -> str:
+    """Say what makes a camera suit images of another size, by the sides' ratios."""
+    if _alike(own, size):
+        return f"if it was resized as a whole, use camera.scaled({size})"
+    if _alike(own[::-1], size):
+        return (
+            "its sides are swapped: either it or the pictures of the calibration were turned by 90 degrees, as "
+            "cv2.imread does where the EXIF orientation says so; read both as stored (cv2.IMREAD_IGNORE_ORIENTATION)"
+        )
+    return "if it was cropped, its camera has cx and cy less by what was cut off on the left and at the top"
+
+
+def _alike(own: tuple[int, int], size: tuple[int, int]) -> bool:
+    """Return whether a size is another one times a factor, up to a pixel of rounding."""
+    return abs(own[0] * size[1] - own[1] * size[0]) <= max(own)
 
 
 def _coefficients(values: Any, model: str) -> tuple[float, ...]:

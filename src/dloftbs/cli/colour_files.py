@@ -15,9 +15,11 @@ import numpy.typing as npt
 
 from dloftbs import sources, viz
 from dloftbs._documents import parse_yaml, read_text
+from dloftbs._text import readable
 from dloftbs.config import ColourPicture, Config, Stroke
 from dloftbs.errors import InputError, SinkError, SourceError
 from dloftbs.frame import Frame
+from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import identity_of
 
 _CYAN = np.array([255.0, 230.0, 0.0])
@@ -47,8 +49,8 @@ def check_places(where: Sequence[str], config_file: Path | None, out: str | None
             raise click.UsageError(f"{option} {path} would replace the input {replaced}; choose another name")
     if out is not None and overlay is not None and identity_of(out) == identity_of(overlay):
         raise click.UsageError(f"--out {out} and --overlay {overlay} are the same place; choose two")
-    if out is not None and os.path.exists(out):
-        with open(out, "rb") as file:
+    if out is not None and os.path.isfile(out):
+        with sink_errors(Path(out)), open(out, "rb") as file:
             if not file.read(100).startswith(_SIGNATURES):
                 raise SinkError(f"{out} is there and not by dloftbs colour: it is not replaced; choose another name")
 
@@ -88,7 +90,7 @@ def read_frame(where: str, index: int, topics: Mapping[str, str | None]) -> Fram
 
 def source_of(where: str, frame: Frame) -> str:
     """Return where a frame comes from, as the configuration keeps it: without folders, which are nobody's business."""
-    name = Path(where).name or where
+    name = readable(Path(where).name or where)
     return name if name.lower().endswith(_PICTURE_SUFFIXES) else f"{name} frame {frame.index}"
 
 

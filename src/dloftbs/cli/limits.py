@@ -8,6 +8,9 @@ from typing import Any
 
 import click
 
+from dloftbs._values import check_path
+from dloftbs.errors import InputError
+
 MAX_FRAMES = 10**9
 """Of a stream; a year of video at 30 frames a second."""
 MAX_DEMO_FRAMES = 10_000
@@ -34,6 +37,10 @@ class FilledPath(click.Path):
         """Return the path."""
         if value == "":
             self.fail("is empty; the current folder is .", param, ctx)
+        try:
+            check_path("it", value)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
         return super().convert(value, param, ctx)
 
 

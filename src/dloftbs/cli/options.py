@@ -390,6 +390,7 @@ out_option = click.option(
     "-o",
     "outs",
     multiple=True,
+    type=FilledPath(),
     metavar="FILE",
     callback=check_data_paths,
     help="Write curves to a file: .jsonl, .npz, .csv, or, in space, .ply or .obj; .mcap, or a folder that ends in /, "

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from dloftbs._documents import parse_yaml, read_text
-from dloftbs._values import as_integer, shown
+from dloftbs._values import as_integer, check_path, shown
 from dloftbs.config.cleaning import CleaningConfig
 from dloftbs.config.explained import comment, meanings, meant, summary
 from dloftbs.config.fitting import FittingConfig
@@ -138,7 +138,7 @@ class Config(Section, frozen=True, kw_only=True):
         """
         require(isinstance(path, (str, Path)), "path", "the path of a YAML file", path)
         try:
-            return cls.from_yaml(read_text(Path(path)))
+            return cls.from_yaml(read_text(check_path("path", path)))
         except (InputError, ConfigError) as error:
             raise ConfigError(f"{path}: {error}") from error
 

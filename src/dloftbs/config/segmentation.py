@@ -127,7 +127,12 @@ class NetworkConfig(Section, frozen=True, kw_only=True):
     std: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
-        require(isinstance(self.file, str) and bool(self.file), "file", "the path of an ONNX model", self.file)
+        valid = (
+            isinstance(self.file, str)
+            and bool(self.file)
+            and not any("\ud800" <= sign <= "\udfff" for sign in self.file)
+        )
+        require(valid, "file", "the path of an ONNX model, in UTF-8", self.file)
         if self.size is not None:
             sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
             valid = len(sides) == 2 and all(side is not None and 0 < side <= _MOST_INPUT_PX for side in sides)

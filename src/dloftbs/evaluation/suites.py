@@ -269,7 +269,7 @@ def _sequences_in(folder: Path, layout: str) -> list[KnownSequence]:
     try:
         return [_open(folder, layout)]
     except SourceError:
-        inside = [_open(p, layout) for p in sorted(folder.iterdir()) if p.is_dir() and _opens(p, layout)]
+        inside = [_open(p, layout) for p in sorted(folder.iterdir()) if os.path.isdir(p) and _opens(p, layout)]
         if inside:
             return inside
         raise
@@ -291,6 +291,6 @@ def _opens(folder: Path, layout: str) -> bool:
 
 def _digest(folder: Path) -> str:
     """Return what changes when a file in the folder does."""
-    files = [(str(path), path.stat()) for path in sorted(folder.resolve().rglob("*")) if path.is_file()]
+    files = [(str(path), path.stat()) for path in sorted(folder.resolve().rglob("*")) if os.path.isfile(path)]
     text = "\n".join(f"{path} {stat.st_size} {stat.st_mtime_ns}" for path, stat in files)
     return hashlib.sha256(text.encode()).hexdigest()[:12]

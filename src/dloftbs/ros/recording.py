@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Collection, Generator, Iterator
 from pathlib import Path
@@ -42,7 +43,7 @@ class Recording:
     def __init__(self, path: str | Path) -> None:
         self.path = path = check_path("path", path)
         self._unpacked: TemporaryDirectory[str] | None = None
-        paths = _parts(path) if path.is_dir() else [path]
+        paths = _parts(path) if os.path.isdir(path) else [path]
         try:
             self._files = [self._open(part) for part in paths]
         except BaseException:
@@ -104,7 +105,7 @@ class Recording:
             self._unpacked = None
 
     def _open(self, path: Path) -> BagFile:
-        if not path.is_file():
+        if not os.path.isfile(path):
             raise SourceError(f"there is no file or folder {str(path)!r}")
         if path.suffix.lower() == COMPRESSED:
             path = self._unpack(path)

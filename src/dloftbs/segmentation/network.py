@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import os
 from typing import Any
 
 import cv2
@@ -145,7 +145,7 @@ def _open(file: str) -> Any:
         raise ConfigError(
             "segmentation.onnx needs ONNX Runtime, which is not installed: pip install 'dloftbs[onnx]'"
         ) from error
-    if not Path(file).is_file():
+    if not os.path.isfile(file):
         raise ConfigError(f"segmentation.onnx.file: there is no file {file!r}")
     options = onnxruntime.SessionOptions()
     providers = [one for one in _PROVIDERS if one in onnxruntime.get_available_providers()]

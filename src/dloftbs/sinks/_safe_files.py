@@ -23,6 +23,16 @@ def sink_errors(path: Path) -> Iterator[None]:
         raise SinkError(f"cannot write {str(path)!r}: {error}") from error
 
 
+def is_special(path: Path) -> bool:
+    """Return whether a path leads to a pipe, a socket or a device: written to, but never replaced nor removed."""
+    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
+
+
+def _check_replaceable(path: Path) -> None:
+    if is_special(path):
+        raise OSError("it is a pipe, a socket or a device, and this kind of result must be a file")
+
+
 class AppendFile:
     """A new file that grows by whole pieces, each handed to the system before `append` returns.
 
@@ -90,7 +100,8 @@ class AppendFile:
         """Remove the file and close it."""
         with sink_errors(self.path):
             self._file.close()
-            self.path.unlink(missing_ok=True)
+            if not is_special(self.path):
+                self.path.unlink(missing_ok=True)
         self._claim.release()
 
 
@@ -99,7 +110,13 @@ def replacing(path: Path) -> Iterator[Path]:
     """Yield the name of a temporary file beside `path`, which takes its place when the block ends well.
 
     The name is always the same, so that what a killed process leaves behind is reused and does not pile up.
+
+    Raises
+    ------
+    OSError
+        If `path` leads to a pipe, a socket or a device.
     """
+    _check_replaceable(path)
     temporary = hidden_beside(path, ".tmp")
     try:
         yield temporary
@@ -110,7 +127,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write or replace a file as a whole, and make its folder.
+    """Write or replace a file as a whole, and make its folder; what is written to a pipe or a device goes into it.
 
     Raises
     ------
@@ -119,12 +136,15 @@ def write_whole(path: Path, data: bytes) -> None:
     """
     with sink_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
+        if is_special(path):
+            path.write_bytes(data)
+            return
         with replacing(path) as temporary:
             temporary.write_bytes(data)
 
 
 def check_writable(path: Path) -> None:
-    """Find out whether `write_whole` can replace a file, as far as a try beside it tells; the file is left as it is.
+    """Find out whether a file can be replaced as a whole, as far as a try beside it tells; the file is left as it is.
 
     Raises
     ------
@@ -134,6 +154,7 @@ def check_writable(path: Path) -> None:
     with sink_errors(path):
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        _check_replaceable(path)
         temporary = hidden_beside(path, ".tmp")
         try:
             with temporary.open("wb"):

@@ -21,13 +21,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._array_likes import as_pixels, is_array_like
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, shown
+from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
 from dloftbs.camera import CameraLike, DepthRegistration, PinholeCamera, as_camera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
 from dloftbs.sources.cameras import camera_index
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, is_glob, list_files
-from dloftbs.sources.image_header import AVIF_HEAD, is_avif_sequence
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import Kind, check_kind
@@ -36,6 +35,8 @@ from dloftbs.sources.recordings import is_recording
 from dloftbs.sources.source import KnownSequence, Source
 from dloftbs.sources.stacks import STACK_EXTENSIONS, ArraySource, from_array, from_file
 from dloftbs.sources.standard_input import STANDARD_INPUT, open_standard_input
+from dloftbs.sources.tiff_stack import PageSource, open_pages
+from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import LiveSource, VideoSource
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "FileSource",
     "KnownSequence",
     "LiveSource",
+    "PageSource",
     "PairedSource",
     "Source",
     "VideoSource",
@@ -82,13 +84,14 @@ def open(
     Parameters
     ----------
     where : str, path, int, numpy.ndarray or sequence of paths
-        An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG, WebP, AVIF by
-        itself, a video file, a .npy or .npz file, the address of a stream (``"rtsp://..."``), the index of a camera (0,
-        ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image, an animation, a .npy or a .npz file on standard
-        input, which is read into memory as a whole. An array, of whatever library, is a stack of images (N, H, W, 3),
-        uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or (N, H, W, 1), bool or integer. A .npz holds `images`, `masks`
-        or both, and may hold `depth` and `occluders` (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy,
-        cx, cy, the latter with `distortion` and `distortion_model` as `PinholeCamera` has them.
+        An image file, a folder or a glob of such (in natural order: img2 before img10), an animated PNG, WebP, AVIF or
+        a TIFF of several pages by itself, a video file, a .npy or .npz file, the address of a stream
+        (``"rtsp://..."``), the index of a camera (0, ``"0"``) or its device (``"/dev/video0"``). ``"-"`` is an image,
+        an animation, a TIFF, a .npy or a .npz file on standard input, which is read into memory as a whole. An array,
+        of whatever library, is a stack of images (N, H, W, 3), uint8, BGR, or of masks (N, H, W), (N, 1, H, W) or
+        (N, H, W, 1), bool or integer. A .npz holds `images`, `masks` or both, and may hold `depth` and `occluders`
+        (N, H, W), `stamps` (N,) in seconds and `camera` (4,) = fx, fy, cx, cy, the latter with `distortion` and
+        `distortion_model` as `PinholeCamera` has them.
     kind : {"auto", "image", "mask"}
         Kind of the frames. "auto": image files with one channel, or with equal channels, are masks, in which any
         non-zero is cable; other files, videos, animations and cameras are images; arrays are what their shape or key
@@ -97,17 +100,18 @@ def open(
         colours; with "auto" they are masks if index 0 is black and the most frequent of at most 32 in the image, as
         labels have it, or if all colours are grey.
     depth : str or path, optional
-        Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) with as many frames, or a
-        video of one channel of 16 bits; or a naming rule such as ``"{stem}_depth.png"`` or ``"../depth/{stem}.npy"``,
-        relative to the folder of each colour file. Files are 16-bit or floating-point images, or .npy (H, W). Where one
-        is missing or cannot be read, there is a warning, and the frame goes without.
+        Depth registered to the frames: a folder, a glob, a .npy or a .npz file (key `depth`) or a TIFF with as many
+        frames, or a video of one channel of 16 bits; or a naming rule such as ``"{stem}_depth.png"`` or
+        ``"../depth/{stem}.npy"``, relative to the folder of each colour file. Files are 16-bit or floating-point
+        images, or .npy (H, W). Where one is missing or cannot be read, there is a warning, and the frame goes without.
     masks : str or path, optional
-        Masks to go with images, in the same ways, or as any video; the key in a .npz file is `masks`.
+        Masks to go with images, in the same ways, or as any video or animation; the key in a .npz file is `masks`.
     occluders : str or path, optional
-        Masks of what may hide cables, in the same ways (see `Frame`); the key in a .npz file is `occluders`.
+        Masks of what may hide cables, in the same ways as `masks` (see `Frame`); the key in a .npz file is `occluders`.
     camera : PinholeCamera, str or path, or array_like, optional
         Goes with every frame, in place of what a .npz file says; a file as `PinholeCamera.from_file` reads it, the
-        matrix K (3, 3), or (fx, fy, cx, cy).
+        matrix K (3, 3), or (fx, fy, cx, cy). Beside a camera, depth, masks or occluders, image files are read as
+        stored; alone, turned as their EXIF orientation says.
     registration : DepthRegistration, str or path, optional
         The depth is that of a camera of its own, of any size: it is brought into the pixels of the images, whose camera
         is that of the registration. A file as `DepthRegistration.from_file` reads it.
@@ -141,9 +145,7 @@ def open(
     """
     _check_options(kind, masks, fps, jobs)
     check_flag("keep_messages", keep_messages)
-    for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
-        if isinstance(path, str) and not path:
-            raise InputError(f"{name} is an empty text; the current folder is '.'")
+    _check_paths(where, depth, masks, occluders)
     camera, registration = _cameras(camera, registration)
     if depth_unit_m is None:
         depth_unit_m = MILLIMETRE_M if registration is None else registration.depth_unit_m
@@ -169,7 +171,8 @@ def open(
     topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic}
     recording = _recording(where, topics)
     if recording is None:
-        source = _open_recorded(where, kind, camera, fps, rules, own_registration, depth_unit_m, jobs)
+        upright = camera is None and not paired  # all that stands beside a picture is for its pixels as stored
+        source = _open_recorded(where, kind, camera, fps, rules, own_registration, depth_unit_m, jobs, upright)
     else:
         source = _open_ros(
             recording, topics, kind, camera, own_registration, depth_unit_m, fps, depth is None, keep_messages
@@ -223,9 +226,11 @@ def _open_ros(
 def _cameras(
     camera: CameraLike | None, registration: DepthRegistration | PathLike | None
 ) -> tuple[PinholeCamera | None, DepthRegistration | None]:
+    if isinstance(camera, (str, os.PathLike)):
+        check_path("camera", camera)
     camera = None if camera is None else as_camera(camera)
     if isinstance(registration, (str, os.PathLike)):
-        registration = DepthRegistration.from_file(Path(os.path.expanduser(registration)))
+        registration = DepthRegistration.from_file(os.path.expanduser(check_path("registration", registration)))
     if registration is None:
         return camera, None
     if not isinstance(registration, DepthRegistration):
@@ -256,19 +261,21 @@ def _open_recorded(
     registration: DepthRegistration | None,
     depth_unit_m: float,
     jobs: int,
+    upright: bool,
 ) -> Source:
     if isinstance(where, np.ndarray):
         return from_array(where, "array", kind, camera, fps)
     if isinstance(where, str) and where == STANDARD_INPUT:
-        return open_standard_input(kind, camera, fps, registration, depth_unit_m)
+        return open_standard_input(kind, camera, fps, registration, depth_unit_m, upright)
     if isinstance(where, (str, os.PathLike)):
-        return _open_path(Path(os.path.expanduser(where)), kind, camera, fps, rules, registration, depth_unit_m, jobs)
+        path = Path(os.path.expanduser(where))
+        return _open_path(path, kind, camera, fps, rules, registration, depth_unit_m, jobs, upright)
     if not isinstance(where, Sequence) or not all(isinstance(item, (str, os.PathLike)) for item in where) or not where:
         raise InputError(f"where must be a path, a camera's index, an array or a sequence of paths, got {shown(where)}")
     paths = [Path(os.path.expanduser(item)) for item in where]
     for path in paths:
         _check_exists(path)
-    return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs)
+    return FileSource(paths, f"{len(paths)} files", kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
 
 
 def _open_path(
@@ -280,6 +287,7 @@ def _open_path(
     registration: DepthRegistration | None,
     depth_unit_m: float,
     jobs: int,
+    upright: bool,
 ) -> Source:
     if is_glob(str(path)) or os.path.isdir(path):
         paths = list_files(str(path), IMAGE_EXTENSIONS)
@@ -288,29 +296,24 @@ def _open_path(
         if not paths:
             raise SourceError(f"{path}: every image is the partner of another under {' and '.join(rules)}")
         warn_of_labels(paths, str(path))
-        return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps, jobs=jobs)
+        return FileSource(paths, str(path), kind=kind, camera=camera, fps=fps, jobs=jobs, upright=upright)
     _check_exists(path)
     animation = open_animation(path, kind=kind, camera=camera, fps=fps)
     if animation is not None:
         return animation
-    if path.suffix.lower() in IMAGE_EXTENSIONS and not _is_avif_sequence(path):
-        return FileSource([path], str(path), kind=kind, camera=camera, fps=fps)
+    pages = open_pages(path, kind=kind, camera=camera, fps=fps, upright=upright)
+    if pages is not None:
+        return pages
     if path.suffix.lower() in STACK_EXTENSIONS:
         return from_file(path, kind, camera, fps, registration, depth_unit_m)
+    if is_image_file(path):
+        return FileSource([path], str(path), kind=kind, camera=camera, fps=fps, upright=upright)
+    check_format(path)
     return VideoSource(path, kind=kind, camera=camera, fps=fps)
 
 
-def _is_avif_sequence(path: Path) -> bool:
-    try:
-        with path.open("rb") as file:
-            return is_avif_sequence(file.read(AVIF_HEAD))
-    except OSError:  # which comes again where the image is read
-        return False
-
-
 def _check_exists(path: Path) -> None:
-    if not os.path.exists(path):
-        raise SourceError(f"there is no file or folder {str(path)!r}")
+    check_place(path, f"there is no file or folder {str(path)!r}")
 
 
 def _live_address(where: object) -> int | str | None:
@@ -330,6 +333,16 @@ def _live_address(where: object) -> int | str | None:
     if len(text) > MAX_CAMERA_DIGITS:
         raise InputError(f"the index of a camera must have at most {MAX_CAMERA_DIGITS} digits, got {text}")
     return int(text)
+
+
+def _check_paths(where: Where, depth: object, masks: object, occluders: object) -> None:
+    """Refuse what is no path, before anything is opened."""
+    for name, path in (("where", where), ("depth", depth), ("masks", masks), ("occluders", occluders)):
+        if isinstance(path, str) and not path:
+            raise InputError(f"{name} is an empty text; the current folder is '.'")
+        for each in path if isinstance(path, Sequence) and not isinstance(path, (str, bytes)) else [path]:
+            if isinstance(each, (str, os.PathLike)):
+                check_path(name, each)
 
 
 def _path_text(what: str, where: object) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
+from dloftbs.sources.alpha_channel import LEFT_OUT, split, telling
 from dloftbs.sources.image_header import is_animated, is_lossy, read_durations
 from dloftbs.sources.pixels import AnyArray, Kind, check_header, image_or_mask, read_bytes
 from dloftbs.sources.source import Source, logger
@@ -93,12 +94,16 @@ class AnimationSource(Source):
         assert self.length is not None  # the constructor counted
         lossy = is_lossy(self._data)
         count = 0
-        for count, pixels in enumerate(self._decoded(), 1):
+        left_out = False
+        for count, (pixels, alpha) in enumerate(self._decoded(), 1):
             index = count - 1
             try:
-                image, mask = image_or_mask(pixels, self._kind, lossy=lossy)
+                image, mask = image_or_mask(pixels, self._kind, lossy=lossy, alpha=alpha)
             except SourceError as error:
                 raise SourceError(f"{self.name}: {error}") from error
+            if image is not None and not left_out and telling(pixels, alpha) is not None:
+                left_out = True
+                logger.warning("%s: %s", self.name, LEFT_OUT)
             stamp, name = self._stamps[index], f"{self._label}#{index}"
             yield Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=name)
             if self._closed:
@@ -114,8 +119,8 @@ class AnimationSource(Source):
                 self.length,
             )
 
-    def _decoded(self) -> Iterator[AnyArray]:
-        """Yield the pictures, without their alpha channel."""
+    def _decoded(self) -> Iterator[tuple[AnyArray, AnyArray | None]]:
+        """Yield the colours of each picture, and its alpha channel if it has one."""
         import cv2
 
         data = np.frombuffer(self._data, np.uint8)
@@ -127,7 +132,7 @@ class AnimationSource(Source):
             except cv2.error as error:
                 logger.warning("%s: frame %d cannot be decoded: %s", self.name, start, error.err)
                 return
-            yield from (p if p.ndim == 2 else np.ascontiguousarray(p[..., :3]) for p in animation.frames)
+            yield from map(split, animation.frames)
             if len(animation.frames) < wanted:
                 return
 

@@ -21,8 +21,6 @@ def camera_index(path: str) -> int | None:
     SourceError
         If it leads to another device, or is that of a camera that is not there.
     """
-    if "\0" in path:  # which no path has
-        return None
     real = os.path.realpath(path)
     found = _DEVICE.fullmatch(real)
     try:

@@ -14,17 +14,20 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.overlap import in_order
-from dloftbs.sources.pixels import AnyArray, Kind, read_image_or_mask
-from dloftbs.sources.source import Source, logger
+from dloftbs.sources.image_header import AVIF_HEAD, is_avif_sequence, is_image
+from dloftbs.sources.picture_stream import PictureStream
+from dloftbs.sources.pixels import Kind, Picture, read_picture
+from dloftbs.sources.source import logger
 
 IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".avif", ".pbm", ".pgm", ".ppm")
 
+_BEGIN_BYTES = 32
+"""Bytes by which an image file is known."""
+
 _SEPARATOR = f"[{re.escape(os.sep + (os.altsep or ''))}]"
 
-_Read = tuple[AnyArray | None, AnyArray | None]
 
-
-class FileSource(Source):
+class FileSource(PictureStream):
     """Image files, a frame each.
 
     Parameters
@@ -40,6 +43,8 @@ class FileSource(Source):
         Gives the stamps ``index / fps``; without it there are none.
     jobs : int
         Files decoded at the same time, ahead of the frame that is asked for; with 1, each is when it is.
+    upright : bool
+        Turn pictures as their EXIF orientation says; otherwise they are as they were stored.
     """
 
     def __init__(
@@ -51,14 +56,13 @@ class FileSource(Source):
         camera: PinholeCamera | None = None,
         fps: float | None = None,
         jobs: int = 1,
+        upright: bool = False,
     ) -> None:
+        super().__init__(name, [path.name for path in paths], camera=camera, fps=fps)
         self.paths = tuple(paths)
-        self.name = name
-        self.fps = fps
-        self.length = len(self.paths)
         self._kind = kind
-        self._camera = camera
         self._jobs = jobs
+        self._upright = upright
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames, read one by one; what cannot be read is skipped.
@@ -80,42 +84,38 @@ class FileSource(Source):
         with closing(in_order(self._read, self.paths, self._jobs)) as reads:
             yield from self._made(reads)
 
-    def _made(self, reads: Iterable[_Read | SourceError]) -> Iterator[Frame]:
-        names: dict[tuple[int, int], str] = {}  # of the first frame of each size
-        for index, (path, read) in enumerate(zip(self.paths, reads, strict=True)):
-            if isinstance(read, SourceError):
-                if self.length == 1:
-                    raise read
-                self._skip(f"frame {index}", read)
-                continue
-            image, mask = read
-            stamp = None if self.fps is None else index / self.fps
-            frame = Frame(image=image, mask=mask, camera=self._camera, index=index, stamp=stamp, name=path.name)
-            if frame.size not in names:
-                names[frame.size] = frame.name
-                if len(names) == 2:
-                    self._warn_of_size(names)
-            yield frame
-            if self._closed:
-                return
-
-    def _warn_of_size(self, names: dict[tuple[int, int], str]) -> None:
-        (before, now), (first, other) = names, names.values()
-        logger.warning(
-            "%s: the frames differ in size: %s has %d x %d pixels, %s before it %d x %d; tracks begin anew with each "
-            "change of size",
-            self.name,
-            other,
-            *now[::-1],
-            first,
-            *before[::-1],
-        )
-
-    def _read(self, path: Path) -> _Read | SourceError:
+    def _read(self, path: Path) -> Picture | SourceError:
         try:
-            return read_image_or_mask(path, self._kind)
+            return read_picture(path, self._kind, upright=self._upright)
         except SourceError as error:
             return error
+
+
+def check_place(path: Path, missing: str) -> None:
+    """Refuse what is neither a file nor a folder: reading a pipe waits for its writer, and can be done only once.
+
+    Raises
+    ------
+    SourceError
+        If it is something else, or there is nothing, which `missing` says.
+    """
+    if not os.path.exists(path):
+        raise SourceError(missing)
+    if not (os.path.isfile(path) or os.path.isdir(path)):
+        raise SourceError(f"{str(path)!r} is a pipe, a socket or a device, and no file; standard input is '-'")
+
+
+def is_image_file(path: Path) -> bool:
+    """Return whether a file is one image or an animation of them, by its name or by how it begins.
+
+    An AVIF file of several images is a video.
+    """
+    try:
+        with path.open("rb") as file:
+            begin = file.read(AVIF_HEAD)
+    except OSError:  # which comes again where it is read
+        begin = b""
+    return not is_avif_sequence(begin) and (path.suffix.lower() in IMAGE_EXTENSIONS or is_image(begin[:_BEGIN_BYTES]))
 
 
 def natural_key(path: Path) -> tuple[list[tuple[int, str]], str]:

@@ -11,20 +11,20 @@ import struct
 from collections.abc import Callable, Iterator
 from typing import IO
 
+from dloftbs.sources.tiff_pages import COMPRESSION, JPEG_COMPRESSIONS, first_page, is_tiff
+
 PNG = b"\x89PNG\r\n\x1a\n"
 """Start of every PNG file."""
 JPEG = b"\xff\xd8\xff"
 """Start of every JPEG file."""
 FORMATS = "PNG, JPEG, BMP, TIFF, WebP, AVIF, PBM, PGM, PPM or PFM"
 
+_PNM_BEGIN = re.compile(rb"P[1-6Ff](?:\s|#)")
 _PNM = re.compile(rb"P[1-6Ff](?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})(?:\s|#[^\r\n]*[\r\n])+([0-9]{1,9})\s")
-_NO_SIZE = {0xC4, 0xC8, 0xCC}
-"""JPEG's markers among those of frames that begin something else: tables, an extension, conditions of coding."""
+JPEG_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""JPEG's markers of frames; the others in between begin tables, an extension and conditions of coding."""
 _ALONE = {0x01, *range(0xD0, 0xD9)}
 """JPEG's markers without a segment."""
-_TIFF_TYPES = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 16: "Q", 17: "q"}
-_TIFF_SIDES = {256: 0, 322: 0, 257: 1, 323: 1}
-"""Side, width or height, that each tag of TIFF gives: of the image, and of its tiles, all decoded whole."""
 AVIF_HEAD = 256
 """Bytes in which the brands of an AVIF file are looked for; libavif writes at most ten."""
 _AVIF_SIZE = re.compile(rb"\0\0\0\x14ispe.{4}(.{8})", re.DOTALL)
@@ -53,15 +53,28 @@ def read_size(data: bytes) -> tuple[int, int] | None:
     return None
 
 
+def is_image(begin: bytes) -> bool:
+    """Return whether the first 32 bytes of a file are those of a format that `read_size` knows."""
+    if begin.startswith(b"RIFF"):
+        return is_webp(begin)
+    return any(begin.startswith(known) for known in _READERS if known != b"P") or _PNM_BEGIN.match(begin) is not None
+
+
 def is_lossy(data: bytes) -> bool:
-    """Return whether the pixels went through a codec that rings around edges: JPEG, AVIF, WebP that is not lossless."""
+    """Return whether the pixels went through a codec that rings around edges.
+
+    That is JPEG, also within a TIFF, AVIF, and WebP that is not lossless.
+    """
     if data.startswith(JPEG) or is_avif(data):
         return True
-    if not _is_webp(data):
+    if is_tiff(data):
+        page = first_page(data)
+        return page is not None and page.tags.get(COMPRESSION) in JPEG_COMPRESSIONS
+    if not is_webp(data):
         return False
-    for kind, at, size in _webp_chunks(data, 12, len(data)):
+    for kind, at, size in webp_chunks(data, 12, len(data)):
         if kind == b"ANMF":  # the first frame speaks for all
-            inner = _webp_chunks(data, at + 8 + _WEBP_FRAME_HEADER, at + 8 + size)
+            inner = webp_chunks(data, at + 8 + _WEBP_FRAME_HEADER, at + 8 + size)
             return any(name == b"VP8 " for name, _, _ in inner)
         if kind in (b"VP8 ", b"VP8L"):
             return kind == b"VP8 "
@@ -81,7 +94,7 @@ def is_avif_sequence(data: bytes) -> bool:
 def is_animated(file: IO[bytes]) -> bool:
     """Return whether an open file is an animated PNG or WebP, as its header says; its pixels are not read."""
     begin = file.read(21)
-    if _is_webp(begin):
+    if is_webp(begin):
         return begin[12:16] == b"VP8X" and len(begin) == 21 and bool(begin[20] & _WEBP_ANIMATED)
     if not begin.startswith(PNG):
         return False
@@ -101,7 +114,7 @@ def read_durations(data: bytes) -> tuple[float, ...]:
     if data.startswith(PNG):
         return tuple(_apng_durations(data))
     if is_animated(io.BytesIO(data)):
-        frames = (at for kind, at, size in _webp_chunks(data, 12, len(data)) if kind == b"ANMF")
+        frames = (at for kind, at, size in webp_chunks(data, 12, len(data)) if kind == b"ANMF")
         return tuple(int.from_bytes(data[at + 20 : at + 23], "little") / 1000 for at in frames)
     return ()
 
@@ -129,7 +142,15 @@ def png_chunks(data: bytes) -> Iterator[tuple[bytes, int, int]]:
         at += 12 + size
 
 
-def _webp_chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+def png_is_cut(data: bytes) -> bool:
+    """Return whether a chunk of a PNG says that it goes on behind the end of the file."""
+    at = len(PNG)
+    while at + 8 <= len(data) and data[at + 4 : at + 8] != b"IEND":
+        at += 12 + int.from_bytes(data[at : at + 4], "big")
+    return at > len(data)
+
+
+def webp_chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
     """Yield kind, position and number of bytes of content of the chunks of a WebP file, as far as they are whole."""
     while at + 8 <= end:
         size = int.from_bytes(data[at + 4 : at + 8], "little")
@@ -139,7 +160,8 @@ def _webp_chunks(data: bytes, at: int, end: int) -> Iterator[tuple[bytes, int, i
         at += 8 + size + size % 2
 
 
-def _is_webp(data: bytes) -> bool:
+def is_webp(data: bytes) -> bool:
+    """Return whether a file begins as a WebP."""
     return data.startswith(b"RIFF") and data[8:12] == b"WEBP"
 
 
@@ -149,20 +171,34 @@ def _png(data: bytes) -> tuple[int, int] | None:
 
 
 def _jpeg(data: bytes) -> tuple[int, int] | None:
+    frame = jpeg_frame(data)
+    return None if frame is None else struct.unpack_from(">HH", data, frame[1] + 1)
+
+
+def jpeg_frame(data: bytes) -> tuple[int, int] | None:
+    """Return the marker of a JPEG's frame, which says the process of coding, and where its content begins."""
+    return next(((marker, at) for marker, at, _ in jpeg_segments(data) if marker in JPEG_FRAMES), None)
+
+
+def jpeg_segments(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield marker, begin and end of the content of each segment of a JPEG before its pixels.
+
+    Raises
+    ------
+    struct.error, IndexError
+        If the file is cut off.
+    """
     at = 2
     while (at := data.find(b"\xff", at)) >= 0:  # what stands between segments is skipped, as decoders do
         marker = data[at + 1]
         if marker in (0x00, 0xFF) or marker in _ALONE:
             at += 1
-        elif 0xC0 <= marker <= 0xCF and marker not in _NO_SIZE:
-            rows, columns = struct.unpack_from(">HH", data, at + 5)
-            return rows, columns
         elif marker in (0xD9, 0xDA):
-            return None
+            return
         else:
             (length,) = struct.unpack_from(">H", data, at + 2)
+            yield marker, at + 4, at + 2 + length
             at += 2 + length
-    return None
 
 
 def _bmp(data: bytes) -> tuple[int, int] | None:
@@ -172,21 +208,8 @@ def _bmp(data: bytes) -> tuple[int, int] | None:
 
 
 def _tiff(data: bytes) -> tuple[int, int] | None:
-    order = "<" if data.startswith(b"II") else ">"
-    is_big = 0x2B in data[2:4]
-    (at,) = struct.unpack_from(f"{order}Q" if is_big else f"{order}I", data, 8 if is_big else 4)
-    (entries,) = struct.unpack_from(f"{order}Q" if is_big else f"{order}H", data, at)
-    at += 8 if is_big else 2
-    sides = [0, 0]
-    for _ in range(min(entries, len(data))):
-        tag, kind = struct.unpack_from(f"{order}HH", data, at)
-        if tag in _TIFF_SIDES:
-            if kind not in _TIFF_TYPES:
-                return None
-            (value,) = struct.unpack_from(order + _TIFF_TYPES[kind], data, at + (12 if is_big else 8))
-            sides[_TIFF_SIDES[tag]] = max(sides[_TIFF_SIDES[tag]], value)
-        at += 20 if is_big else 12
-    return (sides[1], sides[0]) if min(sides) > 0 else None
+    page = first_page(data)
+    return None if page is None else page.size
 
 
 def _webp(data: bytes) -> tuple[int, int] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -12,11 +13,16 @@ from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
-from dloftbs.sources.image_files import IMAGE_EXTENSIONS, is_glob, list_files
+from dloftbs.sources.animations import open_animation
+from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.npz_members import NpzMember, read_whole
-from dloftbs.sources.pixels import AnyArray, load_npy, read_depth, read_mask
+from dloftbs.sources.partner_stream import StreamPartner
+from dloftbs.sources.pixel_values import read_depth, read_mask
+from dloftbs.sources.pixels import AnyArray, load_npy
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
+from dloftbs.sources.tiff_stack import open_pages
+from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import VideoSource
 
 What = Literal["depth", "mask", "occluders"]
@@ -56,23 +62,23 @@ class Partner(Protocol):
 
 
 class _Files:
-    def __init__(self, what: What, paths: Sequence[Path]) -> None:
-        self.count: int | None = len(paths)
+    def __init__(self, what: What, reads: Sequence[Callable[[], AnyArray]]) -> None:
+        self.count: int | None = len(reads)
         self._what = what
-        self._paths = paths
+        self._reads = reads
 
     def start(self) -> Partner:
         return self
 
     def read(self, index: int) -> AnyArray | None:
         try:
-            return _READERS[self._what](self._paths[index])
+            return self._reads[index]()
         except SourceError as error:
             logger.warning("frame %d goes without %s: %s", index, self._what, error)
             return None
 
     def counted(self) -> int:
-        return len(self._paths)
+        return len(self._reads)
 
     def close(self) -> None:
         """There is nothing open between two reads."""
@@ -97,48 +103,6 @@ class _Stacked:
         if isinstance(self._stack, NpzMember):
             self._stack.close()
         self._stack = None
-
-
-class _Video:
-    """A video beside another stream, in step with it."""
-
-    def __init__(self, what: What, source: VideoSource) -> None:
-        self.count: int | None = None
-        self._what = what
-        self._source = source
-        self._frames: Iterator[Frame] | None = None
-        self._frame: Frame | None = None  # the latest
-        self._given = 0
-
-    def start(self) -> Partner:
-        return _Video(self._what, self._source)
-
-    def read(self, index: int) -> AnyArray | None:
-        while self._frame is None or self._frame.index < index:
-            if not self._advance():
-                return None
-        if self._frame.index == index:
-            return self._frame.mask
-        logger.warning("frame %d goes without %s: %s lacks it", index, self._what, self._source.name)
-        return None
-
-    def counted(self) -> int:
-        while self.count is None:
-            self._advance()
-        return self.count
-
-    def close(self) -> None:
-        self._source.close()
-
-    def _advance(self) -> bool:
-        """Read a frame, and return whether there was one."""
-        self._frames = self._frames or iter(self._source)
-        frame = next(self._frames, None)
-        if frame is None:
-            self.count = self._given + self._source.skipped
-            return False
-        self._frame, self._given = frame, self._given + 1
-        return True
 
 
 class PairedSource(Source):
@@ -271,8 +235,8 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     what : {"depth", "mask", "occluders"}
     where : str
         A naming rule such as ``"{stem}_depth.png"``, relative to the folder of each colour file; a folder or a glob; an
-        image file; a .npy file (N, H, W) or (H, W); a .npz file with the array "depth", "masks" or "occluders"; a
-        video, for depth with one channel of 16 bits.
+        image file, of several pages if it is a TIFF; a .npy file (N, H, W) or (H, W); a .npz file with the array
+        "depth", "masks" or "occluders"; a video, for depth with one channel of 16 bits; for the others an animation.
     beside : sequence of Path or None
         The colour files, None where the source is something else.
 
@@ -286,21 +250,33 @@ def open_partner(what: What, where: str, beside: Sequence[Path] | None) -> Partn
     if is_rule(where):
         if beside is None:
             raise InputError(f"{what}: the naming rule {where!r} needs colour frames in files of their own")
-        return _Files(what, [partner_of(path, where) for path in beside])
+        return _files(what, [partner_of(path, where) for path in beside])
     path = Path(os.path.expanduser(where))
     if is_glob(str(path)) or os.path.isdir(path):
-        return _Files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".npy")))
-    if not os.path.exists(path):
-        raise SourceError(f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
+        return _files(what, list_files(str(path), (*IMAGE_EXTENSIONS, ".pfm", ".npy")))
+    check_place(path, f"{what}: there is no file or folder {where!r}, and it is no naming rule with {STEM}")
     if path.suffix.lower() in STACK_EXTENSIONS:
         return _Stacked(_open_stack(path, _STACK_KEYS[what]))
-    if path.suffix.lower() in IMAGE_EXTENSIONS:
-        return _Files(what, [path])
-    video = VideoSource(path, kind="mask")
-    if what == "depth" and not video.holds_counts:
+    pages = open_pages(path, kind="mask")
+    if pages is not None:
+        read = pages.read_depth if what == "depth" else pages.read_mask
+        return _Files(what, [partial(read, page) for page in range(pages.count)])
+    check_format(path)
+    animation = open_animation(path, kind="mask")
+    if animation is None and is_image_file(path):
+        return _files(what, [path])
+    video = animation or VideoSource(path, kind="mask")
+    if what == "depth" and not (isinstance(video, VideoSource) and video.holds_counts):
         video.close()
-        raise SourceError(f"{path}: depth in a video must have one channel of 16 bits (gray16le, as FFV1 keeps it)")
-    return _Video(what, video)
+        raise SourceError(
+            f"{path}: depth in a video must have one channel of 16 bits (gray16le, as FFV1 keeps it); it may also be a "
+            "folder or a naming rule of images, a TIFF of several pages, .npy or .npz"
+        )
+    return StreamPartner(what, video)
+
+
+def _files(what: What, paths: Sequence[Path]) -> _Files:
+    return _Files(what, [partial(_READERS[what], path) for path in paths])
 
 
 def read_partner(what: What, path: Path) -> AnyArray:
@@ -311,8 +287,7 @@ def read_partner(what: What, path: Path) -> AnyArray:
     SourceError
         If the file cannot be read, or holds something else or several frames.
     """
-    if not os.path.exists(path):
-        raise SourceError(f"{what}: there is no file {str(path)!r}")
+    check_place(path, f"{what}: there is no file {str(path)!r}")
     if path.suffix.lower() not in STACK_EXTENSIONS:
         return _READERS[what](path)
     partner = _Stacked(_open_stack(path, _STACK_KEYS[what]))
@@ -352,7 +327,7 @@ def without_partners(paths: Sequence[Path], rule: str) -> list[Path]:
         normal = _normal(path)
         if normal in partners:
             continue
-        if _named_like_partner(path, rule) and not partner_of(path, rule).exists():
+        if _named_like_partner(path, rule) and not os.path.exists(partner_of(path, rule)):
             logger.warning("left out %s: it is named by the rule %r, and no file goes with it", path, rule)
             continue
         colour.append(path)

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import os
 import zipfile
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import plane_of
 from dloftbs._npy import BROKEN, File, open_mapped, opened
 from dloftbs._values import shown
 from dloftbs.errors import InputError, SourceError
+from dloftbs.sources.alpha_channel import LEFT_OUT, alpha_of_grey_tiff, is_one_colour, may_have_alpha, split, telling
 from dloftbs.sources.avif import decode_avif
-from dloftbs.sources.image_header import FORMATS, JPEG, is_avif, is_avif_sequence, is_lossy, read_durations, read_size
-from dloftbs.sources.palette_png import as_grey, holds_labels, indices_of, is_indexed
+from dloftbs.sources.image_header import (
+    JPEG,
+    PNG,
+    is_avif,
+    is_avif_sequence,
+    is_lossy,
+    png_is_cut,
+    read_durations,
+    read_size,
+)
+from dloftbs.sources.indexed_colour import as_grey, holds_labels, indices_of, is_indexed
+from dloftbs.sources.orientation import AS_STORED, read_orientation, turned
 from dloftbs.sources.source import logger
+from dloftbs.sources.tiff_pages import as_stored, is_tiff, pages_of
+from dloftbs.sources.unreadable import is_refused, why_unreadable
 
 AnyArray = npt.NDArray[Any]
 Kind = Literal["auto", "image", "mask"]
@@ -36,8 +49,33 @@ def check_kind(kind: object) -> None:
         raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
 
 
+class Picture(NamedTuple):
+    """Content of an image file: an image (H, W, 3) or a mask (H, W)."""
+
+    image: AnyArray | None
+    mask: AnyArray | None
+    turned: int = AS_STORED
+    """EXIF orientation that is still to be applied; `AS_STORED` where none is."""
+    remarks: tuple[str, ...] = ()
+    """Warnings, in the same words for all pictures that they hold for."""
+
+
 def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:
-    """Read an image file as `decode_image_or_mask` does.
+    """Return the image and the mask of `read_picture`, as stored, and log the remarks.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is not what `kind` asks for.
+    """
+    picture = read_picture(path, kind)
+    for remark in picture.remarks:
+        logger.warning("%s: %s", path, remark)
+    return picture.image, picture.mask
+
+
+def read_picture(path: Path, kind: Kind, *, upright: bool = False) -> Picture:
+    """Read an image file as `decode_picture` does; of an animation or several pages, the first.
 
     Raises
     ------
@@ -46,97 +84,60 @@ def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArra
     """
     try:
         data = read_bytes(path)
-        count = len(read_durations(data))
-        if count > 1 or is_avif_sequence(data):
-            number = f"{count} " if count else ""
-            logger.warning(
-                "%s: only the first of its %sframes is read; an animation is a stream by itself", path, number
-            )
-        return decode_image_or_mask(data, kind)
+        picture = decode_picture(data, kind, upright=upright)
     except SourceError as error:
         raise SourceError(f"{path}: {error}") from error
+    return picture._replace(remarks=(*first_of_many(data), *picture.remarks))
 
 
-def decode_image_or_mask(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None]:
+def first_of_many(data: bytes) -> tuple[str, ...]:
+    """Return a remark where a file holds more than the picture that is read."""
+    if is_avif_sequence(data):
+        return ("only the first of its frames is read; an animation is a stream by itself",)
+    if (frames := len(read_durations(data))) > 1:
+        return (f"only the first of its {frames} frames is read; an animation is a stream by itself",)
+    if (pages := len(pages_of(data).frames)) > 1:
+        return (f"only the first of its {pages} pages is read; a TIFF of several pages is a stream by itself",)
+    return ()
+
+
+def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture:
     """Decode the bytes of an image file as `image_or_mask` says.
 
-    In a mask from a lossy codec, cable begins at half brightness. In an indexed PNG that is a mask, the indices count;
-    "auto" takes one for a mask if it holds labels (`holds_labels`), or colours that are all grey.
+    In a mask from a lossy codec, cable begins at half brightness. In a PNG or TIFF of indexed colour that is a mask,
+    the indices count; "auto" takes one for a mask if it holds labels (`holds_labels`), or colours that are all grey.
+
+    Parameters
+    ----------
+    data : bytes
+    kind : {"auto", "image", "mask"}
+    upright : bool
+        Turn the picture as its EXIF orientation says; otherwise it is as it was stored, as the sensor gave it.
 
     Raises
     ------
     SourceError
         If they cannot be decoded or are not what `kind` asks for.
     """
+    image, mask, remarks = _decoded(data, kind)
+    orientation = read_orientation(data)
+    if orientation == AS_STORED or not upright:
+        return Picture(image, mask, orientation, remarks)
+    image, mask = (None if array is None else turned(array, orientation) for array in (image, mask))
+    return Picture(image, mask, AS_STORED, remarks)
+
+
+def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None, tuple[str, ...]]:
+    """Return the image or the mask, and remarks."""
     if kind != "image" and is_indexed(data):
-        indices = _indices(data)
+        indices = read_indices(data)
         if kind == "mask" or holds_labels(data, indices) or _is_grey(decode(data)):
-            return None, indices
+            return None, indices, ()
         kind = "image"
-    return image_or_mask(decode(data), kind, lossy=is_lossy(data))
-
-
-def read_labels(path: Path) -> AnyArray:
-    """Read the numbers (H, W) of the objects: one channel of integers, or the indices of an indexed PNG.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read or has several channels or other numbers.
-    """
-    try:
-        data = read_bytes(path)
-        labels = _indices(data) if is_indexed(data) else decode(data)
-    except SourceError as error:
-        raise SourceError(f"{path}: {error}") from error
-    if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
-        raise SourceError(
-            f"{path}: labels must have one channel of integers, or be a PNG of indexed colour, "
-            f"got {labels.shape} of {labels.dtype}"
-        )
-    return labels
-
-
-def read_mask(path: Path) -> AnyArray:
-    """Read a mask (H, W) from an image file or a .npy file.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read or is no mask.
-    """
-    if path.suffix.lower() != ".npy":
-        _, mask = read_image_or_mask(path, "mask")
-        assert mask is not None  # what was asked for
-        return mask
-    mask = plane_of(load_npy(path))
-    if mask.ndim != 2 or not _is_countable(mask.dtype):
-        raise SourceError(f"{path}: a mask must be (H, W) of bool or integers, got {mask.shape} of {mask.dtype}")
-    return mask
-
-
-def read_depth(path: Path) -> AnyArray:
-    """Read a depth image (H, W) from a 16-bit or floating-point image file, or from a .npy file.
-
-    Raises
-    ------
-    SourceError
-        If the file cannot be read or is no depth.
-    """
-    if path.suffix.lower() == ".npy":
-        depth = plane_of(load_npy(path))
-        wanted = np.issubdtype(depth.dtype, np.number)
-    else:
-        try:
-            depth = read_pixels(path)
-        except SourceError as error:
-            raise SourceError(f"{path}: {error}") from error
-        wanted = depth.dtype != np.uint8  # 8 bits are a picture of depth, not depth
-    if depth.ndim != 2 or not wanted:
-        raise SourceError(
-            f"{path}: depth must have one channel of 16 bits or floating point, got {depth.shape} of {depth.dtype}"
-        )
-    return depth
+    pixels, alpha = _with_alpha(data)
+    image, mask = image_or_mask(pixels, kind, lossy=is_lossy(data), alpha=alpha)
+    left_out = image is not None and telling(pixels, alpha) is not None
+    return image, mask, (LEFT_OUT,) if left_out else ()
 
 
 def load_npy(file: File) -> AnyArray:
@@ -177,8 +178,12 @@ def read_bytes(path: Path) -> bytes:
         If there is no such file, or it is too large.
     """
     try:
+        if os.path.exists(path) and not os.path.isfile(path):
+            raise SourceError("cannot be read: it is no file")
         fits = path.stat().st_size <= MAX_BYTES
         data = path.read_bytes() if fits else b""  # cv2.imread does not take every path on Windows, and prints
+    except SourceError:
+        raise
     except OSError as error:
         raise SourceError(f"cannot be read: {error.strerror or error}") from error
     if not fits:
@@ -187,7 +192,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def decode(data: bytes) -> AnyArray:
-    """Decode the bytes of an image file without its alpha channel, at the depth of bits that it has.
+    """Decode the bytes of an image file without its alpha channel, at the depth of bits that it has, as it is stored.
 
     Raises
     ------
@@ -196,15 +201,36 @@ def decode(data: bytes) -> AnyArray:
     """
     import cv2
 
+    return _decode(data, cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION)
+
+
+def _with_alpha(data: bytes) -> tuple[AnyArray, AnyArray | None]:
+    """Decode the bytes of an image file as `decode` does, and its alpha channel (H, W) if it has one."""
+    import cv2
+
+    check_header(data)
+    if not may_have_alpha(data):
+        return decode(data), None
+    pixels, alpha = split(_decode(data, cv2.IMREAD_UNCHANGED))
+    return pixels, alpha_of_grey_tiff(data) if alpha is None else alpha
+
+
+def _decode(data: bytes, flags: int) -> AnyArray:
+    import cv2
+
     check_header(data)
     if is_avif(data):
         return decode_avif(data, MAX_PIXELS)
+    if data.startswith(PNG) and png_is_cut(data):  # OpenCV makes room for it, up to 2 GB, and fails then
+        raise SourceError(f"cannot be decoded as an image: the PNG is cut off after {len(data)} bytes")
+    if is_tiff(data):  # which OpenCV turns whatever the flags say
+        data = as_stored(data)
     try:
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH)
+        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except cv2.error as error:
         raise SourceError(f"cannot be decoded as an image: {error.err}") from error
     if pixels is None:
-        raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are corrupt, cut off or no image")
+        raise SourceError(f"cannot be decoded as an image: {why_unreadable(data)}")
     if data.startswith(JPEG) and _jpeg_is_cut(data):
         raise SourceError(f"cannot be decoded as an image: the JPEG is cut off after {len(data)} bytes")
     return pixels
@@ -221,14 +247,14 @@ def check_header(data: bytes) -> tuple[int, int]:
     if not data:
         raise SourceError("the file is empty")
     size = read_size(data)
-    if size is None:
-        raise SourceError(f"cannot be decoded as an image: its {len(data)} bytes are no {FORMATS}, or are cut off")
+    if size is None or is_refused(data):
+        raise SourceError(f"cannot be decoded as an image: {why_unreadable(data)}")
     check_pixels(*size)
     return size
 
 
-def _indices(data: bytes) -> AnyArray:
-    """Return the indices (H, W) of an indexed PNG."""
+def read_indices(data: bytes) -> AnyArray:
+    """Return the indices (H, W) of an indexed PNG or TIFF."""
     return indices_of(data, decode(as_grey(data)))
 
 
@@ -244,8 +270,12 @@ def check_pixels(rows: int, columns: int) -> None:
         raise SourceError(f"must have at most {MAX_PIXELS} pixels, got {columns} x {rows}")
 
 
-def image_or_mask(pixels: AnyArray, kind: Kind, *, lossy: bool) -> tuple[AnyArray | None, AnyArray | None]:
+def image_or_mask(
+    pixels: AnyArray, kind: Kind, *, lossy: bool, alpha: AnyArray | None = None
+) -> tuple[AnyArray | None, AnyArray | None]:
     """Return ``(image, None)`` or ``(None, mask)``.
+
+    An alpha channel is the mask where all pixels have one colour (`is_one_colour`). An opaque one is ignored.
 
     Parameters
     ----------
@@ -254,19 +284,37 @@ def image_or_mask(pixels: AnyArray, kind: Kind, *, lossy: bool) -> tuple[AnyArra
         "auto" takes one channel, or channels that are all equal, for a mask.
     lossy : bool
         In 8-bit masks, cable begins at half brightness rather than at 1.
+    alpha : numpy.ndarray, shape (H, W), optional
+        The alpha channel.
 
     Raises
     ------
     SourceError
-        If the pixels do not suit the kind.
+        If the pixels do not suit the kind, or the alpha channel of a mask is another mask.
     """
-    if kind == "mask" or (kind == "auto" and _is_grey(pixels)):
-        return None, _to_mask(pixels, lossy=lossy)
-    return _to_image(pixels), None
+    alpha = telling(pixels, alpha)
+    if alpha is not None and kind != "image" and is_one_colour(pixels, alpha):
+        return None, _to_mask(alpha, lossy=lossy)
+    if kind == "image" or (kind == "auto" and not _is_grey(pixels)):
+        return _to_image(pixels), None
+    mask = _to_mask(pixels, lossy=lossy)
+    if alpha is not None:
+        _check_alike(mask, _to_mask(alpha, lossy=lossy))
+    return None, mask
+
+
+def _check_alike(colour: AnyArray, alpha: AnyArray) -> None:
+    """Refuse a mask in the colours and another one in the alpha channel."""
+    if np.array_equal(colour != 0, alpha != 0):
+        return
+    raise SourceError(
+        f"its colours and its alpha channel are two different masks, of {np.count_nonzero(colour)} and "
+        f"{np.count_nonzero(alpha)} pixels; save the right one alone, as a grey image"
+    )
 
 
 def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
-    if not _is_countable(pixels.dtype):
+    if not is_countable(pixels.dtype):
         raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}")
     if pixels.ndim == 3:
         pixels = pixels[..., 0] | pixels[..., 1] | pixels[..., 2]
@@ -289,7 +337,8 @@ def _is_grey(pixels: AnyArray) -> bool:
     )
 
 
-def _is_countable(dtype: np.dtype[Any]) -> bool:
+def is_countable(dtype: np.dtype[Any]) -> bool:
+    """Return whether a type is bool or integers, as masks have it."""
     return bool(dtype == np.bool_ or np.issubdtype(dtype, np.integer))
 
 

@@ -13,9 +13,13 @@ from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.animations import AnimationSource
 from dloftbs.sources.image_header import FORMATS, is_avif_sequence, read_durations, read_size
-from dloftbs.sources.pixels import MAX_BYTES, Kind, decode_image_or_mask
+from dloftbs.sources.picture_stream import PictureStream
+from dloftbs.sources.pixels import MAX_BYTES, Kind, Picture, decode_picture
 from dloftbs.sources.source import Source
 from dloftbs.sources.stacks import from_file
+from dloftbs.sources.tiff_pages import pages_of
+from dloftbs.sources.tiff_stack import PageSource
+from dloftbs.sources.unreadable import name_format
 
 STANDARD_INPUT = "-"
 _NAME = "standard input"
@@ -24,7 +28,7 @@ _LABEL = "stdin"
 _EXPECTED = f"an image file ({FORMATS}), or a .npz or .npy file"
 
 
-class ImageSource(Source):
+class ImageSource(PictureStream):
     """One image that was read into memory.
 
     Parameters
@@ -36,15 +40,17 @@ class ImageSource(Source):
     camera : PinholeCamera, optional
     fps : float, optional
         With it, the stamp is 0.
+    upright : bool
+        As for a file.
     """
 
-    def __init__(self, data: bytes, *, kind: Kind, camera: PinholeCamera | None, fps: float | None) -> None:
-        self.name = _NAME
-        self.fps = fps
-        self.length = 1
+    def __init__(
+        self, data: bytes, *, kind: Kind, camera: PinholeCamera | None, fps: float | None, upright: bool = False
+    ) -> None:
+        super().__init__(_NAME, [_LABEL], camera=camera, fps=fps)
         self._data = data
         self._kind = kind
-        self._camera = camera
+        self._upright = upright
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frame.
@@ -55,15 +61,13 @@ class ImageSource(Source):
             If the source is closed, or the image cannot be decoded, or is not what `kind` asks for.
         """
         self._begin()
-        return self._frames()
+        return self._made(self._pictures())
 
-    def _frames(self) -> Iterator[Frame]:
+    def _pictures(self) -> Iterator[Picture]:
         try:
-            image, mask = decode_image_or_mask(self._data, self._kind)
+            yield decode_picture(self._data, self._kind, upright=self._upright)
         except SourceError as error:
             raise SourceError(f"{self.name}: {error}") from error
-        stamp = None if self.fps is None else 0.0
-        yield Frame(image=image, mask=mask, camera=self._camera, index=0, stamp=stamp, name=_LABEL)
 
 
 def open_standard_input(
@@ -72,6 +76,7 @@ def open_standard_input(
     fps: float | None,
     registration: DepthRegistration | None = None,
     depth_unit_m: float = MILLIMETRE_M,
+    upright: bool = False,
 ) -> Source:
     """Read all of standard input into memory, and open it as the file that it is.
 
@@ -83,11 +88,17 @@ def open_standard_input(
     data = _read()
     if len(read_durations(data)) > 1:
         return AnimationSource(data, _NAME, _LABEL, kind=kind, camera=camera, fps=fps)
+    pages = pages_of(data)
+    if len(pages.frames) > 1:
+        return PageSource(data, pages, _NAME, _LABEL, kind=kind, camera=camera, fps=fps, upright=upright)
     if read_size(data) is not None and not is_avif_sequence(data):
-        return ImageSource(data, kind=kind, camera=camera, fps=fps)
+        return ImageSource(data, kind=kind, camera=camera, fps=fps, upright=upright)
     file = InMemory(_LABEL, data)
     if is_npy(data) or zipfile.is_zipfile(opened(file)):
         return from_file(file, kind, camera, fps, registration, depth_unit_m)
+    named = name_format(data)
+    if named is not None:
+        raise SourceError(f"{_NAME} must hold {_EXPECTED}; it is {named[0]}, which is not read; {named[1]}")
     raise SourceError(
         f"{_NAME} must hold {_EXPECTED}; its {len(data)} bytes are none, or are cut off. "
         "A video is to be given by its path"

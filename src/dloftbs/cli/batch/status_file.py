@@ -172,7 +172,7 @@ def reason_to_run(item: BatchInput, settings: BatchSettings, status: Status | No
     """Return why there is something to do for an input, in few words; None where its status holds."""
     if status is None:
         return "new"
-    if status.state is not State.FAILED and not item.result.is_file():
+    if status.state is not State.FAILED and not os.path.isfile(item.result):
         return "without their result"
     if status.settings != settings.digest:
         return "with other settings"
@@ -199,7 +199,7 @@ def fingerprint_of(item: BatchInput, settings: BatchSettings) -> Fingerprint:
 
 
 def _files(path: Path) -> Iterator[Path]:
-    if not path.is_dir():
+    if not os.path.isdir(path):
         yield path
     for folder, _, names in os.walk(path):
         yield from (Path(folder, name) for name in names if not name.startswith("."))

@@ -215,7 +215,7 @@ def _check_out(names: tuple[str, ...], out: Path) -> None:
                 raise SinkError(f"--out {out} would write into the labelled data of {name}: choose another folder")
     results = (MARKDOWN, JSON, SUMMARY, FRAMES, JOINTS, TABLES, PLOTS, WORST, PAGES)
     there = [name for name in results if os.path.lexists(out / name)]
-    if there and not (out / PARTS).is_dir():
+    if there and not os.path.isdir(out / PARTS):
         raise SinkError(
             f"{out} is not the folder of an evaluation, and holds {', '.join(there)}, which would be replaced: "
             "choose another folder with --out"

@@ -74,9 +74,9 @@ def track(
 ) -> None:
     """Follow the cables through a stream, each with its identity and direction.
 
-    INPUT is a video, an animated PNG, WebP or AVIF, a folder or a glob of images or masks in their natural
-    order, the files of one, an .npy or .npz file, a recording of ROS (.mcap, .db3, .bag or a rosbag2
-    folder), the index of a camera or its device /dev/video0, the address of a stream, or - for standard
+    INPUT is a video, an animated PNG, WebP or AVIF, a TIFF of several pages, a folder or a glob of images or
+    masks in their natural order, the files of one, an .npy or .npz file, a recording of ROS (.mcap, .db3, .bag
+    or a rosbag2 folder), the index of a camera or its device /dev/video0, the address of a stream, or - for standard
     input. Without --out, --overlay and --stages, results are JSON
     lines on standard output. Progress and a summary of the timing go to standard error. What cannot be
     read is reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from pathlib import Path
 from time import sleep
@@ -65,7 +66,7 @@ def tune(
     from dloftbs.ui.tune_session import TuneSession
 
     target = Path(out) if out is not None else context.params.get("config_file")
-    if out is not None and Path(out).exists():
+    if out is not None and os.path.exists(out):
         config = Config.from_file(out)  # which replaces no file that is not one
     source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs))
     config_file = shlex.quote("cable.yaml" if target is None else str(target))

@@ -53,7 +53,7 @@ def open_labelled(folder: str | os.PathLike[str], layout: str = "auto") -> Known
     """
     if not isinstance(layout, str) or layout not in ("auto", *LAYOUTS):
         raise InputError(f"layout must be one of auto, {', '.join(LAYOUTS)}, got {shown(layout)}")
-    path = check_path("folder", folder).expanduser()
+    path = Path(os.path.expanduser(check_path("folder", folder)))
     if not os.path.isdir(path):
         raise SourceError(f"there is no folder {str(path)!r}; a labelled sequence is a folder")
     tried = list(LAYOUTS.values()) if layout == "auto" else [LAYOUTS[layout]]

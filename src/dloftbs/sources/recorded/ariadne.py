@@ -11,7 +11,8 @@ from dloftbs._arrays import FloatArray
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
-from dloftbs.sources.pixels import read_image_or_mask, read_mask
+from dloftbs.sources.pixel_values import read_mask
+from dloftbs.sources.pixels import read_image_or_mask
 from dloftbs.sources.recorded.label_images import paired
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in
 from dloftbs.sources.recorded.pictures import images_in

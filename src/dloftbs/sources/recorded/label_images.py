@@ -9,7 +9,8 @@ import numpy as np
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
-from dloftbs.sources.pixels import read_image_or_mask, read_labels
+from dloftbs.sources.pixel_values import read_labels
+from dloftbs.sources.pixels import read_image_or_mask
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in, listed
 from dloftbs.sources.recorded.pictures import camera_in, depth_beside, images_in, occluders_beside
 from dloftbs.sources.source import logger

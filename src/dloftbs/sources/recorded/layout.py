@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable
@@ -110,7 +111,7 @@ def files_in(folder: Path) -> list[Path]:
     SourceError
         If the folder cannot be read.
     """
-    return sorted((path for path in _entries(folder) if path.is_file()), key=natural_key)
+    return sorted((path for path in _entries(folder) if os.path.isfile(path)), key=natural_key)
 
 
 def folders_in(folder: Path) -> list[Path]:
@@ -121,7 +122,7 @@ def folders_in(folder: Path) -> list[Path]:
     SourceError
         If the folder cannot be read.
     """
-    return sorted((path for path in _entries(folder) if path.is_dir()), key=natural_key)
+    return sorted((path for path in _entries(folder) if os.path.isdir(path)), key=natural_key)
 
 
 def content_of(folder: Path) -> str:

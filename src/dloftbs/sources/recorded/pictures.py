@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,8 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.picture import Picture
-from dloftbs.sources.pixels import AnyArray, read_depth, read_image_or_mask, read_mask
+from dloftbs.sources.pixel_values import read_depth, read_mask
+from dloftbs.sources.pixels import AnyArray, read_image_or_mask
 from dloftbs.sources.recorded.layout import files_in
 from dloftbs.sources.video_file import VideoFile
 
@@ -48,7 +50,7 @@ class PictureFile:
         """
         image, mask = read_image_or_mask(self.path, "auto")
         beside = self.path.with_name(f"{self.path.stem}.mask.png")
-        if beside.exists():
+        if os.path.exists(beside):
             image, mask = read_image_or_mask(self.path, "image")[0], read_mask(beside)
         depth, occluders = depth_beside(self.path), occluders_beside(self.path)
         return Frame(image, mask, depth, occluders, self.camera, index=index, name=self.path.name)
@@ -64,7 +66,7 @@ def depth_beside(path: Path) -> AnyArray | None:
     """
     for suffix in (".png", ".npy"):
         beside = path.with_name(f"{path.stem}.depth{suffix}")
-        if beside.exists():
+        if os.path.exists(beside):
             return read_depth(beside)
     return None
 
@@ -78,7 +80,7 @@ def occluders_beside(path: Path) -> AnyArray | None:
         If they cannot be read.
     """
     beside = path.with_name(f"{path.stem}.occluders.png")
-    return read_mask(beside) if beside.exists() else None
+    return read_mask(beside) if os.path.exists(beside) else None
 
 
 def camera_in(folder: Path) -> PinholeCamera | None:
@@ -90,7 +92,7 @@ def camera_in(folder: Path) -> PinholeCamera | None:
         If it cannot be read.
     """
     paths = (folder / name for name in CAMERA_FILES)
-    return next((PinholeCamera.from_file(path) for path in paths if path.exists()), None)
+    return next((PinholeCamera.from_file(path) for path in paths if os.path.exists(path)), None)
 
 
 def decoded(path: Path, kind: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any, Literal
@@ -78,7 +79,7 @@ class WrittenSequence(RecordedSequence):
         header = decoded(folder / HEADER, _Header)
         self._folder = folder
         self._starts = _line_starts(folder / RECORDS)
-        self._video = VideoFrames(folder / VIDEO) if (folder / VIDEO).exists() and self._uses_video() else None
+        self._video = VideoFrames(folder / VIDEO) if os.path.exists(folder / VIDEO) and self._uses_video() else None
         count = len(self._starts)
         if self._video is not None:
             count = min(count, self._video.count)  # a killed writer owes the video its last picture
@@ -178,7 +179,7 @@ def _line_starts(path: Path) -> list[int]:
 
 
 def _fits(folder: Path) -> bool:
-    return (folder / HEADER).is_file()
+    return os.path.isfile(folder / HEADER)
 
 
 LAYOUT = Layout("written", TREE, _fits, WrittenSequence)

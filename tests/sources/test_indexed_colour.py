@@ -11,7 +11,7 @@ import pytest
 
 from dloftbs import sources
 from dloftbs.errors import SourceError
-from dloftbs.sources.palette_png import MAX_LABELS
+from dloftbs.sources.indexed_colour import MAX_LABELS
 
 Image = pytest.importorskip("PIL.Image")
 

@@ -1,0 +1,98 @@
+"""Files that hold a value for each pixel: masks, numbers of objects, depth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from dloftbs._arrays import AnyArray, plane_of
+from dloftbs.errors import SourceError
+from dloftbs.sources.indexed_colour import is_indexed
+from dloftbs.sources.pixels import (
+    decode,
+    first_of_many,
+    is_countable,
+    load_npy,
+    read_bytes,
+    read_image_or_mask,
+    read_indices,
+)
+from dloftbs.sources.source import logger
+
+
+def read_labels(path: Path) -> AnyArray:
+    """Read the numbers (H, W) of the objects: one channel of integers, or the indices of an indexed PNG.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or has several channels or other numbers.
+    """
+    try:
+        data = read_bytes(path)
+        labels = read_indices(data) if is_indexed(data) else decode(data)
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
+    if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
+        raise SourceError(
+            f"{path}: labels must have one channel of integers, or be a PNG of indexed colour, "
+            f"got {labels.shape} of {labels.dtype}"
+        )
+    return labels
+
+
+def read_mask(path: Path) -> AnyArray:
+    """Read a mask (H, W) from an image file or a .npy file.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is no mask.
+    """
+    if path.suffix.lower() != ".npy":
+        _, mask = read_image_or_mask(path, "mask")
+        assert mask is not None  # what was asked for
+        return mask
+    mask = plane_of(load_npy(path))
+    if mask.ndim != 2 or not is_countable(mask.dtype):
+        raise SourceError(f"{path}: a mask must be (H, W) of bool or integers, got {mask.shape} of {mask.dtype}")
+    return mask
+
+
+def read_depth(path: Path) -> AnyArray:
+    """Read a depth image (H, W) from a 16-bit or floating-point image file, or from a .npy file.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or is no depth.
+    """
+    if path.suffix.lower() != ".npy":
+        try:
+            data = read_bytes(path)
+            depth = as_depth(decode(data))
+        except SourceError as error:
+            raise SourceError(f"{path}: {error}") from error
+        for remark in first_of_many(data):
+            logger.warning("%s: %s", path, remark)
+        return depth
+    depth = plane_of(load_npy(path))
+    if depth.ndim != 2 or not np.issubdtype(depth.dtype, np.number):
+        raise SourceError(f"{path}: depth must be (H, W) of numbers, got {depth.shape} of {depth.dtype}")
+    return depth
+
+
+def as_depth(pixels: AnyArray) -> AnyArray:
+    """Return the pixels of an image file that is depth (H, W).
+
+    Raises
+    ------
+    SourceError
+        If they have several channels, or 8 bits: a picture of depth is none.
+    """
+    if pixels.ndim != 2 or pixels.dtype in (np.uint8, np.int8):
+        raise SourceError(
+            f"depth must have one channel of 16 bits or floating point, got {pixels.shape} of {pixels.dtype}"
+        )
+    return pixels

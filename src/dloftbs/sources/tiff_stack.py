@@ -1,0 +1,168 @@
+"""TIFF files of several pages: a stream in one file, as microscopes, ImageJ and tifffile write it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import cast
+
+from dloftbs._arrays import AnyArray
+from dloftbs.camera import PinholeCamera
+from dloftbs.errors import SourceError
+from dloftbs.frame import Frame
+from dloftbs.sources.picture_stream import PictureStream
+from dloftbs.sources.pixel_values import as_depth
+from dloftbs.sources.pixels import MAX_BYTES, Kind, Picture, decode, decode_picture, read_bytes
+from dloftbs.sources.tiff_pages import Pages, is_tiff, pages_of, read_pages, select_page
+
+TIFF_EXTENSIONS = (".tif", ".tiff")
+
+
+class PageSource(PictureStream):
+    """The pages of a TIFF file, which is kept in memory as it is; smaller copies of pages are left out.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    pages : Pages
+        As `pages_of` gives them.
+    name : str
+        For messages.
+    label : str
+        Name of the frames, before their number.
+    kind : {"auto", "image", "mask"}
+        Kind of the pages; "auto" decides for each by its content, as for image files.
+    camera : PinholeCamera, optional
+        Goes with every frame.
+    fps : float, optional
+        Gives the stamps ``index / fps``; without it there are none.
+    upright : bool
+        Turn pages as their orientation says; otherwise they are as they were stored.
+    """
+
+    def __init__(
+        self,
+        data: bytes,
+        pages: Pages,
+        name: str,
+        label: str,
+        *,
+        kind: Kind = "auto",
+        camera: PinholeCamera | None = None,
+        fps: float | None = None,
+        upright: bool = False,
+    ) -> None:
+        super().__init__(name, [f"{label}#{index}" for index in range(len(pages.frames))], camera=camera, fps=fps)
+        self._file = bytearray(data)
+        self._data = cast(bytes, self._file)  # which reads alike, and is not copied for every page
+        self._pages = pages.frames
+        self._cut = pages.cut
+        self._kind = kind
+        self._upright = upright
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames; what cannot be decoded is skipped, and so are pages that the file has lost.
+
+        The first page of another size than those before is reported: tracks begin anew with it.
+
+        Raises
+        ------
+        SourceError
+            If the source is closed, or the only page cannot be decoded.
+        """
+        self._begin()
+        return self._frames()
+
+    def _frames(self) -> Iterator[Frame]:
+        yield from self._made(map(self._read, range(len(self._pages))))
+        if self._cut and not self._closed:
+            self._skip(f"what follows page {len(self._pages) - 1} of {self.name}", "it is cut off or damaged")
+
+    @property
+    def count(self) -> int:
+        """Number of pages."""
+        return len(self._pages)
+
+    def read_depth(self, index: int) -> AnyArray:
+        """Return a page (H, W) that is depth.
+
+        Raises
+        ------
+        SourceError
+            If it cannot be decoded, or is no depth.
+        """
+        select_page(self._file, self._pages[index])
+        try:
+            return as_depth(decode(self._data))
+        except SourceError as error:
+            raise SourceError(f"{self.name}: page {index}: {error}") from error
+
+    def read_mask(self, index: int) -> AnyArray:
+        """Return a page (H, W) that is a mask, of a source whose kind is that.
+
+        Raises
+        ------
+        SourceError
+            If it cannot be decoded, or is no mask.
+        """
+        picture = self._read(index)
+        if isinstance(picture, SourceError):
+            raise picture
+        assert picture.mask is not None  # the kind of the source
+        return picture.mask
+
+    def _read(self, index: int) -> Picture | SourceError:
+        select_page(self._file, self._pages[index])
+        try:
+            return decode_picture(self._data, self._kind, upright=self._upright)
+        except SourceError as error:
+            return SourceError(f"{self.name}: page {index}: {error}")
+
+
+def open_pages(
+    path: Path,
+    *,
+    kind: Kind = "auto",
+    camera: PinholeCamera | None = None,
+    fps: float | None = None,
+    upright: bool = False,
+) -> PageSource | None:
+    """Open a TIFF file as a stream of its pages; None where it has one page, or is none, or cannot be read.
+
+    Raises
+    ------
+    SourceError
+        If it has too many pages, or is too large.
+    """
+    if path.suffix.lower() not in TIFF_EXTENSIONS:
+        return None
+    try:
+        if not _has_pages(path):
+            return None
+        data = read_bytes(path)
+        pages = pages_of(data)
+    except SourceError as error:
+        raise SourceError(f"{path}: {error}") from error
+    return PageSource(data, pages, str(path), path.name, kind=kind, camera=camera, fps=fps, upright=upright)
+
+
+def _has_pages(path: Path) -> bool:
+    """Return whether a file is a TIFF of several frames, or was one before it was cut; its pixels are not read."""
+    try:
+        with path.open("rb") as file:
+
+            def read(at: int, size: int) -> bytes:
+                if at > MAX_BYTES:
+                    return b""
+                file.seek(at)
+                return file.read(size)
+
+            if not is_tiff(read(0, 16)):
+                return False
+            pages = read_pages(read)
+            return len(pages.frames) > 1 or (len(pages.frames) == 1 and pages.cut)
+    except SourceError:
+        raise
+    except OSError:  # which comes again where the image is read
+        return False
