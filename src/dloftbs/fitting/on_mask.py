@@ -18,13 +18,13 @@ from dloftbs.fitting.spline_fit import distinct_knots, fit, fit_with_knots
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.mask_crop import MaskCrop
 
-_STEP_WIDTHS = 0.25
+_STEP_WIDTHS = 0.5
 """Distance of the points that are looked at first, widths.
 
 Source: bounds time; they have to lie nearer to the mask by half of it.
 """
 
-_FINE_PX = 0.25
+_FINE_PX = 0.1
 """Distance of the points that are looked at where one of these lies beside the mask, px.
 
 Source: numerics; an edge is known to a pixel.
@@ -111,6 +111,8 @@ def _opened(line: Centerline, span: _Span) -> Centerline:
 
 def _seen(line: Centerline) -> list[_Span]:
     """List the intervals of the parameter that lie in no gap."""
+    if not line.joints:
+        return [(0.0, 1.0)]
     ends = [0.0, *(u for joint in line.joints if joint.kind is JointKind.GAP for u in joint.u), 1.0]
     return [(low, high) for low, high in zip(ends[::2], ends[1::2], strict=True) if low < high]
 
@@ -121,10 +123,9 @@ def _reach(line: Centerline) -> float:
 
 def _is_seen(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> bool:
     """Tell, by few points, whether all that is said to be seen surely lies on the mask or beside it."""
-    step = max(_STEP_WIDTHS * line.width, 1.0)
-    reach = _reach(line)
-    per_u = len(line.points) / step / max(sum(high - low for low, high in _seen(line)), 0.1)
-    for low, high in _seen(line):
+    step, reach, seen = max(_STEP_WIDTHS * line.width, 1.0), _reach(line), _seen(line)
+    per_u = len(line.points) / step / max(sum(high - low for low, high in seen), 0.1)
+    for low, high in seen:
         count = math.ceil((high - low) * per_u) + 2
         points, _ = sample_cubic(curve.knots, curve.control_points, low, high, count)
         if not stays_on_mask(points, mask, reach):
@@ -134,7 +135,7 @@ def _is_seen(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> bool:
 
 def _spans_off(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> list[_Span]:
     """List the intervals of the parameter that are said to be seen, but lie neither on the mask nor beside it."""
-    reach, found = _reach(line), []
+    reach, found = _reach(line) - 0.5 * _FINE_PX, []  # so that what lies between two points is near enough, too
     for low, high in _seen(line):
         count = max(math.ceil((high - low) * curve.length / _FINE_PX), 8) + 1
         points, _ = sample_cubic(curve.knots, curve.control_points, low, high, count)
