@@ -150,7 +150,7 @@ def _spans_off(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> list[_S
 def _with_gap(line: Centerline, span: _Span) -> Centerline:
     """Return an open centre line with a gap over an interval of the parameter, which no gap covers.
 
-    A gap that it touches, or a crossing that it lies at, becomes that; else the segment is cut in two.
+    A gap that it touches grows by it, a crossing that it touches becomes it; else the segment is cut in two.
     """
     joints = list(line.joints)
     for k, joint in enumerate(joints):
@@ -158,14 +158,16 @@ def _with_gap(line: Centerline, span: _Span) -> Centerline:
             over = (min(joint.u[0], span[0]), max(joint.u[1], span[1]))
             joints[k] = replace(joint, kind=JointKind.GAP, u=over if joint.kind is JointKind.GAP else span)
             return _made(line, line.segments, joints)
-    first = np.cumsum([0, *map(len, line.segments)])
-    at = int(np.searchsorted(line.u, 0.5 * (span[0] + span[1])))
-    k = min(max(int(np.searchsorted(first, at, side="right")) - 1, 0), len(line.segments) - 1)
-    low, high = int(first[k]), int(first[k + 1])
-    at = min(max(at, low + 1), high - 1)
-    halves = tuple(Segment.cut(line.points, line.radius, a, b) for a, b in pairwise((low, at, high)) if a < b)
-    if len(halves) < 2:
-        return line
+    k = sum(joint.u[0] < span[0] for joint in joints)
+    low = sum(map(len, line.segments[:k]))
+    high = low + len(line.segments[k])
+    if high - low < 2:  # too short to be cut: the gap beside it takes it in
+        beside = min(k, len(joints) - 1)
+        over = (min(joints[beside].u[0], span[0]), max(joints[beside].u[1], span[1]))
+        joints[beside] = replace(joints[beside], kind=JointKind.GAP, u=over)
+        return _made(line, line.segments, joints)
+    at = min(max(int(np.searchsorted(line.u, 0.5 * (span[0] + span[1]))), low + 1), high - 1)
+    halves = [Segment.cut(line.points, line.radius, a, b) for a, b in pairwise((low, at, high))]
     joints.insert(k, Joint._unchecked(JointKind.GAP, span, 0.0, math.inf, 1.0, (None, None)))
     return _made(line, (*line.segments[:k], *halves, *line.segments[k + 1 :]), joints)
 
