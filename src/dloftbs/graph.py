@@ -200,6 +200,7 @@ class EndMatching:
         self._partner, self._cost, self._margin, self._alternative = partner, cost, margin, alternative
         self._override = override
         self._chains: list[tuple[list[int], bool]] | None = None
+        self._at_junctions: dict[int, list[int]] | None = None
         assert all(j < 0 or (partner[j] == i and i != j) for i, j in enumerate(partner))
 
     @property
@@ -287,6 +288,14 @@ class EndMatching:
         """Tell whether the joint at an end runs through a junction."""
         nodes = self.branches.nodes
         return nodes[end] >= 0 and nodes[self._partner[end]] == nodes[end]
+
+    def at_junction(self, node: int) -> list[int]:
+        """List the ends at a junction, ascending."""
+        if self._at_junctions is None:
+            self._at_junctions = {}
+            for end, at in enumerate(self.branches.nodes):
+                self._at_junctions.setdefault(at, []).append(end)
+        return self._at_junctions[node]
 
     def chain(self, start: int) -> list[int]:
         """List the ends at which a cable enters its branches, from one end on, until it stops or is back."""

@@ -20,7 +20,7 @@ from dloftbs.depth import ReadableDepth
 from dloftbs.detection import NO_DEPTH, Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
-from dloftbs.fitting import distinct_knots, fit, fit_with_knots, mark_unseen_joints
+from dloftbs.fitting import distinct_knots, fit, fit_with_knots, keep_to_mask
 from dloftbs.frame import Frame
 from dloftbs.graph import Graph
 from dloftbs.lifting import DepthEdges, Lifted, lift
@@ -122,10 +122,8 @@ def run_stages(
         return run
     curves = [fit(line.points, line.u, line.closed, config.fitting, 2.0 * line.radius.mean()) for line in lines]
     if run.graph is not None:  # the published method believes in all its joints
-        lines = [
-            mark_unseen_joints(line, curve, run.crop) if line.joints else line
-            for line, curve in zip(lines, curves, strict=True)
-        ]
+        kept = [keep_to_mask(*one, run.crop, run.mask, config.fitting) for one in zip(lines, curves, strict=True)]
+        lines, curves = [line for line, _ in kept], [curve for _, curve in kept]
     clock.lap("fitting")
     run.detections = tuple(Detection._unchecked(line, curve) for line, curve in zip(lines, curves, strict=True))
     run.crossings = find_crossings(run.detections, frame, config.lifting)

@@ -11,7 +11,7 @@ from builders import curve_through
 from dloftbs import Centerline, Joint, JointKind, Segment
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
-from dloftbs.fitting import mark_unseen_joints
+from dloftbs.fitting.seen_joints import mark_unseen_joints
 from dloftbs.mask_crop import MaskCrop
 
 CROSSING, GAP = JointKind.CROSSING, JointKind.GAP

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fuzz import arrays, commands, files, masks, processes, streams, values
-from fuzz.checks import OffTheMask, check_curves_on_mask, check_mask
+from fuzz.checks import check_curves_on_mask, check_mask
 from fuzz.family import Family
 
 _MASKS = [
@@ -11,10 +11,8 @@ _MASKS = [
     Family("border-blobs", masks.blob_at_border, check_mask, cases=20),
     Family("cables-seen", masks.cables, check_curves_on_mask, cases=100),
     Family("border-blobs-seen", masks.blob_at_border, check_curves_on_mask, 100, masks.BORDER_BLOBS_FOUND),
-    # The curve of a short piece between two gaps is smoothed off it, by a tenth of a px more than is allowed.
-    Family("tangles-seen", masks.drawn_tangle, check_curves_on_mask, cases=100, known=OffTheMask),
-    # Links run over the ground and are said to be seen, which the linking is to end.
-    Family("anything-seen", masks.any_mask, check_curves_on_mask, cases=100, known=OffTheMask),
+    Family("tangles-seen", masks.drawn_tangle, check_curves_on_mask, cases=100),
+    Family("anything-seen", masks.any_mask, check_curves_on_mask, 100, masks.ANYTHING_FOUND),
 ]
 _ARRAYS = [
     Family("mask-layouts", arrays.laid_mask, arrays.check_laid_mask, cases=100),

@@ -29,8 +29,6 @@ class Family:
         How many are drawn in the normal suite.
     fixed : mapping of str to case
         By what they are.
-    known : type of exception, optional
-        What the family finds today and for the time being; any other exception is a finding.
     """
 
     name: str
@@ -38,7 +36,6 @@ class Family:
     check: Callable[[Any, Path], None]
     cases: int
     fixed: Mapping[str, Any] = field(default_factory=dict)
-    known: type[Exception] | None = None
 
     @property
     def suite_cases(self) -> int:

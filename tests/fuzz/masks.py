@@ -384,6 +384,28 @@ def any_mask(rng: Rng) -> Mask:
     return list(GENERATORS.values())[int(rng.integers(len(GENERATORS)))](rng)
 
 
+def _found(kind: str, seed: int, number: int) -> Mask:
+    """Return a mask of a kind that a run drew once."""
+    return GENERATORS[kind](np.random.default_rng([seed, zlib.crc32(kind.encode()), number]))
+
+
+def stairs(step: int, width: int, size: tuple[int, int] = (240, 320)) -> Mask:
+    """Stairs from one corner of an image to another."""
+    corners = np.repeat(np.arange(min(size) // step), 2)
+    return stroke(np.zeros(size, np.uint8), step // 2 + step * np.stack((corners[1:], corners[:-1]), axis=1), width)
+
+
+ANYTHING_FOUND = {
+    "stairs": stairs(28, 12),
+    "a curve that is smoothed off a letter": _found("letters", 5001, 4),
+    "a curve that comes back from beyond the image": _found("letters", 5001, 42),
+    "an end on the ground": _found("letters", 5001, 103),
+    "a loop that nobody sees closed": _found("fractals", 5001, 107),
+    "rings through the holes of a board": _found("grids", 5001, 29),
+    "a hole that is wider than the cable": _found("tangles", 5001, 33),
+}
+
+
 def drawn_tangle(rng: Rng) -> Mask:
     """One of the tangles that stand in for real masks."""
     masks = _drawn_tangles()

@@ -37,7 +37,7 @@ LEAST_CASES = {
     "cables-seen": 100,
     "border-blobs-seen": 104,
     "tangles-seen": 100,
-    "anything-seen": 100,
+    "anything-seen": 107,
     "mask-layouts": 100,
     "wrong-arrays": 128,
     "depth": 46,
@@ -76,20 +76,12 @@ def runner() -> Iterator[Runner]:
         yield runner
 
 
-def _parameters() -> Iterator[object]:
-    for family in FAMILIES.values():
-        marks = [pytest.mark.xfail(raises=family.known, strict=True)] if family.known else []
-        yield pytest.param(family.name, marks=marks)
-
-
-@pytest.mark.parametrize("name", list(_parameters()))
+@pytest.mark.parametrize("name", FAMILIES)
 def test_nothing_is_found(name: str, runner: Runner) -> None:
     family = FAMILIES[name]
     outcomes = [runner.run(family, SUITE_SEED, number) for number in range(family.suite_cases)]
     found = [outcome for outcome in outcomes if outcome.error is not None]
     text = "\n".join(str(outcome) for outcome in found)
-    if found and family.known is not None and {outcome.error for outcome in found} == {family.known.__name__}:
-        raise family.known(text)
     assert not found, text
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from linking_examples import circle, coil, draw, hide, matching_of
 
-from dloftbs.graph import EndMatching, Graph
-from dloftbs.linking.loops import open_loops
+from dloftbs.graph import FREE, Branches, EndMatching, Graph
+from dloftbs.linking.loops import _MOST_EXCHANGES, _exchanges, open_loops
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 
@@ -80,3 +80,47 @@ def test_without_loops_nothing_changes() -> None:
     before = list(matching.partner)
     open_loops(graph, matching)
     assert matching.partner == before
+
+
+def ring_beside_others(gaps: int, others: int) -> tuple[EndMatching, list[int]]:
+    """Return a ring of so many branches, joined across gaps, beside so many pairs of joined branches."""
+    count = gaps + 2 * others
+    rng = np.random.default_rng(gaps)
+    branches = Branches(
+        points=np.zeros((count, 2)),
+        radius=np.ones(count),
+        branch_id=list(range(count)),
+        nodes=[FREE] * (2 * count),
+        open_cost=[3.0] * (2 * count),
+        spans=[(k, k + 1) for k in range(count)],
+        spurs=[False] * count,
+        end_states=np.hstack((rng.uniform(0.0, 500.0, (2 * count, 2)), np.zeros((2 * count, 4)))),
+        duplicate_of={},
+    )
+    stops = [*(range(1, 2 * gaps, 2)), *(range(2 * gaps + 1, 2 * count, 4))]
+    starts = [*(range(2, 2 * gaps, 2)), 0, *(range(2 * gaps + 2, 2 * count, 4))]
+    partner = [-1] * (2 * count)
+    for one, other in zip(stops, starts, strict=True):
+        partner[one], partner[other] = other, one
+    matching = EndMatching(branches, partner, [0.0] * (2 * count), [0.0] * (2 * count), [-1] * (2 * count))
+    (loop,) = [chain for chain, is_loop in matching.chains() if is_loop]
+    return matching, loop
+
+
+def test_all_exchanges_of_a_ring_with_few_gaps_are_tried() -> None:
+    matching, loop = ring_beside_others(5, 20)
+    options = np.concatenate(list(_exchanges(matching, loop)))
+    joined = [end for end in range(10, len(matching.partner)) if matching.partner[end] >= 0]
+    assert options.tolist() == [[end, other] for end in loop for other in joined]
+
+
+def test_of_many_exchanges_those_with_the_nearest_ends_are_tried() -> None:
+    matching, loop = ring_beside_others(80, 200)
+    options = np.concatenate(list(_exchanges(matching, loop)))
+    assert _MOST_EXCHANGES // 2 < len(options) < 2 * _MOST_EXCHANGES
+    positions = matching.branches.end_states[:, :2]
+    for end in loop:
+        others = options[options[:, 0] == end, 1]
+        left_out = [e for e in range(160, len(positions)) if matching.partner[e] >= 0 and e not in others]
+        apart = np.abs(positions - positions[end]).max(axis=1)
+        assert apart[others].max() <= apart[left_out].min()

@@ -86,6 +86,16 @@ def test_a_corner_that_no_cable_can_have_is_a_junction_of_two_ends() -> None:
     assert (smooth.branch_count, ends_at(smooth)) == (1, [])
 
 
+@pytest.mark.parametrize(("most", "branches"), [(1, 1), (2, 2), (1000, 2)])
+def test_sharp_bends_make_no_more_branches_than_allowed(most: int, branches: int) -> None:
+    crop = clean(draw([(100, 200), (200, 30), (300, 200)]), Config().cleaning)
+    assert crop is not None
+    graph, found = build_graph(crop, skeletonize(crop), most)
+    assert graph is not None
+    assert found == 1
+    assert graph.branch_count == branches
+
+
 def test_specks_and_what_was_swallowed_cannot_be_joined() -> None:
     mask = draw(LINE)
     mask[40:43, 200:203] = 1

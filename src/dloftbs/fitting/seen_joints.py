@@ -32,7 +32,7 @@ _SAMPLE_WIDTHS = 0.25
 Source: by hand; the curve leaves the mask for longer, if at all.
 """
 
-_LEAST_BESIDE_PX = 1.5
+LEAST_BESIDE_PX = 1.5
 """Distance beside the mask up to which a point counts as on it, px, where half a width is less.
 
 Source: numerics; an edge is known to a pixel.
@@ -113,5 +113,5 @@ def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSp
 
 
 def _is_on(points: FloatArray, crop: MaskCrop, width: float) -> bool:
-    (x0, y0), reach = crop.origin, max(0.5 * width, _LEAST_BESIDE_PX)
+    (x0, y0), reach = crop.origin, max(0.5 * width, LEAST_BESIDE_PX)
     return bool(are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from dloftbs._arrays import FloatArray
 from dloftbs.graph import (
@@ -27,6 +25,7 @@ from dloftbs.graph import (
 from dloftbs.linking.bend_corners import between
 from dloftbs.linking.cable_pieces import Piece, Points, Span
 from dloftbs.linking.kernels.end_extension import extend_end
+from dloftbs.linking.kernels.shown_ahead import REACH_WIDTHS, shown_ahead
 
 _TAIL_WIDTHS = 6.0
 """Length before a free end that is given to its extension, widths.
@@ -40,28 +39,10 @@ _OUT_WIDTHS = 0.35
 Source: by hand; more than the pixel noise of an edge.
 """
 
-_AHEAD_WIDTHS = 3.5
-"""Largest distance from an open end to such a tip, widths.
+_NOTHING: FloatArray = np.empty((0, 2))
+"""No points.
 
-Source: by hand; beyond it the tip would have a skeleton of its own.
-"""
-
-_CAP_PX = 4.5
-"""Width up to which a cable's end counts as flat, px.
-
-Source: geometry; the same limit as in `end_extension`, twice `_SEEN_PX`.
-"""
-
-_BESIDE_WIDTHS = 0.35
-"""Distance from a cable's axis at which its mask is sought where another cable covers a part of it, widths.
-
-Source: geometry; inside of its edge by more than a pixel's noise, and by so much that a round tip still shows.
-"""
-
-_CLEAR_WIDTHS = 0.1
-"""Margin around the other cables in which mask tells nothing, widths; half a pixel is added.
-
-Source: by hand; more than the noise of an edge.
+Source: by definition.
 """
 
 
@@ -79,32 +60,40 @@ class CableAxes:
 
     def near(self, end: int) -> FloatArray:
         """Return points (n, 2) of the axes of the other cables near an end that stays open at a junction, px."""
-        points, owners = self._points
+        axes, owners, low, high = self._axes
         here = self._matching.branches.end_states[end, POSITION]
-        is_near = (np.abs(points - here) <= (_AHEAD_WIDTHS + 1.0) * self._width).all(axis=1)
-        return points[is_near & (owners != branch_of(end))]
+        reach = REACH_WIDTHS * self._width
+        is_near = ((high - here >= -reach) & (low - here <= reach)).all(axis=1) & (owners != branch_of(end))
+        points = np.concatenate([_NOTHING, *(axes[k] for k in np.flatnonzero(is_near).tolist())])
+        near: FloatArray = points[(np.abs(points - here) <= reach).all(axis=1)]
+        return near
 
     @cached_property
-    def _points(self) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-        """The points of the axes (n, 2), px, and the branch of each."""
+    def _axes(self) -> tuple[list[FloatArray], npt.NDArray[np.int64], FloatArray, FloatArray]:
+        """The axes in parts (n, 2), px, the branch of each, and the least and the largest x and y of each."""
         matching = self._matching
         branches, partner, nodes = matching.branches, matching.partner, matching.branches.nodes
-        axes, owners = [np.empty((0, 2))], []
+        axes, owners = [], []
         for branch, span in enumerate(branches.spans):
             ends = start_of(branch), stop_of(branch)
             is_lone_spur = branches.spurs[branch] and matching.is_open(ends[0]) and matching.is_open(ends[1])
             # One without any end to join lies inside of a junction.
             if is_lone_spur or nodes[ends[0]] == nodes[ends[1]] == UNAVAILABLE:
                 continue
-            before = len(axes)
-            axes.append(branches.points[slice(*span)])
-            axes += [
+            parts = [branches.points[slice(*span)]]
+            parts += [
                 between(*branches.end_states[[end, partner[end]], POSITION])
                 for end in ends
                 if partner[end] > end and matching.is_crossing(end)
             ]
-            owners += [branch] * sum(map(len, axes[before:]))
-        return np.concatenate(axes), np.array(owners, np.int64)
+            parts = [part for part in parts if len(part)]
+            axes += parts
+            owners += [branch] * len(parts)
+        if not axes:
+            return axes, np.array(owners, np.int64), _NOTHING, _NOTHING
+        points, first = np.concatenate(axes), np.cumsum([0, *map(len, axes[:-1])])
+        low, high = np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
+        return axes, np.array(owners, np.int64), low, high
 
 
 def extend_ends(
@@ -163,7 +152,7 @@ def _extend_through_junction(
     if branch >= graph.branch_count or not matching.is_open(end) or graph.spurs[branch]:
         return
     ray = matching.branches.end_states[end, RAY]
-    ahead = _shown_ahead(mask, ray, axes.near(end), width)
+    ahead = shown_ahead(mask, ray, axes.near(end), width)
     if ahead > 1.0:
         k = 0 if at_start else -1
         spans[k] = _clear_of_junction(graph, matching.branches, end, spans[k])
@@ -193,7 +182,7 @@ def _extend_inside(
     way = before[-1] - before[0]
     ray = np.concatenate((before[-1], way / max(float(np.hypot(*way)), 1e-9)))
     others = branches.points[slice(*branches.spans[branches.duplicate_of[branch_of(end)]])]
-    ahead = _shown_ahead(mask, ray, others, width)
+    ahead = shown_ahead(mask, ray, others, width)
     if ahead >= _OUT_WIDTHS * width:
         ahead = max(ahead, 0.5 * (ahead + last))  # the wide mask reaches as far as the tip or farther
         low, high = (low, high - last) if towards_high else (low + last, high)
@@ -208,44 +197,6 @@ def _lead_on(spans: list[Span], at_start: bool, ray: FloatArray, length: float, 
         spans.insert(0, (last - 1, first - 1, -1))
     else:
         spans.append((first, last, 1))
-
-
-def _shown_ahead(mask: npt.NDArray[np.uint8], ray: FloatArray, others: FloatArray, width: float) -> float:
-    """Return how far ahead a cable reaches at least: up to the last mask beside its axis that no other cable explains.
-
-    Parameters
-    ----------
-    mask : numpy.ndarray, shape (H, W)
-    ray : numpy.ndarray, shape (4,)
-        Position and direction of its end.
-    others : numpy.ndarray, shape (n, 2)
-        Points along the axes of the others.
-    width : float
-        px.
-    """
-    position, direction = ray[:2], ray[2:]
-    normal = np.array((-direction[1], direction[0]))
-    along = np.arange(0.0, _AHEAD_WIDTHS * width)
-    axis = position + along[:, None] * direction
-    on_mask = _is_on(mask, axis)
-    count = len(along) if on_mask.all() else int(np.argmin(on_mask))
-    farthest = 0.0
-    for aside in (-_BESIDE_WIDTHS, 0.0, _BESIDE_WIDTHS):
-        asked = axis[:count] + aside * width * normal
-        away = cKDTree(others).query(asked)[0] if len(others) else np.full(count, np.inf)
-        (shown,) = np.nonzero(_is_on(mask, asked) & (away > (0.5 + _CLEAR_WIDTHS) * width + 0.5))
-        if len(shown):
-            cap = math.sqrt(0.25 - aside * aside) * width if width > _CAP_PX else 0.0  # reaches beyond the axis
-            farthest = max(farthest, float(along[shown[-1]]) - cap)
-    return farthest
-
-
-def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> npt.NDArray[np.bool_]:
-    """Tell which points lie on the mask."""
-    columns, rows = np.rint(points).astype(np.int64).T
-    inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
-    on_mask: npt.NDArray[np.bool_] = mask[rows * inside, columns * inside] != 0
-    return on_mask & inside
 
 
 def _clear_of_junction(graph: Graph, branches: Branches, end: int, span: Span) -> Span:

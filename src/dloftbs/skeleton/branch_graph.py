@@ -64,7 +64,7 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     crop : MaskCrop
     skeleton : Skeleton
     max_branches : int
-        With more branches than this there is no graph: it is noise.
+        With more branches than this there is no graph: it is noise. Sharp bends that would make more stay uncut.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     spurs = ~alive
     kernels.drop_specks(alive, nodes, offsets, radius, _SPECK_WIDTHS2 * width * width)
     kinks = find_kinks(points, offsets, nodes, alive, width, _KINK_RAD, _MILD_KINK_RAD)
-    if len(kinks):
+    if 0 < len(kinks) <= max_branches - branch_count:  # more are a pattern of bends, not cables that meet
         is_spur = spurs
         offsets_cut, nodes_cut, alive_cut = split_branches(kinks, offsets, nodes, alive, len(radii))
         spurs = np.zeros(len(alive_cut), dtype=np.bool_)

@@ -8,8 +8,11 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import FORBIDDEN
-from dloftbs.kernels.shared.selection import falling_order
 from dloftbs.kernels.shared.union_find import find_root, unite
+from dloftbs.linking.kernels.pairings import cost_of_pair, list_pairs_of, match_by_exchange, match_exactly
+
+_Ints = npt.NDArray[np.int64]
+_Floats = npt.NDArray[np.float64]
 
 EXACT = 10
 """Number of connected ends up to which they are paired exactly; more are paired by exchanges.
@@ -23,147 +26,73 @@ EXACT_AMONG_MANY = 8
 Source: bounds time, as `EXACT`.
 """
 
-_SWEEPS = 20
-"""Largest number of rounds of exchanges.
-
-Source: bounds time; exchanges end by themselves, as each lowers the cost.
-"""
-
 
 @helper
-def match_exactly(
-    cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
-) -> float:
-    """Find the matching of least cost by dynamic programming over the subsets that can be left.
+def _match(
+    rows: _Ints,
+    columns: _Ints,
+    costs: _Floats,
+    open_cost: _Floats,
+    first: _Ints,
+    pairs: _Ints,
+    own: _Ints,
+    ends: _Ints,
+    local: _Ints,
+    partner: _Ints,
+) -> None:
+    """Write the partners of a group of ends: `match_exactly` of few, `match_by_exchange` of many.
 
     Parameters
     ----------
-    cost : (n, n) float64
-        Of each pair, symmetric.
-    open_cost : (n,) float64
-        Cost of leaving each end open.
-    partner : (n,) int64
-        Written: the partner of each end, -1 where it stays open.
-
-    Returns
-    -------
-    float
-        Total cost.
+    rows, columns, costs, open_cost, first, pairs, own, partner
+        As `match_by_exchange` takes them.
+    ends : (m,) int64
+        The ends of the group.
+    local : (n,) int64
+        The place of each of them in it.
     """
-    n = len(open_cost)
-    value = np.empty(1 << n)
-    choice = np.empty(1 << n, dtype=np.int64)
-    ones = np.zeros(1 << n, dtype=np.int64)
-    for members in range(1, 1 << n):
-        ones[members] = ones[members >> 1] + (members & 1)
-    value[0] = 0.0
-    for i in range(n - 1, -1, -1):
-        above = n - 1 - i
-        for own in range(1 << above):
-            # `i` is the lowest end left: those below are open, or joined with ends above.
-            if above - ones[own] > i:
-                continue
-            rest = own << (i + 1)
-            best, chosen = value[rest] + open_cost[i], -1
-            for j in range(i + 1, n):
-                if (rest >> j) & 1:
-                    total = value[rest & ~(1 << j)] + cost[i, j]
-                    if total < best:
-                        best, chosen = total, j
-            value[rest | 1 << i], choice[rest | 1 << i] = best, chosen
-    members, i = (1 << n) - 1, 0
-    while members:
-        while not (members >> i) & 1:
-            i += 1
-        j = choice[members]
-        partner[i] = j
-        members &= ~(1 << i)
-        if j >= 0:
-            partner[j] = i
-            members &= ~(1 << j)
-    return value[(1 << n) - 1]
-
-
-@helper
-def match_by_exchange(
-    cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]
-) -> float:
-    """Match as `match_exactly` for many ends: the highest gain first, then exchanges of two pairs while they gain."""
-    n = len(open_cost)
-    partner[:] = -1
-    savings = np.empty(n * (n - 1) // 2)
-    rows = np.empty(len(savings), dtype=np.int64)
-    columns = np.empty(len(savings), dtype=np.int64)
-    count = 0
-    for i in range(n):
-        for j in range(i + 1, n):
-            saving = open_cost[i] + open_cost[j] - cost[i, j]
-            if saving > 0.0:
-                savings[count], rows[count], columns[count] = saving, i, j
-                count += 1
-    order = falling_order(savings[:count])
-    for k in order:
-        i, j = rows[k], columns[k]
-        if partner[i] < 0 and partner[j] < 0:
-            partner[i], partner[j] = j, i
-    for _ in range(_SWEEPS):
-        changed = False
-        for k in order:
-            i, j = rows[k], columns[k]
-            p, q = partner[i], partner[j]
-            if p == j:
-                continue
-            before = (cost[i, p] if p >= 0 else open_cost[i]) + (cost[j, q] if q >= 0 else open_cost[j])
-            after = cost[i, j]
-            joined = p >= 0 and q >= 0 and cost[p, q] < open_cost[p] + open_cost[q]
-            if joined:
-                after += cost[p, q]
-            else:
-                after += (open_cost[p] if p >= 0 else 0.0) + (open_cost[q] if q >= 0 else 0.0)
-            if after < before - 1e-9:
-                changed = True
-                partner[i], partner[j] = j, i
-                if p >= 0:
-                    partner[p] = q if joined else -1
-                if q >= 0:
-                    partner[q] = p if joined else -1
-        if not changed:
-            break
-    total = 0.0
-    for i in range(n):
-        if partner[i] < 0:
-            total += open_cost[i]
-        elif partner[i] > i:
-            total += cost[i, partner[i]]
-    return total
-
-
-@helper
-def _match(cost: npt.NDArray[np.float64], open_cost: npt.NDArray[np.float64], partner: npt.NDArray[np.int64]) -> float:
-    if len(open_cost) <= EXACT:
-        return match_exactly(cost, open_cost, partner)
-    return match_by_exchange(cost, open_cost, partner)
+    size = len(ends)
+    if size > EXACT:
+        match_by_exchange(rows, columns, costs, open_cost, first, pairs, own, partner)
+        return
+    cost, chosen = np.full((size, size), FORBIDDEN), np.empty(size, dtype=np.int64)
+    for k in own:
+        a, b = local[rows[k]], local[columns[k]]
+        cost[a, b] = cost[b, a] = costs[k]
+    match_exactly(cost, open_cost[ends], chosen)
+    for a in range(size):
+        partner[ends[a]] = ends[chosen[a]] if chosen[a] >= 0 else -1
 
 
 @helper
 def _best_alternative(
     a: int,
-    options: npt.NDArray[np.int64],
-    partner: npt.NDArray[np.int64],
-    cost: npt.NDArray[np.float64],
-    open_cost: npt.NDArray[np.float64],
-    same: npt.NDArray[np.int64],
+    rows: _Ints,
+    columns: _Ints,
+    costs: _Floats,
+    open_cost: _Floats,
+    first: _Ints,
+    pairs: _Ints,
+    partner: _Ints,
+    cost_now: _Floats,
+    same: _Ints,
 ) -> tuple[float, int]:
     """Return the extra cost of the best matching without one pair, and the new partner of `a` in it, or -1."""
     b = partner[a]
-    margin, alternative = open_cost[a] + open_cost[b] - cost[a, b], -1
-    for c in options:
+    margin, alternative = open_cost[a] + open_cost[b] - cost_now[a], -1
+    for at in range(first[a], first[a + 1]):
+        k = pairs[at]
+        c = rows[k] + columns[k] - a
         d = partner[c]
         # The same link on the other duplicate of a branch is no other choice.
         if c == b or same[c] == same[b] or (d >= 0 and same[d] in (same[a], same[b])):
             continue
-        now = cost[a, b] + (cost[c, d] if d >= 0 else open_cost[c])
-        then = cost[a, c] + (min(cost[b, d], open_cost[b] + open_cost[d]) if d >= 0 else open_cost[b])
+        now = cost_now[a] + (cost_now[c] if d >= 0 else open_cost[c])
+        if d >= 0:
+            crosswise = cost_of_pair(b, d, rows, columns, costs, first, pairs)
+            then = costs[k] + min(crosswise, open_cost[b] + open_cost[d])
+        else:
+            then = costs[k] + open_cost[b]
         if then - now < margin:
             margin, alternative = then - now, c
     return max(margin, 0.0), alternative
@@ -198,17 +127,14 @@ def _group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.i
 
 @helper
 def _cost_difference(
-    partner: npt.NDArray[np.int64],
-    alone: npt.NDArray[np.int64],
-    cost: npt.NDArray[np.float64],
-    open_cost: npt.NDArray[np.float64],
+    ends: _Ints, partner: _Ints, alone: _Ints, cost_of: _Floats, cost_alone: _Floats, open_cost: _Floats
 ) -> float:
-    """Return the extra cost of one matching over another; 0 where they are the same."""
+    """Return the extra cost of one matching of some ends over another; 0 where they are the same."""
     difference = 0.0
-    for i in range(len(open_cost)):
+    for i in ends:
         if partner[i] != alone[i]:
-            difference += open_cost[i] if partner[i] < 0 else 0.5 * cost[i, partner[i]]
-            difference -= open_cost[i] if alone[i] < 0 else 0.5 * cost[i, alone[i]]
+            difference += open_cost[i] if partner[i] < 0 else 0.5 * cost_of[i]
+            difference -= open_cost[i] if alone[i] < 0 else 0.5 * cost_alone[i]
     return difference
 
 
@@ -250,60 +176,74 @@ def match_ends(
         Cost saved by the matching without any bonus.
     """
     n, override = len(open_cost), 0.0
-    partner = np.full(n, -1, dtype=np.int64)
-    cost_of = np.zeros(n)
+    partner, alone = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    cost_of, priced = np.zeros(n), np.zeros(n)
     margin_of = np.full(n, np.inf)
     alternative_of = np.full(n, -1, dtype=np.int64)
     group = _find_groups(rows, columns, n)
     first, order = _group_by_key(group, n)
     first_pair, pair_order = _group_by_key(group[rows], n)
-    local = np.empty(n, dtype=np.int64)
+    first_of, pairs_of = list_pairs_of(rows, columns, n)
+    discounted = costs - bonus
+    local, cost_alone = np.empty(n, dtype=np.int64), np.zeros(n)
     for root in range(n):
         ends = order[first[root] : first[root + 1]]
-        size = len(ends)
-        if size < 2:
+        if len(ends) < 2:
             continue
-        for a in range(size):
+        for a in range(len(ends)):
             local[ends[a]] = a
         own = pair_order[first_pair[root] : first_pair[root + 1]]
-        plain, has_bonus = np.full((size, size), FORBIDDEN), False
-        both = np.empty(2 * len(own), dtype=np.int64)  # both ends of each possible pair
-        with_whom = np.empty(len(both), dtype=np.int64)
-        for p in range(len(own)):
-            k = own[p]
-            a, b = local[rows[k]], local[columns[k]]
-            plain[a, b] = plain[b, a] = costs[k]
+        has_bonus = False
+        for k in own:
             has_bonus = has_bonus or bonus[k] != 0.0
-            both[p], both[len(own) + p] = b, a
-            with_whom[p], with_whom[len(own) + p] = a, b
-        cost = plain
+        _match(rows, columns, discounted, open_cost, first_of, pairs_of, own, ends, local, partner)
+        for k in own:
+            if partner[rows[k]] == columns[k]:
+                cost_of[rows[k]] = cost_of[columns[k]] = costs[k]
+                priced[rows[k]] = priced[columns[k]] = discounted[k]
         if has_bonus:
-            cost = plain.copy()
+            _match(rows, columns, costs, open_cost, first_of, pairs_of, own, ends, local, alone)
             for k in own:
-                a, b = local[rows[k]], local[columns[k]]
-                cost[a, b] = cost[b, a] = costs[k] - bonus[k]
-        own_open_cost, same = open_cost[ends], end_id[ends]
-        chosen = np.full(size, -1, dtype=np.int64)
-        _match(cost, own_open_cost, chosen)
-        if has_bonus:
-            alone = np.full(size, -1, dtype=np.int64)
-            _match(plain, own_open_cost, alone)
-            override += _cost_difference(chosen, alone, plain, own_open_cost)
-        start, option = _group_by_key(both, size)
-        for a in range(size):
-            b = chosen[a]
-            if b >= 0:
-                partner[ends[a]] = ends[b]
-                cost_of[ends[a]] = plain[a, b]
-                options = with_whom[option[start[a] : start[a + 1]]]
-                margin, c = _best_alternative(a, options, chosen, cost, own_open_cost, same)
-                margin_of[ends[a]] = margin
-                alternative_of[ends[a]] = ends[c] if c >= 0 else -1
+                if alone[rows[k]] == columns[k]:
+                    cost_alone[rows[k]] = cost_alone[columns[k]] = costs[k]
+            override += _cost_difference(ends, partner, alone, cost_of, cost_alone, open_cost)
+        for a in ends:
+            if partner[a] >= 0:
+                margin_of[a], alternative_of[a] = _best_alternative(
+                    a, rows, columns, discounted, open_cost, first_of, pairs_of, partner, priced, end_id
+                )
     for i in range(n):
         j = partner[i]
         if j > i:
             margin_of[i] = margin_of[j] = min(margin_of[i], margin_of[j])
     return partner, cost_of, margin_of, alternative_of, override
+
+
+@helper
+def _least_cost(cost: _Floats, open_cost: _Floats) -> float:
+    """Return the least cost of a matching of ends (n,), from the costs of all their pairs (n, n)."""
+    size = len(open_cost)
+    partner = np.empty(size, dtype=np.int64)
+    if size <= EXACT_AMONG_MANY:
+        return match_exactly(cost, open_cost, partner)
+    rows, columns = np.empty(size * size, dtype=np.int64), np.empty(size * size, dtype=np.int64)
+    costs, count = np.empty(size * size), 0
+    for a in range(size):
+        for b in range(a + 1, size):
+            if cost[a, b] < FORBIDDEN:
+                rows[count], columns[count], costs[count] = a, b, cost[a, b]
+                count += 1
+    rows, columns, costs = rows[:count], columns[:count], costs[:count]
+    partner[:] = -1
+    first, pairs = list_pairs_of(rows, columns, size)
+    match_by_exchange(rows, columns, costs, open_cost, first, pairs, np.arange(count), partner)
+    total = 0.0
+    for a in range(size):
+        if partner[a] < 0:
+            total += open_cost[a]
+        elif partner[a] > a:
+            total += cost[a, partner[a]]
+    return total
 
 
 @kernel(
@@ -357,9 +297,5 @@ def least_costs(
             own_open_cost[a] = open_cost[ends[a]]
             for b in range(size):
                 cost[a, b] = costs[starts[node] + local[ends[a]] * stride + local[ends[b]]]
-        partner = np.empty(size, dtype=np.int64)
-        if size <= EXACT_AMONG_MANY:
-            totals[s] = match_exactly(cost, own_open_cost, partner)
-        else:
-            totals[s] = match_by_exchange(cost, own_open_cost, partner)
+        totals[s] = _least_cost(cost, own_open_cost)
     return totals

@@ -8,6 +8,7 @@ from numba import float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.graph_ends import X, Y
+from dloftbs.kernels.shared.selection import falling_order
 from dloftbs.linking.kernels.end_matching import match_ends
 from dloftbs.linking.kernels.joint_features import GAP_LENGTH
 from dloftbs.linking.kernels.weights import JOINT
@@ -31,6 +32,12 @@ _SIZE_RATIO = 1.5
 """Length of another gap over that of the longest one with evidence, up to which the same may hide it.
 
 Source: by hand; a disc hides chords of any length up to its diameter.
+"""
+
+_LONGEST = 3
+"""Number of sure gaps, the longest ones, among which one shares no end with a pair.
+
+Source: by definition; each end of the pair belongs to one sure gap at most.
 """
 
 
@@ -83,12 +90,14 @@ def _lower_costs(
             sure[count], lengths[count] = i, _gap_length(nodes, states, i, partner[i])
             count += lengths[count] > 0.0
     lowered = costs.copy()
+    longest_first = falling_order(lengths[:count])[:_LONGEST]
     for p in range(len(rows) if count > 0 else 0):
         i, j, longest = rows[p], columns[p], 0.0
-        for k in range(count):
+        for k in longest_first:
             a, b = sure[k], partner[sure[k]]
             if i not in (a, b) and j not in (a, b):
-                longest = max(longest, lengths[k])
+                longest = lengths[k]
+                break
         length = _gap_length(nodes, states, i, j)
         if length <= _SIZE_RATIO * longest:
             lowered[p] -= _HIDING_SHARE * JOINT[GAP_LENGTH] * length / width

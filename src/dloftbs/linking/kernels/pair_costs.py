@@ -8,7 +8,7 @@ from numba import boolean, float64, int64
 
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to, longer, longer_rows
-from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, X, Y, branch_of
+from dloftbs.kernels.shared.graph_ends import FORBIDDEN, UNAVAILABLE, branch_of
 from dloftbs.linking.kernels.joint_features import (
     GAP_HIDDEN,
     GAP_LENGTH,
@@ -21,6 +21,7 @@ from dloftbs.linking.kernels.joint_features import (
     price,
     prices,
 )
+from dloftbs.linking.kernels.near_ends import near_ends
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
 _CHEAP_LINK = 0.6
@@ -234,7 +235,7 @@ def pair_costs(
     corners : (n,) int64
         Equal for two ends that meet in one sharp bend; else -1.
     max_gap : float
-        Longest gap, px.
+        Longest gap, px; where more than `near_ends.MOST_GAPS` pairs of ends are so near, only shorter ones are sought.
     asked : bool
         Whether evidence will be asked: it may show that a gap is hidden all along.
     more : float
@@ -261,7 +262,7 @@ def pair_costs(
     for end in range(n):
         is_bound[end] |= spur[branch_of(end)]
     loose = np.flatnonzero((nodes > UNAVAILABLE) & ~is_bound)
-    looking = len(loose)
+    first_near, near = near_ends(states, loose, max_gap)
     capacity = 4 * n + 16
     rows = np.empty(capacity, dtype=np.int64)
     columns = np.empty(capacity, dtype=np.int64)
@@ -271,9 +272,10 @@ def pair_costs(
     for i in range(n):
         if nodes[i] <= UNAVAILABLE:
             continue
-        while next_loose < looking and loose[next_loose] <= i:
+        at_gap = last_gap = 0  # the ends that a gap may lead to
+        if next_loose < len(loose) and loose[next_loose] == i:
+            at_gap, last_gap = first_near[next_loose], first_near[next_loose + 1]
             next_loose += 1
-        at_gap = looking if is_bound[i] else next_loose
         at_link = last_link = row = 0  # the ends of its junction that come after it, and its row of costs there
         if nodes[i] >= 0:
             at_link, last_link = first[nodes[i]], first[nodes[i] + 1]
@@ -282,8 +284,8 @@ def pair_costs(
                 at_link += 1
                 row += last_link - first[nodes[i]]
             at_link += 1
-        while at_gap < looking or at_link < last_link:
-            across = loose[at_gap] if at_gap < looking else n
+        while at_gap < last_gap or at_link < last_link:
+            across = near[at_gap] if at_gap < last_gap else n
             onward = members[at_link] if at_link < last_link else n
             j = min(across, onward)
             at_gap += across == j
@@ -299,8 +301,6 @@ def pair_costs(
                     cost = min(cost, most)
             else:
                 if branch_of(end_id[i]) == branch_of(end_id[j]):  # the two ends of a branch, or those of its duplicates
-                    continue
-                if abs(states[i, X] - states[j, X]) > max_gap or abs(states[i, Y] - states[j, Y]) > max_gap:
                     continue
                 describe_gap(states, i, j, width, end_roundness[i] + end_roundness[j], gap)
                 cost, measured = price(gap, JOINT), gap
