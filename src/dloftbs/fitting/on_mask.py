@@ -94,7 +94,7 @@ def _filled(line: Centerline) -> tuple[FloatArray, FloatArray]:
         points, u = np.concatenate((points, points[:1])), np.append(u, 1.0)
     steps = np.hypot(*np.diff(points, axis=0).T)
     extra = []
-    for k in np.flatnonzero(steps > max(0.5 * line.width, LEAST_BESIDE_PX)).tolist():
+    for k in np.flatnonzero(steps > max(0.5 * line.width_px, LEAST_BESIDE_PX)).tolist():
         middle = 0.5 * (u[k] + u[k + 1])
         if any(low <= middle <= high for low, high in _seen(line)):
             extra.append(np.linspace(u[k], u[k + 1], math.ceil(steps[k]) + 1)[1:-1])
@@ -118,12 +118,12 @@ def _seen(line: Centerline) -> list[_Span]:
 
 
 def _reach(line: Centerline) -> float:
-    return max(0.5 * line.width, LEAST_BESIDE_PX)
+    return max(0.5 * line.width_px, LEAST_BESIDE_PX)
 
 
 def _is_seen(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> bool:
     """Tell, by few points, whether all that is said to be seen surely lies on the mask or beside it."""
-    step, reach, seen = max(_STEP_WIDTHS * line.width, 1.0), _reach(line), _seen(line)
+    step, reach, seen = max(_STEP_WIDTHS * line.width_px, 1.0), _reach(line), _seen(line)
     per_u = len(line.points) / step / max(sum(high - low for low, high in seen), 0.1)
     for low, high in seen:
         count = math.ceil((high - low) * per_u) + 2
@@ -180,6 +180,6 @@ def _made(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint]) 
         points=line.points,
         radius=line.radius,
         u=line.u,
-        width=line.width,
+        width_px=line.width_px,
         ends_confidence=line.ends_confidence,
     )
