@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,12 @@ from dloftbs._arrays import FloatArray
 from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.linking.bend_corners import way_around
 from dloftbs.linking.kernels.end_extension import is_seen
+
+_LEAST_JUMP_PX = 2.0
+"""Distance of neighbouring points between which there is room for another one, px.
+
+Source: geometry; pixels of a skeleton are at most the square root of 2 apart.
+"""
 
 Span = tuple[int, int, int]
 """First point, the one after the last, step: 1 or -1."""
@@ -41,14 +48,22 @@ class Points:
 
     def __init__(self, branches: Branches) -> None:
         self._points, self._radius = [branches.points], [branches.radius]
+        self._first = [0]
         self._count = len(branches.points)
 
     def add(self, points: FloatArray, radius: float) -> Span:
         """Append points, and return their span."""
         self._points.append(points)
+        self._first.append(self._count)
         self._radius.append(np.full(len(points), radius))
         self._count += len(points)
         return self._count - len(points), self._count, 1
+
+    def at(self, number: int) -> tuple[float, float, float]:
+        """Return a point, ``(x, y)``, and its radius."""
+        part = bisect_right(self._first, number) - 1
+        x, y = self._points[part][number - self._first[part]].tolist()
+        return x, y, self._radius[part].item(number - self._first[part])
 
     def all(self) -> tuple[FloatArray, FloatArray]:
         """Return all points, and their radius."""
@@ -97,6 +112,23 @@ def cut_into_pieces(
                 pieces.append(Piece([span], end, cost, margin, bool(pieces) and through))
         cost, margin, through = 0.0, math.inf, True
     return pieces
+
+
+def fill_junctions(piece: Piece, points: Points, *, closed: bool = False) -> None:
+    """Add points, a px apart, where a piece goes straight on over a junction that is wider than a cable."""
+    spans = [span for span in piece.spans if span[0] != span[1]]
+    filled: list[Span] = []
+    for before, span in zip([spans[-1], *spans[:-1]], spans, strict=True):
+        if filled or closed:
+            _, stop, step = before
+            (ax, ay, radius), (bx, by, other) = points.at(stop - step), points.at(span[0])
+            distance = math.hypot(bx - ax, by - ay)
+            if distance > max(min(2.0 * radius, 2.0 * other), _LEAST_JUMP_PX):
+                share = np.linspace(0.0, 1.0, math.ceil(distance) + 1)[1:-1, None]
+                way = (1.0 - share) * np.array((ax, ay)) + share * np.array((bx, by))
+                filled.append(points.add(way, radius))
+        filled.append(span)
+    piece.spans = filled
 
 
 def _way_around_corner(

@@ -11,7 +11,7 @@ from dloftbs._arrays import FloatArray, frozen
 from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, other_end
 from dloftbs.kernels.polyline_lengths import lay_out
-from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces
+from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces, fill_junctions
 from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.end_extension import CableAxes, extend_ends
 from dloftbs.mask_crop import MaskCrop
@@ -75,9 +75,13 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
         pieces = cut_into_pieces(mask, graph, offsets, matching, chain, degree, buffer)
         count = sum([piece.count for piece in pieces])
         if is_loop and count >= around:
-            loops.append(pieces)
+            around_all = Piece([span for piece in pieces for span in piece.spans], -1, 0.0, math.inf)
+            fill_junctions(around_all, buffer, closed=True)
+            loops.append([around_all])
         elif not is_loop and count >= least:
             extend_ends(mask, graph, matching, axes, chain, pieces, buffer)
+            for piece in pieces:
+                fill_junctions(piece, buffer)
             lines.append(pieces)
             doubts.append(max(left_out.get(chain[0], 0.0), left_out.get(other_end(chain[-1]), 0.0)))
     for start, stop in graph.loops:
