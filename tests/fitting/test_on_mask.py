@@ -25,7 +25,7 @@ def kept(
     crop = clean(mask, Config().cleaning)
     assert crop is not None
     config = FittingConfig(knots=knots)
-    curve = curve or fit(line.points, line.u, line.closed, config, line.width)
+    curve = curve or fit(line.points, line.u, line.closed, config, line.width_px)
     return *keep_to_mask(line, curve, crop, mask, config), curve
 
 
