@@ -111,7 +111,7 @@ class TestDetect:
         with pytest.raises(InputError, match=message):
             dloftbs.detect(x, **given)
 
-    @pytest.mark.parametrize("given", [{"hsv": "red"}, {"hsv": 5}, {"objects": 0}, {"objects": "two"}])
+    @pytest.mark.parametrize("given", [{"hsv": "rosso"}, {"hsv": 5}, {"objects": 0}, {"objects": "two"}])
     def test_a_wrong_choice_is_refused(self, given: dict) -> None:
         with pytest.raises(ConfigError):
             dloftbs.detect(np.zeros((9, 9, 3), np.uint8), **given)

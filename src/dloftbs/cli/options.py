@@ -29,7 +29,7 @@ STANDARD_OUTPUT = "-"
 
 
 def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[HsvRange, ...]:
-    """Read colour ranges as `HsvRange.parse` does; what cannot be read is bad usage."""
+    """Read colours as `HsvRange.parse` does; a text that it refuses is bad usage."""
     if not texts:
         return ()
     from dloftbs.config import read_colour
@@ -90,9 +90,10 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--hsv",
         multiple=True,
-        metavar="H0:H1[,S0:S1[,V0:V1]]",
+        metavar="COLOUR|H0:H1[,S0:S1[,V0:V1]]",
         callback=parse_hsv,
-        help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
+        help="Colour of a cable: a word (red, orange, yellow, green, cyan, blue, purple, magenta, pink, white, grey, "
+        "black) or ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
         "Hue wraps: 170:10 is red; saturation and value are from 40 on where none are given. Repeatable; "
         "a pixel in any of them is cable.",
     )
