@@ -125,7 +125,8 @@ class TestDoubts:
             dloftbs.detect(Frame(mask=~mask_of(), name="a.png"))
         share = round(100 * (~mask_of()).mean())
         assert caplog.messages == [
-            f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
+            f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours? "
+            "See `dloftbs tune --help`"
         ]
 
     def test_a_stream_says_so_once(self, caplog: pytest.LogCaptureFixture) -> None:

@@ -27,7 +27,7 @@ def warn_of_mask(mask: AnyArray, name: str) -> bool:
     """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
     doubt = doubt_mask(mask, name)
     if doubt is not None:
-        _log.warning("%s", doubt)
+        _log.warning("%s See `dloftbs tune --help`", doubt)
     return doubt is not None
 
 
@@ -38,7 +38,7 @@ def doubt_mask(mask: AnyArray, name: str = "") -> str | None:
         return None
     percent = 100.0 * np.count_nonzero(mask) / mask.size
     what = f" of {name}" if name else ""
-    return f"{percent:.0f} % of the mask{what} is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
+    return f"{percent:.0f} % of the mask{what} is set: inverted, a photograph, or too many colours?"
 
 
 def unit_hint(depth: AnyArray, config: DepthConfig) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -214,6 +215,16 @@ class InputOptions:
             info_topic=self.info_topic,
             keep_messages=keep_messages,
         )
+
+    def tune_command(self, where: str | Sequence[str]) -> str:
+        """Return the command that makes a configuration for an input, as a shell takes it."""
+        from importlib.util import find_spec
+
+        words = ["dloftbs", "tune", *([where] if isinstance(where, str) else where)]
+        for option, value in (("--topic", self.topic), ("--depth", self.depth), ("--depth-topic", self.depth_topic)):
+            words += [] if value is None else [option, value]
+        install = "" if find_spec("aiohttp") else "pip install 'dloftbs[ui]' && "
+        return f"{install}{shlex.join([*words, '--out', 'cable.yaml'])}"
 
     @property
     def rules(self) -> list[str]:
