@@ -176,7 +176,7 @@ class TestDetect:
         (found,) = dloftbs.detect(mask_of(), depth=depth, camera=camera)
         assert found.curve_3d == expected.curve_3d
 
-    @pytest.mark.parametrize("given", [{"hsv": "red"}, {"hsv": 5}, {"objects": 0}, {"objects": "two"}])
+    @pytest.mark.parametrize("given", [{"hsv": "rosso"}, {"hsv": 5}, {"objects": 0}, {"objects": "two"}])
     def test_a_wrong_choice_is_refused(self, given: dict) -> None:
         with pytest.raises(ConfigError):
             dloftbs.detect(np.zeros((9, 9, 3), np.uint8), **given)
@@ -280,7 +280,8 @@ class TestDoubts:
             dloftbs.detect(Frame(mask=~mask_of(), name="a.png"))
         share = round(100 * (~mask_of()).mean())
         assert caplog.messages == [
-            f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours (see dloftbs tune)?"
+            f"{share} % of the mask of a.png is set: inverted, a photograph, or too many colours? "
+            "See `dloftbs tune --help`"
         ]
 
     def test_a_mask_that_is_mostly_set_is_refused_and_ends_no_track(self) -> None:

@@ -203,7 +203,7 @@ def _warned(run: StageRun, frame: Frame) -> bool:
     """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
     doubt = doubt_mask(run.share, frame.name)
     if doubt is not None:
-        _log.warning("%s", doubt)
+        _log.warning("%s See `dloftbs tune --help`", doubt)
     return doubt is not None
 
 

@@ -54,10 +54,7 @@ def doubt_mask(share: float, name: str = "") -> str | None:
     if share <= _MOST_SET:
         return None
     what = f" of {name}" if name else ""
-    return (
-        f"{100.0 * share:.0f} % of the mask{what} is set: inverted, a photograph, or too many colours "
-        "(see dloftbs tune)?"
-    )
+    return f"{100.0 * share:.0f} % of the mask{what} is set: inverted, a photograph, or too many colours?"
 
 
 def refuse_mask(mask: AnyArray, share: float, *, segmented: bool) -> str | None:

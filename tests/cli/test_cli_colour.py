@@ -121,4 +121,4 @@ def test_strokes_beside_what_they_mean_are_named(picture):
 
 
 def test_an_image_without_a_colour_points_at_the_command(picture):
-    assert "dloftbs colour photo.png --at X,Y:X,Y --out cable.yaml" in run("detect", picture, code=1).stderr
+    assert "dloftbs tune photo.png --out cable.yaml" in run("detect", picture, code=1).stderr

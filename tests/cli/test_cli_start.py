@@ -6,6 +6,7 @@ from cli.cli_inputs import COMMAND, mask, run, save, start
 
 import dloftbs
 from dloftbs.cli import commands
+from dloftbs.config.colour_words import COLOUR_WORDS
 
 HEAVY = {"numpy", "cv2", "numba", "rich", "scipy", "msgspec", "yaml", "matplotlib"}
 
@@ -63,7 +64,7 @@ def test_every_command_has_help(command):
         ("nonsense",),
         ("detect",),
         ("detect", "x.png", "--kind", "video"),
-        ("detect", "x.png", "--hsv", "red"),
+        ("detect", "x.png", "--hsv", "rosso"),
         ("detect", "x.png", "--hsv", "0:300"),
         ("detect", "x.png", "--set", "linking.objects"),
         ("detect", "x.png", "--set", "linking.objects=[1"),
@@ -141,3 +142,7 @@ def test_help_keeps_its_examples_on_lines_of_their_own(command):
     lines = run(command, "--help").stdout.splitlines()
     assert not any("\\b" in line for line in lines)
     assert sum(line.startswith(f"  dloftbs {command} ") for line in lines) >= 2
+
+
+def test_help_lists_the_words_for_colours():
+    assert f"({', '.join(COLOUR_WORDS)})" in " ".join(run("detect", "--help").stdout.split())

@@ -60,12 +60,54 @@ def test_tracks_are_counted_once_and_only_when_confirmed():
 def test_reasons_are_counted_by_kind_and_their_number_is_bounded():
     report = RunReport()
     for i in range(200):
-        report.add(result(reason=f"the longest segment has {i} px"))
+        report.add(result(reason=f"the longest segment has {i + 7} px, of {0.5 * i} widths, less than 3"))
         report.add(result(reason="reason " + "x" * i))
-    assert report.reasons["the longest segment has N px"] == 200
-    assert len(report.reasons) <= 21
-    assert report.reasons.total() == 400
+    counts = report.reasons.counts()
+    assert counts["the longest segment has 7 to 206 px, of 0.0 to 99.5 widths, less than 3"] == 200
+    assert len(counts) <= 21
+    assert report.reasons.total == 400
     assert "nothing found in 400 frames:" in report.summary()
+
+
+def test_a_reason_keeps_its_numbers():
+    report = RunReport()
+    for _ in range(3):
+        report.add(result(reason="1203 segments are more than segments.max_segments = 1000"))
+    assert "       3  1203 segments are more than segments.max_segments = 1000\n" in report.summary() + "\n"
+
+
+FOUND = [detection_of(line((0, 5 * i), (9, 5 * i))) for i in range(5)]
+
+
+def counted(numbers, **options):
+    report = RunReport(**options)
+    for number in numbers:
+        report.add(FrameResult(tuple(FOUND[:number]), (), None, (30, 30)))
+    return report.summary()
+
+
+def test_a_number_of_objects_that_nearly_all_frames_have_is_said_with_its_option():
+    one = "warning: 1 object in 57 of 60 frames, more in 3; if there is one cable: --objects 1"
+    assert counted([2] + [1] * 57 + [3, 2]).endswith(one)
+    two = "warning: 2 objects in 27 of 30 frames, more in 2; if there are 2 cables: --objects 2"
+    assert counted([2] * 27 + [1, 4, 3] + [0] * 40).endswith(two)  # whatever the frames without an object are
+
+
+@pytest.mark.parametrize(
+    ("numbers", "options"),
+    [
+        ([1] * 60, {}),
+        ([1] * 50 + [0] * 10, {}),
+        ([2] * 57 + [1] * 3, {}),  # a cable is hidden, which no option mends
+        ([1] * 40 + [2] * 20, {}),  # one has come
+        ([1, 1, 1, 2], {}),
+        ([0] * 60, {}),
+        ([2] * 57 + [3] * 3, {"objects": 3}),
+        ([1] * 57 + [2] * 3, {"tracked": False}),
+    ],
+)
+def test_there_is_no_option_where_the_number_is_known_or_the_frames_do_not_say_it(numbers, options):
+    assert "--objects" not in counted(numbers, **options)
 
 
 def test_the_line_says_how_the_run_stands():
@@ -95,7 +137,7 @@ def test_reasons_for_no_curve_in_space_are_said_where_there_is_depth():
         report.add(FrameResult((found,), (), None, (9, 9)))
     text = report.summary()
     assert "no curve in space 2 times:" in text
-    assert "only N of N pixels" in text
+    assert "only 3 of 9 pixels" in text
     assert "no depth" not in text
 
 

@@ -99,8 +99,8 @@ def test_what_yaml_leaves_out_keeps_its_default(tmp_path):
         ({"segmentation": {"hsv": [{"hue": [0, 1]}, {"hue": [0, 500]}]}}, ["hue", "500", "$.segmentation.hsv[1]"]),
         ({"segmentation": {"hsv": [{"hue": [0, 1], "chroma": 1}]}}, ["chroma", "$.segmentation.hsv[0]"]),
         (
-            {"segmentation": {"hsv": ["0:1", "red"]}},
-            ["such as '170:10,80:255,60", "'red'", "$.segmentation.hsv[1]"],
+            {"segmentation": {"hsv": ["0:1", "rosso"]}},
+            ["such as '170:10,80:255,60", "'rosso'", "$.segmentation.hsv[1]"],
         ),
         ({"segmentation": {"hsv": "0:500"}}, ["hue", "500", "$.segmentation.hsv[0]"]),
         ({"segmentation": {"hsv": 5}}, ["array", "int", "$.segmentation.hsv"]),

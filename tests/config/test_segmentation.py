@@ -34,7 +34,7 @@ def test_an_hsv_range_is_read_from_text(text, expected):
     "text", [5, None, "", "20", "20:", ":", "20:40:60", "20:40,", "a:b", "1.5:2", "1:2,3:4,5:6,7:8", "1-2", "1:2;3:4"]
 )
 def test_text_of_another_form_is_refused_with_an_example(text):
-    with pytest.raises(ConfigError, match="such as '170:10,80:255,60:255', got") as caught:
+    with pytest.raises(ConfigError, match=r"such as '170:10,80:255,60:255' or a colour .*, got") as caught:
         HsvRange.parse(text)
     assert repr(text) in str(caught.value)
 
@@ -60,5 +60,8 @@ def test_a_colour_is_a_range_or_several():
     assert read_colour("170:10") == read_colour(red) == read_colour(["170:10"]) == (red,)
     assert read_colour(("170:10", blue)) == (red, blue)
     for wrong in (None, 5, [5], {"hue": (1, 2)}, b"170:10"):
-        with pytest.raises(ConfigError, match="hsv must be a range such as '170:10,80:255,60:255', or several, got"):
+        with pytest.raises(
+            ConfigError,
+            match="hsv must be a range such as '170:10,80:255,60:255', a colour such as 'red', or several, got",
+        ):
             read_colour(wrong)

@@ -32,7 +32,7 @@ def tuning(target=None, source=None):
 
 @contextmanager
 def viewing(source, fps=60.0):
-    make = lambda: Pipeline(hsv=HSV).process  # noqa: E731 - a new pipeline for each pass
+    make = lambda objects: Pipeline(hsv=HSV, objects=objects).process  # noqa: E731 - a new pipeline for each pass
     session = ViewSession(source, make, source.name, length=source.length, live=source.live, fps=fps)
     with serve(session, port=0) as address:
         yield session, address
@@ -198,3 +198,16 @@ def test_a_command_that_ends_is_told(open_page):
         page = open_page(address)
         wait_for_text(page, "#hint", "ended")
     wait_for_text(page, "#offline", "Not connected")
+
+
+def test_the_field_for_cables_and_the_legend_of_the_strip(open_page):
+    with tuning() as address:
+        page = open_page(address)
+        page.locator("#accept").wait_for()
+        page.keyboard.press("g")
+        wait_for_text(page, "#strip-legend", "Blue: 1, as in most frames")
+        page.fill("#cables", "2")
+        page.keyboard.press("Enter")
+        page.click("#save")
+        wait_for_text(page, "#command", "--objects 2")
+        assert "objects: 2" in page.locator("#text").text_content()

@@ -244,3 +244,43 @@ def test_the_written_file_is_checked_as_any_other(tmp_path):
     (tmp_path / "bad.yaml").write_text("segmentation: {hue: 3}")
     with pytest.raises(ConfigError):
         Config.from_file(tmp_path / "bad.yaml")
+
+
+def test_the_number_of_cables_is_saved_and_named_in_the_next_command(tmp_path):
+    target = tmp_path / "cable.yaml"
+    with tuning(target=target) as (client, _):
+        draw(client)
+        client.send(type="objects", objects=1)
+        client.text("state", lambda state: state["objects"] == 1)
+        client.send(type="save")
+        assert client.text("saved")["command"] == f"{COMMAND} --objects 1"
+        client.send(type="objects", objects=0)
+        assert "objects" in client.text("error")["message"]
+        client.send(type="objects", objects=None)
+        client.text("state", lambda state: state["objects"] is None)
+    assert Config.from_file(target).linking.objects == 1
+
+
+class BrokenSource(CableSource):
+    """A cable that is cut in two far pieces in two frames."""
+
+    def frame(self, index):
+        found = super().frame(index)
+        if index not in (5, 9):
+            return found
+        image = found.image.copy()
+        image[:, 70:130] = (90, 120, 90)
+        return Frame(image=image, index=index, name=found.name)
+
+
+def test_the_strip_names_the_field_for_the_number_of_cables():
+    config = Config(segmentation=SegmentationConfig(hsv=(HsvRange.parse("5:20"),))).replace(
+        {"linking.max_gap_widths": 2.0}
+    )
+    with tuning(BrokenSource(20), config) as (client, _):
+        warnings = client.text("strip", lambda strip: strip["done"])["warnings"]
+        assert warnings == ["1 object in 18 of 20 frames, more in 2; if there is one cable: set Cables to 1"]
+        client.send(type="objects", objects=1)
+        client.text("state", lambda state: state["objects"] == 1)
+        strip = client.text("strip", lambda strip: strip["done"])
+        assert (strip["warnings"], {count for _, count in strip["objects"]}) == ([], {1})

@@ -20,7 +20,12 @@ HSV = "5:20,80:255,60:255"
 @contextmanager
 def viewing(source, fps=200.0):
     session = ViewSession(
-        source, lambda: Pipeline(hsv=HSV).process, source.name, length=source.length, live=source.live, fps=fps
+        source,
+        lambda objects: Pipeline(hsv=HSV, objects=objects).process,
+        source.name,
+        length=source.length,
+        live=source.live,
+        fps=fps,
     )
     with serve(session, port=0) as address, connected(address) as client:
         yield session, address, client
@@ -97,7 +102,9 @@ def test_a_camera_begins_by_itself_and_the_newest_frame_is_shown():
                 time.sleep(0.005)
                 yield frame
 
-    session = ViewSession(Camera(60, live=True), lambda: Pipeline(hsv=HSV).process, "camera", live=True)
+    session = ViewSession(
+        Camera(60, live=True), lambda objects: Pipeline(hsv=HSV, objects=objects).process, "camera", live=True
+    )
     with serve(session, port=0) as address:
         while session.wait(0.01):
             pass
@@ -162,4 +169,4 @@ def test_a_broken_mask_is_warned_of():
                 mask[20 + 30 * row : 26 + 30 * row, 20:180] = 1
             frame = Frame(mask=mask, index=index)
             feed.publish(frame, pipeline.process(frame))
-        assert "the mask is probably broken" in client.text("state", lambda state: state["warning"])["warning"]
+        assert "the mask is probably broken" in client.text("state", lambda state: state["warnings"])["warnings"][0]

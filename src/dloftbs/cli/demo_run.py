@@ -55,7 +55,7 @@ def follow(sequence: DemoSequence, configs: list[Config], folder: Path) -> DemoR
     SourceError, SinkError
         If the video cannot be read, or a result not be written.
     """
-    run = DemoRun(configs, RunReport(), Scores(len(sequence.hsv)))
+    run = DemoRun(configs, RunReport(objects=len(sequence.hsv)), Scores(len(sequence.hsv)))
     with sources.open(folder / INPUT) as source:
         results = _track(source, run)
         _write(source, results, run, folder)

@@ -22,10 +22,10 @@ _log = logging.getLogger("dloftbs.cli")
 
 NO_COLOUR = (
     "{name} is a colour image, and nothing says what in it is cable: "
-    "give its colour, e.g. --hsv 170:10,80:255,60:255 for red (hue 0..179, saturation and value 0..255), "
-    "or learn it from a stroke on the cable (dloftbs colour {name} --at X,Y:X,Y --out cable.yaml, then "
-    "--config cable.yaml), "
-    "or masks with --masks, or, if the image is a mask itself, --kind mask"
+    "draw on the cable, then add --config cable.yaml:\n"
+    "    {tune}\n"
+    "or name its colour, e.g. --hsv red or --hsv 170:10,80:255,60:255, or give masks with --masks, or, if the image is "
+    "a mask itself, --kind mask"
 )
 
 
@@ -39,6 +39,8 @@ class UsableFrames:
     source : Source
     config : Config
     inputs : InputOptions
+    where : str or sequence of str
+        Input as the command names it.
     every : int
         Only every so manieth frame is wanted, the first one included; all keep their indices.
 
@@ -48,8 +50,11 @@ class UsableFrames:
         While iterating, if there is a colour image and no option says how to make a mask of it.
     """
 
-    def __init__(self, source: Source, config: Config, inputs: InputOptions, every: int = 1) -> None:
+    def __init__(
+        self, source: Source, config: Config, inputs: InputOptions, where: str | Sequence[str], every: int = 1
+    ) -> None:
         self._source = source
+        self._tune = inputs.tune_command(where)
         self._every = every
         self._has_colour = config.segmentation.is_given
         self._asks_depth = config.segmentation.plane is not None
@@ -76,7 +81,7 @@ class UsableFrames:
                 self._unusable += 1
                 _log.warning("skipped frame %d (%s): it has no mask, and there is no --hsv", frame.index, frame.name)
             else:
-                raise Failure(NO_COLOUR.format(name=frame.name))
+                raise Failure(NO_COLOUR.format(name=frame.name, tune=self._tune))
 
 
 def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:

@@ -80,7 +80,7 @@ def method_options(command: Command) -> Command:
     @click.option(
         "--hsv",
         multiple=True,
-        metavar="H0:H1[,S0:S1[,V0:V1]]",
+        metavar="COLOUR|H0:H1[,S0:S1[,V0:V1]]",
         callback=parse_hsv,
         help="Colour of a cable for these methods, as `dloftbs detect` has it: they then work on pictures, where there "
         "are any, in place of masks. Repeatable.",

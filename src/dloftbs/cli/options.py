@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -29,7 +30,7 @@ STANDARD_OUTPUT = "-"
 
 
 def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[HsvRange, ...]:
-    """Read colour ranges as `HsvRange.parse` does; what cannot be read is bad usage."""
+    """Read colours as `HsvRange.parse` does; a text that it refuses is bad usage."""
     if not texts:
         return ()
     from dloftbs.config import read_colour
@@ -90,9 +91,10 @@ def config_options(command: Command) -> Command:
     @click.option(
         "--hsv",
         multiple=True,
-        metavar="H0:H1[,S0:S1[,V0:V1]]",
+        metavar="COLOUR|H0:H1[,S0:S1[,V0:V1]]",
         callback=parse_hsv,
-        help="Colour of a cable: ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
+        help="Colour of a cable: a word (red, orange, yellow, green, cyan, blue, purple, magenta, pink, white, grey, "
+        "black) or ranges of hue 0..179, saturation and value 0..255, as OpenCV has them. "
         "Hue wraps: 170:10 is red; saturation and value are from 40 on where none are given. Repeatable; "
         "a pixel in any of them is cable.",
     )
@@ -213,6 +215,16 @@ class InputOptions:
             info_topic=self.info_topic,
             keep_messages=keep_messages,
         )
+
+    def tune_command(self, where: str | Sequence[str]) -> str:
+        """Return the command that makes a configuration for an input, as a shell takes it."""
+        from importlib.util import find_spec
+
+        words = ["dloftbs", "tune", *([where] if isinstance(where, str) else where)]
+        for option, value in (("--topic", self.topic), ("--depth", self.depth), ("--depth-topic", self.depth_topic)):
+            words += [] if value is None else [option, value]
+        install = "" if find_spec("aiohttp") else "pip install 'dloftbs[ui]' && "
+        return f"{install}{shlex.join([*words, '--out', 'cable.yaml'])}"
 
     @property
     def rules(self) -> list[str]:

@@ -7,7 +7,7 @@ import os
 import shlex
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -110,7 +110,7 @@ def require_page() -> None:
     ui.require()
 
 
-def check_colour(source: Source, config: Config, inputs: InputOptions) -> None:
+def check_colour(source: Source, config: Config, inputs: InputOptions, where: Sequence[str]) -> None:
     """Raise where frames of a recording are colour images and nothing says what in them is cable.
 
     Raises
@@ -121,7 +121,7 @@ def check_colour(source: Source, config: Config, inputs: InputOptions) -> None:
     from dloftbs.cli.frames import UsableFrames
 
     if not source.live:
-        next(iter(UsableFrames(source, config, inputs)), None)
+        next(iter(UsableFrames(source, config, inputs, where)), None)
 
 
 def source_arguments(where: tuple[str, ...], context: click.Context) -> str:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from time import perf_counter
 
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
+from dloftbs.cli.reasons import Reasons
 from dloftbs.detection import NO_DEPTH
 from dloftbs.frame_result import FrameResult
 from dloftbs.steadiness import Steadiness
-
-_MOST_REASONS = 20
-_OTHER = "other reasons"
 
 
 class RunReport:
@@ -27,9 +23,11 @@ class RunReport:
         Number of frames to come in all, if known.
     tracked : bool
         Whether objects are followed from frame to frame.
+    objects : int, optional
+        Number of objects, where it is known.
     """
 
-    def __init__(self, length: int | None = None, *, tracked: bool = True) -> None:
+    def __init__(self, length: int | None = None, *, tracked: bool = True, objects: int | None = None) -> None:
         self.length = length
         self.frames = 0
         self.skipped = 0
@@ -37,9 +35,9 @@ class RunReport:
         self.objects = 0
         self.total = LatencyHistogram()
         self.stages: dict[str, LatencyHistogram] = {}
-        self.reasons: Counter[str] = Counter()
-        self.reasons_3d: Counter[str] = Counter()
-        self.steadiness = Steadiness()
+        self.reasons = Reasons()
+        self.reasons_3d = Reasons()
+        self.steadiness = Steadiness(objects)
         self._tracked = tracked
         self._start = perf_counter()
         self._last = self._start
@@ -52,12 +50,12 @@ class RunReport:
         for stage, ms in result.stage_ms.items():
             self.stages.setdefault(stage, LatencyHistogram()).add(ms)
         self.objects += len(result)
-        self.steadiness.add(result.tracks)
+        self.steadiness.add(result.tracks, len(result))
         if result.reason is not None:
-            _count(result.reason, self.reasons)
+            self.reasons.add(result.reason)
         for detection in result:
             if detection.no_3d_reason not in (None, NO_DEPTH):
-                _count(str(detection.no_3d_reason), self.reasons_3d)
+                self.reasons_3d.add(str(detection.no_3d_reason))
 
     @property
     def done(self) -> int:
@@ -94,15 +92,23 @@ class RunReport:
         ]
         if self.frames:
             lines += self._timing()
-        if self.reasons:
-            lines.append(f"nothing found in {self.reasons.total()} frames:")
-            lines += [f"{count:8d}  {reason}" for reason, count in self.reasons.most_common()]
-        if self.reasons_3d:
-            lines.append(f"no curve in space {self.reasons_3d.total()} times:")
-            lines += [f"{count:8d}  {reason}" for reason, count in self.reasons_3d.most_common()]
-        if warning := self.steadiness.warning():
-            lines.append(f"warning: {warning}")
+        if self.reasons.total:
+            lines += [f"nothing found in {self.reasons.total} frames:", *self.reasons.lines()]
+        if self.reasons_3d.total:
+            lines += [f"no curve in space {self.reasons_3d.total} times:", *self.reasons_3d.lines()]
+        lines += [f"warning: {warning}" for warning in self.warnings()]
         return "\n".join(lines)
+
+    def warnings(self) -> list[str]:
+        """Return what is strange about the tracks, and the options that help."""
+        if not self._tracked:
+            return []
+        warnings = []
+        if broken := self.steadiness.warning():
+            warnings.append(f"{broken}; track --stages shows where")
+        if usual := self.steadiness.usual_number():
+            warnings.append(f"{usual[1]}: --objects {usual[0]}")
+        return warnings
 
     def _timing(self) -> list[str]:
         rows = [*self.stages.items(), ("pipeline", self.total)]
@@ -110,12 +116,6 @@ class RunReport:
         return [f"{'':14}{'p50 ms':>9}{'p99 ms':>9}{'max ms':>9}  {accuracy}"] + [
             f"{name:14}{h.percentile(50):9.3f}{h.percentile(99):9.3f}{h.max_ms:9.3f}" for name, h in rows
         ]
-
-
-def _count(reason: str, reasons: Counter[str]) -> None:
-    # The numbers in them would make nearly every frame a reason of its own.
-    kind = re.sub(r"\d+(\.\d+)?", "N", reason)
-    reasons[kind if kind in reasons or len(reasons) < _MOST_REASONS else _OTHER] += 1
 
 
 def _clock(seconds: float) -> str:

@@ -67,9 +67,10 @@ class StreamRun:
         self.source = options.inputs.open(where, options.fps, jobs=jobs, keep_messages=options.keep_messages)
         self._options = options
         self._in_turn = in_turn
-        self._frames = UsableFrames(self.source, options.config, options.inputs, options.every)
+        self._frames = UsableFrames(self.source, options.config, options.inputs, where, options.every)
         usable = None if self.source.length is None else -(-self.source.length // options.every)
-        self.report = RunReport(min((n for n in (usable, options.limit) if n is not None), default=None))
+        length = min((n for n in (usable, options.limit) if n is not None), default=None)
+        self.report = RunReport(length, objects=options.config.linking.objects)
         self._read = Ahead(self._wanted(), newest=self.source.live, in_turn=in_turn)
 
     @property

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import msgspec
 
 from dloftbs._values import as_float, as_integer, shown
+from dloftbs.config.colour_words import COLOUR_WORDS, range_of_word, word_meant
 from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, require
 from dloftbs.config.strokes import ColourConfig
 from dloftbs.errors import ConfigError
@@ -34,6 +35,8 @@ class HsvRange(Section, frozen=True, kw_only=True):
     --------
     >>> HsvRange.parse("170:10,80:255")
     HsvRange(hue=(170, 10), saturation=(80, 255))
+    >>> HsvRange.parse("orange")
+    HsvRange(hue=(5, 22))
     >>> str(HsvRange(hue=(100, 130)))
     '100:130,40:255,40:255'
     """
@@ -53,20 +56,24 @@ class HsvRange(Section, frozen=True, kw_only=True):
 
     @classmethod
     def parse(cls, text: str) -> HsvRange:
-        """Read ``"H0:H1[,S0:S1[,V0:V1]]"``, as the command line takes it.
+        """Read ``"H0:H1[,S0:S1[,V0:V1]]"`` or a word such as ``"orange"``, as the command line takes them.
 
         Raises
         ------
         ConfigError
-            If the text has another form, or a bound is out of range.
+            If the text has another form, a bound is out of range, or the word is unknown.
         """
-        parts = [part.split(":") for part in text.split(",")] if isinstance(text, str) else []
+        notation = range_of_word(text) or text if isinstance(text, str) else ""
+        parts = [part.split(":") for part in notation.split(",")]
         try:
             bounds = [(int(low), int(high)) for low, high in parts]
         except ValueError:
             bounds = []
         if not 1 <= len(bounds) <= 3:
-            raise ConfigError(f"expected an HSV range such as '170:10,80:255,60:255', got {shown(text)}")
+            raise ConfigError(
+                f"expected an HSV range such as '170:10,80:255,60:255' or a colour ({', '.join(COLOUR_WORDS)}), "
+                f"got {shown(text)}{word_meant(text) if isinstance(text, str) else ''}"
+            )
         names = ("hue", "saturation", "value")
         return cls(**dict(zip(names, bounds, strict=False)))
 
@@ -161,8 +168,8 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
     ----------
     hsv : tuple of HsvRange
         Colours of cables, in OpenCV's 8-bit hue (0..179, half degrees), saturation and value (0..255); as text
-        ``"170:10,80:255,60:255"``, the first being a hue that wraps around 0. A pixel is cable where any of the ranges
-        holds it.
+        ``"170:10,80:255,60:255"``, the first being a hue that wraps around 0, or a word: ``"orange"``. A pixel is cable
+        where any of the ranges holds it.
     colour : ColourConfig or None
         Colours learned from strokes on a picture, as `dloftbs colour` prints them.
     plane : PlaneConfig or None
@@ -207,7 +214,7 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
 
 
 Colour = str | HsvRange | Sequence[str | HsvRange]
-"""A colour as people write it: a range or several, each an `HsvRange` or its notation."""
+"""A colour as people write it: a range or several, each an `HsvRange`, its notation or a word."""
 
 
 def read_colour(colour: Colour) -> tuple[HsvRange, ...]:
@@ -220,5 +227,5 @@ def read_colour(colour: Colour) -> tuple[HsvRange, ...]:
     """
     given = (colour,) if isinstance(colour, (str, HsvRange)) else colour
     valid = isinstance(given, Sequence) and all(isinstance(part, (str, HsvRange)) for part in given)
-    require(valid, "hsv", "a range such as '170:10,80:255,60:255', or several", colour)
+    require(valid, "hsv", "a range such as '170:10,80:255,60:255', a colour such as 'red', or several", colour)
     return tuple(part if isinstance(part, HsvRange) else HsvRange.parse(part) for part in given)

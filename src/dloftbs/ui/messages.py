@@ -14,6 +14,8 @@ LARGEST_PX = 1e5
 MOST_POINTS = 4000
 """Number of points of one stroke, more than a minute of drawing."""
 MOST_RANGES = 16
+MOST_CABLES = 1000
+"""Largest number of cables that the page takes, far more than a frame shows."""
 MOST_BYTES = 1 << 20
 """Size of a message, bytes."""
 
@@ -24,6 +26,7 @@ Index = Annotated[int, Meta(ge=0, le=10**9)]
 Hue = Annotated[int, Meta(ge=0, le=179)]
 Level = Annotated[int, Meta(ge=0, le=255)]
 Ranges = Annotated[tuple[tuple[Hue, Hue, Level, Level, Level, Level], ...], Meta(max_length=MOST_RANGES)]
+Cables = Annotated[int, Meta(ge=1, le=MOST_CABLES)]
 Height = Annotated[float, Meta(gt=0.0, le=1.0)]
 
 
@@ -82,6 +85,12 @@ class SetMethod(Message, frozen=True, tag="method"):
     method: str
 
 
+class SetObjects(Message, frozen=True, tag="objects"):
+    """Set the number of cables; None leaves it open."""
+
+    objects: Cables | None
+
+
 class Undo(Message, frozen=True, tag="undo"):
     """Take back the last change."""
 
@@ -124,9 +133,9 @@ class Restart(Message, frozen=True, tag="restart"):
     """Begin at the first frame."""
 
 
-EditMessage = Draw | Erase | SetRanges | SetHeight | SetMethod | Clear
+EditMessage = Draw | Erase | SetRanges | SetHeight | SetMethod | SetObjects | Clear
 TuneMessage = EditMessage | Ack | Seek | Undo | Redo | Accept | Save
-ViewMessage = Ack | Pause | Step | Loop | Restart
+ViewMessage = Ack | Pause | Step | Loop | Restart | SetObjects
 _DECODER: msgspec.json.Decoder[TuneMessage | ViewMessage] = msgspec.json.Decoder(TuneMessage | ViewMessage)
 
 

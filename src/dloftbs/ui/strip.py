@@ -9,8 +9,8 @@ from time import monotonic
 
 from dloftbs.errors import DloftbsError
 from dloftbs.pipeline import Pipeline
-from dloftbs.plausibility import doubt_mask, share_set
 from dloftbs.steadiness import Steadiness
+from dloftbs.ui.advice import doubt, mend_in_strip, set_cables
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.tune_document import TuneDocument
 from dloftbs.ui.tune_segmentation import Segment
@@ -39,6 +39,7 @@ class Strip:
     segmenter : callable
         From a document to what makes masks; None where the document is empty.
     make_pipeline : callable
+        From a document to what finds and follows objects in its masks.
     tell : callable
         Called with the counts now and then, in this thread.
     """
@@ -47,7 +48,7 @@ class Strip:
         self,
         store: FrameStore,
         segmenter: Callable[[TuneDocument], Segment | None],
-        make_pipeline: Callable[[], Pipeline],
+        make_pipeline: Callable[[TuneDocument], Pipeline],
         tell: Callable[[Counts], None],
     ) -> None:
         self._store, self._segmenter, self._make_pipeline, self._tell = store, segmenter, make_pipeline, tell
@@ -95,16 +96,16 @@ class Strip:
         try:
             segment = self._segmenter(document)
             if segment is not None:
-                self._count_all(segment, counts)
+                self._count_all(document, segment, counts)
         except DloftbsError as error:
             counts.warnings = [str(error)]
         if not self._interrupted():
             counts.done = True
             self._tell(counts)
 
-    def _count_all(self, segment: Segment, counts: Counts) -> None:
-        pipeline, steadiness = self._make_pipeline(), Steadiness()
-        doubt: str | None = None
+    def _count_all(self, document: TuneDocument, segment: Segment, counts: Counts) -> None:
+        pipeline, steadiness = self._make_pipeline(document), Steadiness(document.objects)
+        doubted: str | None = None
         told, last = monotonic(), -1
         while not self._interrupted():
             ended = self._store.ended  # before the samples: none comes after it
@@ -114,15 +115,16 @@ class Strip:
                 if self._interrupted():
                     return
                 mask = segment(frame)
-                doubt = doubt or doubt_mask(share_set(mask), frame.name)
+                doubted = doubted or doubt(mask, frame.name)
                 result = pipeline.process(replace(frame, mask=mask))
-                steadiness.add(result.tracks)
+                steadiness.add(result.tracks, len(result))
                 last = frame.index
                 counts.objects.append((frame.index, len(result)))
                 if monotonic() - told > _TELL_EVERY_S:
                     told = monotonic()
                     self._tell(counts)
-            counts.warnings = [text for text in (doubt, steadiness.warning()) if text is not None]
+            warnings = doubted, mend_in_strip(steadiness), set_cables(steadiness)
+            counts.warnings = [text for text in warnings if text is not None]
             if ended:
                 return
             if not fresh:

@@ -11,7 +11,7 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.config import ColourPicture
 from dloftbs.errors import InputError
-from dloftbs.ui.messages import Clear, Draw, EditMessage, Erase, SetHeight, SetMethod, SetRanges
+from dloftbs.ui.messages import Clear, Draw, EditMessage, Erase, SetHeight, SetMethod, SetObjects, SetRanges
 
 Point = tuple[float, float]
 ColourRange = tuple[int, int, int, int, int, int]
@@ -45,6 +45,8 @@ class TuneDocument(msgspec.Struct, frozen=True):
     """Strokes on pictures of other sources."""
     network: bool = False
     """True if a network of the user's own says what is cable, too."""
+    objects: int | None = None
+    """Number of cables; None where it is unknown."""
 
     @property
     def is_empty(self) -> bool:
@@ -70,7 +72,7 @@ class TuneDocument(msgspec.Struct, frozen=True):
         return {**plain, "others": len(self.others)}
 
 
-def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:
+def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noqa: PLR0911 - one for each message
     """Return a document as a message of the browser wants it.
 
     Raises
@@ -94,8 +96,10 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:
             if message.method not in METHODS:
                 raise InputError(f"a method must be one of {', '.join(METHODS)}, got {message.method!r}")
             return change(document, method=message.method)
+        case SetObjects():
+            return change(document, objects=message.objects)
         case Clear():
-            return TuneDocument(method=document.method, network=document.network)
+            return TuneDocument(method=document.method, network=document.network, objects=document.objects)
 
 
 def _erased(stroke: DrawnStroke, path: tuple[Point, ...], radius_px: float) -> list[DrawnStroke]:

@@ -18,9 +18,9 @@ from dloftbs.config import Config, SegmentationConfig
 from dloftbs.errors import DloftbsError, InputError
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
-from dloftbs.plausibility import doubt_mask, share_set
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.sinks._safe_files import write_whole
+from dloftbs.ui.advice import doubt
 from dloftbs.ui.audience import Audience
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.messages import (
@@ -34,6 +34,7 @@ from dloftbs.ui.messages import (
     Seek,
     SetHeight,
     SetMethod,
+    SetObjects,
     SetRanges,
     TuneMessage,
     Undo,
@@ -70,7 +71,7 @@ class TuneSession:
     store : FrameStore
         Started and closed with the session.
     config : Config
-        To begin with; all but the segmentation stays as it is.
+        To begin with; all but the segmentation and the number of objects stays as it is.
     target : Path, optional
         File that is written on saving, and no other; without it the page shows the text.
     command : str
@@ -80,15 +81,15 @@ class TuneSession:
     def __init__(self, store: FrameStore, config: Config, target: Path | None, command: str) -> None:
         self._store, self._config, self._target, self._command = store, config, target, command
         self._translator = Translator(store.source.name, store.frame, config.segmentation)
-        self._history = History(self._translator.first)
+        self._history = History(msgspec.structs.replace(self._translator.first, objects=config.linking.objects))
         self._saved = self._history.document
         self._audience = Audience()
         self._looks: dict[Viewer, _Look] = {}
         self._pool = ThreadPoolExecutor(1, "dloftbs-tuning")
         self._rest = msgspec.structs.replace(config, segmentation=SegmentationConfig())
-        self._pipeline: Pipeline | None = None
+        self._pipeline: tuple[int | None, Pipeline] | None = None
         self._segmenter: tuple[TuneDocument, FrameSegmenter] | None = None
-        self._strip = Strip(store, self._new_segmenter, lambda: Pipeline(self._rest), self._tell_counts)
+        self._strip = Strip(store, self._new_segmenter, self._new_pipeline, self._tell_counts)
         self._counts = Counts()
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -139,7 +140,7 @@ class TuneSession:
                     raise InputError("only a camera has a newest frame")
                 look.index = message.index
                 viewer.refresh()
-            case Draw() | Erase() | SetRanges() | SetHeight() | SetMethod() | Clear():
+            case Draw() | Erase() | SetRanges() | SetHeight() | SetMethod() | SetObjects() | Clear():
                 self._edit(viewer, look, edited(document, message), done=getattr(message, "done", True))
             case Undo() | Redo():
                 self._history.undo() if isinstance(message, Undo) else self._history.redo()
@@ -173,7 +174,7 @@ class TuneSession:
             "length": self._store.length,
             "fps": source.fps,
             "target": None if self._target is None else readable(str(self._target)),
-            "command": self._command,
+            "command": self._command_for(history.document),
             "can_undo": history.can_undo,
             "can_redo": history.can_redo,
             "saved": history.document == self._saved,
@@ -214,14 +215,19 @@ class TuneSession:
             target = self._target
             await self._in_pool(lambda: write_whole(target, text.encode()))
         self._saved = document
-        self._audience.tell("saved", text=text, command=self._command)
+        self._audience.tell("saved", text=text, command=self._command_for(document))
         self._audience.tell("state", **self._state())
 
     def _text_of(self, document: TuneDocument) -> str:
         section = self._translator.section_of(document)
         config = msgspec.structs.replace(self._config, segmentation=section)
+        config = config.replace({"linking.objects": document.objects})
         name = readable(self._store.source.name)
         return f"# The configuration of dloftbs {__version__}, tuned on {name}\n{config.to_yaml()}"
+
+    def _command_for(self, document: TuneDocument) -> str:
+        """Return the command to run next; it names the number of cables, which the file holds as well."""
+        return self._command if document.objects is None else f"{self._command} --objects {document.objects}"
 
     async def _in_pool(self, function: Callable[[], T]) -> T:
         return await asyncio.get_running_loop().run_in_executor(self._pool, function)
@@ -249,14 +255,14 @@ class TuneSession:
         frame = self._store.frame(index)
         self._store.keep(frame)
         mask, is_suggested = self._mask(document, frame)
-        result = self._detector().detect(replace(frame, mask=mask))
+        result = self._detector(document).detect(replace(frame, mask=mask))
         header = {
             **describe(result),
             "index": frame.index,
             "name": readable(frame.name),
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
-            "doubt": None if is_suggested else doubt_mask(share_set(mask)),
+            "doubt": None if is_suggested else doubt(mask),
         }
         parts = {"mask": encode_runs(mask)}
         if frame.index != image:
@@ -276,17 +282,21 @@ class TuneSession:
         segmenter.reset()  # of frames in any order
         return segmenter(frame), False
 
-    def _detector(self) -> Pipeline:
-        if self._pipeline is None:  # loads the kernels, in the thread that uses it
-            self._pipeline = Pipeline(self._rest)
-        return self._pipeline
+    def _detector(self, document: TuneDocument) -> Pipeline:
+        if self._pipeline is None or self._pipeline[0] != document.objects:
+            # Loads the kernels, in the thread that uses it.
+            self._pipeline = document.objects, self._new_pipeline(document)
+        return self._pipeline[1]
+
+    def _new_pipeline(self, document: TuneDocument) -> Pipeline:
+        return Pipeline(self._rest.replace({"linking.objects": document.objects}))
 
     def _suggested_strokes(self, index: int) -> list[DrawnStroke]:
         frame = self._store.frame(index)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
         mask = suggestion(frame)
-        return strokes_along(frame.index, self._detector().detect(replace(frame, mask=mask)))
+        return strokes_along(frame.index, self._detector(self._history.document).detect(replace(frame, mask=mask)))
 
     def _new_segmenter(self, document: TuneDocument) -> Segment | None:
         """Return what makes masks in the strip; None where nothing says yet what is cable."""

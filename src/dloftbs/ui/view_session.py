@@ -19,8 +19,9 @@ from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.overlap import Ahead
 from dloftbs.steadiness import Steadiness
+from dloftbs.ui.advice import set_cables
 from dloftbs.ui.audience import Audience
-from dloftbs.ui.messages import Ack, Loop, Pause, Restart, Step, TuneMessage, ViewMessage
+from dloftbs.ui.messages import Ack, Loop, Pause, Restart, SetObjects, Step, TuneMessage, ViewMessage
 from dloftbs.ui.payload import describe
 from dloftbs.ui.playback import Playback
 from dloftbs.ui.viewer import Viewer
@@ -48,11 +49,13 @@ class ViewFeed:
         Number of frames, if known.
     live : bool
         Whether frames come at their own pace.
+    objects : int, optional
+        Number of cables, where it is known.
     """
 
     has_controls = False
 
-    def __init__(self, name: str, *, length: int | None = None, live: bool = False) -> None:
+    def __init__(self, name: str, *, length: int | None = None, live: bool = False, objects: int | None = None) -> None:
         self._name, self._length, self._live = name, length, live
         self.audience = Audience()
         self.visited = Event()
@@ -60,8 +63,9 @@ class ViewFeed:
         self._count = 0
         self._ended = False
         self._error: str | None = None
-        self._steadiness = Steadiness()
-        self._warning: str | None = None
+        self._objects = objects
+        self._steadiness = Steadiness(objects)
+        self._warnings: list[str] = []
         self._times: deque[float] = deque(maxlen=_RATE_OVER)
         self._sent: dict[Viewer, tuple[int, float]] = {}
         self._delays: dict[Viewer, float] = {}
@@ -72,17 +76,24 @@ class ViewFeed:
         """Show a frame with its curves. Takes no time: pictures are encoded elsewhere, and only those that are sent."""
         self._times.append(monotonic())
         self._count += 1
-        self._steadiness.add(result.tracks)
+        self._steadiness.add(result.tracks, len(result))
         self._shown = _Shown(self._count, frame, result, monotonic() - 1e-3 * result.total_ms, self._rate())
-        warning = self._steadiness.warning() if self._count % _RATE_OVER == 0 else self._warning
-        if warning != self._warning:
-            self._warning = warning
-            self.tell_state()
+        if self._count % _RATE_OVER == 0:
+            self._look_for_warnings()
         self.audience.refresh()
+
+    def _look_for_warnings(self) -> None:
+        usual = self._steadiness.usual_number()
+        cables = set_cables(self._steadiness) if self.has_controls else usual and usual[1].replace("; if", "; perhaps")
+        warnings = [text for text in (self._steadiness.warning(), cables) if text is not None]
+        if warnings != self._warnings:
+            self._warnings = warnings
+            self.tell_state()
 
     def end(self, error: str | None = None) -> None:
         """Say that nothing follows, and why, if something went wrong."""
         self._ended, self._error = True, error
+        self._look_for_warnings()
         self.tell_state()
 
     def finish(self) -> None:
@@ -111,7 +122,8 @@ class ViewFeed:
             "loop": False,
             "ended": self._ended,
             "error": self._error,
-            "warning": self._warning,
+            "warnings": self._warnings,
+            "objects": self._objects,
         }
 
     def tell_state(self) -> None:
@@ -202,9 +214,10 @@ class ViewSession(ViewFeed):
     frames : iterable of Frame
         Iterated again to begin anew, unless live.
     make_process : callable
-        Makes what turns a frame into its result: a pipeline's `process`, a new one for each pass.
-    name, length, live
-        As for `ViewFeed`.
+        From the number of cables, or None, to what turns a frame into its result: a pipeline's `process`, a new one for
+        each pass and each number.
+    name, length, live, objects
+        As for `ViewFeed`; the page may change the number.
     fps : float, optional
         Of a recording.
     """
@@ -214,14 +227,15 @@ class ViewSession(ViewFeed):
     def __init__(
         self,
         frames: Iterable[Frame],
-        make_process: Callable[[], Process],
+        make_process: Callable[[int | None], Process],
         name: str,
         *,
         length: int | None = None,
         live: bool = False,
         fps: float | None = None,
+        objects: int | None = None,
     ) -> None:
-        super().__init__(name, length=length, live=live)
+        super().__init__(name, length=length, live=live, objects=objects)
         self._frames, self._make_process = frames, make_process
         self._playback = Playback(None if live else fps or DEFAULT_FPS, needs_viewers=not live)
         self._failure: BaseException | None = None
@@ -265,6 +279,8 @@ class ViewSession(ViewFeed):
                 if self._live:
                     raise InputError("a camera has no beginning")
                 self._playback.restart()
+            case SetObjects():
+                self._objects = message.objects
             case _:
                 super().handle(viewer, message)
                 return
@@ -300,13 +316,22 @@ class ViewSession(ViewFeed):
 
     def _one_pass(self) -> bool:
         """Show the frames from the first on; False if that was interrupted."""
-        process = self._make_process()
+        objects = self._objects
+        process = self._begin(objects)
         with Ahead(_all_of(self._frames), newest=self._live) as read, closing(_all_of(read)) as frames:
             for frame in frames:
                 if not self._playback.wait_turn():
                     return False
+                if self._objects != objects:
+                    objects = self._objects
+                    process = self._begin(objects)
                 self.publish(frame, process(frame))
         return True
+
+    def _begin(self, objects: int | None) -> Process:
+        """Return what follows so many cables from the next frame on; what was strange before is no longer."""
+        self._steadiness = Steadiness(objects)
+        return self._make_process(objects)
 
 
 def _all_of(frames: Iterable[Frame]) -> Generator[Frame, None, None]:

@@ -85,7 +85,7 @@ class Status:
     nothing_found, no_curve_in_space : dict of str to int
         Number of frames without an object, and of objects without a curve in space, by their reason.
     unsteady : str or None
-        Signs that the mask breaks up, in the tracks.
+        Signs that the mask breaks up, or that the number of objects is known, and the options that help.
     fingerprint : Fingerprint
     settings, version : str
         Digest of the settings, and version of the code, that made the result.
@@ -138,9 +138,9 @@ def status_of(
         warnings=tuple(map(readable, warnings)),
         detections=report.objects,
         tracks=report.steadiness.tracks,
-        nothing_found=dict(report.reasons),
-        no_curve_in_space=dict(report.reasons_3d),
-        unsteady=report.steadiness.warning(),
+        nothing_found=report.reasons.counts(),
+        no_curve_in_space=report.reasons_3d.counts(),
+        unsteady="; ".join(report.warnings()) or None,
         fingerprint=fingerprint,
         settings=settings.digest,
         version=settings.version,

@@ -67,11 +67,11 @@ def detect(
 ) -> None:
     """Find the cables in images or masks, each by itself.
 
-    INPUT is an image or a mask, a folder, a glob, - for standard input, or whatever `dloftbs track`
-    takes. Results are JSON lines on standard output, one an image, or go to the files of --out. Progress
-    and a summary of the timing go to standard error. What cannot be read is reported, the rest goes on, and
-    the exit code is 1. No result replaces an input: in a folder of inputs, pictures are named
-    photo.overlay.png and photo.stages.png.
+    INPUT is an image or a mask, a folder, a glob, - for standard input, or whatever `dloftbs track` takes.
+    Without --out, --overlay and --stages, results are JSON lines on standard output, one an image; --out -
+    prints them beside other outputs. Progress and a summary of the timing go to standard error. What cannot
+    be read is reported, the rest goes on, and the exit code is 1. No result replaces an input: in a folder of
+    inputs, pictures are named photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs detect photo.jpg --hsv 170:10,80:255,60:255 --overlay overlays
@@ -90,7 +90,8 @@ def detect(
         def __init__(self) -> None:
             self.pipeline = Pipeline(config)
 
-    outs = outs or (STANDARD_OUTPUT,)
+    if not outs and overlay is None and stages is None:
+        outs = (STANDARD_OUTPUT,)
     pictures = {"--overlay": overlay, "--stages": stages}
     outputs = plan_outputs(outs, pictures, InputFiles(where, context.params), config, is_one=limit == 1)
     own = Own()
@@ -189,7 +190,7 @@ class _Batch:
 
         with self._inputs.open(where, jobs=self._jobs) as source:
             self._lengths.append(source.length)
-            frames = UsableFrames(source, self._config, self._inputs)
+            frames = UsableFrames(source, self._config, self._inputs, where)
             try:
                 yield from frames
             finally:

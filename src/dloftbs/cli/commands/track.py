@@ -76,13 +76,14 @@ def track(
 
     INPUT is a video, an animated PNG, WebP or AVIF, a TIFF of several pages, a folder or a glob of images or
     masks in their natural order, the files of one, an .npy or .npz file, a recording of ROS (.mcap, .db3, .bag
-    or a rosbag2 folder), the index of a camera or its device /dev/video0, the address of a stream, or - for standard
-    input. Without --out, --overlay and --stages, results are JSON
-    lines on standard output. Progress and a summary of the timing go to standard error. What cannot be
-    read is reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the
-    summary is printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera
-    that is faster than all that has frames left out, so that results are never late. No result replaces an
-    input: in a folder of inputs, pictures are named photo.overlay.png and photo.stages.png.
+    or a rosbag2 folder), the index of a camera or its device /dev/video0, the address of a stream, or - for
+    standard input. Without
+    --out, --overlay, --stages and --view, results are JSON lines on standard output; --out - prints them
+    beside other outputs. Progress and a summary of the timing go to standard error. What cannot be read is
+    reported, the rest goes on, and the exit code is 1. Ctrl-C ends the run: files are closed, the summary is
+    printed, and the exit code is 130. Reading, tracking and writing go on side by side; a camera that is
+    faster than all that has frames left out, so that results are never late. No result replaces an input: in
+    a folder of inputs, pictures are named photo.overlay.png and photo.stages.png.
 
     \b
     dloftbs track cable.mp4 --hsv 170:10,80:255,60:255 --out curves.jsonl --overlay overlay.mp4
@@ -98,7 +99,7 @@ def track(
 
     if view:
         require_page()
-    if not outs and overlay is None and stages is None:
+    if not outs and overlay is None and stages is None and not view:
         outs = (STANDARD_OUTPUT,)
     if with_input and not any(is_recording(path) for path in outs):
         raise click.UsageError("--with-input goes with --out NAME.mcap or --out FOLDER/")
@@ -116,7 +117,7 @@ def track(
             write_config(outputs.config_file, config)
             progress = stack.enter_context(open_progress(shares_terminal=prints_to_terminal(outs)))
             stop = stack.enter_context(interrupted())
-            show = _open_page(stack, run.source, page, stop) if view else None
+            show = _open_page(stack, run.source, config, page, stop) if view else None
 
             def write(frame: Frame, result: FrameResult) -> None:
                 sink.write(frame, result)
@@ -133,12 +134,12 @@ def track(
 
 
 def _open_page(
-    stack: ExitStack, source: Source, page: PageOptions, stop: Callable[[], bool]
+    stack: ExitStack, source: Source, config: Config, page: PageOptions, stop: Callable[[], bool]
 ) -> Callable[[Frame, FrameResult], None]:
     """Serve a page until the stack is closed; of a recording nothing is tracked before somebody looks."""
     from dloftbs.ui.view_session import ViewFeed
 
-    feed = ViewFeed(source.name, length=source.length, live=source.live)
+    feed = ViewFeed(source.name, length=source.length, live=source.live, objects=config.linking.objects)
     stack.enter_context(served(feed, page))
     stack.callback(feed.finish)
     if not source.live:

@@ -43,14 +43,15 @@ def view(
     from dloftbs.ui.view_session import ViewSession
 
     with inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs)) as source:
-        check_colour(source, config, inputs)
+        check_colour(source, config, inputs, where)
         session = ViewSession(
-            UsableFrames(source, config, inputs, every),
-            lambda: Pipeline(config).process,
+            UsableFrames(source, config, inputs, where, every),
+            lambda objects: Pipeline(config.replace({"linking.objects": objects})).process,
             source.name,
             length=source.length,
             live=source.live,
             fps=source.fps and source.fps / every,
+            objects=config.linking.objects,
         )
         with served(session, page), interrupted() as stop:
             while session.wait(LOOK_EVERY_S) and not stop():

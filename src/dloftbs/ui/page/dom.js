@@ -34,6 +34,27 @@ export function press(button, pressed) {
   button.setAttribute(button.getAttribute("role") === "tab" ? "aria-selected" : "aria-pressed", String(pressed));
 }
 
+/**
+ * Send the number that a field of cables holds, empty being null, when it is changed; a wrong one is put back.
+ * @param {HTMLInputElement} field
+ * @param {(objects: ?number) => void} send
+ */
+export function bindCables(field, send) {
+  field.onchange = () => {
+    if (field.checkValidity()) send(field.value === "" ? null : Number(field.value));
+    else toast(`Cables is a whole number in ${field.min} to ${field.max}, or empty where it is unknown`, true);
+  };
+}
+
+/**
+ * Show the number of cables in its field, unless it is being written.
+ * @param {HTMLInputElement} field
+ * @param {?number} objects
+ */
+export function showCables(field, objects) {
+  if (document.activeElement !== field || field.checkValidity()) field.value = objects === null ? "" : String(objects);
+}
+
 let hiding = 0;
 
 /**

@@ -24,6 +24,8 @@ export function bindKeys(bindings) {
     if (help.open || event.altKey) return;
     const target = /** @type {HTMLElement} */ (event.target);
     const slides = target instanceof HTMLInputElement && target.type === "range" && target.id !== "scrubber";
+    const isWritten = target instanceof HTMLInputElement && target.type === "number";
+    if (isWritten) return;
     const arrows = event.key.startsWith("Arrow") || event.key === "Home" || event.key === "End";
     if (arrows && (slides || target.id === "space")) return;
     if (event.key === " " && target instanceof HTMLButtonElement) return;

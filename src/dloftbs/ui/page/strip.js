@@ -26,6 +26,7 @@ export class Strip {
     });
     canvas.addEventListener("pointermove", (event) => {
       if (canvas.hasPointerCapture(event.pointerId)) go(event);
+      this.tip(event);
     });
   }
 
@@ -48,6 +49,25 @@ export class Strip {
     const times = new Map();
     for (const [, count] of this.objects) times.set(count, (times.get(count) ?? 0) + 1);
     return [...times.entries()].sort((a, b) => b[1] - a[1])[0]?.[0] ?? 0;
+  }
+
+  /** What the bars are, in a line. */
+  legend() {
+    if (this.objects.length === 0) return "";
+    const usual = this.usual();
+    const others = this.objects.filter(([, count]) => count !== usual).length;
+    const most = `Bars: objects in a frame. Blue: ${usual}, as in most frames.`;
+    return others === 0 ? most : `${most} Yellow: another number, in ${others} frame${others > 1 ? "s" : ""}; click on one to look.`;
+  }
+
+  /** @param {PointerEvent} event */
+  tip(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const index = Math.floor(((event.clientX - box.left) / box.width) * Math.max(this.length, 1));
+    const [at, count] = this.objects.findLast(([each]) => each <= index) ?? [0, null];
+    const usual = this.usual();
+    const compared = count === usual ? "as in most frames (blue)" : `most frames have ${usual} (yellow)`;
+    this.canvas.title = count === null ? "" : `frame ${at + 1}: ${count} object${count === 1 ? "" : "s"}, ${compared}`;
   }
 
   paintNow() {

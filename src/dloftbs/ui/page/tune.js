@@ -1,7 +1,7 @@
 // Tuning: strokes and sliders in, picture, mask and curves back.
 
 import { Brush, paintStroke } from "./brush.js";
-import { byId, fillList, oncePerRefresh, press, toast } from "./dom.js";
+import { bindCables, byId, fillList, oncePerRefresh, press, showCables, toast } from "./dom.js";
 import { Ranges, rangeAround } from "./ranges.js";
 import { Strip } from "./strip.js";
 
@@ -58,6 +58,7 @@ export class Tune {
     byId("play").onclick = () => this.togglePlay();
     byId("live").onclick = () => this.seek(null);
     byId("copy").onclick = () => this.copy();
+    bindCables(byId("cables"), (objects) => this.connection.send({ type: "objects", objects }));
     const height = (/** @type {boolean} */ done) => {
       const used = byId("use-height").checked;
       byId("height").disabled = !used;
@@ -207,6 +208,8 @@ export class Tune {
     byId("height-mm").textContent = `${byId("height").value} mm`;
     byId("stroke-count").textContent = told(state.strokes);
     byId("save").textContent = state.target ? `Save ${state.target.split(/[\\/]/).pop()}` : "Show settings";
+    showCables(byId("cables"), state.objects);
+    byId("command").textContent = state.command;
     this.stage.canvas.className = isStrokes ? "draws" : "picks";
     this.ranges.show(state.ranges);
     this.showPosition();
@@ -217,6 +220,7 @@ export class Tune {
   /** @param {any} strip */
   showStrip(strip) {
     this.strip.show(strip);
+    byId("strip-legend").textContent = this.strip.legend();
     if (strip.length !== null) this.state.length = strip.length;
     this.stripWarnings = strip.warnings;
     this.showWarnings();

@@ -1,6 +1,6 @@
 // Viewing: curves over the video as they are tracked, objects, space, times.
 
-import { byId, fillList, make, press } from "./dom.js";
+import { bindCables, byId, fillList, make, press, showCables } from "./dom.js";
 import { Brush } from "./brush.js";
 import { Plots } from "./plots.js";
 import { Space } from "./space.js";
@@ -21,12 +21,13 @@ export class View {
     this.plots = new Plots();
     this.space = new Space(byId("space"));
     new Brush(stage, { tool: () => "none", radius: () => 1, moved: () => {}, done: () => {} });
-    for (const id of ["previous", "live", "strip", "scrubber", "show-mask"]) byId(id).remove();
+    for (const id of ["previous", "live", "strip", "strip-legend", "scrubber", "show-mask"]) byId(id).remove();
     byId("timeline").append(make("progress", { id: "progress", max: "1", value: "0", "aria-label": "Progress" }));
     byId("play").onclick = () => this.togglePlay();
     byId("next").onclick = () => connection.send({ type: "step" });
     byId("loop").onclick = () => this.toggleLoop();
     byId("restart").onclick = () => connection.send({ type: "restart" });
+    bindCables(byId("view-objects"), (objects) => connection.send({ type: "objects", objects }));
   }
 
   /** @returns {import("./keys.js").Binding[]} */
@@ -52,14 +53,15 @@ export class View {
   /** @param {any} state */
   showState(state) {
     this.state = state;
-    byId("transport").hidden = !state.controls;
+    byId("transport").hidden = byId("view-cables").hidden = !state.controls;
+    showCables(byId("view-objects"), state.objects);
     byId("loop").hidden = byId("restart").hidden = state.live;
     byId("play").disabled = state.ended && state.live;
     press(byId("loop"), state.loop);
     const stands = state.paused || state.ended;
     byId("play-shape").setAttribute("d", stands ? "M4 2.5v11l9-5.5z" : "M4 3h3v10H4zM9 3h3v10H9z");
     byId("play").setAttribute("aria-label", stands ? "Play" : "Pause");
-    fillList(byId("view-warnings"), [state.error, state.warning].filter(Boolean));
+    fillList(byId("view-warnings"), [state.error, ...state.warnings].filter(Boolean));
     const hint = byId("hint");
     hint.textContent = state.error ? "Ended by an error" : "The source has ended";
     hint.hidden = !state.ended;

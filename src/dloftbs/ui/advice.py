@@ -1,0 +1,25 @@
+"""Warnings as the page shows them: each names the control that helps."""
+
+from __future__ import annotations
+
+from dloftbs._arrays import AnyArray
+from dloftbs.plausibility import doubt_mask, share_set
+from dloftbs.steadiness import Steadiness
+
+
+def doubt(mask: AnyArray, name: str = "") -> str | None:
+    """Return why a mask is hardly one of cables, and the control that takes ground out of it; None if it may be."""
+    doubted = doubt_mask(share_set(mask), name)
+    return doubted and f"{doubted} Draw on the ground with Not cable, or narrow the hue ranges"
+
+
+def mend_in_strip(steadiness: Steadiness) -> str | None:
+    """Return the signs of a broken mask, and where on the page to mend it; None if there are none."""
+    broken = steadiness.warning()
+    return broken and f"{broken}; click on a yellow bar at the bottom, and mend the mask there"
+
+
+def set_cables(steadiness: Steadiness) -> str | None:
+    """Return the number of objects that nearly all frames have, as the field Cables takes it; None without one."""
+    usual = steadiness.usual_number()
+    return usual and f"{usual[1]}: set Cables to {usual[0]}"
