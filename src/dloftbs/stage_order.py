@@ -60,7 +60,10 @@ def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
         rooms.insert(0, "segmentation")
     if frame.image is not None or frame.depth is not None or frame.occluders is not None:
         rooms.append("evidence")
-    rooms += ["published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting", "crossings"]
+    rooms += ["published" if isinstance(config.linking, GreedyLinkingConfig) else "linking", "fitting"]
+    rooms += ["crossings.kernels.intersections", "crossings.kernels.crossing_groups"]
+    if frame.image is not None or frame.depth is not None:
+        rooms.append("crossings.kernels.crossing_order")
     if frame.depth is not None:
         rooms += ["camera", "lifting"]
     return tuple(rooms)

@@ -102,6 +102,18 @@ def test_a_kernel_takes_in_one_that_came_from_the_cache(package):
     assert run() == ["3.0", "4.5", "1", "1"]
 
 
+def test_a_kernel_from_the_cache_needs_no_helpers(package):
+    code = (
+        "from dloftbs.kernels import compiler\n"
+        "from dloftbs.room.probe import probe\n"
+        "print(probe(0), len(compiler._helpers))"
+    )
+    environment = dict(os.environ, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(package / "cache"))
+    command = [sys.executable, "-B", "-c", code]
+    found = [subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout for _ in "12"]
+    assert found == ["10 2\n", "10 0\n"]
+
+
 UNUSED = """
 import numba.core.dispatcher
 from dloftbs.room.callers import half, halves
@@ -183,6 +195,7 @@ def test_a_helper_is_python_s_own_function_and_part_of_a_kernel():
         return 2 * x
 
     assert twice(2.5) == 5.0
+    compiler.install_helpers()
     assert njit(lambda x: twice(x) + 1)(3) == 7
 
 
@@ -191,6 +204,7 @@ def test_no_machine_code_is_made_of_a_helper():
     def halved(x):
         return x / 2
 
+    compiler.install_helpers()
     compiler._helpers[-1].compile((float64,))
     library = compiler._helpers[-1].overloads[(float64,)].library
     assert isinstance(library, helper_code._LinkedCode)
@@ -206,6 +220,7 @@ def test_what_a_helper_raises_is_raised_by_a_kernel():
             raise ValueError("none")
         return 1 / x
 
+    compiler.install_helpers()
     with pytest.raises(ValueError, match="none"):
         njit(lambda x: 2 * inverse(x))(0.0)
     with pytest.raises(ZeroDivisionError):

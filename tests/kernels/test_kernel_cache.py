@@ -29,7 +29,7 @@ def places(tmp_path, monkeypatch):
 def compiled(stamp="a" * 64):
     """Return whether a kernel came from the cache; it is put there where it did not."""
     made = njit(no_cfunc_wrapper=True)(half)
-    made._cache = KernelCache(half, stamp)
+    made._cache = KernelCache(half, stamp, lambda: None)
     made.compile((float64,))
     assert made(3.0) == 1.5
     return bool(made.stats.cache_hits)

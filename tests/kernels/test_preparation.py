@@ -6,9 +6,13 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+from dloftbs.config import Config
+from dloftbs.frame import Frame
 from dloftbs.kernels import compiler, preparation
+from dloftbs.stage_order import kernel_rooms
 
 START = """
 import logging, sys
@@ -123,3 +127,28 @@ def test_rooms_that_are_loaded_are_not_looked_at_again(monkeypatch):
     monkeypatch.setattr(preparation, "_loaded", {"linking", "fitting"})
     monkeypatch.setattr(compiler, "count_missing", None)  # not asked
     assert preparation.prepare(["fitting", "linking"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("room", "modules"),
+    [
+        ("evaluation", {"dloftbs.evaluation.kernels.nearest_points"}),
+        ("segmentation.kernels.colour_table", {"dloftbs.segmentation.kernels.colour_table"}),
+        ("kernels", set()),
+        ("segment", set()),
+    ],
+)
+def test_a_room_is_a_folder_or_one_of_its_modules(tmp_path, room, modules):
+    found, _ = run(f"print(*(one.module for one in compiler._kernels if one.is_in({room!r})))", tmp_path)
+    assert set(found) == modules
+
+
+def test_a_frame_needs_the_rooms_that_its_stages_enter():
+    image, depth, mask = np.zeros((8, 8, 3), np.uint8), np.ones((8, 8)), np.ones((8, 8), bool)
+    alone = kernel_rooms(Config(), Frame(mask=mask))
+    assert "evidence" not in alone
+    assert "lifting" not in alone
+    assert "segmentation" not in alone
+    assert {"segmentation", "evidence"} <= set(kernel_rooms(Config(), Frame(image=image)))
+    assert {"evidence", "lifting", "camera"} <= set(kernel_rooms(Config(), Frame(mask=mask, depth=depth)))
+    assert "published" in kernel_rooms(Config.paper(), Frame(mask=mask))

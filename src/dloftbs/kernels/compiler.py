@@ -12,6 +12,7 @@ import gc
 import hashlib
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import product
@@ -34,6 +35,7 @@ _SHARED = Path(__file__).parent / "shared"
 LINE_EVERY_S = 5.0
 """Seconds from one line about the compilation to the next."""
 _kernels: list[_Kernel] = []
+_waiting_helpers: deque[tuple[Callable[..., object], bool]] = deque()
 _helpers: list[Dispatcher] = []
 
 
@@ -69,15 +71,18 @@ class _Kernel:
     def __init__(self, dispatcher: Any, signatures: Sequence[tuple[types.Type, ...]]) -> None:
         function = dispatcher.py_func
         self.module = str(function.__module__)
-        self.room = self.module.split(".")[1] if "." in self.module else ""
         self._dispatcher = dispatcher
         self._signatures = signatures
         file = Path(function.__code__.co_filename)
         sources = (_file_digest(file), folder_digest(file.parent), folder_digest(_SHARED))
-        dispatcher._cache = KernelCache(function, _digest("".join(sources).encode()))
+        dispatcher._cache = KernelCache(function, _digest("".join(sources).encode()), _before_compilation)
         # Numba asks these two before a kernel is first called, from Python and from another kernel.
         dispatcher._compile_for_args = self._before_call
         dispatcher.get_call_template = self._before_link
+
+    def is_in(self, room: str) -> bool:
+        """Return whether the kernel stands in a room, or in a module of one."""
+        return f"{self.module}.".startswith(f"dloftbs.{room}.")
 
     def is_cached(self) -> bool:
         """Return whether the cache has a file for each of the types."""
@@ -94,8 +99,6 @@ class _Kernel:
         with global_compiler_lock, _no_collection():
             if not made._can_compile:
                 return
-            if not self.is_cached():
-                progress.begin()
             for one in self._signatures:
                 made.compile(one)
             made.disable_compile()
@@ -116,10 +119,12 @@ class _Kernel:
 def count_missing(rooms: Sequence[str] | None = None) -> dict[str, int]:
     """Count the imported kernels that are not in the cache, by module, in the order of the rooms; of all rooms if None.
 
+    A room is a folder of the package, or one of its modules with kernels, such as ``"linking.kernels.pair_costs"``.
+
     Where nothing can be saved nothing is gained by compiling in other processes: then there are none.
     """
     missing = dict[str, int]()
-    for one in _kernels if rooms is None else [one for room in rooms for one in _kernels if one.room == room]:
+    for one in _kernels if rooms is None else [one for room in rooms for one in _kernels if one.is_in(room)]:
         if not one.is_cached():
             if not one.can_save():
                 return {}
@@ -130,7 +135,7 @@ def count_missing(rooms: Sequence[str] | None = None) -> dict[str, int]:
 def make_ready(rooms: Collection[str] | None = None, modules: Collection[str] | None = None) -> None:
     """Load or compile the imported kernels, all of them or those of some rooms or modules."""
     for one in _kernels:
-        if (rooms is None or one.room in rooms) and (modules is None or one.module in modules):
+        if (rooms is None or any(map(one.is_in, rooms))) and (modules is None or one.module in modules):
             one.make_ready()
 
 
@@ -151,13 +156,20 @@ def inlined(function: _Function) -> _Function:
 
 
 def _as_part(function: _Function, *, forceinline: bool) -> _Function:
-    options = {"forceinline": forceinline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    compiled = njit(pipeline_class=HelperCompiler, **options)(function)
-    if isinstance(compiled, Dispatcher):  # not where compilation is turned off
-        # What `register_jitable` does compiles a helper again for each kind of caller.
-        infer_global(function, types.Dispatcher(compiled))
-        _helpers.append(compiled)  # the type holds it by a weak reference alone
+    _waiting_helpers.append((function, forceinline))
     return function
+
+
+def install_helpers() -> None:
+    """Let numba know the helpers, which takes time that kernels from the cache do not need."""
+    while _waiting_helpers:
+        function, forceinline = _waiting_helpers.popleft()
+        options = {"forceinline": forceinline, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        compiled = njit(pipeline_class=HelperCompiler, **options)(function)
+        if isinstance(compiled, Dispatcher):  # not where compilation is turned off
+            # What `register_jitable` does compiles a helper again for each kind of caller.
+            infer_global(function, types.Dispatcher(compiled))
+            _helpers.append(compiled)  # the type holds it by a weak reference alone
 
 
 @functools.cache
@@ -202,6 +214,11 @@ class Progress:
             if now >= self._due:
                 self._due = now + LINE_EVERY_S
                 _log.warning("%d kernels compiled in %.0f s", self._count, now - self._since)
+
+
+def _before_compilation() -> None:
+    install_helpers()
+    progress.begin()
 
 
 @contextmanager

@@ -46,13 +46,16 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         The kernel before compilation.
     stamp : str
         Digest of all sources that its code depends on.
+    on_miss : callable
+        Called where a kernel has to be compiled.
     """
 
-    def __init__(self, function: Callable[..., object], stamp: str) -> None:
+    def __init__(self, function: Callable[..., object], stamp: str, on_miss: Callable[[], None]) -> None:
         file = Path(inspect.getfile(function))
         self._name = f"{file.stem}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._stamp = stamp
         self._folder = file.parent
+        self._on_miss = on_miss
 
     @property
     def cache_path(self) -> str:
@@ -72,6 +75,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
             stored = _read(place / name)
             if stored is not None:
                 return _rebuild(target_context, pickle.loads(stored))
+        self._on_miss()
         return None
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
