@@ -110,7 +110,7 @@ def test_a_highlight_along_a_cable_leaves_it_one(width: int, size: tuple[int, in
     split = dloftbs.detect(mask, config=Config().replace({"cleaning.fill_holes": False}))
     assert len(split) != 1 or split[0].curve.closed  # its two halves, or one around the highlight
     (found,) = dloftbs.detect(mask)
-    assert found.width == pytest.approx(width, rel=0.1)
+    assert found.width_px == pytest.approx(width, rel=0.1)
     (expected,) = dloftbs.detect(plain)
     np.testing.assert_allclose(found.curve.sample(100), expected.curve.sample(100), atol=1.0)
 
