@@ -25,8 +25,11 @@ def test_the_settings_go_to_standard_output_and_find_the_cable(picture, tmp_path
     assert (kept.source, kept.cable, kept.size) == ("photo.png", ("40,50:150,50/1",), (100, 200))
     assert result.stderr.splitlines() == [
         "photo.png: 4.0 % of the picture is cable",
-        "next: dloftbs detect photo.png --config cable.yaml --overlay overlay.png",
+        "next: save the settings by --out cable.yaml, then "
+        "dloftbs detect photo.png --config cable.yaml --overlay overlay.png",
     ]
+    saved = run("colour", picture, "--at", ALONG, "--radius", 1, "--out", "cable.yaml")
+    assert "next: dloftbs detect photo.png --config cable.yaml" in saved.stderr
     (tmp_path / "cable.yaml").write_text(result.stdout)
     assert '"detections":[{' in run("detect", picture, "--config", "cable.yaml").stdout
 
@@ -53,7 +56,7 @@ def test_a_second_picture_adds_to_what_was_learned(picture, tmp_path):
     assert config.linking.objects == 1
     both = run("colour", picture, "other.png", "--at", ALONG, "--at", f"2@{ALONG}", "--overlay", "both.png")
     assert Config.from_yaml(both.stdout).segmentation == config.segmentation
-    assert "next: dloftbs detect photo.png other.png --config cable.yaml --overlay overlays" in both.stderr
+    assert "then dloftbs detect photo.png other.png --config cable.yaml --overlay overlays" in both.stderr
 
 
 def test_a_recording_with_several_topics_of_images_is_read_by_the_one_that_is_named(tmp_path, monkeypatch):
@@ -80,7 +83,7 @@ def test_a_frame_of_a_video_is_drawn_on(tmp_path, monkeypatch):
     video.release()
     result = run("colour", "cable.mp4", "--frame", 2, "--at", "40,70:150,70")
     assert Config.from_yaml(result.stdout).segmentation.colour.pictures[0].source == "cable.mp4 frame 2"
-    assert "next: dloftbs track cable.mp4 --config cable.yaml" in result.stderr
+    assert "then dloftbs track cable.mp4 --config cable.yaml" in result.stderr
     assert "there is no frame 3" in run("colour", "cable.mp4", "--frame", 3, "--at", "1,1", code=1).stderr
 
 

@@ -37,3 +37,21 @@ def test_standard_output_is_empty_where_another_output_is_asked_for(tmp_path, ve
     picture = save(tmp_path / "mask.png", mask())
     assert run(verb, picture, option, tmp_path / "drawn.png").stdout == ""
     assert run(verb, picture, option, tmp_path / "drawn.png", "--out", "-").stdout.startswith("{")
+
+
+@pytest.mark.parametrize("name", ["rope.png", "my rope.png"])
+def test_a_file_in_the_place_of_a_command_names_those_that_read_it(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / name, mask())
+    said = run(name, code=2).stderr
+    assert f"{name!r} is no command" in said
+    for command in said.split("`")[1::2]:
+        words = shlex.split(command)
+        run(*words[1:])
+    assert "is no command" not in run("detct", code=2).stderr
+
+
+def test_too_few_numbers_of_a_camera_are_said_to_be_too_few(tmp_path):
+    said = run("detect", save(tmp_path / "mask.png", mask()), "--camera", "600", code=2).stderr
+    assert "expected four numbers FX,FY,CX,CY in pixels" in said
+    assert "unpack" not in said

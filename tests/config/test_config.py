@@ -274,3 +274,8 @@ def test_a_file_that_asks_for_too_much_is_refused(tmp_path, text, message):
     (tmp_path / "a.yaml").write_text(text)
     with pytest.raises(ConfigError, match=message):
         Config.from_file(tmp_path / "a.yaml")
+
+
+def test_a_file_of_text_is_said_to_hold_no_settings():
+    with pytest.raises(ConfigError, match=r"holds text in place of settings, 'notes of today'; .*dloftbs config print"):
+        Config.from_yaml("notes of today")

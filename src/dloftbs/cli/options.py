@@ -49,11 +49,14 @@ def parse_camera(text: str | None) -> PinholeCamera | None:
 
     if Path(text).suffix.lower() in CAMERA_SUFFIXES:
         return PinholeCamera.from_file(text)
+    expected = f"four numbers FX,FY,CX,CY in pixels, or a file ({', '.join(CAMERA_SUFFIXES)})"
+    numbers = text.split(",")
+    if len(numbers) != 4:
+        raise click.BadParameter(f"expected {expected}, got {text!r}", param_hint="--camera")
     try:
-        fx, fy, cx, cy = (float(part) for part in text.split(","))
+        fx, fy, cx, cy = map(float, numbers)
         return PinholeCamera(fx, fy, cx, cy)
     except ValueError as error:  # InputError is one
-        expected = f"four numbers FX,FY,CX,CY in pixels, or a file ({', '.join(CAMERA_SUFFIXES)})"
         raise click.BadParameter(f"expected {expected}, got {text!r}: {error}", param_hint="--camera") from error
 
 

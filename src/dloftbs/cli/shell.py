@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -39,6 +41,28 @@ class Shell(click.Group):
         """Parse the arguments and run the command, with standard streams that take any text."""
         with standard_streams(_output_lost):
             return super().main(*args, **kwargs)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the first argument names.
+
+        Raises
+        ------
+        click.UsageError
+            If there is none; where a file was named in its place, with the commands that read one.
+        """
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            if not os.path.exists(args[0]):
+                raise
+            source = shlex.quote(args[0])
+            raise click.UsageError(
+                f"{args[0]!r} is no command. `dloftbs detect {source}` finds the objects of pictures and masks, "
+                f"`dloftbs track {source}` follows those of a stream.",
+                ctx,
+            ) from error
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command.

@@ -125,7 +125,13 @@ class Config(Section, frozen=True, kw_only=True):
             raise ConfigError(f"cannot read the configuration: {error}") from error
         if len(documents) > 1:
             raise ConfigError(f"must hold one configuration, found {len(documents)} documents")
-        return cls.from_dict(documents[0] if documents else {})
+        settings = documents[0] if documents else {}
+        if isinstance(settings, str):  # any text is YAML
+            raise ConfigError(
+                f"holds text in place of settings, {shown(settings)}; "
+                "they are written as `dloftbs config print` has them"
+            )
+        return cls.from_dict(settings)
 
     @classmethod
     def from_file(cls, path: str | Path) -> Config:

@@ -140,7 +140,8 @@ def colour(
         _report_missed(source, mask, given)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
-    click.echo(f"next: {next_command(where, out, topics)}", err=True)
+    save_first = "" if out else "save the settings by --out cable.yaml, then "
+    click.echo(f"next: {save_first}{next_command(where, out, topics)}", err=True)
 
 
 def _strokes(cable: list[Numbered], ground: list[Numbered], radius: float, pictures: int) -> list[list[Stroke]]:
