@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,13 @@ from hypothesis import settings
 
 settings.register_profile("dloftbs", derandomize=True, deadline=None, max_examples=200, database=None)
 settings.load_profile("dloftbs")
+
+
+def pytest_runtest_setup() -> None:
+    """Let numba know the helpers, which tests compile by themselves; kernels from the cache do without."""
+    compiler = sys.modules.get("dloftbs.kernels.compiler")
+    if compiler is not None:
+        compiler.install_helpers()
 
 
 @pytest.fixture(scope="session")
