@@ -83,7 +83,7 @@ def check_curve(curve: BSplineCurve) -> None:
     assert math.isfinite(curve.length), f"a length of {curve.length}"
     assert curve.length > 0.0, "a curve without length"
     assert BSplineCurve.from_dict(json.loads(strict_json(curve))) == curve
-    t = np.linspace(0.0, 1.0, _FINE)
+    t = np.linspace(0.0, 1.0, max(_FINE, 200 * len(curve.control_points)))  # a long curve needs more
     along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(curve.spline(t), axis=0), axis=1))))
     assert abs(curve.length / along[-1] - 1.0) < _SHARE, f"a length of {curve.length}, a polyline of {along[-1]}"
     assert np.abs(curve.u_at(t) - along / along[-1]).max() < _SHARE, "u is not the share of the length"
