@@ -1,4 +1,4 @@
-"""How far a cable shows beyond an end at a junction: mask beside its axis that no other cable explains."""
+"""Reach of a cable beyond an end at a junction: mask beside its axis that no other cable explains."""
 
 from __future__ import annotations
 
