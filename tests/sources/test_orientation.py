@@ -120,3 +120,22 @@ def test_a_broken_block_is_no_orientation() -> None:
         noisy = bytearray(data)
         noisy[at + int(rng.integers(40))] = int(rng.integers(256))
         assert read_orientation(bytes(noisy)) in range(1, 9)
+
+
+@pytest.mark.parametrize(("ending", "layout"), [(".labels", "labels"), ("_mask_all", "ariadne"), (".mask", "auto")])
+@pytest.mark.parametrize("labelled_upright", [False, True])
+def test_truth_is_for_the_stored_pixels_or_for_those_of_a_viewer_by_its_size(
+    tmp_path: Path, ending: str, layout: str, labelled_upright: bool
+) -> None:
+    path = picture(tmp_path / "0.jpg", 6)
+    with Image.open(path) as opened:
+        shown = np.asarray(ImageOps.exif_transpose(opened))[..., ::-1]
+    labels = np.rot90(BAR, -1) if labelled_upright else BAR
+    save(tmp_path / f"0{ending}.png", pillow(np.ascontiguousarray(labels), "PNG"))
+    (tmp_path / "0.txt").write_text("2 1 1 9 9\n")
+    if layout == "auto":
+        (tmp_path / "0.json").write_text('{"curves": [[[1, 1], [9, 9]]]}')
+        (tmp_path / "0.txt").unlink()
+    frame = sources.open_labelled(tmp_path, layout).frame(0)
+    assert near(frame.image, shown if labelled_upright else COLOUR[..., ::-1])
+    np.testing.assert_array_equal(frame.mask != 0, labels > 0)

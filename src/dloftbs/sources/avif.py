@@ -6,7 +6,7 @@ import io
 
 from dloftbs._arrays import AnyArray
 from dloftbs.errors import SourceError
-from dloftbs.sources.picture import Converter, Picture
+from dloftbs.sources.video_picture import Converter, VideoPicture
 from dloftbs.sources.video_streams import main_stream
 
 
@@ -33,7 +33,7 @@ def decode_avif(data: bytes, max_pixels: int) -> AnyArray:
             stream.codec_context.options = {"max_pixels": str(max_pixels)}
             frame = next(container.decode(stream), None)
             if frame is not None and not frame.is_corrupt:
-                return Picture(0, None, frame, Converter()).bgr()
+                return VideoPicture(0, None, frame, Converter()).bgr()
     except av.FFmpegError as error:
         raise SourceError(f"cannot be decoded as an AVIF image: {error.strerror}") from error
     raise SourceError(f"cannot be decoded as an AVIF image: its {len(data)} bytes are corrupt, cut off, or tiles")

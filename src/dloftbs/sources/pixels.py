@@ -69,9 +69,14 @@ def read_image_or_mask(path: Path, kind: Kind) -> tuple[AnyArray | None, AnyArra
         If the file cannot be read or is not what `kind` asks for.
     """
     picture = read_picture(path, kind)
+    log_remarks(path, picture)
+    return picture.image, picture.mask
+
+
+def log_remarks(path: Path, picture: Picture) -> None:
+    """Warn of what a reader of the picture in a file should know."""
     for remark in picture.remarks:
         logger.warning("%s: %s", path, remark)
-    return picture.image, picture.mask
 
 
 def read_picture(path: Path, kind: Kind, *, upright: bool = False) -> Picture:

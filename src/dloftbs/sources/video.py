@@ -16,10 +16,10 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.cameras import why_not
-from dloftbs.sources.picture import COUNTS, Picture
 from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.video_file import VideoFile
+from dloftbs.sources.video_picture import COUNTS, VideoPicture
 
 if TYPE_CHECKING:
     import cv2
@@ -129,7 +129,7 @@ class VideoSource(_PictureSource):
                 if self._closed:
                     return
 
-    def _stamp(self, picture: Picture, previous: float | None) -> float | None:
+    def _stamp(self, picture: VideoPicture, previous: float | None) -> float | None:
         stamp = picture.seconds if self._timed else None
         if stamp is None or stamp > LONGEST_S:
             stamp = None if self.fps is None else picture.index / self.fps

@@ -13,9 +13,9 @@ from typing import Any
 
 from dloftbs.errors import SourceError
 from dloftbs.sources.containers import damage_in
-from dloftbs.sources.picture import Converter, Picture
 from dloftbs.sources.picture_order import PictureOrder
 from dloftbs.sources.pixels import MAX_PIXELS, check_pixels
+from dloftbs.sources.video_picture import Converter, VideoPicture
 from dloftbs.sources.video_streams import main_stream
 
 MAX_FAILURES = 100
@@ -81,7 +81,7 @@ class VideoFile:
         with closing(_Reading(self._path)) as reading:
             return sum(packet is not None and not packet.is_discard for packet in reading.packets())
 
-    def pictures(self, lost: Lost, ended: Ended) -> Generator[Picture, None, None]:
+    def pictures(self, lost: Lost, ended: Ended) -> Generator[VideoPicture, None, None]:
         """Yield the pictures, decoded on all cores.
 
         At the first sign of damage the file is read again from its start, on one core: on several, it is chance which
@@ -107,7 +107,7 @@ class VideoFile:
                 if picture.index >= given:
                     yield picture
 
-    def _read(self, lost: Lost, ended: Ended, *, careful: bool) -> Iterator[Picture]:
+    def _read(self, lost: Lost, ended: Ended, *, careful: bool) -> Iterator[VideoPicture]:
         reading = _Reading(self._path, careful=careful)
         self._readings.append(reading)
         try:
@@ -171,10 +171,10 @@ class _Reading:
             self._container = None
             self._file.close()
 
-    def pictures(self, lost: Lost, ended: Ended) -> Iterator[Picture]:
+    def pictures(self, lost: Lost, ended: Ended) -> Iterator[VideoPicture]:
         """Yield the pictures; see `VideoFile.pictures`."""
         order = PictureOrder(self._stream.time_base, 1.0 / self.fps if self.fps else 0.0)
-        held: deque[Picture] = deque()
+        held: deque[VideoPicture] = deque()
         index = 0
         failures = missing = 0  # since the last whole picture
         for frame in self._decoded(order):
@@ -194,7 +194,7 @@ class _Reading:
                     lost(index, missing)
                 index += missing
                 failures = missing = 0
-            held.append(Picture(index, seconds, frame, self._converter))
+            held.append(VideoPicture(index, seconds, frame, self._converter))
             index += 1
             if self._careful or len(held) > _HELD:
                 yield held.popleft()

@@ -12,10 +12,9 @@ from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixel_values import read_mask
-from dloftbs.sources.pixels import read_image_or_mask
 from dloftbs.sources.recorded.label_images import paired
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in
-from dloftbs.sources.recorded.pictures import images_in
+from dloftbs.sources.recorded.pictures import images_in, photograph
 from dloftbs.sources.recorded.through_points import truth_of
 from dloftbs.truth import Truth
 
@@ -57,8 +56,8 @@ class AriadneImages(RecordedSequence):
 
     def _frame(self, index: int) -> Frame:
         path = self._pairs[index][0]
-        image, _ = read_image_or_mask(path, "image")
-        return Frame(image, read_mask(path.with_name(path.stem + MASK)), index=index, name=path.name)
+        mask = read_mask(path.with_name(path.stem + MASK))
+        return Frame(photograph(path, mask.shape), mask, index=index, name=path.name)
 
     def _truth(self, index: int) -> Truth:
         path = self._pairs[index][1]

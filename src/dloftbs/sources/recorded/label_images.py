@@ -10,9 +10,8 @@ from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
 from dloftbs.sources.pixel_values import read_labels
-from dloftbs.sources.pixels import read_image_or_mask
 from dloftbs.sources.recorded.layout import Layout, RecordedSequence, files_in, listed
-from dloftbs.sources.recorded.pictures import camera_in, depth_beside, images_in, occluders_beside
+from dloftbs.sources.recorded.pictures import camera_in, depth_beside, images_in, occluders_beside, photograph
 from dloftbs.sources.source import logger
 from dloftbs.truth import Truth
 
@@ -47,8 +46,8 @@ class LabelledImages(RecordedSequence):
 
     def _frame(self, index: int) -> Frame:
         path, labels = self._pairs[index]
-        image, _ = read_image_or_mask(path, "image")
         mask, depth, occluders = read_labels(labels) > 0, depth_beside(path), occluders_beside(path)
+        image = photograph(path, mask.shape)
         return Frame(image, mask, depth, occluders, self._camera, index=index, name=path.name)
 
     def _truth(self, index: int) -> Truth:

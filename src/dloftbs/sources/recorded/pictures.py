@@ -13,11 +13,11 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS
-from dloftbs.sources.picture import Picture
 from dloftbs.sources.pixel_values import read_depth, read_mask
-from dloftbs.sources.pixels import AnyArray, read_image_or_mask
+from dloftbs.sources.pixels import AnyArray, Picture, log_remarks, read_image_or_mask, read_picture
 from dloftbs.sources.recorded.layout import files_in
 from dloftbs.sources.video_file import VideoFile
+from dloftbs.sources.video_picture import VideoPicture
 
 CAMERA = "camera.json"
 CAMERA_FILES = (CAMERA, "camera.yaml", "camera.yml")
@@ -51,9 +51,32 @@ class PictureFile:
         image, mask = read_image_or_mask(self.path, "auto")
         beside = self.path.with_name(f"{self.path.stem}.mask.png")
         if os.path.exists(beside):
-            image, mask = read_image_or_mask(self.path, "image")[0], read_mask(beside)
+            mask = read_mask(beside)
+            image = photograph(self.path, mask.shape)
         depth, occluders = depth_beside(self.path), occluders_beside(self.path)
         return Frame(image, mask, depth, occluders, self.camera, index=index, name=self.path.name)
+
+
+def photograph(path: Path, size: tuple[int, int]) -> AnyArray:
+    """Read a photograph, shape (H, W, 3), whose truth has a size, (H, W): as it was stored, or as viewers show it.
+
+    People label what a viewer shows them, and programs what the sensor gave; where both have the size, it is as stored.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    """
+    picture = read_picture(path, "image")
+    if _size(picture) != size and _size(upright := read_picture(path, "image", upright=True)) == size:
+        picture = upright
+    log_remarks(path, picture)
+    assert picture.image is not None  # as was asked for
+    return picture.image
+
+
+def _size(picture: Picture) -> tuple[int, ...]:
+    return () if picture.image is None else picture.image.shape[:2]
 
 
 def depth_beside(path: Path) -> AnyArray | None:
@@ -129,7 +152,7 @@ class VideoFrames:
         self._file = VideoFile(path)
         self.fps = self._file.fps
         self.count = self._file.count()
-        self._pictures: Iterator[Picture] | None = None
+        self._pictures: Iterator[VideoPicture] | None = None
         self._next = 0
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -60,7 +60,7 @@ class Converter:
 
 
 @dataclass(frozen=True)
-class Picture:
+class VideoPicture:
     """A picture of a video as it is stored.
 
     Parameters
