@@ -28,13 +28,16 @@ _GROUNDS = np.array([(60.0, 56.0, 50.0), (74.0, 70.0, 76.0), (48.0, 60.0, 56.0)]
 """Colours of cables and grounds, BGR: yellow, red, green and blue plastic on dark cloth."""
 _LEAST_SATURATION, _LEAST_VALUE = 90, 110
 """Of a tolerant colour range that still tells these cables from these grounds."""
-_GRAIN = 2.0  # grey levels
-_RIM_PX = (1.8, 2.6)  # from the edge to the middle of the dark line beside it, as a lens' halo or a shadow leaves it
-_RIM_STRENGTH = (0.45, 1.0)
-_RIM_HALF_PX = 0.7
+_GRAIN = 1.0  # grey levels
+_RIM_PX = (1.2, 2.5)  # from the edge to the middle of the dark line beside it, as a lens' halo or a shadow leaves it
+_RIM_STRENGTH = (0.3, 1.5)
+_RIM_CHANGES_PX = 60.0
+_RIM_HALF_PX = (0.6, 1.3)
 _CODEC_STEPS = (8, 25)
 _BRIDGE_PX = (1.0, 4.0)
 _PINHOLE_PX = (3.0, 14.0)  # length of a hole between two bridges
+_PINHOLE_CELL_PX, _PIERCED = 6, 0.9
+"""Grid of the pin-holes, and the share of its cells that have one."""
 _SLIT_PX = 1.2
 """Least width of a highlight: a narrower one is closed by the smallest opening and tests nothing."""
 
@@ -91,15 +94,16 @@ def filmed(rng: np.random.Generator, look: np.random.Generator, cables: Sequence
         ``(H, W)`` px.
     """
     dye, ground = _DYES[look.integers(len(_DYES))], _GROUNDS[look.integers(len(_GROUNDS))]
-    step, rim_px = int(look.integers(*_CODEC_STEPS)), float(look.uniform(*_RIM_PX))
+    step, rim_px, half_px = int(look.integers(*_CODEC_STEPS)), look.uniform(*_RIM_PX), look.uniform(*_RIM_HALF_PX)
     picture = np.broadcast_to(ground, (size[0] * size[1], 3)).copy()
     for cable in cables:
         cover = cable.cover(size)
         inside = cable.width_px / 2.0 - np.abs(cover.offset)
         alpha = np.clip(inside + 0.5, 0.0, 1.0)[:, None]
         picture[cover.pixel] += alpha * (dye - picture[cover.pixel])
-        strength = np.interp(along_noise(rng, cable.strand.length, 25.0), (-1.0, 1.0), _RIM_STRENGTH)
-        dark = at_arc(strength, cover.arc) * np.clip(0.5 + _RIM_HALF_PX - np.abs(inside - rim_px), 0.0, 1.0)
+        change = along_noise(rng, cable.strand.length, _RIM_CHANGES_PX)
+        strength = np.interp(change, (-1.0, 1.0), _RIM_STRENGTH).clip(max=1.0)
+        dark = at_arc(strength, cover.arc) * np.clip(0.5 + half_px - np.abs(inside - rim_px), 0.0, 1.0)
         picture[cover.pixel] += dark[:, None] * (ground - picture[cover.pixel])
     picture += rng.normal(0.0, _GRAIN, picture.shape)
     whole = picture.reshape(*size, 3).clip(0.0, 255.0).round().astype(np.uint8)
@@ -133,7 +137,9 @@ class Highlight:
         middle = cable.width_px * np.interp(cover.arc, self.span, self.offset)
         half = max(cable.width_px * self.half_width, _SLIT_PX / 2.0)
         rough = 0.5 * at_arc(along_noise(rng, cable.strand.length, 2.0), cover.arc)
-        gone = (np.abs(cover.offset - middle) <= half + rough) & (cover.arc >= self.span[0]) & (cover.arc <= self.span[1])
+        gone = (
+            (np.abs(cover.offset - middle) <= half + rough) & (cover.arc >= self.span[0]) & (cover.arc <= self.span[1])
+        )
         if self.bridged:
             gone &= at_arc(dash_pattern(rng, cable.strand.length, _PINHOLE_PX, _BRIDGE_PX), cover.arc) > 0.0
         mask.reshape(-1)[cover.pixel[gone]] = False
@@ -182,16 +188,15 @@ def sprinkle(mask: Mask, rng: np.random.Generator, count: int, sides_px: tuple[i
         mask[y : y + down, x : x + across] = value
 
 
-def pierce(mask: Mask, cable: Cable, span: Range, rng: np.random.Generator, count: int) -> None:
-    """Take pin-holes of 1 to 3 px out of a part of a cable, px along it, but not out of its edges."""
+def pierce(mask: Mask, cable: Cable, rng: np.random.Generator) -> None:
+    """Take pin-holes of 3 px out of a cable, hundreds in HD; each stays by itself, and the edges stay whole."""
     cover = cable.cover((mask.shape[0], mask.shape[1]))
-    deep = (cover.arc >= span[0]) & (cover.arc <= span[1]) & (np.abs(cover.offset) <= 0.35 * cable.width_px)
-    (inside,) = np.nonzero(deep)
-    if not len(inside):
-        return
-    rows, columns = np.divmod(cover.pixel[rng.choice(inside, count)], mask.shape[1])
-    for y, x, across in zip(rows.tolist(), columns.tolist(), rng.integers(1, 4, count).tolist(), strict=True):
-        mask[y, x : x + across] = False
+    deep = cover.pixel[np.abs(cover.offset) <= cable.width_px / 2.0 - _PINHOLE_CELL_PX]
+    rows, columns = np.divmod(deep, mask.shape[1])
+    # A hole for each cell of a grid: no closing of 3 px fills it, and no opening of 3 px takes the bridges away.
+    centres = (rows % _PINHOLE_CELL_PX == 1) & (columns % _PINHOLE_CELL_PX == 1) & (rng.random(len(deep)) < _PIERCED)
+    for y, x in zip(rows[centres].tolist(), columns[centres].tolist(), strict=True):
+        mask[y - 1 : y + 2, x - 1 : x + 2] = False
 
 
 def speck(mask: Mask, centre: FloatArray, length_px: float, width_px: float, angle: float) -> None:

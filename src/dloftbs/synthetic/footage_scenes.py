@@ -10,28 +10,32 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray
 from dloftbs.synthetic import footage_faults as faults
+from dloftbs.synthetic.blemishes import jitter_edges
+from dloftbs.synthetic.edge_cases import paint_picture
 from dloftbs.synthetic.footage_faults import Cable, Highlight, Image, Mask, Size
 from dloftbs.synthetic.generated import proportion
-from dloftbs.synthetic.headings import calm, drifting
+from dloftbs.synthetic.headings import calm
 from dloftbs.synthetic.motion import Heading, Motion, fit_motion, smoothstep
 from dloftbs.synthetic.strand import Strand, integrate
-from dloftbs.synthetic.edge_cases import paint_picture
 
 _CYCLE = 10.0
 """Times the length of a sequence that a cable's whole motion takes: 4 s."""
 _LEAST_WIDTH_PX = 9.0
 """Of a thick cable in a small image: fringes, highlights and rims of a pixel each need the room."""
 _STEP_PX = 0.5
-_JUNK, _JUNK_PX = 40, (5.0, 15.0)
+_JUNK_APART_PX, _JUNK_PX = 28.0, (5.0, 15.0)
 _SALT = 300
-_PINHOLES = 700
+_APART_WIDTHS = 3.0  # of two cables side by side
+
+_PATCH = (52, 50, 54)
+"""Of what lies over a gap, BGR: dark tape."""
 
 Rng = np.random.Generator
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """One moment: the cables, the lowest first, the mask (H, W) that is left of them, and a picture (H, W, 3) or None."""
+    """One moment: the cables, the lowest first, the mask (H, W) left of them, and a picture (H, W, 3) if any."""
 
     cables: tuple[Cable, ...]
     mask: Mask
@@ -45,7 +49,7 @@ MakeScene = Callable[[Rng, Size, int], Scene]
 
 
 def video_edge(rng: Rng, size: Size, number: int) -> Scene:
-    """A cable in a coded video."""
+    """Draw a cable in a coded video."""
     del number
     cable, seed = _moving(rng, size, calm(rng), (14.0, 26.0)), int(rng.integers(2**31))
 
@@ -57,7 +61,7 @@ def video_edge(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def video_crossing(rng: Rng, size: Size, number: int) -> Scene:
-    """Two cables of one colour that cross in a coded video."""
+    """Draw two cables of one colour that cross in a coded video."""
     del number
     tilt, width = float(rng.uniform(0.35, 0.7)), float(rng.uniform(12.0, 22.0))
     pair = [_moving(rng, size, _tilted(calm(rng), side * tilt), (width, width), 800.0) for side in (-1.0, 1.0)]
@@ -71,7 +75,7 @@ def video_crossing(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def highlight_inside(rng: Rng, size: Size, number: int) -> Scene:
-    """A glossy cable: one long hole, rows of pin-holes, or two to three holes side by side, in turn."""
+    """Draw a glossy cable: one long hole, rows of pin-holes, or two to three holes side by side, in turn."""
     cable = _moving(rng, size, calm(rng), (18.0, 40.0))
     lines = (1, 1, int(rng.integers(2, 4)))[number % 3]
     starts, ends = rng.uniform(0.1, 0.35, lines), rng.uniform(0.6, 0.9, lines)
@@ -90,7 +94,7 @@ def highlight_inside(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def highlight_at_border(rng: Rng, size: Size, number: int) -> Scene:
-    """A glossy cable that leaves the image, with a highlight that does so too."""
+    """Draw a glossy cable that leaves the image, with a highlight that does so too."""
     bridged = number % 3 == 2
     cable = _moving(rng, size, calm(rng), (18.0, 40.0), out=True)
     start, middle, half = (float(rng.uniform(*ends)) for ends in ((0.3, 0.6), (-0.15, 0.15), (0.06, 0.16)))
@@ -105,7 +109,7 @@ def highlight_at_border(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def highlight_at_side(rng: Rng, size: Size, number: int) -> Scene:
-    """A glossy cable with a highlight that runs out of one side of it."""
+    """Draw a glossy cable with a highlight that runs out of one side of it."""
     del number
     cable = _moving(rng, size, calm(rng), (18.0, 40.0))
     start, length = float(rng.uniform(0.15, 0.4)), float(rng.uniform(0.2, 0.35))
@@ -123,26 +127,29 @@ def highlight_at_side(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def pinholes(rng: Rng, size: Size, number: int) -> Scene:
-    """A highlight in one part of a cable, with hundreds of pin-holes in another, salt, and thin junk at the border."""
-    cable = _moving(rng, size, calm(rng), (18.0, 36.0))
+    """Draw a cable with a highlight, two others with hundreds of pin-holes, salt, and thin junk at the border."""
+    cable = _moving(rng, size, calm(rng), (24.0, 36.0))
     middle, half = float(rng.uniform(-0.12, 0.12)), float(rng.uniform(0.08, 0.15))
     junk, seed = number % 2 == 1, int(rng.integers(2**31))
 
     def scene(phase: float, noise: Rng) -> Shot:
-        one = cable(phase)
-        mask, length = _tube(one, size), one.strand.length
-        Highlight((0.1 * length, 0.45 * length), (middle, middle), half).cut(mask, one, noise)
-        faults.pierce(mask, one, (0.6 * length, 0.95 * length), noise, _PINHOLES)
+        whole = cable(phase)
+        length, apart = whole.strand.length, np.array((0.0, _APART_WIDTHS * whole.width_px))
+        cables = tuple(Cable(whole.strand.moved(side * apart), whole.width_px) for side in (-1.0, 0.0, 1.0))
+        mask = np.logical_or.reduce(faults.visible_masks(cables, size))
+        Highlight((0.1 * length, 0.45 * length), (middle, middle), half).cut(mask, cables[0], noise)
+        for other in cables[1:]:
+            faults.pierce(mask, other, noise)
         faults.sprinkle(mask, noise, _SALT, (1, 2), True)
         if junk:
             _strip(mask, np.random.default_rng(seed))
-        return Shot((one,), mask)
+        return Shot(cables, mask)
 
     return scene
 
 
 def dashes(rng: Rng, size: Size, number: int) -> Scene:
-    """Thin lines of 1 to 2 px, broken into dashes; straight or gently curved, every other sequence with salt."""
+    """Draw thin lines of 1 to 2 px, broken into dashes; straight or gently curved, every other sequence with salt."""
     count, straight, salt = int(rng.integers(1, 5)), number % 3 == 0, 60 * (number % 2)
     width, bend = float(rng.uniform(1.2, 2.0)), 0.0 if straight else float(rng.uniform(-0.5, 0.5))
     tilt, length = float(rng.uniform(-0.3, 0.3)), float(rng.uniform(0.5, 0.8)) * size[1]
@@ -164,7 +171,7 @@ def dashes(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def specks(rng: Rng, size: Size, number: int) -> Scene:
-    """A worm of 65 x 6 px that swims between specks."""
+    """Draw a worm of 65 x 6 px that swims between specks."""
     del number
     waves, angle = float(rng.uniform(0.8, 1.2)), float(rng.uniform(0.0, 2.0 * math.pi))
     count = int(rng.integers(4, 9))
@@ -189,7 +196,7 @@ def specks(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def ragged(rng: Rng, size: Size, number: int) -> Scene:
-    """A cable whose edges change from frame to frame by up to a third of its width, smooth or rough in turn."""
+    """Draw a cable whose edges change from frame to frame by up to a third of its width, smooth or rough in turn."""
     cable = _moving(rng, size, calm(rng), (12.0, 30.0))
     roughness = 3.0 if number % 2 else 20.0
 
@@ -201,17 +208,18 @@ def ragged(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def coils(rng: Rng, size: Size, number: int) -> Scene:
-    """A worm that coils up to a lump, in which nobody sees its course, and stretches again."""
+    """Draw a worm that coils up to a lump, in which nobody sees its course, and stretches again."""
     del number
     angle, most = float(rng.uniform(0.0, 2.0 * math.pi)), float(rng.uniform(1.7, 2.3))
-    length, width = float(rng.uniform(90.0, 130.0)), float(rng.uniform(7.0, 9.0))
+    length, width, tail = (float(rng.uniform(*ends)) for ends in ((90.0, 130.0), (7.0, 9.0), (0.1, 0.4)))
 
     def scene(phase: float, noise: Rng) -> Shot:
         del noise
         bent = 1.0 - float(smoothstep(np.abs(np.array(2.0 * phase - 1.0))))
         along = np.linspace(0.0, 1.0, 401)
-        # A spiral: the outer end turns more slowly.
-        heading = angle + 2.0 * math.pi * most * bent * (along + 0.25 * along * along) / 1.25
+        # A spiral in which the tail does not take part.
+        inner = np.minimum(along / (1.0 - tail), 1.0)
+        heading = angle + 2.0 * math.pi * most * bent * (1.0 - 0.25 * inner) * inner / 0.75
         strand = integrate(heading, length)
         one = Cable(strand.moved(np.array(size[::-1]) / 2.0 - strand.points.mean(axis=0)), width)
         mask = _tube(one, size)
@@ -221,35 +229,35 @@ def coils(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def rings(rng: Rng, size: Size, number: int) -> Scene:
-    """Two interlocked rings, or a ring with a cable across it, in turn."""
-    width = max(5.0, float(rng.uniform(8.0, 16.0)) * proportion(size))
-    radius = float(rng.uniform(0.18, 0.26)) * min(size)
+    """Draw two interlocked rings, or a ring with a cable across it, in turn."""
+    width = float(rng.uniform(4.0, 12.0))
+    radius = min(float(rng.uniform(4.0, 9.0)) * width, 0.24 * min(size))
     middle, turn = np.array(size[::-1]) / 2.0, float(rng.uniform(0.0, 2.0 * math.pi))
     way = np.array((math.cos(turn), math.sin(turn)))
-    other, waves = float(rng.uniform(0.8, 1.1)) * radius, rng.uniform(0.0, 0.08, 2)
-    off = float(rng.uniform(-0.5, 0.5)) * radius
+    other, waves = float(rng.uniform(0.5, 1.1)) * radius, rng.uniform(0.0, 0.2, 2)
+    off, near = float(rng.uniform(-0.6, 0.6)) * radius, float(rng.uniform(0.45, 0.8))
+    rough_px = 0.8 * (number // 2 % 2)
 
     def scene(phase: float, noise: Rng) -> Shot:
-        del noise
         swing = radius * (0.05 * math.sin(2.0 * math.pi * phase))
         if number % 2:
             line = integrate(np.full(401, turn), 3.2 * radius)
             across = line.moved(middle - line.points.mean(axis=0) + (off + swing) * np.array((-way[1], way[0])))
             cables = (_ring(middle, radius, waves[0], width), Cable(across, width))
         else:
-            apart = 0.55 * (radius + other) + swing
+            apart = max(near * (radius + other), 1.15 * abs(radius - other)) + swing
             cables = (
                 _ring(middle - 0.5 * apart * way, radius, waves[0], width),
                 _ring(middle + 0.5 * apart * way, other, waves[1], width),
             )
-        return Shot(cables, np.logical_or.reduce(faults.visible_masks(cables, size)))
+        mask = np.logical_or.reduce(faults.visible_masks(cables, size))
+        return Shot(cables, jitter_edges(mask, rough_px, 2.0, noise) if rough_px else mask)
 
     return scene
 
 
 def two_colours(rng: Rng, size: Size, number: int) -> Scene:
-    """Two wires of different colours along one line, with ground between their ends; with a picture."""
-    del number
+    """Draw two wires of different colours along one line, with a picture; every other gap is hidden by a patch."""
     cable, gap = _moving(rng, size, calm(rng), (10.0, 20.0)), float(rng.uniform(2.0, 4.0))
     seed, first = int(rng.integers(2**31)), float(rng.uniform(0.35, 0.65))
 
@@ -260,9 +268,13 @@ def two_colours(rng: Rng, size: Size, number: int) -> Scene:
         stop = round(first * count)
         parts = _part(whole, 0, stop), _part(whole, stop + round(free), count)
         masks = faults.visible_masks(parts, size)
-        look = np.random.default_rng(seed)
-        # One picture of each wire, on the same ground: the hues of `paint_picture` are drawn evenly.
-        return Shot(parts, np.logical_or(*masks), _two_dyes(look, masks))
+        picture = _two_dyes(np.random.default_rng(seed), masks)
+        if number % 2:
+            middle = whole.strand.points[stop + round(free / 2.0)]
+            rows, columns = np.ogrid[: size[0], : size[1]]
+            patch = np.hypot(columns - middle[0], rows - middle[1]) <= 0.5 * gap * whole.width_px
+            picture[patch & ~np.logical_or(*masks)] = _PATCH
+        return Shot(parts, np.logical_or(*masks), picture)
 
     return scene
 
@@ -286,7 +298,7 @@ FOOTAGE_SCENES: Mapping[str, MakeScene] = {
 def _moving(
     rng: Rng, size: Size, heading: Heading, widths_px: tuple[float, float], length_px: float = 900.0, out: bool = False
 ) -> Callable[[float], Cable]:
-    """Return a cable that moves slowly, by the phase of the sequence; with `out` its last end is outside of the image."""
+    """Return a cable that moves slowly, by the phase of the sequence; with `out` its last end is outside the image."""
     k = proportion(size)
     width = max(_LEAST_WIDTH_PX, float(rng.uniform(*widths_px)) * k)
     margin = width + 12.0 * k
@@ -319,9 +331,12 @@ def _ring(centre: FloatArray, radius_px: float, wave: float, width_px: float) ->
     points = centre + axes * np.stack((np.cos(turn), np.sin(turn)), axis=1)
     points[-1] = points[0]
     heading = np.unwrap(np.arctan2(axes[1] * np.cos(turn), -axes[0] * np.sin(turn)))
-    # The samples of an oval are not quite evenly spaced: by less than a tenth of the step.
-    spacing = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
-    return Cable(Strand(points, heading, spacing), width_px, ring=True)
+    arc = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    even = np.linspace(0.0, arc[-1], len(arc))
+    strand = Strand(
+        np.stack([np.interp(even, arc, axis) for axis in points.T], axis=1), np.interp(even, arc, heading), even[1]
+    )
+    return Cable(strand, width_px, ring=True)
 
 
 def _part(cable: Cable, start: int, stop: int) -> Cable:
@@ -339,8 +354,8 @@ def _two_dyes(rng: Rng, masks: tuple[Mask, ...]) -> Image:
 
 
 def _strip(mask: Mask, rng: Rng) -> None:
-    """Draw short thin pieces along the right border of a mask (H, W)."""
+    """Draw short thin pieces, clear of each other, along the right border of a mask (H, W)."""
     height, width = mask.shape
-    for _ in range(_JUNK):
-        centre = np.array((width - rng.uniform(2.0, 10.0), rng.uniform(0.0, height)))
-        faults.speck(mask, centre, float(rng.uniform(*_JUNK_PX)), float(rng.uniform(1.0, 2.0)), math.pi * float(rng.random()))
+    for y in np.arange(_JUNK_APART_PX / 2.0, height, _JUNK_APART_PX):
+        length, across, angle = (float(rng.uniform(*ends)) for ends in (_JUNK_PX, (1.0, 2.0), (0.0, math.pi)))
+        faults.speck(mask, np.array((width - 10.0 + rng.uniform(-4.0, 4.0), y)), length, across, angle)

@@ -107,9 +107,7 @@ class RealFootageSequence(NumberedSequence):
         return {**super().__getstate__(), "_shot_of": None}
 
 
-def real_footage(
-    scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)
-) -> list[RealFootageSequence]:
+def real_footage(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[RealFootageSequence]:
     """Return 20 sequences of each of the `FOOTAGE_FAMILIES`, 12 frames each.
 
     Parameters
