@@ -15,7 +15,7 @@ from dloftbs.synthetic.edge_cases import paint_picture
 from dloftbs.synthetic.footage_faults import Cable, Highlight, Image, Mask, Size
 from dloftbs.synthetic.generated import proportion
 from dloftbs.synthetic.headings import calm
-from dloftbs.synthetic.motion import Heading, Motion, fit_motion, smoothstep
+from dloftbs.synthetic.motion import Heading, Motion, fit_motion
 from dloftbs.synthetic.strand import Strand, integrate
 
 _CYCLE = 10.0
@@ -25,6 +25,7 @@ _LEAST_WIDTH_PX = 9.0
 _STEP_PX = 0.5
 _JUNK_APART_PX, _JUNK_PX = 28.0, (5.0, 15.0)
 _SALT = 300
+_COILED = 0.75  # phase from which a worm is coiled up
 _APART_WIDTHS = 3.0  # of two cables side by side
 
 _PATCH = (52, 50, 54)
@@ -208,20 +209,21 @@ def ragged(rng: Rng, size: Size, number: int) -> Scene:
 
 
 def coils(rng: Rng, size: Size, number: int) -> Scene:
-    """Draw a worm that coils up to a lump, in which nobody sees its course, and stretches again."""
+    """Draw a worm that coils up to a lump, in which nobody sees its course."""
     del number
     angle, most = float(rng.uniform(0.0, 2.0 * math.pi)), float(rng.uniform(1.7, 2.3))
-    length, width, tail = (float(rng.uniform(*ends)) for ends in ((90.0, 130.0), (7.0, 9.0), (0.1, 0.4)))
+    length, width, tail = (float(rng.uniform(*ends)) for ends in ((90.0, 120.0), (7.0, 9.0), (0.1, 0.4)))
+    reach = 0.45 * length * np.array((math.cos(angle), math.sin(angle)))
 
     def scene(phase: float, noise: Rng) -> Shot:
         del noise
-        bent = 1.0 - float(smoothstep(np.abs(np.array(2.0 * phase - 1.0))))
+        bent = min(phase / _COILED, 1.0)
         along = np.linspace(0.0, 1.0, 401)
         # A spiral in which the tail does not take part.
         inner = np.minimum(along / (1.0 - tail), 1.0)
-        heading = angle + 2.0 * math.pi * most * bent * (1.0 - 0.25 * inner) * inner / 0.75
+        heading = angle + 2.0 * math.pi * most * bent * ((1.0 - 0.25 * inner) * inner / 0.75 - 1.0)
         strand = integrate(heading, length)
-        one = Cable(strand.moved(np.array(size[::-1]) / 2.0 - strand.points.mean(axis=0)), width)
+        one = Cable(strand.moved(np.array(size[::-1]) / 2.0 + reach - strand.points[-1]), width)
         mask = _tube(one, size)
         return Shot((one,), faults.lump(mask) if most * bent > 0.9 else mask)
 
