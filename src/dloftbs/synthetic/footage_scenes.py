@@ -217,7 +217,7 @@ def coils(rng: Rng, size: Size, number: int) -> Scene:
 
     def scene(phase: float, noise: Rng) -> Shot:
         del noise
-        bent = min(phase / _COILED, 1.0)
+        bent = min(phase / _COILED, 1.0) ** 2  # slow at first, while it is long
         along = np.linspace(0.0, 1.0, 401)
         # A spiral in which the tail does not take part.
         inner = np.minimum(along / (1.0 - tail), 1.0)
