@@ -3,9 +3,9 @@
 Run it with ``python -m benchmarks.real_footage DATA``. The folder holds ``cases/NAME`` with masks, and ``truth.json``
 where centre lines are known, and ``networks/ewd`` with ``NAME.NETWORK.png``, the grey output of a segmentation network,
 beside ``NAME.labels.png``, whose pixel value is the cable's number. Prints a row per input: the expectation, the
-result, and whether it is right; then the pictures of each network with the right number of cables. Cases that are not
-there are left out, with a word. Photographs have benchmarks of their own: `benchmarks.photographs`,
-`benchmarks.original_curves` and ``dloftbs evaluate FOLDER``.
+result, and whether it is right; then the pictures of each network with the right number of cables, and the photographs
+in ``mbest`` as `benchmarks.photographs` scores them. Cases that are not there are left out, with a word.
+`benchmarks.original_curves` and ``dloftbs evaluate FOLDER`` score other data.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 import dloftbs
+from benchmarks.photographs import score
 from dloftbs.evaluation import mmd
 
 Points = npt.NDArray[np.float64]
@@ -71,6 +72,7 @@ def main() -> None:
     print(f"\n{sum(row.right for row in rows)} of {len(rows)} rows right\n")
     if given.only is None:
         _print_networks(given.data / "networks" / "ewd")
+        _print_photographs(given.data / "mbest")
 
 
 def read_mask(file: Path, least: int = 1) -> Mask:
@@ -264,6 +266,19 @@ def _print_networks(folder: Path) -> None:
     for network in NETWORKS:
         counts = [network_count(folder, network, with_image=with_image) for with_image in (False, True)]
         print(f"| {network} | {' | '.join(f'{right} of {number}' for right, number in counts)} |", flush=True)
+
+
+def _print_photographs(folder: Path) -> None:
+    if not folder.is_dir():
+        print("\nno photographs with labels: left out")
+        return
+    print("\n| photographs | right number | DICE | worst |")
+    print("| --- | ---: | ---: | ---: |")
+    for part in sorted(path for path in folder.iterdir() if path.is_dir()):
+        scores = [score(dloftbs.Pipeline(), path) for path in sorted(part.glob("*.jpg"))]
+        dices = [dice for _, dice in scores]
+        right = sum(right for right, _ in scores)
+        print(f"| {part.name} | {right} of {len(scores)} | {np.mean(dices):.4f} | {min(dices):.4f} |", flush=True)
 
 
 def _refined(points: Points, step_px: float = 1.0) -> Points:

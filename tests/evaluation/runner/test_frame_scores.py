@@ -11,7 +11,6 @@ from dloftbs.evaluation.runner.found import found_in, samples
 from dloftbs.evaluation.runner.run import evaluate
 from dloftbs.evaluation.runner.sequence_run import Method
 from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.truth import Truth
 
@@ -265,14 +264,7 @@ def test_curves_that_claim_to_be_right_are_counted_and_those_of_them_that_are_wr
 
 
 def test_a_sure_curve_that_is_wrong_or_redundant_counts(tmp_path):
-    def sure_and_off(frame):
-        first, second = (np.array(row + frame.index, float) for row in (30, 70))
-        one = joint_stubs.joined(joint_stubs.path((20, first), (180, first)))
-        off = joint_stubs.joined(joint_stubs.path((20, second + 9.0), (180, second + 9.0)))
-        more = joint_stubs.joined(joint_stubs.path((20, 100.0), (180, 100.0)))
-        return FrameResult((one, off, more), (), None, frame.size)
-
-    (row,) = rows_of(tmp_path, sure_and_off, Bars(length=1))
+    (row,) = rows_of(tmp_path, joint_stubs.sure_and_off, Bars(length=1))
     assert (row.sure, row.sure_wrong) == (3, 2)
 
 
