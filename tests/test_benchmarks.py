@@ -22,6 +22,7 @@ from benchmarks import (
     original_curves,
     process,
     profile,
+    real_footage,
     summary,
 )
 from benchmarks.docs import published
@@ -325,3 +326,19 @@ def test_the_functions_that_the_page_profiles_are_those_of_the_code():
         if not source.is_file() or not re.search(rf"^ *def {function}\(", source.read_text("utf-8"), re.MULTILINE):
             missing.add(f"{module}.{function}")
     assert missing == set()
+
+
+def test_a_curve_within_half_a_width_of_the_truth_is_right_and_one_beside_it_is_not():
+    line = np.array([[20.0, 60.0], [180.0, 60.0]])
+    mask = np.zeros((120, 200), np.bool_)
+    mask[55:66, 15:186] = True
+    words, right = real_footage.beside_truth(Pipeline().detect(Frame(mask=mask)), [line])
+    assert right
+    assert words.startswith("off by 0.")
+    assert not real_footage.beside_truth(Pipeline().detect(Frame(mask=mask)), [line + 9.0])[1]
+    mask[20:31, 15:186] = True
+    assert not real_footage.beside_truth(Pipeline().detect(Frame(mask=mask)), [line])[1]
+    assert real_footage.beside_truth(Pipeline().detect(Frame(mask=np.zeros_like(mask))), [line]) == (
+        "nothing found",
+        False,
+    )

@@ -37,3 +37,9 @@ def cut_bars(frame):
     right = joined(path((20, first), (90, first)), path((96, first), (180, first)), kind=JointKind.GAP, confidence=0.9)
     wrong = joined(path((20, second), (90, second)), path((96, first), (180, first)), confidence=0.2)
     return FrameResult((right, wrong), (), None, frame.size)
+
+
+def sure_and_off(frame):
+    """Curves without joints: one on the first bar, one 9 px off the second, and one where there is none."""
+    rows = (30.0 + frame.index, 79.0 + frame.index, 100.0)
+    return FrameResult(tuple(joined(path((20, row), (180, row))) for row in rows), (), None, frame.size)

@@ -145,6 +145,10 @@ _GENERATED: dict[str, _Recipe] = {
         "drawn images: sharp bends, facing ends, T and Y, cables side by side, cut by the border, a crossed ring",
         lambda scale, seed, size: synthetic.edge_cases(scale, seed=seed, size=size),
     ),
+    "real-footage": _Recipe(
+        "drawn faults of real footage: codecs, highlights, pin-holes, dashes, specks, ragged edges, coils, two colours",
+        lambda scale, seed, size: synthetic.real_footage(scale, seed=seed, size=size),
+    ),
     "simulated": _Recipe(
         "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
         lambda scale, seed, size: synthetic.simulated(scale, seed=seed, size=size),

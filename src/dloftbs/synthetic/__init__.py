@@ -14,6 +14,7 @@ from dloftbs.synthetic.kinds import KINDS, KindSequence, kinds
 from dloftbs.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladder
 from dloftbs.synthetic.network_masks import NETWORK, NetworkFaults
 from dloftbs.synthetic.plain_sight import PLAIN_SIGHT_KINDS, PlainSightSequence, plain_sight
+from dloftbs.synthetic.real_footage import FOOTAGE_FAMILIES, RealFootageSequence, real_footage
 from dloftbs.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.synthetic.rgbd import RgbdSequence
 from dloftbs.synthetic.rgbd_camera import DEPTH_SCENES, DepthCameraSequence, rgbd_camera
@@ -35,6 +36,7 @@ __all__ = [
     "DEPTH_SCENES",
     "EDGE_CASES",
     "END_STYLES",
+    "FOOTAGE_FAMILIES",
     "KINDS",
     "LADDER_BASES",
     "NETWORK",
@@ -59,6 +61,7 @@ __all__ = [
     "LadderBase",
     "NetworkFaults",
     "PlainSightSequence",
+    "RealFootageSequence",
     "RgbSequence",
     "RgbdSequence",
     "Rung",
@@ -75,6 +78,7 @@ __all__ = [
     "noise_ladder",
     "plain_sight",
     "random_curve",
+    "real_footage",
     "rgb",
     "rgbd_artificial",
     "rgbd_camera",

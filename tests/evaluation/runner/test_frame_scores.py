@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from builders import curve_through
+from evaluation import joint_stubs
 from evaluation import runner_stubs as stubs
 from evaluation.runner_stubs import Bars, method, suite
 
@@ -254,3 +255,19 @@ def test_what_a_frame_shows_and_what_a_track_remembers_are_scored_apart() -> Non
     (tracked,), (detected,) = hidden.curves, hidden.detected.curves
     assert tracked.length > detected.length + 50.0
     assert hidden.detected.detections == results[-1].detections
+
+
+def test_curves_that_claim_to_be_right_are_counted_and_those_of_them_that_are_wrong(tmp_path):
+    (row,) = rows_of(tmp_path, joint_stubs.cut_bars, Bars(length=1))
+    # Both have gaps; the first states 0.9 and is a bar, the second states 0.2 and ends on another one.
+    assert (row.right, row.sure, row.sure_wrong) == (1, 1, 0)
+
+
+def test_a_sure_curve_that_is_wrong_or_redundant_counts(tmp_path):
+    (row,) = rows_of(tmp_path, joint_stubs.sure_and_off, Bars(length=1))
+    assert (row.sure, row.sure_wrong) == (3, 2)
+
+
+def test_a_method_without_confidence_is_never_sure(tmp_path):
+    (row,) = rows_of(tmp_path, stubs.shifted, Bars(length=1))
+    assert (row.sure, row.sure_wrong) == (0, 0)

@@ -13,7 +13,7 @@ from dloftbs.evaluation.report.spread import Sample, frames_of
 from dloftbs.evaluation.report.table import Cell, Table, existing, median
 from dloftbs.evaluation.report.tracking_tables import following_table
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Part
-from dloftbs.evaluation.runner.frame_scores import CLEAN_DICE
+from dloftbs.evaluation.runner.frame_scores import CLEAN_DICE, SURE
 
 _EMPTY = "frames without a curve"
 _WHOLE = "L3 px, whole curve"
@@ -80,6 +80,7 @@ _FIGURES: dict[str, Callable[[_Frames], Cell]] = {
     "L3 mm max": lambda frames: max(existing(row.l3_mm for row in frames.items), default=None),
     "L3 mm min": lambda frames: min(existing(row.l3_mm for row in frames.items), default=None),
     _LENGTH: lambda frames: frames.mean(lambda row: row.length_error, 100.0),
+    "sure and wrong, %": lambda frames: frames.ratio(lambda row: row.sure_wrong, lambda row: row.sure, 100.0),
     "DICE": lambda frames: frames.mean(lambda row: row.dice),
     "missing": lambda frames: frames.total(lambda row: row.missing),
     "missing, %": _share_of_objects(lambda row: row.missing),
@@ -167,6 +168,16 @@ def _families(parts: Sequence[Part], suite: str) -> Table:
     return Table(f"{suite}-frames", title, *_rows(parts, {**_FAMILY, **_METHOD}, figures), _SEEN).compact()
 
 
+def _footage(parts: Sequence[Part], suite: str) -> Table:
+    figures = ("clean frames, %", "right objects, %", "sure and wrong, %", "L3 px", "missing", "redundant", "ms median")
+    note = (
+        "Right objects: specks and salt that are found as short curves spoil a clean frame, but not the object beside "
+        f"them. Sure and wrong: of the curves with a confidence of at least {SURE:g}, those that are not right. {_SEEN}"
+    )
+    made = _rows(parts, {**_FAMILY, **_METHOD}, (*figures, *_COUNTS))
+    return Table(f"{suite}-frames", f"{suite}: what was seen in each frame", *made, note).compact()
+
+
 def _plain(parts: Sequence[Part], suite: str) -> Table:
     covers = ("clean frames, %", "right number, %", "L1 px", "L2 px", "L3 px", _WHOLE, "DICE")
     figures = (*covers, "missing", "redundant", "ms median", *_COUNTS)
@@ -179,6 +190,7 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "known-occluders": _families,
     "seen-occluders": _families,
     "plain-sight": _families,
+    "real-footage": _footage,
     "simulated": _families,
     "several-cables": _by_number,
     "rgbd": _scenarios,

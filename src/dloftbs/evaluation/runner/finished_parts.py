@@ -63,6 +63,9 @@ class FrameRow:
     scene : str
         Scene that the frame shows. Frames of one scene are no independent sample: a sequence is one, under whatever
         noise; of single images each is one.
+    sure, sure_wrong : int
+        Curves with a confidence of at least `frame_scores.SURE`, and those of them that are not right; 0 where a method
+        gives no confidence.
     """
 
     suite: str
@@ -88,6 +91,8 @@ class FrameRow:
     l2_mm: float | None = None
     l3_surface_mm: float | None = None
     scene: str = ""
+    sure: int = 0
+    sure_wrong: int = 0
 
     @property
     def badness(self) -> tuple[int, float, int]:

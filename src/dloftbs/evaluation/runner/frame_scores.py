@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
+from collections.abc import Collection, Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,8 @@ CLEAN_L3 = 1.0 / 256.0
 """Of the image's longer side: the largest L3 of an object in a clean frame, 5 px in HD."""
 CLEAN_DICE = 0.8
 """The smallest DICE of an object in a clean frame, where nothing but masks is known."""
+SURE = 0.9
+"""Confidence from which a curve claims to be right."""
 TRACK_GATE = 1.0 / 25.6
 """Of the image's longer side: the largest L3 at which a track can be that of an object, 50 px in HD."""
 
@@ -52,6 +54,8 @@ class Score:
     l1_mm: float | None = None
     l2_mm: float | None = None
     l3_surface_mm: float | None = None
+    sure: int = 0
+    sure_wrong: int = 0
 
 
 def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) -> Score:
@@ -90,7 +94,14 @@ def score(found: Found, known: KnownFrame, tolerance_px: float | None = None) ->
         space.l1_mm,
         space.l2_mm,
         space.l3_surface_mm,
+        *_sure(found, {pair.found for pair in matching.pairs if pair.l3 <= limit}),
     )
+
+
+def _sure(found: Found, right: Collection[int]) -> tuple[int, int]:
+    """Return the number of detections with a confidence of at least `SURE`, and of those among them that are wrong."""
+    sure = [number for number, detection in enumerate(found.detections) if detection.confidence >= SURE]
+    return len(sure), sum(number not in right for number in sure)
 
 
 class IdentityScorer:
