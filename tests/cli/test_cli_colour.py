@@ -1,5 +1,7 @@
 """``dloftbs colour``: from strokes to settings that detect and track read."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -44,6 +46,18 @@ def test_the_mask_is_drawn_and_the_settings_are_written(picture, tmp_path):
     assert np.count_nonzero(changed & (mask() == 0)) < 60
     assert Config.from_file("c.yaml").segmentation.colour.pictures[0].ground == ("10,10",)
     run("colour", picture, "--at", ALONG, "--out", "c.yaml")  # what it wrote it may replace
+
+
+@pytest.mark.parametrize("name", ["photo.png", "photo.jpg"])
+def test_the_next_command_runs_on_a_grey_picture(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / name, np.where(mask() > 0, np.uint8(30), np.uint8(150)))
+    next_command = run("colour", name, "--at", ALONG, "--out", "cable.yaml").stderr.splitlines()[-1]
+    assert next_command == f"next: dloftbs detect {name} --config cable.yaml --overlay overlay.png"
+    result = run("detect", name, "--config", "cable.yaml")
+    (found,) = json.loads(result.stdout)["detections"]
+    assert found["width_px"] == pytest.approx(4.0, abs=1.0)
+    assert found["curve"]["control_points"][0][1] == pytest.approx(49.5, abs=1.0)
 
 
 def test_a_second_picture_adds_to_what_was_learned(picture, tmp_path):

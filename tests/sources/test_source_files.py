@@ -65,6 +65,13 @@ def test_kind_overrules_content(tmp_path):
     np.testing.assert_array_equal(only(sources.open(colour, kind="mask")).mask != 0, MASK != 0)
 
 
+@pytest.mark.parametrize("pixels", [MASK, np.dstack([MASK] * 3)], ids=["grey", "equal channels"])
+def test_grey_files_are_images_where_a_colour_is_to_be_found(tmp_path, pixels):
+    frame = only(sources.open(save(tmp_path / "a.png", pixels), kind="auto_image"))
+    assert frame.mask is None
+    np.testing.assert_array_equal(frame.image, np.dstack([MASK] * 3))
+
+
 def test_faint_cable_in_png_counts(tmp_path):
     frame = only(sources.open(save(tmp_path / "a.png", MASK // 200)))
     assert (frame.mask != 0).sum() == 24

@@ -64,7 +64,13 @@ class StreamRun:
     def __init__(self, where: str | Sequence[str], options: StreamOptions, *, in_turn: bool = False) -> None:
         self._pipeline = Pipeline(options.config)
         jobs = 1 if in_turn else cores()
-        self.source = options.inputs.open(where, options.fps, jobs=jobs, keep_messages=options.keep_messages)
+        self.source = options.inputs.open(
+            where,
+            options.fps,
+            segmented=options.config.segmentation.needs_image,
+            jobs=jobs,
+            keep_messages=options.keep_messages,
+        )
         self._options = options
         self._in_turn = in_turn
         self._frames = UsableFrames(self.source, options.config, options.inputs, where, options.every)

@@ -32,8 +32,11 @@ from dloftbs.sources.tiff_pages import as_stored, is_tiff, pages_of
 from dloftbs.sources.unreadable import is_refused, why_unreadable
 
 AnyArray = npt.NDArray[Any]
-Kind = Literal["auto", "image", "mask"]
+Kind = Literal["auto", "image", "mask", "auto_image"]
 KINDS: tuple[str, ...] = get_args(Kind)
+
+GREY_AS_IMAGE: Kind = "auto_image"
+"""As "auto", but what has one channel is an image: for frames whose masks colour settings make."""
 
 MAX_PIXELS = 1 << 27
 """Of a frame: a third more than medium-format cameras have, and 0.4 GB in colour."""
@@ -47,6 +50,11 @@ def check_kind(kind: object) -> None:
     """Raise an `InputError` if a value is no kind of frames."""
     if not isinstance(kind, str) or kind not in KINDS:
         raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
+
+
+def kind_for(kind: Kind, *, segmented: bool) -> Kind:
+    """Return the kind of frames, of which masks may have to be made: then "auto" takes grey for an image."""
+    return GREY_AS_IMAGE if kind == "auto" and segmented else kind
 
 
 class Picture(NamedTuple):
@@ -110,7 +118,7 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
     Parameters
     ----------
     data : bytes
-    kind : {"auto", "image", "mask"}
+    kind : {"auto", "image", "mask", "auto_image"}
     upright : bool
         Turn the picture as its EXIF orientation says; otherwise it is as it was stored, as the sensor gave it.
 
@@ -129,6 +137,8 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
 
 def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None, tuple[str, ...]]:
     """Return the image or the mask, and remarks."""
+    if kind == GREY_AS_IMAGE:
+        kind = "image"
     if kind != "image" and is_indexed(data):
         indices = read_indices(data)
         if kind == "mask" or holds_labels(data, indices) or _is_grey(decode(data)):
@@ -323,7 +333,10 @@ def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
 
 def _to_image(pixels: AnyArray) -> AnyArray:
     if pixels.dtype != np.uint8:
-        raise SourceError(f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, or use it as a mask")
+        raise SourceError(
+            f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, or use it as a "
+            "mask: kind='mask' (--kind mask)"
+        )
     return pixels if pixels.ndim == 3 else np.repeat(pixels[:, :, None], 3, axis=2)
 
 
