@@ -137,5 +137,37 @@ def test_strokes_beside_what_they_mean_are_named(picture):
     assert "does it lie" not in run("colour", picture, "--at", ALONG, "--not", "10,10:50,20").stderr
 
 
+def white_on_white() -> np.ndarray:
+    """Return a white cable on ground that is nearly as white, under light that changes along it."""
+    image = np.full((100, 200), 214.0)
+    image[mask() > 0] = 226.0
+    image *= np.linspace(0.85, 1.1, 200)
+    image += np.random.default_rng(0).normal(0.0, 2.0, image.shape)
+    return np.repeat(np.clip(image, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+
+
+def test_a_stroke_along_a_cable_of_the_grounds_colour_is_not_said_to_lie_beside_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "white.png", white_on_white())
+    told = run("colour", "white.png", "--at", ALONG, "--radius", 1).stderr
+    assert "of the stroke 40,50:150,50/1 counts as cable, since the rest of the picture has its colours, too" in told
+    assert "beside the cable" not in told
+    beside = run("colour", "white.png", "--at", "40,80:150,80", "--radius", 1).stderr
+    assert "does it lie beside the cable? If it lies on it, add --accept-strokes" in beside
+
+
+def test_strokes_are_accepted_where_that_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "white.png", white_on_white())
+    strokes = ("--at", ALONG, "--not", "20,20:180,20", "--not", "20,80:180,80", "--radius", 1)
+    assert "counts as cable, since" in run("colour", "white.png", *strokes).stderr
+    accepted = run("colour", "white.png", *strokes, "--accept-strokes", "--out", "cable.yaml").stderr
+    assert "counts as cable, since" not in accepted
+    colour = Config.from_file("cable.yaml").segmentation.colour
+    assert colour.accept_strokes
+    on = run("colour", "white.png", "--at", "60,50:90,50", "--config", "cable.yaml", "--out", "more.yaml")
+    assert Config.from_file("more.yaml").segmentation.colour.accept_strokes, on.stderr
+
+
 def test_an_image_without_a_colour_points_at_the_command(picture):
     assert "dloftbs tune photo.png --out cable.yaml" in run("detect", picture, code=1).stderr
