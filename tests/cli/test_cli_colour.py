@@ -126,7 +126,9 @@ def test_a_colour_of_nothing_or_of_most_is_hinted_at(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save(tmp_path / "flat.png", np.full((60, 80, 3), (20, 30, 200), np.uint8))
     told = {radius: run("colour", "flat.png", "--at", "10,10:70,50", "--radius", radius).stderr for radius in (2, 100)}
-    assert "0.0 % of the picture is cable: nothing; draw along the cable" in told[2]
+    assert "0.0 % of the picture is cable: nothing\n" in told[2]
+    clicked = run("colour", "flat.png", "--at", "10,10").stderr
+    assert "0.0 % of the picture is cable: nothing; draw along the cable" in clicked
     assert "100.0 % of the picture is cable: the ground comes in; add strokes on it with --not" in told[100]
 
 

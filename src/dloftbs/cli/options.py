@@ -117,6 +117,10 @@ def config_options(command: Command) -> Command:
         objects: int | None,
         **kwargs: Any,
     ) -> None:
+        if hsv and click.get_current_context().params.get("kind") == "mask":
+            raise click.UsageError(
+                "--hsv finds a colour in images, and --kind mask says that there are none: leave out one"
+            )
         if objects is not None:
             changes = {**changes, "linking.objects": objects}
         command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)

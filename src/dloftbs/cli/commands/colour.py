@@ -150,7 +150,7 @@ def colour(
     model = ColourModel(learned)
     masks = [model(image) for image in images]
     for source, image, mask, given in zip(sources, images, masks, strokes, strict=True):
-        _report(source, float(mask.mean()))
+        _report(source, float(mask.mean()), given)
         _report_missed(source, image, mask, given)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
@@ -181,11 +181,12 @@ def _strokes(cable: list[Numbered], ground: list[Numbered], radius: float, pictu
     return found
 
 
-def _report(source: str, share: float) -> None:
+def _report(source: str, share: float, strokes: Sequence[Stroke]) -> None:
     """Say how much of a picture counts as cable, and what to do where it is nothing or most."""
     hint = ""
     if share == 0.0:
-        hint = ": nothing; draw along the cable, --at X,Y:X,Y, rather than click on it"
+        drawn = any(stroke.cable and len(stroke.points) > 1 for stroke in strokes)
+        hint = ": nothing" if drawn else ": nothing; draw along the cable, --at X,Y:X,Y, rather than click on it"
     elif share > _MOST_SET:
         hint = ": the ground comes in; add strokes on it with --not"
     click.echo(f"{source}: {100.0 * share:.1f} % of the picture is cable{hint}", err=True)
