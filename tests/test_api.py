@@ -243,7 +243,6 @@ class TestFiles:
             ("photo.png", {"hsv": RED, "depth": "depths.npz"}, SourceError, "depth must hold one frame, got 2"),
             ("photo.png", {"hsv": RED, "occluders": "no.png"}, SourceError, "occluders: there is no file"),
             ("mask.png", {"image": "no.png"}, SourceError, "there is no file"),
-            ("mask.png", {"hsv": RED}, InputError, "x is a mask already"),
             ("mask.png", {"camera": "no.json"}, SourceError, r"no\.json: cannot be read"),
             ("mask.png", {"config": "no.yaml"}, ConfigError, r"no\.yaml: cannot be read"),
             ("mask.png", {"config": "fitting:\n  knots: 5"}, InputError, r"pass Config\.from_yaml\(text\)"),
@@ -258,6 +257,32 @@ class TestFiles:
         Path("cable.mkv").write_bytes(video_of(image_of(mask_of()), 3))
         with pytest.raises(error, match=message):
             dloftbs.detect(x, **given)
+
+    def test_a_grey_picture_is_an_image_where_there_is_a_colour(self) -> None:
+        grey = np.where(mask_of(), np.uint8(30), np.uint8(150))
+        cv2.imwrite("grey.png", grey)
+        np.save("stack.npy", np.stack([grey, grey]))
+        dark = {"segmentation": {"hsv": "black"}}
+        for x in (grey, grey[..., None], "grey.png"):
+            for given in ({"hsv": "black"}, {"config": dark}, {"segmenter": lambda image: image[..., 0] < 90}):
+                (found,) = dloftbs.detect(x, **given)
+                (expected,) = dloftbs.detect(mask_of())
+                assert found.width_px == expected.width_px
+        for stream in ([grey, grey], np.stack([grey, grey]), "stack.npy"):
+            assert [len(result) for result in dloftbs.track(stream, hsv="black")] == [1, 1]
+
+    def test_a_grey_picture_has_no_hue(self) -> None:
+        grey = np.where(mask_of(), np.uint8(30), np.uint8(150))
+        reason = dloftbs.detect(grey, hsv=RED).reason
+        assert reason is not None
+        assert "it is grey, and the colour asks for saturation" in reason
+        assert "if it is a mask, leave the colour out" in reason
+
+    def test_an_array_of_bool_is_a_mask_beside_a_colour(self) -> None:
+        config = {"segmentation": {"hsv": RED}}
+        assert len(dloftbs.detect(mask_of() != 0, config=config)) == 1
+        with pytest.raises(InputError, match=r"uint16; if it is a mask, give Frame\(mask=array\) or array != 0"):
+            dloftbs.detect(mask_of().astype(np.uint16), config=config)
 
     def test_a_capture_is_followed_until_it_ends(self) -> None:
         Path("cable.mkv").write_bytes(video_of(image_of(mask_of()), 3))

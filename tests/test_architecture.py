@@ -108,6 +108,7 @@ MAY_IMPORT = {
     **{name: (GROUND - {"kernels"}) | (DATA - {name}) | {"viz"} for name in SHOW_THEMSELVES},
     "frame_result": (GROUND - {"kernels"}) | (DATA - {"frame_result"}) | {"viz", "sinks"},
     "plausibility": {"_arrays", "config"},
+    "mask_faults": {"_arrays", "cleaning", "config", "detection"},
     "inspection": (GROUND - {"kernels"}) | DATA,
     "stage_order": (BELOW_PIPELINE - {"tracking"}) | {"plausibility"},
     "pipeline": GROUND
@@ -128,7 +129,7 @@ MAY_IMPORT = {
     "__main__": {"cli"},
     "cli": KNOWN_OUTSIDE
     | {"api", "pipeline", "pipeline_group", "segmentation", "sources", "synthetic", "sinks", "evaluation", "viz"}
-    | {"kernel_loading", "overlap", "ros", "steadiness", "ui", "worker_process", ""},
+    | {"kernel_loading", "mask_faults", "overlap", "ros", "steadiness", "ui", "worker_process", ""},
 }
 """From the first name below the package to those that it may import, itself aside; the package itself is ""."""
 

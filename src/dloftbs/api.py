@@ -23,7 +23,7 @@ from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
 from dloftbs.sources import PathLike, Source, Where
 from dloftbs.sources.one_frame import read_beside, read_frame
-from dloftbs.sources.pixels import Kind
+from dloftbs.sources.pixels import Kind, kind_for
 
 
 def detect(
@@ -45,9 +45,10 @@ def detect(
     ----------
     x : array_like, str, path or Frame
         A mask (H, W), (H, W, 1) or (1, H, W) of bool or any integer type, in which any non-zero is cable; or a BGR
-        image (H, W, 3), uint8, with `hsv` or a configuration that has one; or the file of one picture, which is read as
-        `sources.open` reads it; or a whole frame. Arrays and tensors of any library are taken, and a picture of Pillow
-        by its mode; an array that is RGB has to be turned: ``x[..., ::-1]``. Never changed.
+        image (H, W, 3), uint8, with `hsv` or a configuration that has one. With these, uint8 (H, W) is a grey image,
+        and bool a mask. Also the file of one picture, which is read as `sources.open` reads it; or a whole frame.
+        Arrays and tensors of any library are taken, and a picture of Pillow by its mode; an array that is RGB has to be
+        turned: ``x[..., ::-1]``. Never changed.
     hsv : str, HsvRange or several, optional
         Colour of the cables in an image, such as ``"170:10,80:255,60:255"`` for red: hue, saturation and value.
     image : array_like, shape (H, W, 3), uint8, or path, optional
@@ -84,8 +85,10 @@ def detect(
     SourceError
         If a file cannot be read.
     """
-    kind: Kind = "auto" if image is None else "mask"
-    frame = read_frame(x, kind) if isinstance(x, (str, os.PathLike)) else as_frame(x)
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter)
+    segmented = pipeline.segments_images and image is None
+    kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
+    frame = read_frame(x, kind) if isinstance(x, (str, os.PathLike)) else as_frame(x, grey_as_image=segmented)
     if isinstance(image, (str, os.PathLike)):
         image = read_frame(image, "image").image
     if isinstance(depth, (str, os.PathLike)):
@@ -108,7 +111,7 @@ def detect(
         raise InputError("hsv makes a mask of an image (H, W, 3), and x is a mask already; leave out one of them")
     if segmenter is not None and frame.mask is not None:
         raise InputError("a segmenter makes a mask of an image (H, W, 3), and x has a mask; leave out one of them")
-    return Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter).detect(replace(frame, **given))
+    return pipeline.detect(replace(frame, **given))
 
 
 Stream = Where | Iterable[Frame | AnyArray]
@@ -152,7 +155,8 @@ def track(
     if isinstance(frames, Frame) or (isinstance(frames, np.ndarray) and _is_one(frames)):
         raise InputError("expected a stream, got a single frame: detect takes one, and Pipeline.process one by one")
     if isinstance(frames, (str, os.PathLike, int, np.integer, np.ndarray)) or _are_paths(frames):
-        return _track_source(sources.open(cast(Where, frames)), pipeline)
+        kind = kind_for("auto", segmented=pipeline.segments_images)
+        return _track_source(sources.open(cast(Where, frames), kind=kind), pipeline)
     if _is_capture(frames):
         frames = _frames_of(frames)
     if not isinstance(frames, Iterable) or isinstance(frames, (bytes, dict)):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._array_likes import NONE_IS, as_pixels
-from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask, looks_like_image
+from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask, looks_like_image, plane_of
 from dloftbs._values import (
     DEPTH_UNITS_M,
     MAX_WHOLE,
@@ -116,10 +116,11 @@ class Frame:
         return int(array.shape[0]), int(array.shape[1])
 
 
-def as_frame(given: Frame | npt.ArrayLike, index: int = 0) -> Frame:
+def as_frame(given: Frame | npt.ArrayLike, index: int = 0, *, grey_as_image: bool = False) -> Frame:
     """Return a frame as it is, and an array as one: a mask (H, W), or a colour image (H, W, 3).
 
-    Axes of length one before or behind those of a mask are dropped. A picture of Pillow is taken by its mode.
+    Axes of length one before or behind those of a mask are dropped. A picture of Pillow is taken by its mode. With
+    `grey_as_image` an array (H, W) is a grey image, unless it is bool.
 
     Raises
     ------
@@ -129,7 +130,21 @@ def as_frame(given: Frame | npt.ArrayLike, index: int = 0) -> Frame:
     if isinstance(given, Frame):
         return given
     array = given if type(given) is np.ndarray else as_pixels("the frame", given, "any")
-    return Frame(image=array, index=index) if looks_like_image(array) else Frame(mask=array, index=index)
+    if looks_like_image(array):
+        return Frame(image=array, index=index)
+    if grey_as_image and array.dtype != np.bool_:
+        return Frame(image=_from_grey(array), index=index)
+    return Frame(mask=array, index=index)
+
+
+def _from_grey(array: AnyArray) -> AnyArray:
+    plane = plane_of(array)
+    if plane.ndim != 2 or plane.dtype != np.uint8:
+        raise InputError(
+            f"with a colour or a segmenter, an array (H, W) is a grey image and must be uint8, got {array.shape} of "
+            f"{array.dtype}; if it is a mask, give Frame(mask=array) or array != 0"
+        )
+    return np.repeat(plane[:, :, None], 3, axis=2)
 
 
 def _read_only(array: AnyArray) -> AnyArray:

@@ -84,6 +84,7 @@ class Pipeline:
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
         self._segmenter = make_segmenter(self._config.segmentation) if segmenter is None else _as_segmenter(segmenter)
+        self._segments_images = segmenter is not None or self._config.segmentation.needs_image
         self._tracker = make_tracker(self._config.tracking)
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
@@ -100,6 +101,11 @@ class Pipeline:
         return self._config
 
     @property
+    def segments_images(self) -> bool:
+        """True if a colour, a network or a segmenter makes masks of images; grey arrays are images then."""
+        return self._segments_images
+
+    @property
     def mask(self) -> AnyArray | None:
         """Mask (H, W) of the last frame that was processed, non-zero where there is cable; None before the first."""
         return self._mask
@@ -111,7 +117,8 @@ class Pipeline:
         ----------
         frame : Frame or array_like
             A mask (H, W) and a BGR image (H, W, 3) are frames, too, numbered as they come; a picture of Pillow is
-            taken by its mode.
+            taken by its mode. With a colour or a segmenter, uint8 (H, W) is a grey image: a mask is bool then, or
+            `Frame.mask`.
 
         Raises
         ------
@@ -119,7 +126,7 @@ class Pipeline:
             If the frame has no mask and there is neither a colour range nor a segmenter, or if the segmenter returns
             no mask of the frame's size.
         """
-        frame = as_frame(frame, self._next_index)
+        frame = as_frame(frame, self._next_index, grey_as_image=self._segments_images)
         self._next_index = frame.index + 1
         preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
         since = perf_counter()
@@ -151,7 +158,7 @@ class Pipeline:
         InputError
             As `process`.
         """
-        frame = as_frame(frame)
+        frame = as_frame(frame, grey_as_image=self._segments_images)
         run = self._run_alone(frame)
         _warned(run, frame)
         return _result(frame, run, (), kept=frame)
@@ -173,7 +180,7 @@ class Pipeline:
         InputError
             As `process`.
         """
-        frame = as_frame(frame)
+        frame = as_frame(frame, grey_as_image=self._segments_images)
         run = self._run_alone(frame)
         return trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dloftbs._arrays import AnyArray
-from dloftbs.config import DepthConfig
+from dloftbs.config import DepthConfig, SegmentationConfig
 
 _MOST_SET = 0.5
 """Largest share of a frame that cables usually cover; more is worth a warning.
@@ -73,6 +73,19 @@ def refuse_mask(mask: AnyArray, share: float, *, segmented: bool) -> str | None:
     return (
         f"{100.0 * share:.3g} % of the mask is set, and cables cover at most {100.0 * _MOST_READABLE:.0f} %: {remedy}"
     )
+
+
+def grey_hint(image: AnyArray, config: SegmentationConfig) -> str:
+    """Return the end of a reason why no colour is found in an image (H, W, 3), if the image has none."""
+    if not all((part == part[..., :1]).all() for part in (image[::_GRID_PX, ::_GRID_PX], image)):
+        return ""
+    if_mask = "if it is a mask, leave the colour out, or say --kind mask"
+    if config.hsv and all(box.saturation[0] > 0 for box in config.hsv):
+        return (
+            "; it is grey, and the colour asks for saturation: give a range of brightness, such as hsv='black' or "
+            f"'0:179,0:255,0:60'; {if_mask}"
+        )
+    return f"; it is grey; {if_mask}"
 
 
 def _is_along_cable(mask: AnyArray) -> bool:

@@ -35,7 +35,7 @@ class Prediction(NamedTuple):
         The intervals of ``u`` that no frame has shown, or too few to be kept: they say nothing about a joint.
     id : int or None
         None if it is nobody's.
-    width : float or None
+    width_px : float or None
         Of the object, px; None if it was never observed.
     apart : frozenset of int
         Ids of objects that it is known not to hang together with: its ends are not joined with theirs.
@@ -45,7 +45,7 @@ class Prediction(NamedTuple):
     confidence: float
     unseen: tuple[tuple[float, float], ...] = ()
     id: int | None = None
-    width: float | None = None
+    width_px: float | None = None
     apart: frozenset[int] = frozenset()
 
 
@@ -83,13 +83,13 @@ class TemporalPrior:
     predicted : sequence of Prediction
         One or more.
     crop : MaskCrop
-    width : float
+    width_px : float
         Of the cables, px.
     """
 
     predicted: Sequence[Prediction]
     crop: MaskCrop
-    width: float
+    width_px: float
 
     @cached_property
     def samples(self) -> PriorSamples:
@@ -102,7 +102,7 @@ class TemporalPrior:
             np.array([len(curve.control_points) for curve in curves]),
             closed,
             *self.crop.image_transform,
-            _STEP_WIDTHS * self.width,
+            _STEP_WIDTHS * self.width_px,
             _MAX_SAMPLES,
         )
         weight = np.array([one.confidence for one in self.predicted])
@@ -144,7 +144,7 @@ class TemporalPrior:
         ends = np.concatenate([one.curve.spline(_BOTH_ENDS) for one in self.predicted])
         distances = np.linalg.norm(end_states[:, None, POSITION] - self.crop.to_oriented(ends), axis=2)
         owners = distances.argmin(axis=1) // 2
-        near = distances.min(axis=1) < _END_WIDTHS * self.width
+        near = distances.min(axis=1) < _END_WIDTHS * self.width_px
         apart = np.array([[one.id in other.apart for one in self.predicted] for other in self.predicted])
         one, other = owners[rows], owners[columns]
         result: npt.NDArray[np.bool_] = (apart | apart.T)[one, other] & near[rows] & near[columns]
@@ -154,4 +154,4 @@ class TemporalPrior:
         self, end_states: FloatArray, rows: npt.NDArray[np.int64], columns: npt.NDArray[np.int64]
     ) -> FloatArray:
         """Return how well pairs of ends continue each other along one of the curves, each in 0..1."""
-        return follow(end_states, rows, columns, *self.samples, self.width)
+        return follow(end_states, rows, columns, *self.samples, self.width_px)

@@ -26,7 +26,7 @@ from dloftbs.graph import Graph
 from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.linking import choose, link
 from dloftbs.mask_crop import MaskCrop, Skeleton
-from dloftbs.plausibility import refuse_mask, share_set, unit_hint
+from dloftbs.plausibility import grey_hint, refuse_mask, share_set, unit_hint
 from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
 from dloftbs.segmentation import FrameSegmenter
@@ -264,8 +264,12 @@ def _why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
         return f"nothing of the mask is left after the opening by {side} x {side} px"
     if frame.mask is not None:
         return "the mask is empty"
-    order = " (arrays are BGR: turn an RGB one by image[..., ::-1])" if frame.image is not None else ""
-    return f"the mask is empty: the segmentation finds no cable in the image{order}"
+    if frame.image is None:
+        return "the mask is empty: the segmentation finds no cable"
+    hint = grey_hint(frame.image, config.segmentation)
+    if not hint and not frame.name:  # an array of somebody's own
+        hint = " (arrays are BGR: turn an RGB one by image[..., ::-1])"
+    return f"the mask is empty: the segmentation finds no cable in the image{hint}"
 
 
 def _why_too_short(config: ObjectsConfig) -> str:

@@ -1,5 +1,7 @@
 """``dloftbs colour``: from strokes to settings that detect and track read."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -44,6 +46,18 @@ def test_the_mask_is_drawn_and_the_settings_are_written(picture, tmp_path):
     assert np.count_nonzero(changed & (mask() == 0)) < 60
     assert Config.from_file("c.yaml").segmentation.colour.pictures[0].ground == ("10,10",)
     run("colour", picture, "--at", ALONG, "--out", "c.yaml")  # what it wrote it may replace
+
+
+@pytest.mark.parametrize("name", ["photo.png", "photo.jpg"])
+def test_the_next_command_runs_on_a_grey_picture(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / name, np.where(mask() > 0, np.uint8(30), np.uint8(150)))
+    next_command = run("colour", name, "--at", ALONG, "--out", "cable.yaml").stderr.splitlines()[-1]
+    assert next_command == f"next: dloftbs detect {name} --config cable.yaml --overlay overlay.png"
+    result = run("detect", name, "--config", "cable.yaml")
+    (found,) = json.loads(result.stdout)["detections"]
+    assert found["width_px"] == pytest.approx(4.0, abs=1.0)
+    assert found["curve"]["control_points"][0][1] == pytest.approx(49.5, abs=1.0)
 
 
 def test_a_second_picture_adds_to_what_was_learned(picture, tmp_path):
@@ -112,7 +126,9 @@ def test_a_colour_of_nothing_or_of_most_is_hinted_at(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save(tmp_path / "flat.png", np.full((60, 80, 3), (20, 30, 200), np.uint8))
     told = {radius: run("colour", "flat.png", "--at", "10,10:70,50", "--radius", radius).stderr for radius in (2, 100)}
-    assert "0.0 % of the picture is cable: nothing; draw along the cable" in told[2]
+    assert "0.0 % of the picture is cable: nothing\n" in told[2]
+    clicked = run("colour", "flat.png", "--at", "10,10").stderr
+    assert "0.0 % of the picture is cable: nothing; draw along the cable" in clicked
     assert "100.0 % of the picture is cable: the ground comes in; add strokes on it with --not" in told[100]
 
 
@@ -121,6 +137,38 @@ def test_strokes_beside_what_they_mean_are_named(picture):
     assert "photo.png: only 10 % of the stroke 60,49:70,90 counts as cable; does it lie beside the cable?" in missed
     assert "photo.png: 100 % of the stroke 160,50:175,50 still counts as cable; does it lie on the cable?" in missed
     assert "does it lie" not in run("colour", picture, "--at", ALONG, "--not", "10,10:50,20").stderr
+
+
+def white_on_white() -> np.ndarray:
+    """Return a white cable on ground that is nearly as white, under light that changes along it."""
+    image = np.full((100, 200), 214.0)
+    image[mask() > 0] = 226.0
+    image *= np.linspace(0.85, 1.1, 200)
+    image += np.random.default_rng(0).normal(0.0, 2.0, image.shape)
+    return np.repeat(np.clip(image, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+
+
+def test_a_stroke_along_a_cable_of_the_grounds_colour_is_not_said_to_lie_beside_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "white.png", white_on_white())
+    told = run("colour", "white.png", "--at", ALONG, "--radius", 1).stderr
+    assert "of the stroke 40,50:150,50/1 counts as cable, since the rest of the picture has its colours, too" in told
+    assert "beside the cable" not in told
+    beside = run("colour", "white.png", "--at", "40,80:150,80", "--radius", 1).stderr
+    assert "does it lie beside the cable? If it lies on it, add --accept-strokes" in beside
+
+
+def test_strokes_are_accepted_where_that_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "white.png", white_on_white())
+    strokes = ("--at", ALONG, "--not", "20,20:180,20", "--not", "20,80:180,80", "--radius", 1)
+    assert "counts as cable, since" in run("colour", "white.png", *strokes).stderr
+    accepted = run("colour", "white.png", *strokes, "--accept-strokes", "--out", "cable.yaml").stderr
+    assert "counts as cable, since" not in accepted
+    colour = Config.from_file("cable.yaml").segmentation.colour
+    assert colour.accept_strokes
+    on = run("colour", "white.png", "--at", "60,50:90,50", "--config", "cable.yaml", "--out", "more.yaml")
+    assert Config.from_file("more.yaml").segmentation.colour.accept_strokes, on.stderr
 
 
 def test_an_image_without_a_colour_points_at_the_command(picture):

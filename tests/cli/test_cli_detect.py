@@ -48,6 +48,12 @@ def test_a_colour_image_without_a_colour_names_the_remedies(tmp_path, command):
     assert "Traceback" not in result.output
 
 
+@pytest.mark.parametrize("command", ["detect", "track"])
+def test_a_colour_and_masks_contradict_each_other(tmp_path, command):
+    path = save(tmp_path / "mask.png", mask())
+    assert "--kind mask says that there are none" in run(command, path, "--kind", "mask", "--hsv", RED, code=2).stderr
+
+
 def test_masks_go_with_images_by_a_rule(tmp_path):
     # As a shell expands *.png: the masks are among the inputs.
     paths = []

@@ -168,6 +168,19 @@ def test_a_mask_that_breaks_up_is_said_to(tmp_path):
     assert "warning" not in run("track", masks(tmp_path / "good.npy", 120), "--out", tmp_path / "a.csv").stderr
 
 
+def test_what_breaks_a_mask_up_is_named_with_the_setting(tmp_path):
+    stack = np.zeros((60, 80, 220), np.uint8)
+    stack[:, 40:50, 10:210] = 1
+    for i in range(1, len(stack), 2):
+        for x in range(20, 200, 30):
+            stack[i, 10:14, x : x + 4] = 1
+        stack[i, 65:69, 20:190] = 1
+    np.save(tmp_path / "masks.npy", stack)
+    last = run("track", tmp_path / "masks.npy", "--out", tmp_path / "curves.csv").stderr.splitlines()[-1]
+    assert "the mask is probably broken: in a frame, " in last
+    assert "specks of about 4 px; --set cleaning.open_px=5 removes 100 % of them; track --stages" in last
+
+
 def test_frames_of_another_size_are_said_to_end_all_tracks(tmp_path):
     for i, size in enumerate(((60, 90), (60, 90), (80, 90))):
         save(tmp_path / f"{i}.png", mask(30, size))

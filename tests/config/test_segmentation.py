@@ -65,3 +65,9 @@ def test_a_colour_is_a_range_or_several():
             match="hsv must be a range such as '170:10,80:255,60:255', a colour such as 'red', or several, got",
         ):
             read_colour(wrong)
+
+
+@pytest.mark.parametrize("text", ["350:10", "0:360"])
+def test_a_hue_in_degrees_is_said_to_be_one(text: str) -> None:
+    with pytest.raises(ConfigError, match=r"0\.\.179 \(half degrees: 180 of them are a circle\)"):
+        HsvRange.parse(text)

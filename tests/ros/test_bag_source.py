@@ -277,7 +277,8 @@ def test_masks_grey_and_pictures_of_masks(tmp_path):
     ]
     path = bags.write_ros2(tmp_path / "run", given)
     assert [np.array_equal(frame.mask, mask) for frame, mask in zip(read(path)[0], masks, strict=True)] == [True, True]
-    assert all(frame.image.shape == (*bags.SIZE, 3) for frame in read(path, kind="image")[0])
+    for kind in ("image", "auto_image"):
+        assert all(frame.image.shape == (*bags.SIZE, 3) for frame in read(path, kind=kind)[0])
     wide = [
         ("/grey", at, bags.raw_image(257 * mask.astype(np.uint16), "mono16", at))
         for mask, (_, at, _) in zip(masks, given, strict=True)

@@ -170,6 +170,18 @@ def test_explicit_arguments_come_first(tmp_path):
     np.testing.assert_array_equal(frame.mask, MASKS[0])
 
 
+def test_a_colour_makes_images_of_grey_arrays_alone(tmp_path):
+    np.savez(tmp_path / "a.npz", images=IMAGES, masks=MASKS)
+    np.savez(tmp_path / "masks.npz", masks=MASKS)
+    for stack in (tmp_path / "a.npz", tmp_path / "masks.npz", MASKS != 0):
+        with sources.open(stack, kind="auto_image") as source:
+            np.testing.assert_array_equal(next(iter(source)).mask != 0, MASKS[0] != 0)
+    with sources.open(MASKS, kind="auto_image") as source:
+        frame = next(iter(source))
+    assert frame.mask is None
+    np.testing.assert_array_equal(frame.image, np.dstack([MASKS[0]] * 3))
+
+
 @pytest.mark.parametrize("read", ["read", "abandoned"])
 def test_npz_is_streamed(tmp_path, read):
     images = np.zeros((64, 240, 320, 3), np.uint8)

@@ -65,6 +65,31 @@ def test_kind_overrules_content(tmp_path):
     np.testing.assert_array_equal(only(sources.open(colour, kind="mask")).mask != 0, MASK != 0)
 
 
+@pytest.mark.parametrize("pixels", [MASK, np.dstack([MASK] * 3)], ids=["grey", "equal channels"])
+def test_grey_files_are_images_where_a_colour_is_to_be_found(tmp_path, pixels):
+    frame = only(sources.open(save(tmp_path / "a.png", pixels), kind="auto_image"))
+    assert frame.mask is None
+    np.testing.assert_array_equal(frame.image, np.dstack([MASK] * 3))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+def test_a_photograph_that_is_read_as_a_mask_is_said_to_be(tmp_path, suffix, caplog):
+    rng = np.random.default_rng(0)
+    picture = np.clip(np.linspace(40, 160, 96)[None] + rng.normal(0.0, 4.0, (64, 96)), 0, 255).astype(np.uint8)
+    only(sources.open(save(tmp_path / f"photo{suffix}", picture)))
+    assert "photo" in caplog.text
+    assert "read as a mask, but no grey level is that of the ground" in caplog.text
+    caplog.clear()
+    mask = np.zeros((64, 96), np.uint8)
+    for y in (5, 25, 45):
+        mask[y : y + 9] = 255
+    mask = cv2.GaussianBlur(mask, (0, 0), 1.0)
+    only(sources.open(save(tmp_path / f"mask{suffix}", mask)))
+    only(sources.open(save(tmp_path / f"labels{suffix}", mask // 100)))
+    only(sources.open(save(tmp_path / f"read{suffix}", picture), kind="image"))
+    assert caplog.text == ""
+
+
 def test_faint_cable_in_png_counts(tmp_path):
     frame = only(sources.open(save(tmp_path / "a.png", MASK // 200)))
     assert (frame.mask != 0).sum() == 24

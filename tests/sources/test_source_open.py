@@ -22,7 +22,7 @@ def test_wrong_where(where):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"kind": "video"}, "kind must be one of auto, image, mask, got 'video'"),
+        ({"kind": "video"}, "kind must be one of auto, image, mask, auto_image, got 'video'"),
         ({"kind": "mask", "masks": "m"}, "kind must be 'image' where masks are given"),
         ({"fps": 0}, "positive number, got 0"),
         ({"fps": float("nan")}, "positive number"),

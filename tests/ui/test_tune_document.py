@@ -41,6 +41,7 @@ def test_edits_are_new_documents():
     document = edited(document, m.SetRanges(((1, 2, 3, 4, 5, 6),), True))
     assert (document.method, len(document.strokes), document.ranges) == ("ranges", 1, ((1, 2, 3, 4, 5, 6),))
     document = edited(document, m.SetMethod("strokes"))
+    assert edited(document, m.AcceptStrokes(True)).accept_strokes
     assert edited(document, m.SetHeight(0.004, "or", True)).join == "or"
     assert edited(document, m.Clear()).is_empty
     with pytest.raises(InputError, match="a method must be one of strokes, ranges, got 'magic'"):

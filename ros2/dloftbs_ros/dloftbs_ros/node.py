@@ -54,6 +54,7 @@ from dloftbs.ros.result_messages import PIXELS
 from dloftbs.ros.stamp_pairing import StampPairing
 from dloftbs.ros.topic_choice import COMPRESSED_TYPE, IMAGE_TYPE, IMAGE_TYPES, INFO_TYPE, Topics
 from dloftbs.sinks._images import encode
+from dloftbs.sources.pixels import kind_for
 from dloftbs_ros.newest import Newest
 from dloftbs_ros.parameters import Parameters
 from dloftbs_ros.publishers import Publisher, choose
@@ -113,6 +114,7 @@ class TrackNode(Node):
         topic = self._topics["image"]
         self._maker = FrameMaker(
             topic,
+            kind=kind_for("auto", segmented=self._pipeline.segments_images),
             rectified=Topics(Topic(topic, IMAGE_TYPE)).is_rectified,
             depth_unit_m=self._asked.depth_unit,
         )

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from dloftbs import sources, viz
 from dloftbs._documents import parse_yaml, read_text
 from dloftbs._text import readable
-from dloftbs.config import ColourPicture, Config, Stroke
+from dloftbs.config import ColourConfig, Config, Stroke
 from dloftbs.errors import InputError, SinkError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sinks._safe_files import sink_errors
@@ -55,8 +55,8 @@ def check_places(where: Sequence[str], config_file: Path | None, out: str | None
                 raise SinkError(f"{out} is there and not by dloftbs colour: it is not replaced; choose another name")
 
 
-def stated_settings(file: Path | None) -> tuple[dict[str, Any], tuple[ColourPicture, ...]]:
-    """Return what a file of settings states, and the pictures of its colour.
+def stated_settings(file: Path | None) -> tuple[dict[str, Any], ColourConfig | None]:
+    """Return what a file of settings states, and its colour.
 
     Raises
     ------
@@ -64,10 +64,10 @@ def stated_settings(file: Path | None) -> tuple[dict[str, Any], tuple[ColourPict
         If it cannot be read.
     """
     if file is None:
-        return {}, ()
+        return {}, None
     colour = Config.from_file(file).segmentation.colour
     (sections,) = parse_yaml(read_text(file)) or ({},)
-    return sections, () if colour is None else colour.pictures
+    return sections, colour
 
 
 def read_frame(where: str, index: int, topics: Mapping[str, str | None]) -> Frame:

@@ -117,6 +117,10 @@ def config_options(command: Command) -> Command:
         objects: int | None,
         **kwargs: Any,
     ) -> None:
+        if hsv and click.get_current_context().params.get("kind") == "mask":
+            raise click.UsageError(
+                "--hsv finds a colour in images, and --kind mask says that there are none: leave out one"
+            )
         if objects is not None:
             changes = {**changes, "linking.objects": objects}
         command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
@@ -191,9 +195,17 @@ class InputOptions:
     info_topic: str | None = None
 
     def open(
-        self, where: str | Sequence[str], fps: float | None = None, *, jobs: int = 1, keep_messages: bool = False
+        self,
+        where: str | Sequence[str],
+        fps: float | None = None,
+        *,
+        segmented: bool,
+        jobs: int = 1,
+        keep_messages: bool = False,
     ) -> Source:
         """Open an input with these options; `jobs` and `keep_messages` are those of `sources.open`.
+
+        Where frames are `segmented` by a colour, grey ones are images unless --kind says otherwise.
 
         Raises
         ------
@@ -201,10 +213,11 @@ class InputOptions:
             As `dloftbs.sources.open`.
         """
         from dloftbs import sources
+        from dloftbs.sources.pixels import kind_for
 
         return sources.open(
             where,
-            kind=self.kind,
+            kind=kind_for(self.kind, segmented=segmented),
             depth=self.depth,
             masks=self.masks,
             occluders=self.occluders,
@@ -263,7 +276,7 @@ def input_options(command: Command) -> Command:
         default="auto",
         show_default=True,
         help="What the frames are; auto: grey image files, and labels in indexed colour, are masks, in which any "
-        "non-zero is cable.",
+        "non-zero is cable, unless there is a colour to find in them.",
     )
     @click.option(
         "--depth",

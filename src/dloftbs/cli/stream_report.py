@@ -8,6 +8,7 @@ from dloftbs.cli.durations import ACCURACY, LatencyHistogram
 from dloftbs.cli.reasons import Reasons
 from dloftbs.detection import NO_DEPTH
 from dloftbs.frame_result import FrameResult
+from dloftbs.mask_faults import MaskSamples
 from dloftbs.steadiness import Steadiness
 
 
@@ -38,6 +39,7 @@ class RunReport:
         self.reasons = Reasons()
         self.reasons_3d = Reasons()
         self.steadiness = Steadiness(objects)
+        self.masks: MaskSamples | None = None
         self._tracked = tracked
         self._start = perf_counter()
         self._last = self._start
@@ -105,7 +107,8 @@ class RunReport:
             return []
         warnings = []
         if broken := self.steadiness.warning():
-            warnings.append(f"{broken}; track --stages shows where")
+            faults = None if self.masks is None else self.masks.describe()
+            warnings.append(f"{broken}{f': {faults}' if faults else ''}; track --stages shows where")
         if usual := self.steadiness.usual_number():
             warnings.append(f"{usual[1]}: --objects {usual[0]}")
         return warnings

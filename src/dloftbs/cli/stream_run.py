@@ -14,6 +14,7 @@ from dloftbs.config import Config
 from dloftbs.errors import SourceError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
+from dloftbs.mask_faults import MaskSamples
 from dloftbs.overlap import Ahead, Behind, cores
 from dloftbs.pipeline import Pipeline
 
@@ -64,13 +65,20 @@ class StreamRun:
     def __init__(self, where: str | Sequence[str], options: StreamOptions, *, in_turn: bool = False) -> None:
         self._pipeline = Pipeline(options.config)
         jobs = 1 if in_turn else cores()
-        self.source = options.inputs.open(where, options.fps, jobs=jobs, keep_messages=options.keep_messages)
+        self.source = options.inputs.open(
+            where,
+            options.fps,
+            segmented=options.config.segmentation.needs_image,
+            jobs=jobs,
+            keep_messages=options.keep_messages,
+        )
         self._options = options
         self._in_turn = in_turn
         self._frames = UsableFrames(self.source, options.config, options.inputs, where, options.every)
         usable = None if self.source.length is None else -(-self.source.length // options.every)
         length = min((n for n in (usable, options.limit) if n is not None), default=None)
         self.report = RunReport(length, objects=options.config.linking.objects)
+        self.report.masks = self._samples = MaskSamples(options.config.cleaning)
         self._read = Ahead(self._wanted(), newest=self.source.live, in_turn=in_turn)
 
     @property
@@ -124,7 +132,9 @@ class StreamRun:
 
         with Behind(add, in_turn=self._in_turn) as written:
             for frame in islice(self._read, self._options.limit):
-                written.put((frame, self._pipeline.process(frame)))
+                result = self._pipeline.process(frame)
+                self._samples.add(self._pipeline.mask, result.detections, len(result.tracks))
+                written.put((frame, result))
                 if stop():
                     raise KeyboardInterrupt
 

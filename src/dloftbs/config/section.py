@@ -43,5 +43,7 @@ def keep_range(section: Section, name: str, top: int, *, wraps: bool = False) ->
     bounds = tuple(as_integer(bound) for bound in given) if isinstance(given, tuple) else ()
     valid = len(bounds) == 2 and all(bound is not None and 0 <= bound <= top for bound in bounds)
     expected = f"a tuple of two integers in 0..{top}" + ("" if wraps else ", low before high")
+    if wraps and len(bounds) == 2 and all(bound is not None and 0 <= bound <= 360 for bound in bounds):
+        expected += f" (half degrees: {top + 1} of them are a circle)"
     require(valid and (wraps or given[0] <= given[1]), name, expected, given)
     msgspec.structs.force_setattr(section, name, bounds)

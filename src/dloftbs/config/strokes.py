@@ -124,14 +124,19 @@ class ColourConfig(Section, frozen=True, kw_only=True):
     ----------
     pictures : tuple of ColourPicture
         The pictures that were drawn on, one or several.
+    accept_strokes : bool
+        Every colour beneath strokes on cables is the cable's, unless strokes on the ground show more of it. By default
+        colours of which the rest of the picture has more are left out: a stroke may reach over the cable's border.
     """
 
     pictures: tuple[ColourPicture, ...]
+    accept_strokes: bool = False
 
     def __post_init__(self) -> None:
         given = self.pictures
         valid = isinstance(given, tuple) and all(isinstance(picture, ColourPicture) for picture in given)
         require(valid and 0 < len(given) <= _MOST_PICTURES, "pictures", "a tuple of ColourPicture, at least one", given)
+        require(isinstance(self.accept_strokes, bool), "accept_strokes", "true or false", self.accept_strokes)
         strokes = any(picture.cable for picture in given)
         require(strokes, "pictures", "of which one has a stroke on a cable at least", given)
 

@@ -147,7 +147,7 @@ class OcclusionEvidence:
         """True if there is an image to sample."""
         return self._image is not None
 
-    def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width: float) -> Appearance | None:
+    def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width_px: float) -> Appearance | None:
         """Return the colours of a cable and of the ground beside it; None without an image.
 
         Parameters
@@ -156,17 +156,17 @@ class OcclusionEvidence:
             Along the cable, ``(x, y)`` px.
         seen : numpy.ndarray, shape (n,), bool
             False where it is hidden.
-        width : float
+        width_px : float
             px; NaN if it is unknown: then there are no samples of the ground.
         """
         if self._image is None:
             return None
-        return Appearance(*sample_appearance(self._image, self._mask, points, seen, width))
+        return Appearance(*sample_appearance(self._image, self._mask, points, seen, width_px))
 
     def look(
         self,
         points: FloatArray,
-        width: float,
+        width_px: float,
         depth_m: FloatArray | None = None,
         appearance: Appearance | None = None,
     ) -> npt.NDArray[np.int64]:
@@ -176,7 +176,7 @@ class OcclusionEvidence:
         ----------
         points : numpy.ndarray, shape (n, 2)
             ``(x, y)`` px.
-        width : float
+        width_px : float
             Of the cable, px; NaN if it is unknown.
         depth_m : numpy.ndarray, shape (n,), optional
             Distance of the cable there along the optical axis, m; NaN where it is unknown.
@@ -188,7 +188,7 @@ class OcclusionEvidence:
         numpy.ndarray, shape (n,)
             `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
         """
-        reach = max(EDGE_PX, 0.0 if math.isnan(width) else width)
+        reach = max(EDGE_PX, 0.0 if math.isnan(width_px) else width_px)
         depth, expected = _NO_DEPTH, _NO_DEPTH_M
         if self._depth is not None and depth_m is not None:
             depth, expected = self._depth, depth_m
@@ -196,16 +196,16 @@ class OcclusionEvidence:
         told = look_at_pixels(
             points, self._occluders, self._mask, rows, columns, reach, *depth, expected, *limits, HIDDEN, IN_SIGHT
         )
-        return told if appearance is None else self.look_at_image(points, width, appearance, told)
+        return told if appearance is None else self.look_at_image(points, width_px, appearance, told)
 
     def look_at_image(
-        self, points: FloatArray, width: float, appearance: Appearance, told: npt.NDArray[np.int64]
+        self, points: FloatArray, width_px: float, appearance: Appearance, told: npt.NDArray[np.int64]
     ) -> npt.NDArray[np.int64]:
         """Return what the frame tells of places as `look` does; `told` is what it tells without the appearance."""
         told = told.copy()
         if self._image is not None and self._mask is not _NOTHING:
             known = appearance.cable, appearance.ground
-            compare_with_ground(self._image, self._mask, points, *known, width, HIDDEN, IN_SIGHT, told)
+            compare_with_ground(self._image, self._mask, points, *known, width_px, HIDDEN, IN_SIGHT, told)
         return told
 
     def project(self, points_m: FloatArray) -> FloatArray | None:

@@ -56,8 +56,8 @@ class BagSource(Source):
         A file or a folder, as `Recording` has it.
     topic, depth_topic, info_topic : str, optional
         As `choose_topics` has them.
-    kind : {"auto", "image", "mask"}
-        "auto" takes images of one channel for masks.
+    kind : {"auto", "image", "mask", "auto_image"}
+        "auto" takes images of one channel for masks, "auto_image" for images.
     camera : PinholeCamera, optional
         Takes the place of what the recording says.
     registration : DepthRegistration, optional

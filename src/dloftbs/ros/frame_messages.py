@@ -27,7 +27,7 @@ from dloftbs.ros.bag_file import RawMessage
 from dloftbs.ros.camera_messages import camera_of
 from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
 from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, kind_of_reason, stamp_ns_of
-from dloftbs.sources.pixels import Kind, check_kind, image_or_mask
+from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, check_kind, image_or_mask
 from dloftbs.sources.source import logger
 
 _LARGEST_STAMP_NS = 2**63 - 1
@@ -76,8 +76,9 @@ class FrameMaker:
     ----------
     where : str
         Origin of the messages, for warnings.
-    kind : {"auto", "image", "mask"}
-        "auto" takes one channel for a mask, in which any non-zero is cable; colour is an image.
+    kind : {"auto", "image", "mask", "auto_image"}
+        "auto" takes one channel for a mask, in which any non-zero is cable; colour is an image. "auto_image" takes
+        both for images.
     rectified : bool
         Whether the images are rectified (see `camera_of`).
     camera : PinholeCamera, optional
@@ -119,7 +120,7 @@ class FrameMaker:
             check_type("camera", camera, PinholeCamera)
         if registration is not None:
             check_type("registration", registration, DepthRegistration)
-        self._kind: Kind = kind
+        self._kind: Kind = "image" if kind == GREY_AS_IMAGE else kind
         self._rectified = check_flag("rectified", rectified)
         self._camera = camera if registration is None else registration.colour_camera
         self._is_fixed = self._camera is not None

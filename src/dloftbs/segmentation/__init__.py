@@ -8,6 +8,7 @@ from dloftbs.segmentation.colour_ranges import HsvSegmenter
 from dloftbs.segmentation.colour_samples import pixels_of
 from dloftbs.segmentation.first_guess import suggest_mask
 from dloftbs.segmentation.frame_segmenter import FrameSegmenter, Segmenter, make_segmenter
+from dloftbs.segmentation.stroke_bands import lies_along_band
 
 __all__ = [
     "ColourModel",
@@ -15,6 +16,7 @@ __all__ = [
     "HsvSegmenter",
     "Segmenter",
     "Stroke",
+    "lies_along_band",
     "make_segmenter",
     "pixels_of",
     "suggest_mask",

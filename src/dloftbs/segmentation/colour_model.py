@@ -91,7 +91,8 @@ class ColourModel(ColourTable):
     def __init__(self, config: ColourConfig) -> None:
         check_type("config", config, ColourConfig)
         self._config = config
-        super().__init__(_colour_bits([ColourSample.from_text(picture.sample) for picture in config.pictures]))
+        samples = [ColourSample.from_text(picture.sample) for picture in config.pictures]
+        super().__init__(_colour_bits(samples, accept=config.accept_strokes))
 
     @classmethod
     def fit(cls, image: npt.ArrayLike, strokes: Iterable[Stroke], source: str = "") -> ColourModel:
@@ -167,9 +168,12 @@ def _items(name: str, values: object) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def _colour_bits(samples: Sequence[ColourSample]) -> npt.NDArray[np.uint8]:
+def _colour_bits(samples: Sequence[ColourSample], *, accept: bool = False) -> npt.NDArray[np.uint8]:
     """Return the bit of every colour, shape (256 red, 256 green, 32 bytes of 8 blues)."""
     cells = log_colours.at_cells(_log_ratio(samples)) > 0.0
+    if accept:
+        drawn, refused = _mean([sample.cable for sample in samples]), _mean([sample.ground for sample in samples])
+        cells |= (drawn > refused)[log_colours.cell_bins()].reshape(cells.shape)
     repeat = LEVELS // log_colours.CELLS
     bits = np.packbits(np.repeat(cells, repeat, axis=2), axis=2, bitorder="little")
     return np.ascontiguousarray(np.repeat(np.repeat(bits, repeat, axis=0), repeat, axis=1))

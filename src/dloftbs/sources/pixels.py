@@ -32,8 +32,11 @@ from dloftbs.sources.tiff_pages import as_stored, is_tiff, pages_of
 from dloftbs.sources.unreadable import is_refused, why_unreadable
 
 AnyArray = npt.NDArray[Any]
-Kind = Literal["auto", "image", "mask"]
+Kind = Literal["auto", "image", "mask", "auto_image"]
 KINDS: tuple[str, ...] = get_args(Kind)
+
+GREY_AS_IMAGE: Kind = "auto_image"
+"""As "auto", but what has one channel is an image: for frames whose masks colour settings make."""
 
 MAX_PIXELS = 1 << 27
 """Of a frame: a third more than medium-format cameras have, and 0.4 GB in colour."""
@@ -42,11 +45,31 @@ MAX_BYTES = 1 << 30
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
+_LEAST_GROUND = 0.25
+"""Least share of the most frequent grey level in a mask.
+
+Source: geometry; cables leave 0.4 of a mask that is read, and a codec keeps the half of it that lies off their edges.
+"""
+_GRID_PX = 4
+"""Distance of the pixels that are counted for it, px.
+
+Source: bounds time; 19,200 of 640 x 480 give the share to a percent.
+"""
+_NO_GROUND = (
+    "read as a mask, but no grey level is that of the ground: a picture is read as one with --hsv or --config, and "
+    "scores have to be thresholded first"
+)
+
 
 def check_kind(kind: object) -> None:
     """Raise an `InputError` if a value is no kind of frames."""
     if not isinstance(kind, str) or kind not in KINDS:
         raise InputError(f"kind must be one of {', '.join(KINDS)}, got {shown(kind)}")
+
+
+def kind_for(kind: Kind, *, segmented: bool) -> Kind:
+    """Return the kind of frames, of which masks may have to be made: then "auto" takes grey for an image."""
+    return GREY_AS_IMAGE if kind == "auto" and segmented else kind
 
 
 class Picture(NamedTuple):
@@ -115,7 +138,7 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
     Parameters
     ----------
     data : bytes
-    kind : {"auto", "image", "mask"}
+    kind : {"auto", "image", "mask", "auto_image"}
     upright : bool
         Turn the picture as its EXIF orientation says; otherwise it is as it was stored, as the sensor gave it.
 
@@ -134,6 +157,8 @@ def decode_picture(data: bytes, kind: Kind, *, upright: bool = False) -> Picture
 
 def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None, tuple[str, ...]]:
     """Return the image or the mask, and remarks."""
+    if kind == GREY_AS_IMAGE:
+        kind = "image"
     if kind != "image" and is_indexed(data):
         indices = read_indices(data)
         if kind == "mask" or holds_labels(data, indices) or _is_grey(decode(data)):
@@ -141,8 +166,17 @@ def _decoded(data: bytes, kind: Kind) -> tuple[AnyArray | None, AnyArray | None,
         kind = "image"
     pixels, alpha = _with_alpha(data)
     image, mask = image_or_mask(pixels, kind, lossy=is_lossy(data), alpha=alpha)
-    left_out = image is not None and telling(pixels, alpha) is not None
-    return image, mask, (LEFT_OUT,) if left_out else ()
+    if mask is not None:
+        return None, mask, (_NO_GROUND,) if alpha is None and _lacks_ground(pixels) else ()
+    return image, None, (LEFT_OUT,) if telling(pixels, alpha) is not None else ()
+
+
+def _lacks_ground(pixels: AnyArray) -> bool:
+    """Return True for pixels of 8 bits that are too varied for a mask: a photograph, or scores with noise."""
+    if pixels.dtype != np.uint8:
+        return False
+    some = (pixels if pixels.ndim == 2 else pixels[..., 1])[::_GRID_PX, ::_GRID_PX]
+    return bool(np.bincount(some.ravel()).max(initial=0) < _LEAST_GROUND * some.size)
 
 
 def load_npy(file: File) -> AnyArray:
@@ -320,7 +354,8 @@ def _check_alike(colour: AnyArray, alpha: AnyArray) -> None:
 
 def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
     if not is_countable(pixels.dtype):
-        raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}")
+        remedy = "; threshold it first, as by x > 0.5" if pixels.dtype.kind == "f" else ""
+        raise SourceError(f"a mask must be bool or integer, any non-zero being cable, got {pixels.dtype}{remedy}")
     if pixels.ndim == 3:
         pixels = pixels[..., 0] | pixels[..., 1] | pixels[..., 2]
     return pixels >= HALF if lossy and pixels.dtype == np.uint8 else pixels
@@ -328,7 +363,10 @@ def _to_mask(pixels: AnyArray, *, lossy: bool) -> AnyArray:
 
 def _to_image(pixels: AnyArray) -> AnyArray:
     if pixels.dtype != np.uint8:
-        raise SourceError(f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, or use it as a mask")
+        raise SourceError(
+            f"an image must have 8 bits per channel, got {pixels.dtype}; convert it, or use it as a "
+            "mask: kind='mask' (--kind mask)"
+        )
     return pixels if pixels.ndim == 3 else np.repeat(pixels[:, :, None], 3, axis=2)
 
 

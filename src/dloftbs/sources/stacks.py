@@ -14,7 +14,7 @@ from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
 from dloftbs.sources.npz_members import NpzMember, read_whole
-from dloftbs.sources.pixels import AnyArray, Kind, image_or_mask, load_npy
+from dloftbs.sources.pixels import GREY_AS_IMAGE, AnyArray, Kind, image_or_mask, load_npy
 from dloftbs.sources.source import Source
 
 Stack = AnyArray | NpzMember
@@ -91,7 +91,10 @@ class ArraySource(Source):
         if images is not None and masks is not None and kind != "auto":
             del self._stacks["masks" if kind == "image" else "images"]
         if kind == "image" and "images" not in self._stacks and self._stacks["masks"].dtype != np.uint8:
-            raise InputError(f"masks must be uint8 to be taken for images, got {self._stacks['masks'].dtype}")
+            raise InputError(
+                f"masks must be uint8 to be taken for images, got {self._stacks['masks'].dtype}; to use them as masks, "
+                "leave out the colour, or give kind='mask' (--kind mask)"
+            )
         self.has_depth = "depth" in self._stacks
         self._kind = kind
         self._camera = camera
@@ -155,6 +158,8 @@ def from_array(array: AnyArray, name: str, kind: Kind, camera: PinholeCamera | N
     InputError
         If the array is neither.
     """
+    if kind == GREY_AS_IMAGE:  # no camera gives bool
+        kind = "auto" if array.dtype == np.bool_ else "image"
     if array.ndim == 2 or (array.ndim == 3 and array.shape[2] == 1):
         array = array[None]
     if array.ndim == 3 and array.shape[2] in (3, 4) and kind != "mask":
@@ -210,6 +215,8 @@ def _from_npz(
         raise SourceError(f"{file}: needs the array 'images' or 'masks'; found {found}; expected {expected}")
     if camera is None and "camera" in small:
         camera = _camera(small)
+    if kind == GREY_AS_IMAGE:  # the keys say what the arrays are
+        kind = "auto"
     stacks = {key: NpzMember(file, key) for key in ("images", "masks", "depth", "occluders") if key in keys}
     stamps = small.get("stamps")
     return ArraySource(

@@ -56,6 +56,12 @@ class Draw(Message, frozen=True, tag="draw"):
     done: bool
 
 
+class AcceptStrokes(Message, frozen=True, tag="accept_strokes"):
+    """Take every colour beneath strokes on cables for the cable's, or only what the rest of the picture lacks."""
+
+    accept: bool
+
+
 class Erase(Message, frozen=True, tag="erase"):
     """Take away the parts of strokes that a path touches."""
 
@@ -133,7 +139,7 @@ class Restart(Message, frozen=True, tag="restart"):
     """Begin at the first frame."""
 
 
-EditMessage = Draw | Erase | SetRanges | SetHeight | SetMethod | SetObjects | Clear
+EditMessage = Draw | AcceptStrokes | Erase | SetRanges | SetHeight | SetMethod | SetObjects | Clear
 TuneMessage = EditMessage | Ack | Seek | Undo | Redo | Accept | Save
 ViewMessage = Ack | Pause | Step | Loop | Restart | SetObjects
 _DECODER: msgspec.json.Decoder[TuneMessage | ViewMessage] = msgspec.json.Decoder(TuneMessage | ViewMessage)

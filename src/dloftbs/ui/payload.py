@@ -44,7 +44,7 @@ def _curve(item: Item, found: Track | Detection) -> dict[str, Any]:
         "colour": as_css(item.colour),
         "points": np.round(points, 1).reshape(-1).tolist(),
         "closed": item.curve.closed,
-        "width": item.width,
+        "width_px": item.width_px,
         "inferred": [list(span) for span in item.inferred],
         "hidden": item.hidden,
         "below": list(item.below),

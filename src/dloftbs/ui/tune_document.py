@@ -11,7 +11,17 @@ import numpy as np
 from dloftbs._arrays import FloatArray
 from dloftbs.config import ColourPicture
 from dloftbs.errors import InputError
-from dloftbs.ui.messages import Clear, Draw, EditMessage, Erase, SetHeight, SetMethod, SetObjects, SetRanges
+from dloftbs.ui.messages import (
+    AcceptStrokes,
+    Clear,
+    Draw,
+    EditMessage,
+    Erase,
+    SetHeight,
+    SetMethod,
+    SetObjects,
+    SetRanges,
+)
 
 Point = tuple[float, float]
 ColourRange = tuple[int, int, int, int, int, int]
@@ -41,6 +51,8 @@ class TuneDocument(msgspec.Struct, frozen=True):
     ranges: tuple[ColourRange, ...] = ()
     height_m: float | None = None
     join: str = "and"
+    accept_strokes: bool = False
+    """True if every colour beneath strokes on cables is the cable's."""
     others: tuple[ColourPicture, ...] = ()
     """Strokes on pictures of other sources."""
     network: bool = False
@@ -86,6 +98,8 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
             if len(document.strokes) >= MOST_STROKES:
                 raise InputError(f"there are {MOST_STROKES} strokes, which is the most; erase some")
             return document.with_stroke(DrawnStroke(message.frame, message.points, message.cable, message.radius_px))
+        case AcceptStrokes():
+            return change(document, accept_strokes=message.accept, method=STROKES)
         case Erase():
             return document.without(message.frame, message.points, message.radius_px)
         case SetRanges():

@@ -63,6 +63,7 @@ class Translator:
             ranges=ranges,
             height_m=None if plane is None else plane.height_m,
             join="and" if plane is None else plane.join,
+            accept_strokes=section.colour is not None and section.colour.accept_strokes,
             others=tuple(others),
             network=self._network is not None,
         )
@@ -87,7 +88,8 @@ class Translator:
             hsv = tuple(map(_as_range, document.ranges))
             return SegmentationConfig(hsv=hsv, plane=plane, onnx=self._network)
         pictures = (*document.others, *self._drawn(document.strokes))
-        colour = ColourConfig(pictures=pictures) if any(picture.cable for picture in pictures) else None
+        drawn = any(picture.cable for picture in pictures)
+        colour = ColourConfig(pictures=pictures, accept_strokes=document.accept_strokes) if drawn else None
         return SegmentationConfig(colour=colour, plane=plane, onnx=self._network)
 
     def _drawn(self, strokes: tuple[DrawnStroke, ...]) -> list[ColourPicture]:

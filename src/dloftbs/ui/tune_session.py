@@ -25,6 +25,7 @@ from dloftbs.ui.audience import Audience
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.messages import (
     Accept,
+    AcceptStrokes,
     Ack,
     Clear,
     Draw,
@@ -140,7 +141,7 @@ class TuneSession:
                     raise InputError("only a camera has a newest frame")
                 look.index = message.index
                 viewer.refresh()
-            case Draw() | Erase() | SetRanges() | SetHeight() | SetMethod() | SetObjects() | Clear():
+            case Draw() | AcceptStrokes() | Erase() | SetRanges() | SetHeight() | SetMethod() | SetObjects() | Clear():
                 self._edit(viewer, look, edited(document, message), done=getattr(message, "done", True))
             case Undo() | Redo():
                 self._history.undo() if isinstance(message, Undo) else self._history.redo()

@@ -38,7 +38,7 @@ class Item:
         By the ``u`` of the curve.
     inferred : tuple of (float, float)
         The intervals of ``u`` that were inferred rather than seen.
-    width : float, optional
+    width_px : float, optional
         Of the object, px; None where it is not known.
     hidden : bool
         Whether the whole curve is remembered rather than seen.
@@ -55,7 +55,7 @@ class Item:
     colour: Colour
     joints: tuple[Joint, ...] = ()
     inferred: tuple[tuple[float, float], ...] = ()
-    width: float | None = None
+    width_px: float | None = None
     hidden: bool = False
     crossed: tuple[float, ...] = ()
     below: tuple[float, ...] = ()
@@ -63,8 +63,8 @@ class Item:
 
     def seen_in(self, view: View) -> Item:
         """Return the item as it lies in a view of its picture."""
-        width = None if self.width is None else self.width * view.zoom
-        return replace(self, curve=view.curve(self.curve), width=width)
+        width = None if self.width_px is None else self.width_px * view.zoom
+        return replace(self, curve=view.curve(self.curve), width_px=width)
 
 
 def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
@@ -118,10 +118,10 @@ def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
     label, colour = f"#{track.id}", style.colour(track.id - 1)
     if track.state is TrackState.HIDDEN:
         faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
-        return Item(track.curve, f"{label} ({track.misses})", faded, width=track.width_px, hidden=True)
+        return Item(track.curve, f"{label} ({track.misses})", faded, width_px=track.width_px, hidden=True)
     seen = track.detection
     if seen is None:
-        return Item(track.curve, label, colour, inferred=track.inferred, width=track.width_px)
+        return Item(track.curve, label, colour, inferred=track.inferred, width_px=track.width_px)
     item = _of_seen(seen, result, label, colour)
     if track.curve == seen.curve:
         return replace(item, inferred=(*item.inferred, *track.inferred))

@@ -139,7 +139,7 @@ def write_reason(picture: Picture, result: FrameResult, pen: Style) -> None:
 
 
 def _line_width(item: Item, pen: Style) -> float:
-    return pen.line_px if item.width is None else max(1.0, min(pen.line_px, item.width / 3.0))
+    return pen.line_px if item.width_px is None else max(1.0, min(pen.line_px, item.width_px / 3.0))
 
 
 def line_shapes(item: Item, path: Path, pen: Style) -> list[Shape]:
@@ -196,7 +196,7 @@ def marker_shapes(item: Item, path: Path, pen: Style) -> list[Shape]:
 
 def _junctions(item: Item, path: Path) -> list[float]:
     """Return where joints run through junctions at which the curve does not cross, to about two widths."""
-    reach = 2.0 * (item.width or 0.0)
+    reach = 2.0 * (item.width_px or 0.0)
     crossed = [path.arc_at(u) for u in item.crossed]
     places = []
     for joint in item.joints:

@@ -108,8 +108,8 @@ def _title(item: Item, found: Track | Detection) -> str:
     parts = [item.label, f"{item.curve.length:.0f} px long"]
     if found.curve_3d is not None:
         parts.append(f"{found.curve_3d.length:.3f} m in space")
-    if item.width is not None:
-        parts.append(f"{item.width:.1f} px wide")
+    if item.width_px is not None:
+        parts.append(f"{item.width_px:.1f} px wide")
     return ", ".join([*parts, f"confidence {found.confidence:.2f}"])
 
 

@@ -23,6 +23,12 @@ _MOST_SET = 0.5  # of a picture, as in `plausibility`
 _MISSED = 0.5  # of a stroke: more than the third that may lie beside what it means
 _MAX_RADIUS_PX = 1000.0
 
+_BESIDE = "; does it lie beside the cable? If it lies on it, add --accept-strokes"
+_COMMON_COLOUR = (
+    ", since the rest of the picture has its colours, too; add strokes on the ground with --not, and --accept-strokes "
+    "to take all that lies beneath it"
+)
+
 Numbered = tuple[int, str]
 
 
@@ -64,6 +70,11 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     metavar="PX",
     help="Half the width of the strokes.",
 )
+@click.option(
+    "--accept-strokes",
+    is_flag=True,
+    help="Take every colour beneath the strokes for the cable's, even if the rest of the picture has it, too.",
+)
 @topic_options
 @click.option("--frame", type=click.IntRange(0, MAX_FRAMES), default=0, metavar="N", help="Frame of a video or folder.")
 @click.option(
@@ -88,6 +99,7 @@ def colour(
     cable: list[Numbered],
     ground: list[Numbered],
     radius: float,
+    accept_strokes: bool,
     topic: str | None,
     depth_topic: str | None,
     info_topic: str | None,
@@ -117,15 +129,17 @@ def colour(
 
     check_places(where, config_file, out, overlay)
     stated, before = stated_settings(config_file)
+    accepted = accept_strokes or (before is not None and before.accept_strokes)
+    pictures = () if before is None else before.pictures
     strokes = _strokes(cable, ground, radius, len(where))
-    if not before and not any(stroke.cable for given in strokes for stroke in given):
+    if not pictures and not any(stroke.cable for given in strokes for stroke in given):
         raise click.UsageError("say where a cable is: --at X,Y, or along it, --at X,Y:X,Y:X,Y")
     topics = {"topic": topic, "depth_topic": depth_topic, "info_topic": info_topic}
     frames = [read_frame(text, frame, topics) for text in where]
     images = [one.image for one in frames if one.image is not None]
     sources = [source_of(text, one) for text, one in zip(where, frames, strict=True)]
     drawn_on = [entry for entry in zip(images, strokes, sources, strict=True) if entry[1]]
-    learned = ColourConfig(pictures=(*before, *ColourModel.pictures_of(drawn_on)))
+    learned = ColourConfig(pictures=(*pictures, *ColourModel.pictures_of(drawn_on)), accept_strokes=accepted)
     settings = {**stated, "segmentation": {**stated.get("segmentation", {}), "colour": msgspec.to_builtins(learned)}}
     Config.from_dict(settings)  # before it is written
     text = f"{SIGNATURE}\n{msgspec.yaml.encode(settings).decode()}"
@@ -135,9 +149,9 @@ def colour(
         write_whole(Path(out), text.encode())
     model = ColourModel(learned)
     masks = [model(image) for image in images]
-    for source, mask, given in zip(sources, masks, strokes, strict=True):
-        _report(source, float(mask.mean()))
-        _report_missed(source, mask, given)
+    for source, image, mask, given in zip(sources, images, masks, strokes, strict=True):
+        _report(source, float(mask.mean()), given)
+        _report_missed(source, image, mask, given)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))
     save_first = "" if out else "save the settings by --out cable.yaml, then "
@@ -167,24 +181,28 @@ def _strokes(cable: list[Numbered], ground: list[Numbered], radius: float, pictu
     return found
 
 
-def _report(source: str, share: float) -> None:
+def _report(source: str, share: float, strokes: Sequence[Stroke]) -> None:
     """Say how much of a picture counts as cable, and what to do where it is nothing or most."""
     hint = ""
     if share == 0.0:
-        hint = ": nothing; draw along the cable, --at X,Y:X,Y, rather than click on it"
+        drawn = any(stroke.cable and len(stroke.points) > 1 for stroke in strokes)
+        hint = ": nothing" if drawn else ": nothing; draw along the cable, --at X,Y:X,Y, rather than click on it"
     elif share > _MOST_SET:
         hint = ": the ground comes in; add strokes on it with --not"
     click.echo(f"{source}: {100.0 * share:.1f} % of the picture is cable{hint}", err=True)
 
 
-def _report_missed(source: str, mask: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> None:
-    """Say which strokes the mask contradicts: they probably lie beside what they mean."""
-    from dloftbs.segmentation import pixels_of
+def _report_missed(
+    source: str, image: npt.NDArray[np.uint8], mask: npt.NDArray[np.uint8], strokes: Sequence[Stroke]
+) -> None:
+    """Say which strokes the mask contradicts, and why: they lie beside a cable, or its colour is the ground's, too."""
+    from dloftbs.segmentation import lies_along_band, pixels_of
 
     for stroke in strokes:
         share = float((mask[pixels_of(mask.shape, [stroke])] != 0).mean())
         if stroke.cable and share < _MISSED:
-            told = f"only {100.0 * share:.0f} % of the stroke {stroke} counts as cable; does it lie beside the cable?"
+            why = _COMMON_COLOUR if lies_along_band(image, stroke) else _BESIDE
+            told = f"only {100.0 * share:.0f} % of the stroke {stroke} counts as cable{why}"
         elif not stroke.cable and share > _MISSED:
             told = f"{100.0 * share:.0f} % of the stroke {stroke} still counts as cable; does it lie on the cable?"
         else:

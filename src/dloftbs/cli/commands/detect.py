@@ -188,7 +188,8 @@ class _Batch:
     def _frames(self, where: str) -> Iterator[Frame]:
         from dloftbs.cli.frames import UsableFrames
 
-        with self._inputs.open(where, jobs=self._jobs) as source:
+        segmented = self._config.segmentation.needs_image
+        with self._inputs.open(where, segmented=segmented, jobs=self._jobs) as source:
             self._lengths.append(source.length)
             frames = UsableFrames(source, self._config, self._inputs, where)
             try:

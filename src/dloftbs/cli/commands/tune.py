@@ -68,7 +68,7 @@ def tune(
     target = Path(out) if out is not None else context.params.get("config_file")
     if out is not None and os.path.exists(out):
         config = Config.from_file(out)  # which replaces no file that is not one
-    source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs))
+    source = inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs), segmented=True)
     config_file = shlex.quote("cable.yaml" if target is None else str(target))
     verb, overlay = ("detect", "overlay.png") if source.length == 1 else ("track", "overlay.mp4")
     named = source_arguments(where, context)

@@ -42,7 +42,8 @@ def view(
     from dloftbs.pipeline import Pipeline
     from dloftbs.ui.view_session import ViewSession
 
-    with inputs.open(where[0] if len(where) == 1 else in_natural_order(where, inputs)) as source:
+    named = where[0] if len(where) == 1 else in_natural_order(where, inputs)
+    with inputs.open(named, segmented=config.segmentation.needs_image) as source:
         check_colour(source, config, inputs, where)
         session = ViewSession(
             UsableFrames(source, config, inputs, where, every),

@@ -10,7 +10,7 @@ const FONT = "600 12px system-ui, sans-serif";
  * @property {string} colour
  * @property {number[]} points x, y in turn, at even u
  * @property {boolean} closed
- * @property {?number} width
+ * @property {?number} width_px
  * @property {[number, number][]} inferred
  * @property {boolean} hidden
  * @property {number[]} below
@@ -101,7 +101,7 @@ export function drawCurves(context, curves, view, options = {}) {
 
 /** @param {Curve} curve @param {number} scale */
 function lineWidth(curve, scale) {
-  return curve.width === null ? 2.6 : Math.max(1.4, Math.min(2.8, (curve.width * scale) / 3));
+  return curve.width_px === null ? 2.6 : Math.max(1.4, Math.min(2.8, (curve.width_px * scale) / 3));
 }
 
 /**

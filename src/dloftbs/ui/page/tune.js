@@ -73,6 +73,9 @@ export class Tune {
       };
     }
     byId("use-height").onchange = () => height(true);
+    byId("accept-strokes").onchange = () => {
+      this.connection.send({ type: "accept_strokes", accept: byId("accept-strokes").checked });
+    };
     byId("height").oninput = () => height(false);
     byId("height").onchange = () => height(true);
   }
@@ -199,6 +202,7 @@ export class Tune {
     byId("clear").disabled = state.strokes.length === 0 && state.ranges.length === 0 && state.height_m === null;
     byId("live").hidden = !state.live;
     byId("use-height").checked = state.height_m !== null;
+    byId("accept-strokes").checked = state.accept_strokes;
     byId("height").disabled = state.height_m === null;
     for (const join of ["and", "or"]) {
       press(byId(`join-${join}`), state.join === join);

@@ -99,7 +99,7 @@ function describe(curve) {
   const swatch = make("i", { class: "swatch" });
   swatch.style.background = curve.colour;
   const length = curve.length_m === null ? `${curve.length.toFixed(0)} px` : `${curve.length_m.toFixed(3)} m`;
-  const width = curve.width === null ? "" : `, ${curve.width.toFixed(1)} px wide`;
+  const width = curve.width_px === null ? "" : `, ${curve.width_px.toFixed(1)} px wide`;
   const meter = make("i");
   meter.style.width = `${100 * curve.confidence}%`;
   meter.style.background = curve.colour;
