@@ -14,6 +14,7 @@ BLOCK = 9
 LONG = 4
 CHANCE = 0.001
 MOST = 1000
+STRAIGHT = 3.0
 
 
 def opened(mask: np.ndarray, side: int = 3) -> np.ndarray:
@@ -50,7 +51,7 @@ def slow_halves(xy: np.ndarray, piece: int, least: int) -> list[Dash]:
     dash = Dash(xy, piece)
     if dash.isotropic:
         return []
-    if len(xy) <= 2 * least:
+    if dash.turn * dash.length <= STRAIGHT or len(xy) <= 2 * least:
         return [dash]
     along = (xy - dash.centre) @ dash.axis
     return [half for side in (along < -1e-9, along > 1e-9) for half in slow_halves(xy[side], piece, least)]
@@ -98,11 +99,10 @@ def slow_dashes(pieces: list[np.ndarray], least: int) -> np.ndarray:
     for chance, a, b in links:
         for end in (a, b):
             best[end] = min(best.get(end, math.inf), chance)
-    group = np.arange(len(pieces))
-    evidence, joints = np.zeros(len(pieces)), np.zeros(len(pieces), int)
+    group, evidence, joints = np.arange(len(dashes)), np.zeros(len(dashes)), np.zeros(len(dashes), int)
     for chance, a, b in links:
         if chance < 1.0 and chance <= (1.0 + 1e-9) * min(best[a], best[b]):
-            one, other = group[number[a[0]]], group[number[b[0]]]
+            one, other = group[a[0]], group[b[0]]
             if one != other:
                 group[group == other] = one
                 evidence[one] += evidence[other] - math.log(chance)
@@ -110,7 +110,8 @@ def slow_dashes(pieces: list[np.ndarray], least: int) -> np.ndarray:
     for root in set(group):
         line = np.flatnonzero(group == root)
         expected = len(dashes) * special.gammaincc(joints[root], evidence[root]) if joints[root] else math.inf
-        found[line] = expected <= CHANCE and sum(len(pieces[k]) for k in line) >= least
+        if expected <= CHANCE and sum(len(dashes[k].xy) for k in line) >= least:
+            found[number[line]] = True
     return found
 
 

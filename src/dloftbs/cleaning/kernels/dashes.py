@@ -32,12 +32,15 @@ _LARGEST_TURN = math.pi / 4
 _EXACT = 1e-9
 """Rounding errors of coordinates and costs, so that equal ones are equal in a mask that is flipped, too."""
 
+_STRAIGHT_PX = 3.0
+"""Width up to which a long piece is looked at as one, px: two pixels, and one by which it is bent."""
+
 _MOST_DASHES = 1000
 """Number of pieces that are looked at, the largest first; more are noise, and it bounds time."""
 
 _FIRST = 256
-_X, _Y, _AXIS_X, _AXIS_Y, _LENGTH, _TURN = range(6)  # centre px, axis, length px, uncertainty of the axis rad
-_COLUMNS = 6
+_X, _Y, _AXIS_X, _AXIS_Y, _LENGTH, _TURN, _SIZE = range(7)  # centre px, axis, length px, its axis's error rad, pixels
+_COLUMNS = 7
 
 
 @inlined
@@ -73,6 +76,7 @@ def _measure(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> b
     node[_LENGTH] = math.sqrt(6.0 * (a + b + spread) / (n * n) + 1.0)
     width = math.sqrt(max(0.0, 6.0 * (a + b - spread) / (n * n)) + 1.0)
     node[_TURN] = width / node[_LENGTH]
+    node[_SIZE] = n
     return True
 
 
@@ -122,11 +126,11 @@ def _smallest(ends: _Ints, least: int) -> int:
 
 @helper
 def _describe(pixels: _Ints, ends: _Ints, rows: int, least: int) -> tuple[_Floats, _Ints]:
-    """Describe the largest pieces as dashes, long ones in parts of up to twice `least` pixels.
+    """Describe the largest pieces as dashes, long bent ones in parts of up to twice `least` pixels.
 
     Returns
     -------
-    nodes : (m, 6) float64
+    nodes : (m, 7) float64
     pieces : (m,) int64
         The piece of each, in ascending order.
     """
@@ -147,7 +151,8 @@ def _describe(pixels: _Ints, ends: _Ints, rows: int, least: int) -> tuple[_Float
                 nodes, pieces = longer_rows(nodes), longer_rows(pieces)
             if not _measure(pixels, first, last, rows, nodes[count]):
                 continue
-            if last - first <= 2 * least or waiting + 2 > len(stack):
+            straight = nodes[count, _TURN] * nodes[count, _LENGTH] <= _STRAIGHT_PX
+            if straight or last - first <= 2 * least or waiting + 2 > len(stack):
                 pieces[count, 0] = piece
                 count += 1
                 continue
@@ -287,7 +292,7 @@ def find_dashes(pixels: _Ints, ends: _Ints, rows: int, least: int) -> npt.NDArra
     rows : int
         Of the bitmask.
     least : int
-        Number of pixels that such a line has at least, px; longer pieces are looked at in parts.
+        Number of pixels that such a line has at least, px; longer bent pieces are looked at in parts.
 
     Returns
     -------
@@ -304,25 +309,22 @@ def find_dashes(pixels: _Ints, ends: _Ints, rows: int, least: int) -> npt.NDArra
         i, j, side, other_side = pairs[k]
         best[i, side] = min(best[i, side], chances[k, 0])
         best[j, other_side] = min(best[j, other_side], chances[k, 0])
-    parent = np.arange(len(ends))
-    links = np.zeros(len(ends), dtype=np.int64)  # of a line, at its root
-    evidence = np.zeros(len(ends))  # in nats
-    size = np.empty(len(ends), dtype=np.int64)
-    for piece in range(len(ends)):
-        size[piece] = ends[piece] - (ends[piece - 1] if piece > 0 else 0)
+    parent = np.arange(count)
+    links = np.zeros(count, dtype=np.int64)  # of a line, at its root
+    evidence = np.zeros(count)  # in nats
     for k in range(len(pairs)):
         i, j, side, other_side = pairs[k]
         chance = chances[k, 0]
         if chance >= 1.0 or chance > (1.0 + _EXACT) * min(best[i, side], best[j, other_side]):
             continue
-        a, b = find_root(parent, pieces[i]), find_root(parent, pieces[j])
+        a, b = find_root(parent, i), find_root(parent, j)
         if a != b:
             parent[max(a, b)] = min(a, b)
             evidence[min(a, b)] = evidence[a] + evidence[b] - math.log(chance)
-            size[min(a, b)] = size[a] + size[b]
+            nodes[min(a, b), _SIZE] = nodes[a, _SIZE] + nodes[b, _SIZE]
             links[min(a, b)] = links[a] + links[b] + 1
-    for piece in range(len(ends)):
-        root = find_root(parent, piece)
+    for i in range(count):
+        root = find_root(parent, i)
         expected = count * _tail(evidence[root], links[root])
-        found[piece] = size[root] >= least and expected <= _CHANCE * (1.0 + _EXACT)
+        found[pieces[i]] |= nodes[root, _SIZE] >= least and expected <= _CHANCE * (1.0 + _EXACT)
     return found
