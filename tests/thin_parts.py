@@ -144,12 +144,13 @@ def slow_open_up(mask: np.ndarray, least: int) -> np.ndarray:
     if not found:
         return kept
     edge, around = slow_fringe(mask)
-    if edge.any():
+    fringe_back = any(around[xy[:, 1], xy[:, 0]].any() for xy in found)
+    if fringe_back:
         lost = mask & ~kept
         found = cables(put_joints_back(lost & ~around.astype(np.uint8), kept, least), least)
     for xy in found:
         kept[xy[:, 1], xy[:, 0]] = 1
-    if not edge.any():
+    if not fringe_back:
         return kept
     result = kept.copy()
     labels, count = ndimage.label((lost != 0) & around, AROUND)

@@ -26,7 +26,7 @@ from dloftbs.cleaning.kernels.mask_pieces import (
     set_pixel,
     total_ones,
 )
-from dloftbs.cleaning.kernels.thin_parts import find_cables, list_pieces, put_back, put_back_near
+from dloftbs.cleaning.kernels.thin_parts import any_within, find_cables, list_pieces, put_back, put_back_near
 from dloftbs.kernels.compiler import helper, inlined, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.copying import longer
@@ -162,7 +162,7 @@ def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) 
     if not found.any():
         return opened
     edge, surroundings = find_fringe(eroded, inside, reach)
-    if len(edge) == 0:
+    if len(edge) == 0 or not any_within(pixels, ends, found, surroundings.ravel()):
         put_back(pixels, ends, found, kept)
         return opened
     near = mask & ~kept & surroundings.ravel()

@@ -96,6 +96,19 @@ def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDAr
 
 
 @helper
+def any_within(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], mask: _Words) -> bool:
+    """Tell whether any of some pieces has a pixel in a mask."""
+    start = 0
+    for piece in range(len(ends)):
+        if found[piece]:
+            for k in range(start, ends[piece]):
+                if is_set(mask, pixels[k]):
+                    return True
+        start = ends[piece]
+    return False
+
+
+@helper
 def put_back(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], kept: _Words) -> None:
     """Put some of the pieces back."""
     start = 0
