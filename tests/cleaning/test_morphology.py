@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import io
+from fractions import Fraction
+
+import av
 import cv2
 import numpy as np
 import pytest
@@ -10,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from skeletons import as_words, fast_skeleton, pasted, slow_degrees
 
-from dloftbs import Config
+from dloftbs import Config, Frame, Pipeline
 from dloftbs.cleaning import clean
 from dloftbs.cleaning.kernels.morphology import close
 from dloftbs.config import CleaningConfig
@@ -217,3 +221,89 @@ def test_a_thin_cable_that_leaves_the_image_is_kept_to_the_border() -> None:
     mask = np.zeros((60, 80), bool)
     mask[30:32] = True
     np.testing.assert_array_equal(to_image(clean(mask, CleaningConfig()), mask.shape), mask)
+
+
+def coded_cable(width: int, seed: int) -> np.ndarray:
+    """A mask by colour of a saturated cable on dark ground, in a frame of H.264."""
+    rng = np.random.default_rng(seed)
+    image = np.full((160, 480, 3), 30, np.uint8)
+    points = np.array([[30, 80], [240, 80], [450, 80]]) + rng.uniform(-20, 20, (3, 2))
+    hue = int(rng.integers(180))
+    colour = cv2.cvtColor(np.array([[[hue, 230, 220]]], np.uint8), cv2.COLOR_HSV2BGR)[0, 0].tolist()
+    cv2.polylines(image, [np.rint(16 * points).astype(np.int32)], False, colour, width, cv2.LINE_AA, 4)
+    coded = io.BytesIO()
+    with av.open(coded, "w", format="matroska") as output:
+        stream = output.add_stream("libx264", rate=Fraction(20))
+        stream.width, stream.height, stream.pix_fmt = 480, 160, "yuv420p"
+        frame = av.VideoFrame.from_ndarray(image, format="bgr24")
+        output.mux([*stream.encode(frame), *stream.encode()])
+    coded.seek(0)
+    with av.open(coded) as source:
+        decoded = next(source.decode(video=0)).to_ndarray(format="bgr24")
+    h, s, v = np.moveaxis(cv2.cvtColor(decoded, cv2.COLOR_BGR2HSV).astype(int), 2, 0)
+    return (np.minimum(abs(h - hue), 180 - abs(h - hue)) <= 8) & (s >= 150) & (v >= 60)
+
+
+@pytest.mark.parametrize("width", [8, 12, 20, 34, 50])
+def test_the_fringe_of_a_coded_edge_does_not_come_back(width: int) -> None:
+    for seed in range(8):
+        mask = coded_cable(width, seed)
+        assert len(Pipeline(Config()).detect(Frame(mask=mask))) == 1
+
+
+def beside(angle: float, first: float, thickness: int, stop: float = 60.0, start: float = -60.0) -> np.ndarray:
+    """A thread along a cable of 20 px, both at an angle; it begins so many pixels away from the edge."""
+    mask = np.zeros((300, 300), np.uint8)
+    along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    for s, t, offset, width in (
+        (-120.0, 120.0, 0.0, 20),
+        (start, stop, 10.0 + first + (thickness - 1) / 2, thickness),
+    ):
+        ends = 150 + np.array([s * along, t * along]) + offset * across
+        one, other = (16 * ends).astype(int).tolist()
+        cv2.line(mask, one, other, 1, width, cv2.LINE_8, 4)
+    return mask
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, np.pi, 9)[:-1])
+def test_a_thread_in_the_edge_of_a_thick_cable_does_not_come_back(angle: float) -> None:
+    for first, thickness, reach in ((1.5, 1, 100.0), (2.0, 1, 30.0), (2.5, 2, 15.0), (4.0, 2, 15.0)):
+        mask = beside(angle, first, thickness, reach, -reach)
+        with_pieces, without = (to_image(clean(mask, CleaningConfig(thin_px=n)), mask.shape) for n in (20, 0))
+        assert int(with_pieces.sum()) - int(without.sum()) < 20
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.0, np.pi, 9)[:-1])
+def test_a_wire_beside_a_thick_cable_comes_back(angle: float) -> None:
+    for first, reach in ((6.0, 100.0), (14.0, 30.0)):
+        mask = beside(angle, first, 2, reach, -reach)
+        wire = mask & ~beside(angle, first, 2, 0.0, 0.0)
+        cleaned = to_image(clean(mask, CleaningConfig()), mask.shape)
+        assert cleaned[wire != 0].mean() > 0.9
+
+
+@pytest.mark.parametrize("angle", np.deg2rad([15.0, 30.0, 60.0, 90.0, 110.0, 155.0]))
+@pytest.mark.parametrize("thickness", [1, 2])
+def test_a_thin_cable_that_crosses_a_thick_one_comes_back_up_to_it(angle: float, thickness: int) -> None:
+    thick = np.zeros((300, 500), np.uint8)
+    thick[140:160, 10:490] = 1
+    mask = thick.copy()
+    way = 130 / np.sin(angle) * np.array([np.cos(angle), np.sin(angle)])
+    one, other = np.rint(np.array([250, 150]) + np.stack((-way, way))).astype(int).tolist()
+    cv2.line(mask, one, other, 1, thickness)
+    cleaned = to_image(clean(mask, CleaningConfig()), mask.shape)
+    assert cv2.connectedComponents(cleaned)[0] == 2
+    assert cleaned[(mask & ~thick) != 0].mean() > 0.9
+
+
+@pytest.mark.parametrize("angle", [0.05, 0.2, 0.7])
+def test_the_dashes_of_a_thin_cable_come_back_through_salt(angle: float) -> None:
+    mask = (np.random.default_rng(0).random((224, 224)) < 0.002).astype(np.uint8)
+    dashes = np.zeros_like(mask)
+    along = np.array([np.cos(angle), np.sin(angle)])
+    for k in range(11):
+        ends = np.rint([15 + 17 * k * along, 15 + (17 * k + 9) * along]).astype(int).tolist()
+        cv2.line(dashes, ends[0], ends[1], 1)
+    cleaned = to_image(clean(mask | dashes, CleaningConfig()), mask.shape)
+    assert cleaned[dashes != 0].mean() > 0.9
+    assert int(cleaned.sum()) < 1.05 * int(dashes.sum())

@@ -20,10 +20,10 @@ _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixe
 def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> MaskCrop | None:
     """Close and open the mask by squares, and cut out the rest.
 
-    The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable. Of what the
-    closing adds stays what fills a hole or a notch, so that nothing that lies close together is joined. Larger holes
-    are filled where they lie within one cable. As in OpenCV, what lies beyond the image counts as foreground to an
-    erosion, so that a cable that leaves the image is not eaten from there.
+    The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable, and no fringe
+    of a thick one. Of what the closing adds stays what fills a hole or a notch, so that nothing that lies close
+    together is joined. Larger holes are filled where they lie within one cable. As in OpenCV, what lies beyond the
+    image counts as foreground to an erosion, so that a cable that leaves the image is not eaten from there.
 
     Parameters
     ----------

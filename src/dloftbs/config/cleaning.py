@@ -19,8 +19,9 @@ class CleaningConfig(Section, frozen=True, kw_only=True):
         Side of the square of a closing before it. Added pixels stay only where they fill a pin-hole wholly, or a
         notch of some pixels: slits between cables stay open. 1, the paper's, is none.
     thin_px : int
-        Least number of connected pixels that come back after the opening took them: a cable of one or two pixels, and
-        no salt. 0, the paper's, brings nothing back.
+        Least number of pixels of a cable of one or two pixels, which comes back after the opening took it: connected,
+        or dashes in line. Salt does not come back, nor do threads within the edge of a much thicker cable. 0, the
+        paper's, brings nothing back.
     fill_holes : bool
         Whether holes that are narrower than the cables and lie within one of them are filled, such as the highlight on
         a glossy cable in a large picture. False is the paper's.

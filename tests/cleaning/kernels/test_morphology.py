@@ -10,16 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 from skeletons import as_words, pasted
+from thin_parts import AROUND, opened, slow_open_up
 
 from dloftbs.cleaning.kernels.morphology import close, open_up
 from dloftbs.kernels.bitmask import cut
 
-AROUND = np.ones((3, 3), np.uint8)
 NOTCH = 9
-
-
-def opened(mask: np.ndarray) -> np.ndarray:
-    return cv2.morphologyEx(mask, cv2.MORPH_OPEN, AROUND)
 
 
 def with_kernel(mask: np.ndarray, least: int, most: int = 10**9) -> np.ndarray:
@@ -60,19 +56,6 @@ def outer_pieces(mask: np.ndarray) -> int:
 
 def holes(mask: np.ndarray) -> int:
     return int(ndimage.label(np.pad(mask == 0, 1, constant_values=True))[1]) - 1
-
-
-def slow_give_back(mask: np.ndarray, least: int) -> np.ndarray:
-    """Label the pieces, and what each of them touches, by scipy."""
-    kept = opened(mask)
-    result = kept.copy()
-    pieces, count = ndimage.label(mask & ~kept, AROUND)
-    for piece in range(1, count + 1):
-        here = pieces == piece
-        touched = ndimage.binary_dilation(here, AROUND) & (kept != 0)
-        if here.sum() >= least or ndimage.label(touched, AROUND)[1] > 1:
-            result[here] = 1
-    return result
 
 
 @given(random_masks, st.sampled_from([3, 5, 7]))
@@ -128,7 +111,7 @@ def test_noise_over_the_whole_mask_is_filled_the_same(share: float) -> None:
 
 @given(random_masks, st.integers(1, 30))
 def test_what_comes_back_agrees_with_labelled_pieces(mask: np.ndarray, least: int) -> None:
-    np.testing.assert_array_equal(with_kernel(mask, least), slow_give_back(mask, least))
+    np.testing.assert_array_equal(with_kernel(mask, least), slow_open_up(mask, least))
 
 
 @given(random_masks)
