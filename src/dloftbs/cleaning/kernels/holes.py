@@ -8,6 +8,7 @@ from numba import boolean, int64, uint64
 from numba.types import UniTuple
 
 from dloftbs.cleaning.kernels.ground_runs import fill, find_ground
+from dloftbs.cleaning.kernels.ground_widths import look_across
 from dloftbs.cleaning.kernels.outer_edges import measure_edges
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
@@ -27,6 +28,9 @@ _SMALL_SOLID = 0.5
 A quarter of the width: between two cables it is shorter than half of the width of either, and hides no way through.
 """
 
+_LIKELY = 1.2
+"""Largest width of a hole at some places, in those of the mask beside it, with which it is measured at all places."""
+
 _PROBES = 8
 """Places at which a hole is measured across at first, to save time."""
 
@@ -42,48 +46,11 @@ def _get(bitmask: _Words, r: int, c: int) -> bool:
     return (bitmask[(c + WORD_BITS) >> 6, r] >> np.uint64(c & 63)) & np.uint64(1) != 0
 
 
-@inlined
-def _run(bitmask: _Words, rows: int, columns: int, r: int, c: int, down: int, right: int, is_set: bool) -> int:
-    """Return how many pixels from one on are all set, or all not."""
-    count = 0
-    while 0 <= r < rows and 0 <= c < columns and _get(bitmask, r, c) == is_set:
-        r, c, count = r + down, c + right, count + 1
-    return count
-
-
-@inlined
-def _thickness(bitmask: _Words, rows: int, columns: int, r: int, c: int, down: int, right: int) -> int:
-    """Return how thick the mask is at a pixel where one enters it: the less of what lies ahead and across, px."""
-    ahead = _run(bitmask, rows, columns, r, c, down, right, True)
-    across = _run(bitmask, rows, columns, r, c, right, down, True)
-    return min(ahead, max(across + _run(bitmask, rows, columns, r, c, -right, -down, True) - 1, 0))
-
-
-@inlined
-def _look(bitmask: _Words, rows: int, columns: int, r: int, c: int, down: int, right: int) -> tuple[int, int]:
-    """Return how wide the ground is at a pixel along a row or a column, and the mask at both of its sides together."""
-    ahead = _run(bitmask, rows, columns, r, c, down, right, False)
-    behind = _run(bitmask, rows, columns, r, c, -down, -right, False)
-    thickness = _thickness(bitmask, rows, columns, r + ahead * down, c + ahead * right, down, right)
-    thickness += _thickness(bitmask, rows, columns, r - behind * down, c - behind * right, -down, -right)
-    return ahead + behind - 1, thickness
-
-
-@helper
-def _look_across(bitmask: _Words, rows: int, columns: int, r: int, c: int) -> tuple[int, int]:
-    """Return how wide ground and the mask beside it are at a pixel, along the row or the column with less ground."""
-    along, mask_along = _look(bitmask, rows, columns, r, c, 0, 1)
-    down, mask_down = _look(bitmask, rows, columns, r, c, 1, 0)
-    if along < down or (along == down and mask_along > mask_down):
-        return along, mask_along
-    return down, mask_down
-
-
 @helper
 def _find_narrow(
     bitmask: _Words, rows: int, columns: int, first: _Ints, start: _Ints, end: _Ints, part: _Ints, parts: int
 ) -> tuple[_Bools, _Ints]:
-    """Find the holes that are narrower than the mask beside them at some places, and half of the outer widths."""
+    """Find the holes that may be narrower than the mask beside them, by some places, and the outer widths."""
     count = np.zeros(parts, dtype=np.int64)
     for i in range(len(part)):
         count[part[i]] += 1
@@ -101,11 +68,11 @@ def _find_narrow(
             if probed[k] * count[k] >= seen[k] * _PROBES:
                 continue
             probed[k] += 1
-            ground, mask = _look_across(bitmask, rows, columns, r, (start[i] + end[i] - 1) // 2)
+            ground, mask = look_across(bitmask, rows, columns, r, (start[i] + end[i] - 1) // 2)
             across[k] += ground
             beside[k] += mask
             width[k] = max(width[k], ground + mask)
-    return (count > 0) & (across > 0) & (across <= beside), width // 2 + 2
+    return (count > 0) & (across > 0) & (across <= _LIKELY * beside), width
 
 
 @helper
@@ -212,7 +179,7 @@ def fill_holes(framed: _Words, h: int, w: int, beyond: _Sides) -> _Words:
             _leave_beside(narrow, boxes, reach, filled)
         if not narrow.any():
             break
-        across, outer, solid = measure_edges(mask, rows, columns, first, start, end, part, narrow, boxes, reach, beyond)
+        across, outer, solid = measure_edges(mask, rows, columns, first, start, end, part, narrow, boxes, beyond)
         longest = np.maximum(boxes[:, 1] - boxes[:, 0], boxes[:, 3] - boxes[:, 2])
         small = narrow & (longest <= _SMALL_SOLID * solid)
         within = narrow & (across <= _WIDEST_SOLID * solid) & (outer - solid < _MOST_GROWTH * across)

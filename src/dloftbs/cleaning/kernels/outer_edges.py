@@ -11,6 +11,7 @@ import numpy.typing as npt
 from numba import boolean, int64, uint64
 from numba.types import UniTuple
 
+from dloftbs.cleaning.kernels.ground_widths import look_across
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 
 _Words = npt.NDArray[np.uint64]
@@ -102,17 +103,41 @@ def _nearest(away: _Pixels, is_hole: _Bools, width: int, r: int, c: int, most: i
 
 
 @helper
-def _square_widest(codes: _Codes, height: int, width: int, most: int, away: _Pixels, is_hole: _Bools) -> int:
-    """Return how far a pixel of the hole is at most from what is none, px^2."""
-    widest = 0
+def _make_room(height: int, width: int) -> tuple[_Codes, _Pixels, _Pixels, _Bools, _Bools]:
+    """Return arrays for a window."""
+    shape = (height, width)
+    pixels, more = np.empty(shape, dtype=np.int16), np.empty(shape, dtype=np.int16)
+    flags, others = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
+    return np.empty(shape, dtype=np.uint8), pixels, more, flags, others
+
+
+@helper
+def _look_where_widest(
+    bitmask: _Words, rows: int, columns: int, box: _Ints, codes: _Codes, away: _Pixels, is_hole: _Bools
+) -> tuple[int, int]:
+    """Return how far a pixel of the hole is at most from what is none, px^2, and the outer width there, px.
+
+    The width is 0 where the hole is wider than the mask beside it.
+    """
+    height, width = box[1] - box[0], box[3] - box[2]
+    widest, across, beside, outer = 0, 0, 0, 0
     _look_up_and_down(codes, height, width, _HOLE, _HOLE, away, is_hole)
     for r in range(height):
         for c in range(width):
-            if codes[r, c] == _HOLE:  # beyond the box there is none
-                far = min(np.int64(away[r, c]), r + 1, height - r, c + 1, width - c)
-                if far * far > widest:
-                    widest = max(widest, min(_nearest(away, is_hole, width, r, c, most)[0], far * far))
-    return widest
+            if codes[r, c] != _HOLE:
+                continue
+            far = min(np.int64(away[r, c]), r + 1, height - r, c + 1, width - c)  # beyond the box there is none
+            if far * far < widest:
+                continue
+            squared, _ = _nearest(away, is_hole, width, r, c, far)
+            if squared > widest:
+                widest, across, beside, outer = squared, 0, 0, 0
+            if squared == widest:
+                ground, mask = look_across(bitmask, rows, columns, r + box[0], c + box[2])
+                across += ground
+                beside += mask
+                outer = max(outer, ground + mask)
+    return widest, outer if across <= beside else 0
 
 
 @helper
@@ -174,7 +199,6 @@ def _from_border(r: int, c: int, rows: int, columns: int, beyond: _Sides) -> int
     read(int64, 1, "C"),
     read(boolean, 1, "C"),
     read(int64, 2, "C"),
-    read(int64, 1, "C"),
     UniTuple(boolean, 4),
 )
 def measure_edges(
@@ -187,7 +211,6 @@ def measure_edges(
     part: _Ints,
     chosen: _Bools,
     boxes: _Ints,
-    reach: _Ints,
     beyond: _Sides,
 ) -> tuple[_Floats, _Floats, _Floats]:
     """Measure some holes, the outer edges along them, and the mask that goes on beyond their ends.
@@ -202,8 +225,6 @@ def measure_edges(
     chosen : (parts,) bool
     boxes : (parts, 4) int64
         First row, the one after the last, first column and the one after the last of each part.
-    reach : (parts,) int64
-        Largest distance that is measured, px.
     beyond : (bool, bool, bool, bool)
         Whether the image ends at the top, bottom, left and right of the mask.
 
@@ -220,29 +241,28 @@ def measure_edges(
     """
     parts = len(chosen)
     across, outer, solid = np.zeros(parts), np.zeros(parts), np.zeros(parts)
-    height, width = 1, 1
-    for k in range(parts):
-        if chosen[k]:
-            height = max(height, boxes[k, 1] - boxes[k, 0] + 4 * reach[k])
-            width = max(width, boxes[k, 3] - boxes[k, 2] + 4 * reach[k])
-    height, width = min(height, rows), min(width, columns)
-    codes = np.empty((height, width), dtype=np.uint8)
-    away, depth = np.empty((height, width), dtype=np.int16), np.empty((height, width), dtype=np.int16)
-    counts = np.empty(_STEPS * max(reach.max(), 1) + 1, dtype=np.int64)
-    near, unused = np.empty((height, width), dtype=np.bool_), np.empty((height, width), dtype=np.bool_)
+    codes = np.empty((1, 1), dtype=np.uint8)
+    away, depth = np.empty((1, 1), dtype=np.int16), np.empty((1, 1), dtype=np.int16)
+    near, unused = np.empty((1, 1), dtype=np.bool_), np.empty((1, 1), dtype=np.bool_)
     for k in range(parts):
         if not chosen[k]:
             continue
-        most = reach[k]
-        box = boxes[k, 0], boxes[k, 1], boxes[k, 2], boxes[k, 3]
-        _draw(bitmask, box, first, start, end, part, chosen, k, codes)
-        widest, thickest = _square_widest(codes, box[1] - box[0], box[3] - box[2], most, away, unused), 0
+        box = boxes[k]
+        if box[1] - box[0] > codes.shape[0] or box[3] - box[2] > codes.shape[1]:
+            codes, away, depth, near, unused = _make_room(box[1] - box[0], box[3] - box[2])
+        _draw(bitmask, (box[0], box[1], box[2], box[3]), first, start, end, part, chosen, k, codes)
+        widest, broad = _look_where_widest(bitmask, rows, columns, box, codes, away, unused)
+        if broad == 0:
+            continue
+        most, thickest = broad // 2 + 2, 0
         least = max(min(max(box[1] - box[0], box[3] - box[2]), np.int64(2.0 * _edge_distance(widest))), 1)
         top, bottom = max(box[0] - 2 * most, beyond[0]), min(box[1] + 2 * most, rows - beyond[1])
         left, right = max(box[2] - 2 * most, beyond[2]), min(box[3] + 2 * most, columns - beyond[3])
         if not _holds_square(bitmask, top, bottom, left, right, 2 * np.int64((least - 1) / _DIAGONAL) + 1):
             continue
         height, width = bottom - top, right - left
+        if height > codes.shape[0] or width > codes.shape[1]:
+            codes, away, depth, near, unused = _make_room(height, width)
         _draw(bitmask, (top, bottom, left, right), first, start, end, part, chosen, k, codes)
         rows_of_box, columns_of_box = (box[0] - top, box[1] - top), (box[2] - left, box[3] - left)
         _look_up_and_down(codes, height, width, _MASK, _MASK, away, near)
@@ -256,7 +276,7 @@ def measure_edges(
             continue
         _look_up_and_down(codes, height, width, _MASK, _OTHER, depth, unused)
         beside = np.int64(2.0 * np.sqrt(widest)) + 1
-        counts[: _STEPS * most + 1] = 0
+        counts = np.zeros(_STEPS * most + 1, dtype=np.int64)
         for r in range(max(rows_of_box[0] - beside, 0), min(rows_of_box[1] + beside, height)):
             for c in range(max(columns_of_box[0] - beside, 0), min(columns_of_box[1] + beside, width)):
                 if codes[r, c] == _MASK:
@@ -269,7 +289,7 @@ def measure_edges(
                 if squared <= _from_border(r + top, c + left, rows, columns, beyond) ** 2:
                     counts[np.int64(_STEPS * _edge_distance(squared))] += 1
         across[k], solid[k] = 2.0 * _edge_distance(widest), _edge_distance(thickest)
-        more = np.int64((1.0 - _SHARE) * counts[: _STEPS * most + 1].sum())
+        more = np.int64((1.0 - _SHARE) * counts.sum())
         place = _STEPS * most
         while place > 0 and counts[place] <= more:
             more -= counts[place]
