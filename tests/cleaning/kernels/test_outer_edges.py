@@ -27,7 +27,7 @@ def measured(seed: int) -> int:
     """Compare the measures of the holes in a random mask, and return how many are not too thin to decide."""
     mask = holed(seed)
     rows, columns = mask.shape
-    *runs, pixels, _, _ = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
+    *runs, pixels = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
     parts = in_runs(*runs, columns)
     chosen = np.random.default_rng(seed).random(len(pixels)) < 0.7
     chosen[0] = False

@@ -170,7 +170,7 @@ def fill_holes(framed: _Words, h: int, w: int, beyond: _Sides) -> _Words:
     while (
         True
     ):  # what is filled counts as solid for the holes beside it: pin-holes first, rows of holes from their ends
-        first, start, end, part, pixels, _sides, _outlines = find_ground(mask, rows, columns)
+        first, start, end, part, pixels = find_ground(mask, rows, columns)
         if len(pixels) == 1:
             break
         narrow, reach = _find_narrow(mask, rows, columns, first, start, end, part, len(pixels))
