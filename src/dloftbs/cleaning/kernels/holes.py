@@ -28,9 +28,6 @@ _SMALL_SOLID = 0.5
 A quarter of the width: between two cables it is shorter than half of the width of either, and hides no way through.
 """
 
-_LIKELY = 1.2
-"""Largest width of a hole at some places, in those of the mask beside it, with which it is measured at all places."""
-
 _PROBES = 8
 """Places at which a hole is measured across at first, to save time."""
 
@@ -72,7 +69,7 @@ def _find_narrow(
             across[k] += ground
             beside[k] += mask
             width[k] = max(width[k], ground + mask)
-    return (count > 0) & (across > 0) & (across <= _LIKELY * beside), width
+    return (count > 0) & (across > 0) & (across <= beside), width
 
 
 @helper
