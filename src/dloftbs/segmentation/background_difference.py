@@ -1,0 +1,238 @@
+"""Stage 1 for a camera that stands still: the pixels that differ from the place without cables."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs._arrays import check_image
+from dloftbs._npy import BROKEN, open_mapped
+from dloftbs._values import shown
+from dloftbs.config import BackgroundConfig
+from dloftbs.errors import ConfigError, InputError
+from dloftbs.frame import Frame, as_frame
+from dloftbs.segmentation.contrast import LEVEL, Counts, limits_of, mask_of, noise_of
+
+_SMOOTHING_PX = 1.0
+"""Standard deviation of the smoothing, px.
+
+Source: derived; it leaves 28 % of white noise, and more than half of the contrast of a line of 2 px.
+"""
+_JITTER = 0.5
+"""Movement of a camera that stands still, px.
+
+Source: by hand; a table that somebody touches, and edges that codecs move.
+"""
+_EDGE_PX = 2
+"""Width of the blurred edge of a cable, px.
+
+Source: derived; two standard deviations of the smoothing.
+"""
+_MOST_NOISE = 6.0
+"""Largest noise of a smoothed frame that still shows its background, in levels.
+
+Source: derived; 28 % of 20 levels, the noise of a camera at night.
+"""
+_DARK, _BRIGHT = 16, 240
+"""Levels between which the gain of the camera is measured.
+
+Source: numerics; below, rounding is 3 % of a level's value, and beyond, sensors saturate.
+"""
+_GAIN_SAMPLES = 5000
+"""Number of pixels that the gain is measured on.
+
+Source: bounds time; they give it to a tenth of a percent.
+"""
+_FRAMES = 25
+"""Least number of frames that are kept for a median, of as many or more.
+
+Source: derived; their median has a quarter of a frame's noise.
+"""
+_SAME_GAIN = 1.0 / 255.0
+"""Change of a gain that is none.
+
+Source: by definition; the brightest pixel changes by a level.
+"""
+_ROWS = 64
+"""Number of rows whose median is made at once.
+
+Source: bounds memory.
+"""
+
+Image = npt.NDArray[np.uint8]
+
+
+class BackgroundSegmenter:
+    """A callable ``image -> mask`` that compares an image with one of the same place without cables.
+
+    The exposure of the camera may change: each channel is scaled by the median ratio to the background. Where more than
+    half of the image differs, the background is one of another place or light, and says nothing: all pixels differ.
+
+    Parameters
+    ----------
+    background : array_like, shape (H, W, 3), uint8
+        BGR, as `median_background` makes it.
+    contrast : float, optional
+        Least difference, in levels of 255; by default by the noise of the image.
+
+    Raises
+    ------
+    InputError
+        If it is no such image.
+    ConfigError
+        If the contrast is out of range.
+    """
+
+    def __init__(self, background: npt.ArrayLike, contrast: float | None = None) -> None:
+        self._contrast = BackgroundConfig(file="-", contrast=contrast).contrast
+        self._background = check_image(background).copy()
+        smooth = _smoothed(self._background)
+        square = np.ones((3, 3), np.uint8)
+        self._smooth = smooth
+        self._low, self._high = (
+            cv2.addWeighted(smooth, 1.0 - _JITTER, beside, _JITTER, 0.0)
+            for beside in (cv2.erode(smooth, square), cv2.dilate(smooth, square))
+        )
+
+    @classmethod
+    def from_config(cls, config: BackgroundConfig) -> BackgroundSegmenter:
+        """Read the background that a configuration names.
+
+        Raises
+        ------
+        ConfigError
+            If it cannot be read or is no such image.
+        """
+        return cls(_read(Path(os.path.expanduser(config.file))), config.contrast)
+
+    def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+        """Return 1 for the pixels that differ from the background, shape (H, W).
+
+        Parameters
+        ----------
+        image : numpy.ndarray, shape (H, W, 3), uint8
+            BGR.
+
+        Raises
+        ------
+        InputError
+            If it is no such image, or of another size than the background.
+        """
+        image = check_image(image)
+        size, expected = image.shape[:2], self._background.shape[:2]
+        if size != expected:
+            raise InputError(
+                f"segmentation.background is {expected[1]} x {expected[0]} px, the frame {size[1]} x {size[0]}: make "
+                "it anew from frames of this size (dloftbs background)"
+            )
+        if 0 in size:
+            return np.zeros(size, np.uint8)
+        smooth = _smoothed(image)
+        gain = _gain(image, self._background)
+        if max(abs(factor - 1.0) for factor in gain) > _SAME_GAIN:
+            smooth = cv2.multiply(smooth, (*(1.0 / factor for factor in gain), 0.0))
+        noise = max(noise_of(*both)[1] for both in zip(_channels(smooth), _channels(self._smooth), strict=True))
+        if noise > _MOST_NOISE * LEVEL:
+            return np.ones(size, np.uint8)
+        beyond = cv2.max(cv2.subtract(smooth, self._high), cv2.subtract(self._low, smooth))
+        contrast = np.maximum.reduce(_channels(beyond))
+        return mask_of(contrast, limits_of(0.0, noise, self._contrast), _EDGE_PX)
+
+
+def median_background(frames: Iterable[Frame | npt.ArrayLike]) -> Image:
+    """Return the median of frames of a camera that stands still, shape (H, W, 3), uint8, BGR.
+
+    A cable is gone where it lies in less than half of the frames; one that rests is part of the background. Of a long
+    clip 25 to 50 frames are kept, evenly over all of it.
+
+    Parameters
+    ----------
+    frames : iterable of Frame or array_like
+        Such as a `Source`, or images (H, W, 3); read once.
+
+    Raises
+    ------
+    InputError
+        If there are none, one has no image, or their sizes differ.
+    """
+    kept: list[Image] = []
+    step = 1
+    for number, given in enumerate(frames):
+        if number % step:
+            continue
+        frame = as_frame(given, number)
+        if frame.image is None:
+            raise InputError(f"a background is made of images, and {frame!r} is a mask")
+        if kept and frame.image.shape != kept[0].shape:
+            raise InputError(
+                f"frames of one background must have one size, got {kept[0].shape[:2]} and {frame.image.shape[:2]}"
+            )
+        kept.append(frame.image.copy())
+        if len(kept) == 2 * _FRAMES:
+            kept, step = kept[::2], 2 * step
+    if not kept:
+        raise InputError("a background is the median of frames, and there are none")
+    kept = [_like(kept[len(kept) // 2], image) for image in kept]
+    result = np.empty_like(kept[0])
+    for row in range(0, len(result), _ROWS):
+        some = np.stack([image[row : row + _ROWS] for image in kept])
+        result[row : row + _ROWS] = np.partition(some, len(kept) // 2, axis=0)[len(kept) // 2]
+    return result
+
+
+def _channels(counts: Counts) -> list[Counts]:
+    """Return views of the channels (H, W) of counts (H, W, 3)."""
+    return [counts[..., channel] for channel in range(counts.shape[2])]
+
+
+def _like(reference: Image, image: Image) -> Image:
+    """Return an image as the exposure of another one would show it."""
+    gain = _gain(reference, image)
+    return np.asarray(cv2.multiply(image, (*gain, 0.0)), np.uint8)
+
+
+def _smoothed(image: Image) -> Counts:
+    """Return an image in counts, smoothed, shape (H, W, 3)."""
+    return np.asarray(cv2.GaussianBlur(image.astype(np.int16) * np.int16(LEVEL), (0, 0), _SMOOTHING_PX))
+
+
+def _gain(image: Image, background: Image) -> tuple[float, ...]:
+    """Return the factor of each channel of the background that the exposure of an image asks for."""
+    step = max(1, int(np.sqrt(background[..., 0].size / _GAIN_SAMPLES)))
+    gains = []
+    for now, before in zip(image[::step, ::step].T, background[::step, ::step].T, strict=True):
+        usable = (before >= _DARK) & (before <= _BRIGHT) & (now <= _BRIGHT)
+        ratios = now[usable] / before[usable].astype(np.float64)
+        gains.append(float(np.median(ratios)) if 2 * ratios.size > before.size and np.median(ratios) else 1.0)
+    return tuple(gains)
+
+
+def _read(path: Path) -> npt.NDArray[np.uint8]:
+    """Read a background.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read or is no image of 8 bits.
+    """
+    try:
+        if path.suffix.lower() == ".npy":
+            return check_image(open_mapped(path))
+        data = np.frombuffer(path.read_bytes(), np.uint8)
+        image = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    except InputError as error:
+        raise ConfigError(f"segmentation.background.file: {path}: {error}") from error
+    except BROKEN as error:
+        why = getattr(error, "strerror", None) or error
+        raise ConfigError(f"segmentation.background.file: cannot read {shown(str(path))}: {why}") from error
+    if image is None:
+        raise ConfigError(
+            f"segmentation.background.file: {path} is no picture; make one of a clip by "
+            f"`dloftbs background CLIP --out background.png`"
+        )
+    return np.asarray(image, np.uint8)

@@ -1,0 +1,163 @@
+"""Pixels that differ from the same place without cables."""
+
+import cv2
+import numpy as np
+import pytest
+from uneven_pictures import SIZE, iou, line, lit, picture
+
+import dloftbs
+from dloftbs.config import BackgroundConfig
+from dloftbs.errors import ConfigError, InputError
+from dloftbs.segmentation import BackgroundSegmenter, median_background
+
+
+def textured(seed=5):
+    """Return a ground (H, W, 1) with grain in two directions."""
+    rng = np.random.default_rng(seed)
+    grain = cv2.GaussianBlur(rng.normal(0.0, 60.0, SIZE), (0, 0), 3.0) + cv2.GaussianBlur(
+        rng.normal(0.0, 60.0, SIZE), (0, 0), 1.0
+    )
+    return (120.0 + grain)[..., None]
+
+
+EMPTY = picture(np.zeros(SIZE), textured(), 0, noise=0.0)
+
+
+@pytest.mark.parametrize("gain", [1.0, 0.8, 1.15])
+@pytest.mark.parametrize(("change", "noise"), [(-40, 2.0), (40, 2.0), (-60, 6.0), (-25, 1.0)])
+def test_a_cable_on_a_texture_is_found_whatever_the_exposure(change, noise, gain):
+    truth = line(6)
+    image = picture(truth, textured(), change, light=gain * np.ones(SIZE), noise=noise)
+    mask = BackgroundSegmenter(EMPTY)(image)
+    assert mask.dtype == np.uint8
+    assert set(np.unique(mask)) == {0, 1}
+    assert iou(mask, truth) > 0.85
+
+
+def test_a_change_of_one_channel_is_enough():
+    truth = line(6)
+    image = picture(truth, textured(), 0)
+    image[..., 0] = picture(truth, textured(), -60)[..., 0]
+    assert iou(BackgroundSegmenter(EMPTY)(image), truth) > 0.85
+
+
+@pytest.mark.parametrize("noise", [0.0, 2.0, 8.0])
+@pytest.mark.parametrize("gain", [0.7, 1.0, 1.2])
+def test_the_empty_place_is_empty_in_noise_and_other_light(gain, noise):
+    image = picture(np.zeros(SIZE), textured(), 0, light=gain * np.ones(SIZE), noise=noise, seed=3)
+    assert BackgroundSegmenter(EMPTY)(image).sum() == 0
+
+
+def test_a_camera_that_trembles_by_half_a_pixel_sees_no_cables():
+    shift = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, -0.5]])
+    moved = cv2.warpAffine(EMPTY, shift, SIZE[::-1], borderMode=cv2.BORDER_REPLICATE)
+    assert BackgroundSegmenter(EMPTY)(moved).mean() < 0.001
+
+
+def test_a_background_of_another_place_says_nothing():
+    other = picture(np.zeros(SIZE), textured(6), 0)
+    assert BackgroundSegmenter(EMPTY)(other).all()
+    result = dloftbs.detect(other, segmenter=BackgroundSegmenter(EMPTY))
+    assert len(result) == 0
+    assert "100 % of the mask is set" in result.reason
+
+
+def test_a_contrast_of_the_user_takes_the_place_of_the_noise():
+    image = picture(line(6), textured(), -30)
+    assert BackgroundSegmenter(EMPTY, contrast=10)(image).sum() > 1000
+    assert BackgroundSegmenter(EMPTY, contrast=60)(image).sum() == 0
+    with pytest.raises(ConfigError, match="contrast must be"):
+        BackgroundSegmenter(EMPTY, contrast=0)
+
+
+def clip(number, light=0.0):
+    """Yield frames in which a cable moves through the image."""
+    for index in range(number):
+        truth = np.roll(line(6), 7 * index, axis=0)
+        yield picture(truth, textured(), -50, light=(1.0 + light * np.sin(index)) * np.ones(SIZE), seed=index)
+
+
+@pytest.mark.parametrize("light", [0.0, 0.2])
+@pytest.mark.parametrize("number", [24, 25, 130])
+def test_the_median_of_a_clip_is_the_place_without_the_cable(number, light):
+    background = median_background(clip(number, light))
+    frame = next(clip(1))
+    assert background.dtype == np.uint8
+    assert iou(BackgroundSegmenter(background)(frame), line(6)) > 0.85
+
+
+def test_the_frames_of_a_median_are_spread_over_the_whole_clip():
+    """The cable rests over the first third of the clip."""
+    frames = [*[next(clip(1))] * 60, *clip(120)]
+    assert iou(BackgroundSegmenter(median_background(frames))(frames[0]), line(6)) > 0.85
+
+
+def test_a_median_of_one_frame_is_the_frame_and_of_two_one_of_them():
+    assert np.array_equal(median_background([EMPTY]), EMPTY)
+    assert np.array_equal(median_background([dloftbs.Frame(image=EMPTY)] * 2), EMPTY)
+
+
+@pytest.mark.parametrize(
+    ("frames", "message"),
+    [
+        ([], "there are none"),
+        ([EMPTY, EMPTY[:-1]], "must have one size"),
+        ([np.zeros(SIZE, np.uint8)], "is a mask"),
+    ],
+)
+def test_frames_that_make_no_background_are_refused(frames, message):
+    with pytest.raises(InputError, match=message):
+        median_background(frames)
+
+
+def test_frames_of_another_size_are_refused_with_both_sizes():
+    with pytest.raises(InputError, match=r"segmentation.background is 320 x 240 px, the frame 319 x 240"):
+        BackgroundSegmenter(EMPTY)(EMPTY[:, 1:])
+
+
+@pytest.mark.parametrize("name", ["empty.png", "empty.npy", "grey.png", "deep.png"])
+def test_a_background_is_read_from_a_picture_or_an_array(tmp_path, name):
+    path = tmp_path / name
+    if name == "empty.npy":
+        np.save(path, EMPTY)
+    else:
+        pixels = {"grey.png": EMPTY[..., 0], "deep.png": EMPTY.astype(np.uint16) * 257}.get(name, EMPTY)
+        cv2.imwrite(str(path), pixels)
+    mask = BackgroundSegmenter.from_config(BackgroundConfig(file=str(path)))(picture(line(6), textured(), -40))
+    assert iou(mask, line(6)) > 0.85
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("missing.png", None, "cannot read .*missing.png.*No such file"),
+        ("missing.npy", None, "cannot read .*missing.npy"),
+        ("text.png", b"text", "is no picture; make one of a clip by `dloftbs background"),
+        ("empty.png", b"", "is no picture"),
+        ("text.npy", b"text", "cannot read .*text.npy"),
+    ],
+)
+def test_a_file_that_is_no_background_is_refused_by_name(tmp_path, name, data, message):
+    if data is not None:
+        (tmp_path / name).write_bytes(data)
+    with pytest.raises(ConfigError, match=message):
+        BackgroundSegmenter.from_config(BackgroundConfig(file=str(tmp_path / name)))
+
+
+def test_an_array_of_other_numbers_is_refused(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros((5, 5, 3)))
+    with pytest.raises(ConfigError, match="image must have shape"):
+        BackgroundSegmenter.from_config(BackgroundConfig(file=str(tmp_path / "a.npy")))
+
+
+def test_the_background_is_kept_as_it_was():
+    background = EMPTY.copy()
+    segmenter = BackgroundSegmenter(background)
+    background[:] = 0
+    assert segmenter(EMPTY).sum() == 0
+
+
+def test_uneven_light_on_the_place_is_no_cable():
+    still = picture(np.zeros(SIZE), textured(), 0, light=lit(), noise=0.0)
+    image = picture(line(6), textured(), -40, light=lit())
+    assert iou(BackgroundSegmenter(still)(image), line(6)) > 0.85
