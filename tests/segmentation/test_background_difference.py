@@ -6,9 +6,9 @@ import pytest
 from uneven_pictures import SIZE, iou, line, lit, picture
 
 import dloftbs
-from dloftbs.config import BackgroundConfig
 from dloftbs.errors import ConfigError, InputError
 from dloftbs.segmentation import BackgroundSegmenter, median_background
+from dloftbs.segmentation.background_difference import read_background
 
 
 def textured(seed=5):
@@ -123,7 +123,7 @@ def test_a_background_is_read_from_a_picture_or_an_array(tmp_path, name):
     else:
         pixels = {"grey.png": EMPTY[..., 0], "deep.png": EMPTY.astype(np.uint16) * 257}.get(name, EMPTY)
         cv2.imwrite(str(path), pixels)
-    mask = BackgroundSegmenter.from_config(BackgroundConfig(file=str(path)))(picture(line(6), textured(), -40))
+    mask = BackgroundSegmenter(read_background(str(path)))(picture(line(6), textured(), -40))
     assert iou(mask, line(6)) > 0.85
 
 
@@ -141,13 +141,18 @@ def test_a_file_that_is_no_background_is_refused_by_name(tmp_path, name, data, m
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with pytest.raises(ConfigError, match=message):
-        BackgroundSegmenter.from_config(BackgroundConfig(file=str(tmp_path / name)))
+        read_background(str(tmp_path / name))
 
 
 def test_an_array_of_other_numbers_is_refused(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros((5, 5, 3)))
     with pytest.raises(ConfigError, match="image must have shape"):
-        BackgroundSegmenter.from_config(BackgroundConfig(file=str(tmp_path / "a.npy")))
+        read_background(str(tmp_path / "a.npy"))
+
+
+def test_a_background_without_pixels_is_refused():
+    with pytest.raises(InputError, match="must have pixels"):
+        BackgroundSegmenter(np.zeros((0, 5, 3), np.uint8))
 
 
 def test_the_background_is_kept_as_it_was():

@@ -16,13 +16,8 @@ from dloftbs._values import shown
 from dloftbs.config import BackgroundConfig
 from dloftbs.errors import ConfigError, InputError
 from dloftbs.frame import Frame, as_frame
-from dloftbs.segmentation.contrast import LEVEL, Counts, limits_of, mask_of, noise_of
+from dloftbs.segmentation.contrast import LEVEL, SAMPLES, SMOOTHING_PX, Counts, limits_of, mask_of, noise_of
 
-_SMOOTHING_PX = 1.0
-"""Standard deviation of the smoothing, px.
-
-Source: derived; it leaves 28 % of white noise, and more than half of the contrast of a line of 2 px.
-"""
 _JITTER = 0.5
 """Movement of a camera that stands still, px.
 
@@ -33,35 +28,20 @@ _EDGE_PX = 2
 
 Source: derived; two standard deviations of the smoothing.
 """
-_MOST_NOISE = 6.0
+_MOST_NOISE = 4.0
 """Largest noise of a smoothed frame that still shows its background, in levels.
 
-Source: derived; 28 % of 20 levels, the noise of a camera at night.
+Source: derived; white noise of 20 levels, of a camera at night, leaves a median absolute deviation of 4.
 """
-_DARK, _BRIGHT = 16, 240
-"""Levels between which the gain of the camera is measured.
+_WHITE = 255
+"""Level at which a channel is saturated.
 
-Source: numerics; below, rounding is 3 % of a level's value, and beyond, sensors saturate.
-"""
-_GAIN_SAMPLES = 5000
-"""Number of pixels that the gain is measured on.
-
-Source: bounds time; they give it to a tenth of a percent.
+Source: by definition.
 """
 _FRAMES = 25
 """Least number of frames that are kept for a median, of as many or more.
 
 Source: derived; their median has a quarter of a frame's noise.
-"""
-_SAME_GAIN = 1.0 / 255.0
-"""Change of a gain that is none.
-
-Source: by definition; the brightest pixel changes by a level.
-"""
-_ROWS = 64
-"""Number of rows whose median is made at once.
-
-Source: bounds memory.
 """
 
 Image = npt.NDArray[np.uint8]
@@ -91,6 +71,8 @@ class BackgroundSegmenter:
     def __init__(self, background: npt.ArrayLike, contrast: float | None = None) -> None:
         self._contrast = BackgroundConfig(file="-", contrast=contrast).contrast
         self._background = check_image(background).copy()
+        if self._background.size == 0:
+            raise InputError(f"a background must have pixels, got {self._background.shape}")
         smooth = _smoothed(self._background)
         square = np.ones((3, 3), np.uint8)
         self._smooth = smooth
@@ -98,17 +80,6 @@ class BackgroundSegmenter:
             cv2.addWeighted(smooth, 1.0 - _JITTER, beside, _JITTER, 0.0)
             for beside in (cv2.erode(smooth, square), cv2.dilate(smooth, square))
         )
-
-    @classmethod
-    def from_config(cls, config: BackgroundConfig) -> BackgroundSegmenter:
-        """Read the background that a configuration names.
-
-        Raises
-        ------
-        ConfigError
-            If it cannot be read or is no such image.
-        """
-        return cls(_read(Path(os.path.expanduser(config.file))), config.contrast)
 
     def __call__(self, image: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return 1 for the pixels that differ from the background, shape (H, W).
@@ -130,11 +101,9 @@ class BackgroundSegmenter:
                 f"segmentation.background is {expected[1]} x {expected[0]} px, the frame {size[1]} x {size[0]}: make "
                 "it anew from frames of this size (dloftbs background)"
             )
-        if 0 in size:
-            return np.zeros(size, np.uint8)
         smooth = _smoothed(image)
         gain = _gain(image, self._background)
-        if max(abs(factor - 1.0) for factor in gain) > _SAME_GAIN:
+        if any(abs(factor - 1.0) > 1.0 / _WHITE for factor in gain):  # by a level of the brightest pixel
             smooth = cv2.multiply(smooth, (*(1.0 / factor for factor in gain), 0.0))
         noise = max(noise_of(*both)[1] for both in zip(_channels(smooth), _channels(self._smooth), strict=True))
         if noise > _MOST_NOISE * LEVEL:
@@ -160,6 +129,8 @@ def median_background(frames: Iterable[Frame | npt.ArrayLike]) -> Image:
     InputError
         If there are none, one has no image, or their sizes differ.
     """
+    if not isinstance(frames, Iterable) or isinstance(frames, (str, bytes, dict)):
+        raise InputError(f"frames must be images, one after the other, or sources.open(path), got {shown(frames)}")
     kept: list[Image] = []
     step = 1
     for number, given in enumerate(frames):
@@ -179,9 +150,9 @@ def median_background(frames: Iterable[Frame | npt.ArrayLike]) -> Image:
         raise InputError("a background is the median of frames, and there are none")
     kept = [_like(kept[len(kept) // 2], image) for image in kept]
     result = np.empty_like(kept[0])
-    for row in range(0, len(result), _ROWS):
-        some = np.stack([image[row : row + _ROWS] for image in kept])
-        result[row : row + _ROWS] = np.partition(some, len(kept) // 2, axis=0)[len(kept) // 2]
+    for row, target in enumerate(result):  # one by one: the memory of all would be a second clip
+        some = np.stack([image[row] for image in kept])
+        target[:] = np.partition(some, len(kept) // 2, axis=0)[len(kept) // 2]
     return result
 
 
@@ -198,28 +169,29 @@ def _like(reference: Image, image: Image) -> Image:
 
 def _smoothed(image: Image) -> Counts:
     """Return an image in counts, smoothed, shape (H, W, 3)."""
-    return np.asarray(cv2.GaussianBlur(image.astype(np.int16) * np.int16(LEVEL), (0, 0), _SMOOTHING_PX))
+    return np.asarray(cv2.GaussianBlur(image.astype(np.int16) * np.int16(LEVEL), (0, 0), SMOOTHING_PX))
 
 
 def _gain(image: Image, background: Image) -> tuple[float, ...]:
     """Return the factor of each channel of the background that the exposure of an image asks for."""
-    step = max(1, int(np.sqrt(background[..., 0].size / _GAIN_SAMPLES)))
+    step = max(1, int(np.sqrt(background[..., 0].size / SAMPLES)))
     gains = []
     for now, before in zip(image[::step, ::step].T, background[::step, ::step].T, strict=True):
-        usable = (before >= _DARK) & (before <= _BRIGHT) & (now <= _BRIGHT)
+        usable = (before > 0) & (before < _WHITE) & (now < _WHITE)
         ratios = now[usable] / before[usable].astype(np.float64)
         gains.append(float(np.median(ratios)) if 2 * ratios.size > before.size and np.median(ratios) else 1.0)
     return tuple(gains)
 
 
-def _read(path: Path) -> npt.NDArray[np.uint8]:
-    """Read a background.
+def read_background(file: str) -> Image:
+    """Read a background, shape (H, W, 3), BGR, from a picture or a .npy file.
 
     Raises
     ------
     ConfigError
         If it cannot be read or is no image of 8 bits.
     """
+    path = Path(os.path.expanduser(file))
     try:
         if path.suffix.lower() == ".npy":
             return check_image(open_mapped(path))

@@ -12,7 +12,7 @@ from dloftbs._arrays import AnyArray, check_mask
 from dloftbs.config import BackgroundConfig, LocalConfig, SegmentationConfig
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
-from dloftbs.segmentation.background_difference import BackgroundSegmenter
+from dloftbs.segmentation.background_difference import BackgroundSegmenter, read_background
 from dloftbs.segmentation.colour_model import ColourModel
 from dloftbs.segmentation.colour_ranges import HsvSegmenter
 from dloftbs.segmentation.local import LocalSegmenter
@@ -90,7 +90,7 @@ def make_segmenter(config: SegmentationConfig) -> FrameSegmenter | None:
     if isinstance(config.local, LocalConfig):
         joined.append((_of_image("local", LocalSegmenter(config.local)), config.local.join))
     if isinstance(config.background, BackgroundConfig):
-        segmenter = BackgroundSegmenter.from_config(config.background)
+        segmenter = BackgroundSegmenter(read_background(config.background.file), config.background.contrast)
         joined.append((_of_image("background", segmenter), config.background.join))
     return FrameSegmenter(of_image, joined) if of_image or joined else None
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import check_image
 from dloftbs.config import LocalConfig
-from dloftbs.segmentation.contrast import LEVEL, Counts, limits_of, mask_of, noise_of
+from dloftbs.segmentation.contrast import LEVEL, SMOOTHING_PX, Counts, limits_of, mask_of, noise_of
 
 _WINDOW = 3.0
 """Side of the square that the surroundings are looked for in, in widths of the widest cable.
@@ -24,11 +24,6 @@ _SMOOTHING = 1.0 / 6.0
 """Standard deviation of the smoothing, in widths of the widest cable.
 
 Source: geometry; 99 % of its weight lie within the cable.
-"""
-_LEAST_SMOOTHING_PX = 1.0
-"""Least standard deviation of the smoothing, px.
-
-Source: derived; it leaves 28 % of white noise, and more than half of the contrast of a line of 2 px.
 """
 
 
@@ -65,7 +60,7 @@ class LocalSegmenter:
             return np.zeros(image.shape[:2], np.uint8)
         given = self._config.width_px
         width_px = _SHARE * shorter if given is None else given
-        smoothing_px = _LEAST_SMOOTHING_PX if given is None else max(_SMOOTHING * given, _LEAST_SMOOTHING_PX)
+        smoothing_px = SMOOTHING_PX if given is None else max(_SMOOTHING * given, SMOOTHING_PX)
         sign = LEVEL if self._config.tone == "darker" else -LEVEL
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.int16) * np.int16(sign)
         smooth = cv2.GaussianBlur(grey, (0, 0), smoothing_px)
