@@ -54,9 +54,16 @@ def test_a_camera_that_trembles_by_half_a_pixel_sees_no_cables():
     assert BackgroundSegmenter(EMPTY)(moved).mean() < 0.001
 
 
-def test_a_background_of_another_place_says_nothing():
+def test_a_background_of_another_place_says_nothing_and_warns_once(caplog):
     other = picture(np.zeros(SIZE), textured(6), 0)
-    assert BackgroundSegmenter(EMPTY)(other).all()
+    segmenter = BackgroundSegmenter(EMPTY)
+    assert segmenter(EMPTY).sum() == 0
+    assert caplog.messages == []
+    assert segmenter(other).all()
+    assert segmenter(other).all()
+    assert [message.partition(":")[0] for message in caplog.messages] == [
+        "segmentation.background shows another place than the frames, or another light"
+    ]
     result = dloftbs.detect(other, segmenter=BackgroundSegmenter(EMPTY))
     assert len(result) == 0
     assert "100 % of the mask is set" in result.reason

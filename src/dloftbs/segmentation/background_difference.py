@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -46,12 +47,15 @@ Source: derived; their median has a quarter of a frame's noise.
 
 Image = npt.NDArray[np.uint8]
 
+_log = logging.getLogger("dloftbs.segmentation")
+
 
 class BackgroundSegmenter:
     """A callable ``image -> mask`` that compares an image with one of the same place without cables.
 
     The exposure of the camera may change: each channel is scaled by the median ratio to the background. Where more than
-    half of the image differs, the background is one of another place or light, and says nothing: all pixels differ.
+    half of the image differs, the background is one of another place or light, and says nothing: all pixels differ, and
+    the logger ``dloftbs.segmentation`` warns once.
 
     Parameters
     ----------
@@ -75,7 +79,7 @@ class BackgroundSegmenter:
             raise InputError(f"a background must have pixels, got {self._background.shape}")
         smooth = _smoothed(self._background)
         square = np.ones((3, 3), np.uint8)
-        self._smooth = smooth
+        self._smooth, self._warned = smooth, False
         self._low, self._high = (
             cv2.addWeighted(smooth, 1.0 - _JITTER, beside, _JITTER, 0.0)
             for beside in (cv2.erode(smooth, square), cv2.dilate(smooth, square))
@@ -107,6 +111,12 @@ class BackgroundSegmenter:
             smooth = cv2.multiply(smooth, (*(1.0 / factor for factor in gain), 0.0))
         noise = max(noise_of(*both)[1] for both in zip(_channels(smooth), _channels(self._smooth), strict=True))
         if noise > _MOST_NOISE * LEVEL:
+            if not self._warned:
+                _log.warning(
+                    "segmentation.background shows another place than the frames, or another light: it says nothing. "
+                    "Did the camera move? Make it anew (dloftbs background)"
+                )
+            self._warned = True
             return np.ones(size, np.uint8)
         beyond = cv2.max(cv2.subtract(smooth, self._high), cv2.subtract(self._low, smooth))
         contrast = np.maximum.reduce(_channels(beyond))
