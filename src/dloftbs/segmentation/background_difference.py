@@ -17,7 +17,16 @@ from dloftbs._values import shown
 from dloftbs.config import BackgroundConfig
 from dloftbs.errors import ConfigError, InputError
 from dloftbs.frame import Frame, as_frame
-from dloftbs.segmentation.contrast import LEVEL, SAMPLES, SMOOTHING_PX, Counts, limits_of, mask_of, noise_of
+from dloftbs.segmentation.contrast import (
+    LEVEL,
+    SAMPLES,
+    SMOOTHING_PX,
+    Counts,
+    greatest_within,
+    limits_of,
+    mask_of,
+    noise_of,
+)
 
 _JITTER = 0.5
 """Movement of a camera that stands still, px.
@@ -28,6 +37,11 @@ _EDGE_PX = 2
 """Width of the blurred edge of a cable, px.
 
 Source: derived; two standard deviations of the smoothing.
+"""
+_SHADOW = 1.0 / 40.0
+"""Width of the shadow beside a cable, as a share of the shorter side of the image.
+
+Source: by hand; 12 px of 480.
 """
 _MOST_NOISE = 4.0
 """Largest noise of a smoothed frame that still shows its background, in levels.
@@ -80,6 +94,7 @@ class BackgroundSegmenter:
         smooth = _smoothed(self._background)
         square = np.ones((3, 3), np.uint8)
         self._smooth, self._warned = smooth, False
+        self._per_level = (1.0 / np.maximum(smooth.max(axis=2), LEVEL)).astype(np.float32)
         self._low, self._high = (
             cv2.addWeighted(smooth, 1.0 - _JITTER, beside, _JITTER, 0.0)
             for beside in (cv2.erode(smooth, square), cv2.dilate(smooth, square))
@@ -118,9 +133,23 @@ class BackgroundSegmenter:
                 )
             self._warned = True
             return np.ones(size, np.uint8)
-        beyond = cv2.max(cv2.subtract(smooth, self._high), cv2.subtract(self._low, smooth))
-        contrast = np.maximum.reduce(_channels(beyond))
-        return mask_of(contrast, limits_of(0.0, noise, self._contrast), _EDGE_PX)
+        darker, brighter = cv2.subtract(self._low, smooth), cv2.subtract(smooth, self._high)
+        dark, bright = np.maximum.reduce(_channels(darker)), np.maximum.reduce(_channels(brighter))
+        contrast = np.maximum(dark, bright)
+        beside = greatest_within(contrast, _EDGE_PX)
+        shadow = self._shadow(dark, bright)
+        contrast[shadow] = 0
+        return mask_of(contrast, beside, limits_of(0.0, noise, self._contrast))
+
+    def _shadow(self, dark: Counts, bright: Counts) -> npt.NDArray[np.bool_]:
+        """Return True where a pixel is darker than the background by less than half of what is beside it, (H, W).
+
+        A shadow takes the same share of the light from any ground, so shares are compared, not levels.
+        """
+        reach = max(_EDGE_PX, round(_SHADOW * min(dark.shape)))
+        share = dark * self._per_level
+        deeper = share < 0.5 * cv2.dilate(share, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+        return np.asarray((dark > bright) & (deeper | (dark < greatest_within(bright, reach) // 2)))
 
 
 def median_background(frames: Iterable[Frame | npt.ArrayLike]) -> Image:

@@ -78,22 +78,25 @@ def limits_of(median: float, noise: float, contrast: float | None) -> tuple[floa
     return least, _STRONG * least
 
 
-def mask_of(contrast: Counts, limits: tuple[float, float], reach_px: int) -> npt.NDArray[np.uint8]:
+def greatest_within(contrast: Counts, reach_px: int) -> Counts:
+    """Return the greatest contrast within a square around each pixel, shape (H, W)."""
+    return np.asarray(cv2.dilate(contrast, np.ones((2 * reach_px + 1, 2 * reach_px + 1), np.uint8)))
+
+
+def mask_of(contrast: Counts, beside: Counts, limits: tuple[float, float]) -> npt.NDArray[np.uint8]:
     """Return 1 for the pixels of parts that stand out, shape (H, W).
 
-    A pixel stands out if it has the least contrast, and half of the greatest within `reach_px`, which is where blurred
-    edges lie; a part, if one of its pixels is strong.
+    A pixel stands out if it has the least contrast, and half of the greatest beside it; a part, if one of its pixels is
+    strong. Of a blurred edge, half is the place of the edge; a shadow beside a cable has less.
 
     Parameters
     ----------
-    contrast : numpy.ndarray, shape (H, W), int16
-        In counts, of which a level has `LEVEL`.
+    contrast, beside : numpy.ndarray, shape (H, W), int16
+        Contrast of a pixel, and the greatest beside it, in counts, of which a level has `LEVEL`.
     limits : (float, float)
         As `limits_of` has them.
-    reach_px : int
     """
     least, strong = limits
-    beside = cv2.dilate(contrast, np.ones((2 * reach_px + 1, 2 * reach_px + 1), np.uint8))
     mask = (contrast >= np.int16(least)) & (contrast >= beside // _EDGE)
     pixels = np.flatnonzero(mask)  # few: what follows is of them alone
     number, labels = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from dloftbs._arrays import check_image
 from dloftbs.config import LocalConfig
-from dloftbs.segmentation.contrast import LEVEL, SMOOTHING_PX, Counts, limits_of, mask_of, noise_of
+from dloftbs.segmentation.contrast import LEVEL, SMOOTHING_PX, Counts, greatest_within, limits_of, mask_of, noise_of
 
 _WINDOW = 3.0
 """Side of the square that the surroundings are looked for in, in widths of the widest cable.
@@ -24,6 +24,11 @@ _SMOOTHING = 1.0 / 6.0
 """Standard deviation of the smoothing, in widths of the widest cable.
 
 Source: geometry; 99 % of its weight lie within the cable.
+"""
+_REACH = 0.5
+"""Distance within which a pixel has half of the greatest contrast, in widths of the widest cable.
+
+Source: geometry; from the edge of a cable to its middle.
 """
 
 
@@ -66,7 +71,7 @@ class LocalSegmenter:
         smooth = cv2.GaussianBlur(grey, (0, 0), smoothing_px)
         contrast = cv2.subtract(_ground(smooth, max(1, round(0.5 * _WINDOW * width_px))), smooth)
         limits = limits_of(*noise_of(contrast), self._config.contrast)
-        return mask_of(contrast, limits, max(1, round(0.5 * width_px)))
+        return mask_of(contrast, greatest_within(contrast, max(1, round(_REACH * width_px))), limits)
 
 
 def _ground(smooth: Counts, half_px: int) -> Counts:
