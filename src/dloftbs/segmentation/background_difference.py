@@ -26,6 +26,7 @@ from dloftbs.segmentation.contrast import (
     limits_of,
     mask_of,
     noise_of,
+    pixels_of,
 )
 
 _JITTER = 0.5
@@ -134,22 +135,23 @@ class BackgroundSegmenter:
             self._warned = True
             return np.ones(size, np.uint8)
         darker, brighter = cv2.subtract(self._low, smooth), cv2.subtract(smooth, self._high)
-        dark, bright = np.maximum.reduce(_channels(darker)), np.maximum.reduce(_channels(brighter))
+        dark, bright = _greatest(darker), _greatest(brighter)
         contrast = np.maximum(dark, bright)
-        beside = greatest_within(contrast, _EDGE_PX)
-        shadow = self._shadow(dark, bright)
-        contrast[shadow] = 0
-        return mask_of(contrast, beside, limits_of(0.0, noise, self._contrast))
+        least, strong = limits_of(0.0, noise, self._contrast)
+        pixels = pixels_of(contrast, greatest_within(contrast, _EDGE_PX), least)
+        return mask_of(pixels[~self._are_shadow(pixels, dark, bright)], contrast, strong)
 
-    def _shadow(self, dark: Counts, bright: Counts) -> npt.NDArray[np.bool_]:
-        """Return True where a pixel is darker than the background by less than half of what is beside it, (H, W).
+    def _are_shadow(self, pixels: npt.NDArray[np.intp], dark: Counts, bright: Counts) -> npt.NDArray[np.bool_]:
+        """Return True for pixels (n,) that are darker than the background by less than half of what is beside them.
 
         A shadow takes the same share of the light from any ground, so shares are compared, not levels.
         """
         reach = max(_EDGE_PX, round(_SHADOW * min(dark.shape)))
         share = dark * self._per_level
-        deeper = share < 0.5 * cv2.dilate(share, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-        return np.asarray((dark > bright) & (deeper | (dark < greatest_within(bright, reach) // 2)))
+        deepest = cv2.dilate(share, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).ravel()[pixels]
+        brightest = greatest_within(bright, reach).ravel()[pixels]
+        level, is_dark = dark.ravel()[pixels], (dark.ravel()[pixels] > bright.ravel()[pixels])
+        return np.asarray(is_dark & ((share.ravel()[pixels] < 0.5 * deepest) | (level < brightest // 2)))
 
 
 def median_background(frames: Iterable[Frame | npt.ArrayLike]) -> Image:
@@ -195,6 +197,12 @@ def median_background(frames: Iterable[Frame | npt.ArrayLike]) -> Image:
     return result
 
 
+def _greatest(counts: Counts) -> Counts:
+    """Return the greatest of the channels (H, W) of counts (H, W, 3)."""
+    blue, green, red = _channels(counts)
+    return np.maximum(np.maximum(blue, green), red)
+
+
 def _channels(counts: Counts) -> list[Counts]:
     """Return views of the channels (H, W) of counts (H, W, 3)."""
     return [counts[..., channel] for channel in range(counts.shape[2])]
@@ -217,8 +225,9 @@ def _gain(image: Image, background: Image) -> tuple[float, ...]:
     gains = []
     for now, before in zip(image[::step, ::step].T, background[::step, ::step].T, strict=True):
         usable = (before > 0) & (before < _WHITE) & (now < _WHITE)
-        ratios = now[usable] / before[usable].astype(np.float64)
-        gains.append(float(np.median(ratios)) if 2 * ratios.size > before.size and np.median(ratios) else 1.0)
+        ratios = now[usable] / before[usable].astype(np.float32)
+        gain = float(np.median(ratios)) if 2 * ratios.size > before.size else 1.0
+        gains.append(gain or 1.0)  # 0 is a black frame
     return tuple(gains)
 
 

@@ -8,7 +8,16 @@ import numpy.typing as npt
 
 from dloftbs._arrays import check_image
 from dloftbs.config import LocalConfig
-from dloftbs.segmentation.contrast import LEVEL, SMOOTHING_PX, Counts, greatest_within, limits_of, mask_of, noise_of
+from dloftbs.segmentation.contrast import (
+    LEVEL,
+    SMOOTHING_PX,
+    Counts,
+    greatest_within,
+    limits_of,
+    mask_of,
+    noise_of,
+    pixels_of,
+)
 
 _WINDOW = 3.0
 """Side of the square that the surroundings are looked for in, in widths of the widest cable.
@@ -70,8 +79,9 @@ class LocalSegmenter:
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.int16) * np.int16(sign)
         smooth = cv2.GaussianBlur(grey, (0, 0), smoothing_px)
         contrast = cv2.subtract(_ground(smooth, max(1, round(0.5 * _WINDOW * width_px))), smooth)
-        limits = limits_of(*noise_of(contrast), self._config.contrast)
-        return mask_of(contrast, greatest_within(contrast, max(1, round(_REACH * width_px))), limits)
+        least, strong = limits_of(*noise_of(contrast), self._config.contrast)
+        beside = greatest_within(contrast, max(1, round(_REACH * width_px)))
+        return mask_of(pixels_of(contrast, beside, least), contrast, strong)
 
 
 def _ground(smooth: Counts, half_px: int) -> Counts:
