@@ -21,8 +21,8 @@ class LocalConfig(Section, frozen=True, kw_only=True):
     tone : "darker" or "brighter"
         What the cables are, compared with the ground beside them.
     width_px : float or None
-        Width of the widest cable, in pixels of the image. Cables up to three times as wide as that are lost, thinner
-        ones are found. None: a fortieth of the image's shorter side.
+        Width of the widest cable, in pixels of the image. Thinner cables are found as well; those three times as wide
+        are lost. None: a fortieth of the image's shorter side.
     contrast : float or None
         Least difference from the surroundings, in levels of 255. None: by the image's noise and texture.
     join : "and" or "or"
