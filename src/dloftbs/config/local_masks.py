@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dloftbs.config.section import Section, keep_number, require
 
-TONES = ("darker", "brighter")
+_TONES = ("darker", "brighter")
 """Sides of the surroundings that a cable may be on."""
-JOINS = ("and", "or")
+_JOINS = ("and", "or")
 """Ways in which a mask is joined with those of colours and networks."""
 
 _MOST_WIDTH_PX = 1000.0
@@ -35,7 +35,7 @@ class LocalConfig(Section, frozen=True, kw_only=True):
     join: str = "and"
 
     def __post_init__(self) -> None:
-        require(isinstance(self.tone, str) and self.tone in TONES, "tone", "'darker' or 'brighter'", self.tone)
+        require(isinstance(self.tone, str) and self.tone in _TONES, "tone", "'darker' or 'brighter'", self.tone)
         if self.width_px is not None:
             keep_number(self, "width_px", 1.0, _MOST_WIDTH_PX)
         keep_contrast(self)
@@ -74,7 +74,7 @@ def keep_contrast(section: LocalConfig | BackgroundConfig) -> None:
 def keep_join(section: Section) -> None:
     """Check the way in which a mask is joined with others."""
     join = section.join  # type: ignore[attr-defined]  # of those sections alone that have one
-    require(isinstance(join, str) and join in JOINS, "join", "'and' or 'or'", join)
+    require(isinstance(join, str) and join in _JOINS, "join", "'and' or 'or'", join)
 
 
 def keep_file(section: Section, expected: str) -> None:
