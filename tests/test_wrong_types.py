@@ -80,6 +80,7 @@ def calls(folder: Path) -> dict[str, Call]:
     instances = {
         "BSplineCurve": CURVES[0],
         "Config": dloftbs.Config(),
+        "BackgroundSegmenter": dloftbs.BackgroundSegmenter(image()),
         "ColourModel": dloftbs.ColourModel(COLOUR),
         "DepthRegistration": DepthRegistration(CAMERA, CAMERA, np.eye(3), np.zeros(3)),
         "Detection": FOUND,
@@ -129,6 +130,9 @@ def calls(folder: Path) -> dict[str, Call]:
         "Config.from_yaml": {"text": ""},
         "Config.paper": {"objects": 1},
         "Config.replace": {"changes": {"fitting.knots": 9}},
+        "BackgroundSegmenter": {"background": image(), "contrast": 20.0},
+        "BackgroundSegmenter.__call__": {"image": image()},
+        "median_background": {"frames": [image()]},
         "ColourModel": {"config": COLOUR},
         "ColourModel.__call__": {"image": image()},
         "ColourModel.fit": {"image": image(), "strokes": [STROKE], "source": "a"},
@@ -295,8 +299,10 @@ def calls(folder: Path) -> dict[str, Call]:
 
 
 NEEDED: dict[str, dict[str, Any]] = {
+    "BackgroundConfig": {"file": "empty.png"},
     "ColourConfig": {"pictures": COLOUR.pictures},
     "ColourPicture": {},
+    "LocalConfig": {"tone": "darker"},
     "NetworkConfig": {"file": "model.onnx"},
 }
 """Arguments of those sections that have no default."""

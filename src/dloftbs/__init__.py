@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from dloftbs.frame_result import FrameResult
     from dloftbs.pipeline import Pipeline
     from dloftbs.prior import Prediction
-    from dloftbs.segmentation import ColourModel, Segmenter
+    from dloftbs.segmentation import BackgroundSegmenter, ColourModel, Segmenter, median_background
     from dloftbs.stage_trace import StageTrace
     from dloftbs.tracking import Tracker
     from dloftbs.tracks import EndKind, Track, TrackState
@@ -57,7 +57,7 @@ _HOME = {
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
     "Prediction": "prior",
-    **dict.fromkeys(("ColourModel", "Segmenter"), "segmentation"),
+    **dict.fromkeys(("BackgroundSegmenter", "ColourModel", "Segmenter", "median_background"), "segmentation"),
     "StageTrace": "stage_trace",
     "DepthRegistration": "camera",
     "Tracker": "tracking",
@@ -66,6 +66,7 @@ _SUBMODULES = ("config", "evaluation", "ros", "sinks", "sources", "viz")
 
 __all__ = [
     "BSplineCurve",
+    "BackgroundSegmenter",
     "Centerline",
     "ColourModel",
     "Config",
@@ -99,6 +100,7 @@ __all__ = [
     "config",
     "detect",
     "evaluation",
+    "median_background",
     "ros",
     "sinks",
     "sources",

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.config import HsvRange, read_colour
+from dloftbs.config import BackgroundConfig, Config, HsvRange, LocalConfig, SegmentationConfig, read_colour
 from dloftbs.errors import ConfigError
 
 
@@ -71,3 +71,64 @@ def test_a_colour_is_a_range_or_several():
 def test_a_hue_in_degrees_is_said_to_be_one(text: str) -> None:
     with pytest.raises(ConfigError, match=r"0\.\.179 \(half degrees: 180 of them are a circle\)"):
         HsvRange.parse(text)
+
+
+@pytest.mark.parametrize(
+    ("settings", "section"),
+    [
+        ({"local": "darker"}, SegmentationConfig(local=LocalConfig(tone="darker"))),
+        (
+            {"local": {"tone": "brighter", "width_px": 9, "contrast": 20, "join": "or"}},
+            SegmentationConfig(local=LocalConfig(tone="brighter", width_px=9.0, contrast=20.0, join="or")),
+        ),
+        ({"background": "empty.png"}, SegmentationConfig(background=BackgroundConfig(file="empty.png"))),
+        (
+            {"background": {"file": "a b.npy", "join": "or"}, "local": "brighter"},
+            SegmentationConfig(background=BackgroundConfig(file="a b.npy", join="or"), local="brighter"),
+        ),
+    ],
+)
+def test_a_word_or_a_file_stands_for_a_section_and_comes_back_from_yaml(settings, section):
+    config = Config.from_dict({"segmentation": settings})
+    assert config.segmentation == section
+    assert Config.from_yaml(config.to_yaml()) == config
+    assert Config.from_yaml(config.explain()) == config
+    assert Config.from_dict(config.to_dict()) == config
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"segmentation.local": "darker", "segmentation.local.join": "or"},
+        {"segmentation.local.join": "or", "segmentation.local.tone": "darker"},
+        {"segmentation.local": {"tone": "darker"}, "segmentation.local.join": "or"},
+    ],
+)
+def test_settings_within_a_section_are_set_one_by_one_in_any_order(changes):
+    assert Config().replace(changes).segmentation.local == LocalConfig(tone="darker", join="or")
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"local": "dark"}, "tone must be 'darker' or 'brighter', got 'dark'"),
+        ({"local": 5}, "got `int` - at `.*local"),
+        ({"local": {"width_px": 5}}, "missing required field `tone`"),
+        ({"local": {"tone": "darker", "width_px": 0}}, "width_px must be .* in 1..1000, got 0"),
+        ({"local": {"tone": "darker", "contrast": 300}}, "contrast must be .* in 1..255, got 300"),
+        ({"local": {"tone": "darker", "join": "xor"}}, "join must be 'and' or 'or', got 'xor'"),
+        ({"local": {"tone": "darker", "widht": 5}}, "unknown field `widht`"),
+        ({"background": ""}, "file must be the path of a picture, in UTF-8, got ''"),
+        ({"background": {"file": "a", "join": None}}, "join"),
+        ({"background": {"file": "a", "contrast": "b"}}, "contrast"),
+    ],
+)
+def test_wrong_settings_of_local_masks_are_refused(settings, message):
+    with pytest.raises(ConfigError, match=message):
+        Config.from_dict({"segmentation": settings})
+
+
+@pytest.mark.parametrize("name", ["local", "background"])
+def test_what_is_no_section_is_refused(name):
+    with pytest.raises(ConfigError, match=f"{name} must be a .*Config or None, got 5"):
+        SegmentationConfig(**{name: 5})

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import dloftbs
-from dloftbs.config import Config, HsvRange, PlaneConfig, SegmentationConfig
-from dloftbs.errors import InputError
+from dloftbs.config import BackgroundConfig, Config, HsvRange, LocalConfig, PlaneConfig, SegmentationConfig
+from dloftbs.errors import ConfigError, InputError
 from dloftbs.segmentation import ColourModel, Stroke, make_segmenter, suggest_mask
 
 RED, GREEN = (30, 20, 210), (40, 190, 40)
@@ -55,6 +55,79 @@ def test_a_plane_without_depth_or_camera_is_refused(beside):
     pipeline = dloftbs.Pipeline(Config(segmentation=SegmentationConfig(plane=PlaneConfig())))
     with pytest.raises(InputError, match="needs frames with depth and a camera"):
         pipeline.process(dloftbs.Frame(image=picture(), **beside))
+
+
+def lines(directory):
+    """Return a frame with a red, a green and a black line, and the file of its background, which has the green one."""
+    image = picture()
+    image[48:53, 20:180], image[68:73, 20:180] = (20, 20, 20), (20, 110, 20)
+    background = image.copy()
+    background[28:33], background[48:53] = background[0], background[0]
+    np.save(directory / "background.npy", background)
+    return dloftbs.Frame(image=image), str(directory / "background.npy")
+
+
+@pytest.mark.parametrize(
+    ("local", "background", "rows"),
+    [
+        ("and", None, {30, 70}),
+        ("or", None, {30, 50, 70}),
+        (None, "and", {30}),
+        (None, "or", {30, 50, 70}),
+        ("or", "and", {30, 50}),
+        ("and", "or", {30, 50, 70}),
+        ("and", "and", {30}),
+    ],
+)
+def test_surroundings_and_background_are_joined_with_a_colour_as_the_plane_is(tmp_path, local, background, rows):
+    frame, file = lines(tmp_path)
+    section = SegmentationConfig(
+        hsv=(HsvRange.parse("170:10"), HsvRange.parse("50:70")),
+        local=local and LocalConfig(tone="darker", join=local),
+        background=background and BackgroundConfig(file=file, join=background),
+    )
+    mask = make_segmenter(section)(frame)
+    assert {row for row in (10, 30, 50, 70, 90) if mask[row, 100]} == rows
+
+
+def test_surroundings_and_background_say_what_is_cable_without_a_colour(tmp_path):
+    frame, file = lines(tmp_path)
+    for section, rows in (
+        (SegmentationConfig(local="darker"), {30, 50, 70}),
+        (SegmentationConfig(local="brighter"), set()),
+        (SegmentationConfig(background=file), {30, 50}),
+        (SegmentationConfig(local="darker", background=file), {30, 50}),
+    ):
+        assert section.is_given
+        assert section.needs_image
+        mask = make_segmenter(section)(frame)
+        assert {row for row in (10, 30, 50, 70, 90) if mask[row, 100]} == rows
+
+
+def test_a_plane_is_joined_with_the_surroundings():
+    frame = dloftbs.Frame(image=picture(), depth=raised(slice(28, 33)), camera=CAMERA)
+    mask = make_segmenter(SegmentationConfig(local="darker", plane=PlaneConfig(height_m=0.004)))(frame)
+    assert mask[30, 100]
+    assert not mask[70, 100]
+
+
+@pytest.mark.parametrize("name", ["local", "background"])
+def test_frames_without_an_image_are_refused_where_one_is_needed(tmp_path, name):
+    _, file = lines(tmp_path)
+    segmenter = make_segmenter(SegmentationConfig(**{name: "darker" if name == "local" else file}))
+    with pytest.raises(InputError, match=f"segmentation.{name} needs frames with an image"):
+        segmenter(dloftbs.Frame(mask=np.zeros((100, 200), np.uint8)))
+
+
+def test_a_missing_background_is_an_error_at_once():
+    with pytest.raises(ConfigError, match=r"cannot read '.*missing.png'"):
+        dloftbs.Pipeline({"segmentation": {"background": "missing.png"}})
+
+
+def test_frames_of_another_size_than_the_background_are_refused(tmp_path):
+    frame, file = lines(tmp_path)
+    with pytest.raises(InputError, match="make it anew from frames of this size"):
+        dloftbs.detect(frame.image[1:], config={"segmentation": {"background": file}})
 
 
 def test_settings_of_a_section_within_one_can_be_set_alone():

@@ -56,7 +56,7 @@ def test_edits_are_new_documents():
         (TuneDocument(strokes=(LINE,)), False),
         (TuneDocument(strokes=(LINE,), method="ranges"), True),
         (TuneDocument(height_m=0.003), False),
-        (TuneDocument(network=True), False),
+        (TuneDocument(kept=True), False),
     ],
 )
 def test_a_document_is_empty_while_nothing_says_what_is_cable(document, empty):

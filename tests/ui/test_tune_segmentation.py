@@ -29,6 +29,8 @@ def translator(section=SegmentationConfig(), name="cable.mp4", looked_at=None): 
         SegmentationConfig(hsv=(HsvRange.parse("170:10"), HsvRange.parse("20:35,0:9,3:4"))),
         SegmentationConfig(plane=PlaneConfig(height_m=0.004, join="or")),
         SegmentationConfig(onnx=NetworkConfig(file="net.onnx")),
+        SegmentationConfig(local="darker"),
+        SegmentationConfig(background="empty.png", hsv=(HsvRange.parse("170:10"),)),
     ],
 )
 def test_a_section_comes_back_as_it_was(section):

@@ -13,6 +13,7 @@ from __future__ import annotations
 import click
 
 from dloftbs._version import __version__
+from dloftbs.cli.commands.background import background
 from dloftbs.cli.commands.batch import batch
 from dloftbs.cli.commands.colour import colour
 from dloftbs.cli.commands.config import config
@@ -36,5 +37,5 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, batch, tune, view, colour, demo, evaluate, config, warmup):
+for command in (detect, track, batch, tune, view, colour, background, demo, evaluate, config, warmup):
     main.add_command(command)

@@ -72,7 +72,8 @@ def parse_registration(text: str | None) -> DepthRegistration | None:
 def config_options(command: Command) -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
-    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--objects`` overrides what comes before.
+    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--local``, ``--background``, ``--objects``
+    overrides what comes before.
     """
 
     @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
@@ -102,6 +103,19 @@ def config_options(command: Command) -> Command:
         "a pixel in any of them is cable.",
     )
     @click.option(
+        "--local",
+        type=click.Choice(("darker", "brighter")),
+        help="Cables are darker, or brighter, than the ground beside them; with a colour as well, a pixel must be "
+        "both (--set segmentation.local.join=or: one of them).",
+    )
+    @click.option(
+        "--background",
+        type=file_path(),
+        metavar="FILE",
+        help="Picture of the same place without cables, for a camera that stands still, as `dloftbs background` makes "
+        "it: what differs is cable; with a colour as for --local (segmentation.background.join).",
+    )
+    @click.option(
         "--objects",
         type=click.IntRange(1, MAX_OBJECTS),
         metavar="N",
@@ -114,6 +128,8 @@ def config_options(command: Command) -> Command:
         config_file: Path | None,
         changes: dict[str, Any],
         hsv: tuple[HsvRange, ...],
+        local: str | None,
+        background: Path | None,
         objects: int | None,
         **kwargs: Any,
     ) -> None:
@@ -121,8 +137,9 @@ def config_options(command: Command) -> Command:
             raise click.UsageError(
                 "--hsv finds a colour in images, and --kind mask says that there are none: leave out one"
             )
-        if objects is not None:
-            changes = {**changes, "linking.objects": objects}
+        file = None if background is None else str(background)
+        given = {"segmentation.local.tone": local, "segmentation.background.file": file, "linking.objects": objects}
+        changes = {**changes, **{key: value for key, value in given.items() if value is not None}}
         command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
 
     return with_config

@@ -23,7 +23,7 @@ from dloftbs.sources.pairing import is_rule, partner_of
 from dloftbs.sources.recordings import BAG_SUFFIXES, COMPRESSED
 from dloftbs.sources.standard_input import STANDARD_INPUT
 
-READING = ("depth", "masks", "occluders", "camera", "registration", "config_file")
+READING = ("depth", "masks", "occluders", "camera", "registration", "config_file", "background")
 """Parameters of commands that name further inputs beside the frames."""
 _ONE = (*IMAGE_EXTENSIONS, ".npy")
 _FRAMES = (*IMAGE_EXTENSIONS, *BAG_SUFFIXES, COMPRESSED)

@@ -12,6 +12,7 @@ from dloftbs.config.config import Config, ConfigLike, choose_config
 from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
+from dloftbs.config.local_masks import BackgroundConfig, LocalConfig
 from dloftbs.config.section import Section
 from dloftbs.config.segmentation import (
     HUE_MAX,
@@ -30,6 +31,7 @@ __all__ = [
     "FARTHEST_M",
     "HUE_MAX",
     "NEAREST_M",
+    "BackgroundConfig",
     "CleaningConfig",
     "Colour",
     "ColourConfig",
@@ -42,6 +44,7 @@ __all__ = [
     "HsvRange",
     "LiftingConfig",
     "LinkingConfig",
+    "LocalConfig",
     "NearestTrackingConfig",
     "NetworkConfig",
     "ObjectsConfig",

@@ -30,8 +30,13 @@ _METHODS: dict[str, tuple[type[Section], ...]] = {
 }
 """Sections with several methods, the default one first."""
 
-_WITHIN = ("segmentation.plane", "segmentation.onnx")
-"""Sections within one, which are left out by default."""
+_WITHIN = {
+    "segmentation.plane": "height_m",
+    "segmentation.onnx": "file",
+    "segmentation.local": "tone",
+    "segmentation.background": "file",
+}
+"""Sections within one, which are left out by default, each with the setting that a value in its place stands for."""
 
 
 class Config(Section, frozen=True, kw_only=True):
@@ -195,8 +200,12 @@ class Config(Section, frozen=True, kw_only=True):
         for path, value in changes.items():
             *parents, key = path.split(".")
             section: Any = data
-            if ".".join(parents) in _WITHIN and data[parents[0]][parents[1]] is None:
-                data[parents[0]][parents[1]] = {key: value}
+            if (within := ".".join(parents)) in _WITHIN:
+                whole = data[parents[0]][parents[1]]
+                if whole is None or isinstance(whole, (dict, str)):
+                    stated = {_WITHIN[within]: whole} if isinstance(whole, str) else whole or {}
+                    data[parents[0]][parents[1]] = {**stated, key: value}
+                    continue  # `from_dict` knows its keys
             for parent in parents:
                 section = section.get(parent) if isinstance(section, dict) else None
             if not isinstance(section, dict) or key not in section:

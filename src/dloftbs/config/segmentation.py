@@ -8,6 +8,7 @@ import msgspec
 
 from dloftbs._values import as_float, as_integer, shown
 from dloftbs.config.colour_words import COLOUR_WORDS, range_of_word, word_meant
+from dloftbs.config.local_masks import BackgroundConfig, LocalConfig, keep_file, keep_join
 from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, require
 from dloftbs.config.strokes import ColourConfig
 from dloftbs.errors import ConfigError
@@ -95,7 +96,7 @@ class PlaneConfig(Section, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         keep_number(self, "height_m", 1e-5, 100.0)
-        require(isinstance(self.join, str) and self.join in ("and", "or"), "join", "'and' or 'or'", self.join)
+        keep_join(self)
 
 
 class NetworkConfig(Section, frozen=True, kw_only=True):
@@ -134,12 +135,7 @@ class NetworkConfig(Section, frozen=True, kw_only=True):
     std: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
-        valid = (
-            isinstance(self.file, str)
-            and bool(self.file)
-            and not any("\ud800" <= sign <= "\udfff" for sign in self.file)
-        )
-        require(valid, "file", "the path of an ONNX model, in UTF-8", self.file)
+        keep_file(self, "the path of an ONNX model, in UTF-8")
         if self.size is not None:
             sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
             valid = len(sides) == 2 and all(side is not None and 0 < side <= _MOST_INPUT_PX for side in sides)
@@ -159,9 +155,10 @@ class NetworkConfig(Section, frozen=True, kw_only=True):
 
 
 class SegmentationConfig(Section, frozen=True, kw_only=True):
-    """Image to mask: by ranges of hue, a colour from strokes, the user's network, the depth above a plane.
+    """Image to mask: by colour, the user's network, the surroundings, an empty scene, the depth above a plane.
 
-    A pixel is cable where the ranges, the colour or the network say so; the plane is joined with them as it says.
+    A pixel is cable where the ranges, the colour or the network say so. `local`, `background` and `plane` are joined
+    with them by their own ``join``: those of ``or`` add to what is cable, and of that each of ``and`` must hold, too.
     Where nothing is given, frames must bring a mask, or the pipeline a segmenter.
 
     Parameters
@@ -178,24 +175,37 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
     onnx : NetworkConfig or None
         ``{file: model.onnx}``: a network of your own; further settings are its size, multiple, threshold, channel,
         order, scale, mean and std.
+    local : LocalConfig, "darker", "brighter" or None
+        ``darker``, or ``{tone: darker, width_px: 12}``: what is darker than its surroundings is cable; further settings
+        are its contrast and join.
+    background : BackgroundConfig, str or None
+        ``empty.png``, or ``{file: empty.png}``: what differs from this picture of the same place without cables is
+        cable, for a camera that stands still; further settings are its contrast and join.
     """
 
     hsv: tuple[HsvRange, ...] = ()
     colour: ColourConfig | None = None
     plane: PlaneConfig | None = None
     onnx: NetworkConfig | None = None
+    local: LocalConfig | str | None = None
+    background: BackgroundConfig | str | None = None
 
     def __post_init__(self) -> None:
+        if isinstance(self.local, str):
+            msgspec.structs.force_setattr(self, "local", LocalConfig(tone=self.local))
+        if isinstance(self.background, str):
+            msgspec.structs.force_setattr(self, "background", BackgroundConfig(file=self.background))
         valid = isinstance(self.hsv, tuple) and all(isinstance(box, HsvRange) for box in self.hsv)
         require(valid, "hsv", "a tuple of HsvRange, such as (HsvRange.parse('170:10,80:255'),)", self.hsv)
-        for name, kind in (("colour", ColourConfig), ("plane", PlaneConfig), ("onnx", NetworkConfig)):
+        for name, kind in _SECTIONS.items():
             given = getattr(self, name)
             require(given is None or isinstance(given, kind), name, f"a {kind.__name__} or None", given)
 
     @property
     def needs_image(self) -> bool:
-        """True if a mask is made of the colour image."""
-        return bool(self.hsv) or self.colour is not None or self.onnx is not None
+        """True if a mask is made of the image."""
+        others = (self.colour, self.onnx, self.local, self.background)
+        return bool(self.hsv) or any(other is not None for other in others)
 
     @property
     def is_given(self) -> bool:
@@ -212,6 +222,14 @@ class SegmentationConfig(Section, frozen=True, kw_only=True):
         """
         return msgspec.structs.replace(self, hsv=read_colour(colour), colour=None)
 
+
+_SECTIONS: dict[str, type[Section]] = {
+    "colour": ColourConfig,
+    "plane": PlaneConfig,
+    "onnx": NetworkConfig,
+    "local": LocalConfig,
+    "background": BackgroundConfig,
+}
 
 Colour = str | HsvRange | Sequence[str | HsvRange]
 """A colour as people write it: a range or several, each an `HsvRange`, its notation or a word."""

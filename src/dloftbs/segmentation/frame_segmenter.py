@@ -9,11 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray, check_mask
-from dloftbs.config import SegmentationConfig
+from dloftbs.config import BackgroundConfig, LocalConfig, SegmentationConfig
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
+from dloftbs.segmentation.background_difference import BackgroundSegmenter, read_background
 from dloftbs.segmentation.colour_model import ColourModel
 from dloftbs.segmentation.colour_ranges import HsvSegmenter
+from dloftbs.segmentation.local import LocalSegmenter
 from dloftbs.segmentation.network import NetworkSegmenter
 from dloftbs.segmentation.plane import PlaneSegmenter
 
@@ -21,24 +23,25 @@ Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""
 
 
+OfFrame = Callable[[Frame], AnyArray]
+"""Any function from a frame to a mask (H, W)."""
+
+
 class FrameSegmenter:
-    """A callable ``frame -> mask`` that asks one function of the image or several, the depth, or both.
+    """A callable ``frame -> mask`` that asks functions of the image, and joins with them what else says what is cable.
 
     Parameters
     ----------
     of_image : sequence of callables
         A pixel is cable where any of them says so.
-    plane : PlaneSegmenter, optional
-    join : "and" or "or"
-        Whether a pixel must be found in the image and by the plane, or in one of them.
+    joined : sequence of (callable, "and" or "or")
+        Functions of the frame. Those of "or" add to what is cable, whatever their order; of that each of "and" must
+        say so, too.
     """
 
-    def __init__(
-        self, of_image: Sequence[Segmenter] = (), plane: PlaneSegmenter | None = None, join: str = "and"
-    ) -> None:
+    def __init__(self, of_image: Sequence[Segmenter] = (), joined: Sequence[tuple[OfFrame, str]] = ()) -> None:
         self._of_image = tuple(of_image)
-        self._plane = plane
-        self._join = join
+        self._joined = tuple(joined)
 
     def __call__(self, frame: Frame) -> AnyArray:
         """Return the mask of a frame, shape (H, W).
@@ -49,19 +52,17 @@ class FrameSegmenter:
             If the frame lacks what is asked, or a function returns no mask of its size.
         """
         masks = [] if frame.image is None else [_checked(ask(frame.image), frame.size) for ask in self._of_image]
-        found = functools.reduce(_either, masks) if masks else None
-        if self._plane is None:
-            assert found is not None  # a frame without a mask has an image
-            return found
-        above = self._plane(frame)
-        if found is None:
-            return above
-        return _either(found, above) if self._join == "or" else (found != 0) & (above != 0)
+        masks += [ask(frame) for ask, join in self._joined if join == "or"]
+        needed = [ask(frame) for ask, join in self._joined if join == "and"]
+        if masks:
+            needed.insert(0, functools.reduce(_either, masks))
+        return functools.reduce(_both, needed)  # a frame without a mask has an image
 
     def reset(self) -> None:
         """Forget the frames before."""
-        if self._plane is not None:
-            self._plane.reset()
+        for ask, _ in self._joined:
+            if isinstance(ask, PlaneSegmenter):
+                ask.reset()
 
 
 def make_segmenter(config: SegmentationConfig) -> FrameSegmenter | None:
@@ -83,9 +84,30 @@ def make_segmenter(config: SegmentationConfig) -> FrameSegmenter | None:
         of_image.append(ColourModel(config.colour))
     if config.onnx is not None:
         of_image.append(NetworkSegmenter(config.onnx))
-    if config.plane is None:
-        return FrameSegmenter(of_image) if of_image else None
-    return FrameSegmenter(of_image, PlaneSegmenter(config.plane), config.plane.join)
+    joined: list[tuple[OfFrame, str]] = []
+    if config.plane is not None:
+        joined.append((PlaneSegmenter(config.plane), config.plane.join))
+    if isinstance(config.local, LocalConfig):
+        joined.append((_of_image("local", LocalSegmenter(config.local)), config.local.join))
+    if isinstance(config.background, BackgroundConfig):
+        segmenter = BackgroundSegmenter(read_background(config.background.file), config.background.contrast)
+        joined.append((_of_image("background", segmenter), config.background.join))
+    return FrameSegmenter(of_image, joined) if of_image or joined else None
+
+
+def _of_image(name: str, segmenter: Segmenter) -> OfFrame:
+    """Return a function of a frame that asks one of its image."""
+
+    def ask(frame: Frame) -> AnyArray:
+        if frame.image is None:
+            raise InputError(f"segmentation.{name} needs frames with an image; {frame!r} has none")
+        return segmenter(frame.image)
+
+    return ask
+
+
+def _both(one: AnyArray, other: AnyArray) -> AnyArray:
+    return np.asarray((one != 0) & (other != 0))
 
 
 def _either(one: AnyArray, other: AnyArray) -> AnyArray:

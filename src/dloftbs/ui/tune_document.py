@@ -55,8 +55,8 @@ class TuneDocument(msgspec.Struct, frozen=True):
     """True if every colour beneath strokes on cables is the cable's."""
     others: tuple[ColourPicture, ...] = ()
     """Strokes on pictures of other sources."""
-    network: bool = False
-    """True if a network of the user's own says what is cable, too."""
+    kept: bool = False
+    """True if what the page does not change says what is cable, too: a network, a local mask, a background."""
     objects: int | None = None
     """Number of cables; None where it is unknown."""
 
@@ -65,7 +65,7 @@ class TuneDocument(msgspec.Struct, frozen=True):
         """True if nothing says yet what is cable."""
         drawn = any(stroke.cable for stroke in self.strokes) or any(picture.cable for picture in self.others)
         coloured = drawn if self.method == STROKES else bool(self.ranges)
-        return not coloured and self.height_m is None and not self.network
+        return not coloured and self.height_m is None and not self.kept
 
     def with_stroke(self, stroke: DrawnStroke) -> TuneDocument:
         """Return the document with a stroke more."""
@@ -113,7 +113,7 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
         case SetObjects():
             return change(document, objects=message.objects)
         case Clear():
-            return TuneDocument(method=document.method, network=document.network, objects=document.objects)
+            return TuneDocument(method=document.method, kept=document.kept, objects=document.objects)
 
 
 def _erased(stroke: DrawnStroke, path: tuple[Point, ...], radius_px: float) -> list[DrawnStroke]:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from itertools import groupby
 
+import msgspec
 import numpy as np
 
 from dloftbs._arrays import AnyArray
@@ -37,12 +38,12 @@ class Translator:
     frame_of : callable
         From an index to the frame.
     section : SegmentationConfig
-        To begin with: its network and the strokes on other pictures are kept.
+        To begin with: its network, local mask and background, and the strokes on other pictures are kept.
     """
 
     def __init__(self, name: str, frame_of: Callable[[int], Frame], section: SegmentationConfig) -> None:
         self._name, self._frame_of = readable(name), frame_of
-        self._network = section.onnx
+        self._kept = SegmentationConfig(onnx=section.onnx, local=section.local, background=section.background)
         self.first = self._document_of(section)
         self._pictures: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
 
@@ -65,7 +66,7 @@ class Translator:
             join="and" if plane is None else plane.join,
             accept_strokes=section.colour is not None and section.colour.accept_strokes,
             others=tuple(others),
-            network=self._network is not None,
+            kept=self._kept.is_given,
         )
 
     def _source_of(self, index: int) -> str:
@@ -86,11 +87,11 @@ class Translator:
         plane = None if document.height_m is None else PlaneConfig(height_m=document.height_m, join=document.join)
         if document.method == RANGES:
             hsv = tuple(map(_as_range, document.ranges))
-            return SegmentationConfig(hsv=hsv, plane=plane, onnx=self._network)
+            return msgspec.structs.replace(self._kept, hsv=hsv, plane=plane)
         pictures = (*document.others, *self._drawn(document.strokes))
         drawn = any(picture.cable for picture in pictures)
         colour = ColourConfig(pictures=pictures, accept_strokes=document.accept_strokes) if drawn else None
-        return SegmentationConfig(colour=colour, plane=plane, onnx=self._network)
+        return msgspec.structs.replace(self._kept, colour=colour, plane=plane)
 
     def _drawn(self, strokes: tuple[DrawnStroke, ...]) -> list[ColourPicture]:
         """Return a picture for each frame with strokes; those that are as they were are not looked at again."""

@@ -282,7 +282,7 @@ export class Tune {
   showHint() {
     const { header } = this.stage;
     const hint = byId("hint");
-    const empty = this.state.strokes.length === 0 && this.state.ranges.length === 0 && this.state.height_m === null;
+    const empty = this.state.strokes.length === 0 && this.state.ranges.length === 0 && this.state.height_m === null && !this.state.kept;
     const reason = header && !header.suggested && !empty ? header.reason : null;
     const guess = header?.suggested && header.curves.length > 0;
     const start = this.state.method === "ranges" ? "Click on a cable to begin with its colour" : guess ? "Draw along a cable, or use this guess" : "Draw along a cable";

@@ -1,0 +1,86 @@
+"""``dloftbs background``: a clip of a camera that stands still in, the place without cables out."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import FilledPath, file_path
+from dloftbs.cli.options import limit_option
+from dloftbs.cli.shell import BAD_INPUT, interrupted
+
+if TYPE_CHECKING:
+    from dloftbs.frame import Frame
+
+_SUFFIX = ".png"
+
+
+def check_png(context: click.Context, parameter: click.Parameter, path: Path) -> Path:
+    """Let only the name of a picture without loss pass."""
+    if path.suffix.lower() != _SUFFIX:
+        raise click.BadParameter(f"must end in {_SUFFIX}, got {str(path)!r}", context, parameter)
+    return path
+
+
+@click.command(short_help="Make a picture of the place without cables from a clip.")
+@click.argument("where", metavar="INPUT...", nargs=-1, required=True, type=FilledPath())
+@click.option("--out", "-o", required=True, type=file_path(), metavar="PNG", callback=check_png, help="Write it here.")
+@limit_option
+@click.option(
+    "--topic", metavar="NAME", help="Topic of the images in a recording of ROS; needed where there are several."
+)
+@click.pass_context
+def background(
+    context: click.Context,
+    where: tuple[str, ...],
+    out: Path,
+    limit: int | None,
+    topic: str | None,
+) -> None:
+    """Make a picture of the place without cables, for --background of `detect` and `track`.
+
+    INPUT is what `dloftbs track` takes, of a camera that stands still: the picture is the median of up to 50 frames,
+    evenly over all of it. A cable is gone where it lies in less than half of them; one that rests stays in the
+    picture: then take a clip, or a photo, of the empty place. Ctrl-C ends a camera's stream as --limit does.
+
+    \b
+    dloftbs background worms.mp4 --out empty.png
+    dloftbs track worms.mp4 --background empty.png --overlay overlay.mp4
+    dloftbs background 0 --limit 100 --out empty.png
+    """
+    from dloftbs import sources
+    from dloftbs.cli.places import READING, InputFiles
+    from dloftbs.segmentation import median_background
+    from dloftbs.sinks._safe_files import check_writable, write_whole
+    from dloftbs.sinks.sink import identity_of
+    from dloftbs.viz import as_png
+
+    replaced = InputFiles(where, dict.fromkeys(READING)).name_of(identity_of(str(out)))
+    if replaced is not None:
+        raise click.UsageError(f"--out {out} would replace the input {replaced}; choose another name")
+    check_writable(out)
+    used = 0
+
+    def until_stopped(frames: Iterable[Frame], stop: Callable[[], bool]) -> Iterator[Frame]:
+        nonlocal used
+        for frame in islice(frames, limit):
+            used += 1
+            yield frame
+            if stop():
+                return
+
+    named = where[0] if len(where) == 1 else where
+    with sources.open(named, kind="image", topic=topic) as source, interrupted() as stop:
+        picture = median_background(until_stopped(source, stop))
+    write_whole(out, as_png(picture))
+    click.echo(f"{out}: the background of {used} frame{'s' * (used != 1)}", err=True)
+    topics = [] if topic is None else ["--topic", topic]
+    follow = shlex.join(["dloftbs", "track", *where, *topics, "--background", str(out), "--overlay", "overlay.mp4"])
+    click.echo(f"next: {follow}", err=True)
+    if source.skipped and not source.live:
+        context.exit(BAD_INPUT)
