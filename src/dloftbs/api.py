@@ -15,7 +15,7 @@ from dloftbs._array_likes import as_pixels, is_array_like
 from dloftbs._arrays import AnyArray
 from dloftbs._values import shown
 from dloftbs.camera import CameraLike
-from dloftbs.config import Colour, ConfigLike
+from dloftbs.config import Colour, ConfigLike, RoiLike
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
@@ -38,6 +38,7 @@ def detect(
     objects: int | None = None,
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
+    roi: RoiLike | None = None,
 ) -> FrameResult:
     """Find the objects in one frame, without memory.
 
@@ -69,6 +70,9 @@ def detect(
     segmenter : callable, str or path, optional
         From an image (H, W, 3) to a mask (H, W), a `ColourModel` say, in the place of a colour; or an ONNX file, as
         `Pipeline` takes it.
+    roi : (x, y, w, h), polygon [(x, y), ...] or str, optional
+        Region of interest, px: the rest of the image is left out, as `RegionConfig` has it. The curves are in pixels
+        of the whole image.
 
     Returns
     -------
@@ -78,9 +82,10 @@ def detect(
     Raises
     ------
     InputError
-        If shapes or types are wrong or disagree, or nothing says what in an image is cable.
+        If shapes or types are wrong or disagree, nothing says what in an image is cable, or the region of interest does
+        not lie within the image.
     ConfigError
-        If the colour, the number of objects or the configuration's file is wrong.
+        If the colour, the number of objects, the region or the configuration's file is wrong.
     SourceError
         If a file cannot be read.
     """
@@ -108,7 +113,8 @@ def detect(
         raise InputError("hsv makes a mask of an image (H, W, 3), and x is a mask already; leave out one of them")
     if segmenter is not None and frame.mask is not None:
         raise InputError("a segmenter makes a mask of an image (H, W, 3), and x has a mask; leave out one of them")
-    return Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter).detect(replace(frame, **given))
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi)
+    return pipeline.detect(replace(frame, **given))
 
 
 Stream = Where | Iterable[Frame | AnyArray]
@@ -122,6 +128,7 @@ def track(
     objects: int | None = None,
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
+    roi: RoiLike | None = None,
 ) -> Iterator[FrameResult]:
     """Follow the objects through a stream, one result a frame, as the frames come.
 
@@ -131,7 +138,7 @@ def track(
         A video, a folder, a glob or a camera, as `sources.open` takes it, which has more options; or frames, masks
         (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. A capture is read until it gives no
         more, and stays open; its frames have no times, as those of its path or index have.
-    hsv, objects, config, segmenter
+    hsv, objects, config, segmenter, roi
         As `Pipeline` takes them.
 
     Returns
@@ -145,7 +152,7 @@ def track(
     SourceError
         If there is nothing there or it cannot be opened.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter)
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi)
     if is_array_like(frames):
         array = as_pixels("the stream", frames, "any")
         frames = list(array) if array.ndim == 1 and array.dtype.kind == "O" else array  # arrays of several sizes

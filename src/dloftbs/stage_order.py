@@ -29,6 +29,7 @@ from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.plausibility import refuse_mask, share_set, unit_hint
 from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
+from dloftbs.region import Region
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 
@@ -88,11 +89,12 @@ def run_stages(
     segmenter: FrameSegmenter | None,
     predicted: Sequence[Prediction] = (),
     depth_edges: DepthEdges | None = None,
+    region: Region | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
     Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames tell
-    of its edges, to which this one adds.
+    of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it.
 
     Raises
     ------
@@ -101,13 +103,15 @@ def run_stages(
     """
     clock = _Clock()
     mask = _mask(frame, segmenter)
-    run = StageRun(mask, share_set(mask), clock.stage_ms)
+    if region is not None:
+        mask = region.clear_outside(mask)
+    run = StageRun(mask, share_set(mask) / (1.0 if region is None else region.share), clock.stage_ms)
     clock.lap("segmentation")
     if isinstance(config.linking, LinkingConfig):
         run.reason = refuse_mask(mask, run.share, segmented=frame.mask is None)
         if run.reason is not None:
             return run
-    run.crop = clean(run.mask, config.cleaning)
+    run.crop = clean(run.mask, config.cleaning, region)
     clock.lap("cleaning")
     if run.crop is None:
         run.reason = _why_nothing_is_left(run.mask, config, frame)

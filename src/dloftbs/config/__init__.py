@@ -12,6 +12,7 @@ from dloftbs.config.config import Config, ConfigLike, choose_config
 from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
+from dloftbs.config.region import RegionConfig, Roi, RoiLike, read_roi
 from dloftbs.config.section import Section
 from dloftbs.config.segmentation import (
     HUE_MAX,
@@ -47,6 +48,9 @@ __all__ = [
     "ObjectsConfig",
     "PixelLiftingConfig",
     "PlaneConfig",
+    "RegionConfig",
+    "Roi",
+    "RoiLike",
     "Section",
     "SegmentationConfig",
     "SegmentsConfig",
@@ -54,4 +58,5 @@ __all__ = [
     "TrackingConfig",
     "choose_config",
     "read_colour",
+    "read_roi",
 ]

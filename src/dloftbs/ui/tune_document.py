@@ -9,9 +9,19 @@ import msgspec
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.config import ColourPicture
+from dloftbs.config import ColourPicture, Roi, read_roi
 from dloftbs.errors import InputError
-from dloftbs.ui.messages import Clear, Draw, EditMessage, Erase, SetHeight, SetMethod, SetObjects, SetRanges
+from dloftbs.ui.messages import (
+    Clear,
+    Draw,
+    EditMessage,
+    Erase,
+    SetHeight,
+    SetMethod,
+    SetObjects,
+    SetRanges,
+    SetRegion,
+)
 
 Point = tuple[float, float]
 ColourRange = tuple[int, int, int, int, int, int]
@@ -47,6 +57,8 @@ class TuneDocument(msgspec.Struct, frozen=True):
     """True if a network of the user's own says what is cable, too."""
     objects: int | None = None
     """Number of cables; None where it is unknown."""
+    roi: Roi | None = None
+    """Region of interest; None for the whole image."""
 
     @property
     def is_empty(self) -> bool:
@@ -79,6 +91,8 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
     ------
     InputError
         If there are too many strokes, or there is no such method.
+    ConfigError
+        If it is no region of interest.
     """
     change = msgspec.structs.replace
     match message:
@@ -98,8 +112,13 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
             return change(document, method=message.method)
         case SetObjects():
             return change(document, objects=message.objects)
+        case SetRegion():
+            roi = message.box or message.corners
+            return change(document, roi=None if roi is None else read_roi(roi))
         case Clear():
-            return TuneDocument(method=document.method, network=document.network, objects=document.objects)
+            return TuneDocument(
+                method=document.method, network=document.network, objects=document.objects, roi=document.roi
+            )
 
 
 def _erased(stroke: DrawnStroke, path: tuple[Point, ...], radius_px: float) -> list[DrawnStroke]:
