@@ -35,6 +35,7 @@ DATA = {
     "depth",
     "detection",
     "frame",
+    "frame_region",
     "frame_result",
     "mask_crop",
     "prior",
@@ -75,6 +76,7 @@ KNOWN_OUTSIDE = {
     "camera",
     "detection",
     "frame",
+    "frame_region",
     "frame_result",
     "stage_trace",
     "tracks",
@@ -109,10 +111,11 @@ MAY_IMPORT = {
     "frame_result": (GROUND - {"kernels"}) | (DATA - {"frame_result"}) | {"viz", "sinks"},
     "plausibility": {"_arrays", "config"},
     "inspection": (GROUND - {"kernels"}) | DATA,
+    "whole_image": (GROUND - {"kernels"}) | DATA,
     "stage_order": (BELOW_PIPELINE - {"tracking"}) | {"plausibility"},
     "pipeline": GROUND
     | DATA
-    | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking"},
+    | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking", "whole_image"},
     "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
     "api": KNOWN_OUTSIDE | {"pipeline", "segmentation", "sources"},
     "kernel_loading": {"camera", "config", "frame", "kernels", "pipeline"},

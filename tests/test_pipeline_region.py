@@ -134,7 +134,7 @@ def test_the_share_that_is_set_is_the_region_s():
 def test_a_track_ends_at_its_edge_as_at_the_image_s_border(roi):
     pipeline = Pipeline(roi=roi)
     for number in range(3):
-        result = pipeline.process(draw_cable(wave(SIZE, 1.0) + (0, number), 9, SIZE))
+        result = pipeline.process(draw_cable(wave(SIZE, 1.0) + np.array([0, number]), 9, SIZE))
     (track,) = result.tracks
     assert track.ends == (EndKind.BORDER, EndKind.BORDER)
     assert track.detection.confidence > 0.9
@@ -248,7 +248,7 @@ def test_it_holds_for_frames_of_one_size():
 
 
 def test_a_stream_is_tracked_in_it():
-    masks = [draw_cable(wave(SIZE, 1.0) + (0, number), 9, SIZE) for number in range(3)]
+    masks = [draw_cable(wave(SIZE, 1.0) + np.array([0, number]), 9, SIZE) for number in range(3)]
     results = list(dloftbs.track(masks, roi=BOX))
     assert [result.roi for result in results] == [BOX] * 3
     assert [track.id for result in results for track in result.tracks] == [1, 1, 1]

@@ -26,13 +26,13 @@ from dloftbs.config import (
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame, as_frame
+from dloftbs.frame_region import Region
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
 from dloftbs.kernels import preparation
 from dloftbs.lifting import DepthEdges
 from dloftbs.plausibility import doubt_mask
 from dloftbs.published import NearestTracker, make_segments
-from dloftbs.region import Region
 from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
 from dloftbs.stage_order import StageRun, kernel_rooms, run_stages
 from dloftbs.stage_trace import StageTrace

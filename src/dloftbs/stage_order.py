@@ -22,6 +22,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import distinct_knots, fit, fit_with_knots, keep_to_mask
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.graph import Graph
 from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.linking import choose, link
@@ -29,7 +30,6 @@ from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.plausibility import refuse_mask, share_set, unit_hint
 from dloftbs.prior import Prediction, TemporalPrior
 from dloftbs.published import MIN_POINTS, Walks, close, holes_of, lift_pixels, link_segments, make_segments, walk
-from dloftbs.region import Region
 from dloftbs.segmentation import FrameSegmenter
 from dloftbs.skeleton import build_graph, skeletonize
 

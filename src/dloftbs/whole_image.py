@@ -15,8 +15,8 @@ from dloftbs.centerline import Centerline, Joint, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Crossing, Detection
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.frame_result import FrameResult
-from dloftbs.region import Region
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracks import Track
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from dloftbs.cleaning.kernels import morphology
 from dloftbs.cleaning.kernels.holes import fill_holes
 from dloftbs.config import CleaningConfig
+from dloftbs.frame_region import Region
 from dloftbs.kernels.bitmask import cut, frame
 from dloftbs.mask_crop import MaskCrop, canonical_orientation
-from dloftbs.region import Region
 
 _WORD_BYTES = 8
 _WORD_BITS = 64

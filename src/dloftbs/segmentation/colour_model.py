@@ -12,7 +12,7 @@ from dloftbs._arrays import FloatArray, check_image
 from dloftbs._values import check_text, check_type, shown
 from dloftbs.config import ColourConfig, ColourPicture, Roi, Stroke
 from dloftbs.errors import InputError
-from dloftbs.region import Region
+from dloftbs.frame_region import Region
 from dloftbs.segmentation import log_colours
 from dloftbs.segmentation.colour_samples import ColourSample
 from dloftbs.segmentation.colour_table import LEVELS, ColourTable

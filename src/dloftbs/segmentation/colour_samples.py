@@ -17,7 +17,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs._values import shown
 from dloftbs.config import Stroke
 from dloftbs.errors import ConfigError, InputError
-from dloftbs.region import Region
+from dloftbs.frame_region import Region
 from dloftbs.segmentation import log_colours
 
 _STEPS = 4

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
+from dloftbs.frame_region import distances_to
 from dloftbs.observation import SAMPLES, Appearance, Observation, sample_curve
-from dloftbs.region import distances_to
 from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.partial_match import WHOLE
 

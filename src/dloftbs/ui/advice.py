@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dloftbs._arrays import AnyArray
 from dloftbs.config import Roi
+from dloftbs.frame_region import Region
 from dloftbs.plausibility import doubt_mask, share_set
-from dloftbs.region import Region
 from dloftbs.steadiness import Steadiness
 
 

@@ -13,8 +13,8 @@ from dloftbs._text import readable
 from dloftbs.config import ColourConfig, ColourPicture, HsvRange, PlaneConfig, Roi, SegmentationConfig, Stroke
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.frame_result import FrameResult
-from dloftbs.region import Region
 from dloftbs.segmentation import ColourModel, FrameSegmenter, make_segmenter, suggest_mask
 from dloftbs.ui.tune_document import RANGES, STROKES, ColourRange, DrawnStroke, Point, TuneDocument
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dloftbs import Frame, InputError, PinholeCamera
-from dloftbs.region import Region, distances_to
+from dloftbs.frame_region import Region, distances_to
 
 SIZE = (60, 80)
 DIAMOND = ((40, 10), (60, 30), (40, 50), (20, 30))
