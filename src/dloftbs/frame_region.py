@@ -96,11 +96,11 @@ class Region:
         return array[y : y + h, x : x + w]
 
     def clear_outside(self, pixels: AnyArray) -> AnyArray:
-        """Return an array (h, w) that is 0 outside of a polygon; of a rectangle it is the array itself."""
-        return pixels if self.inside is None else np.where(self.inside, pixels, pixels.dtype.type(0))
+        """Return a mask (h, w) that is 0 outside of a polygon; of a rectangle it is the mask itself."""
+        return pixels if self.inside is None else (pixels != 0) & self.inside.view(np.bool_)
 
     def paste(self, pixels: AnyArray) -> AnyArray:
-        """Return an array (h, w) in the whole image, which is 0 outside of the region."""
+        """Return a mask (h, w) in the whole image, which is 0 outside of the region."""
         whole = np.zeros(self.image_size, pixels.dtype)
         self.cut(whole)[:] = self.clear_outside(pixels)
         return whole
@@ -111,8 +111,9 @@ class Region:
             None if array is None else self.cut(array)
             for array in (frame.image, frame.mask, frame.depth, frame.occluders)
         )
-        if depth is not None:
-            depth = self.clear_outside(depth)
+        if depth is not None and self.inside is not None:
+            with np.errstate(invalid="ignore"):  # what is not finite is no depth either
+                depth = depth * self.inside
         camera = None if frame.camera is None else self._camera_of(frame.camera)
         return replace(frame, image=image, mask=mask, depth=depth, occluders=occluders, camera=camera)
 
@@ -128,7 +129,7 @@ class Region:
 
 def distances_to(outline: FloatArray, points: FloatArray) -> FloatArray:
     """Return the distances (k,) of points (k, 2) to the nearest edge of a polygon with corners (n, 2)."""
-    edges = np.roll(outline, -1, axis=0) - outline
+    edges = np.concatenate((outline[1:], outline[:1])) - outline
     away = points[:, None] - outline
     along = np.clip((away * edges).sum(axis=2) / (edges**2).sum(axis=1), 0.0, 1.0)
     distances: FloatArray = np.linalg.norm(away - along[..., None] * edges, axis=2).min(axis=1)

@@ -68,8 +68,9 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
 
 def _grown_beyond(mask: npt.NDArray[Any], polygon: npt.NDArray[np.uint8], reach: int) -> npt.NDArray[np.uint8]:
     """Return a mask that goes on beyond the edges of a polygon, so that no erosion eats it from there."""
-    cable = (mask != 0).astype(np.uint8)
-    return np.where(polygon, cable, cv2.dilate(cable, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)))
+    cable = (mask != 0).view(np.uint8)
+    grown = cv2.dilate(cable, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    return np.asarray(cable | (grown > polygon))  # all of them are 0 or 1, and the cable is 0 outside
 
 
 def _window(packed: npt.NDArray[np.uint64], x0: int, y0: int, shape: tuple[int, ...]) -> npt.NDArray[np.uint64]:
