@@ -45,7 +45,7 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
     # A closing grows first, then looks as far again; so that only the image's own border acts as one.
     margin = opening + 2 * close
     polygon = None if region is None else region.inside
-    grown = mask if polygon is None else _grown_beyond(mask, polygon, margin)
+    grown = mask if polygon is None else _grown_beyond(mask, polygon, 2 * (opening + close))
     bitmask, inside, x0, y0, area = cut(_packed(grown), mask.shape[1], margin)
     most = area // _NOISE + _MOST_CHANGED
     if close > 0 and len(bitmask):
