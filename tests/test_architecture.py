@@ -35,6 +35,7 @@ DATA = {
     "depth",
     "detection",
     "frame",
+    "frame_region",
     "frame_result",
     "mask_crop",
     "prior",
@@ -75,6 +76,7 @@ KNOWN_OUTSIDE = {
     "camera",
     "detection",
     "frame",
+    "frame_region",
     "frame_result",
     "stage_trace",
     "tracks",
@@ -110,10 +112,11 @@ MAY_IMPORT = {
     "plausibility": {"_arrays", "config"},
     "mask_faults": {"_arrays", "cleaning", "config", "detection"},
     "inspection": (GROUND - {"kernels"}) | DATA,
+    "whole_image": (GROUND - {"kernels"}) | DATA,
     "stage_order": (BELOW_PIPELINE - {"tracking"}) | {"plausibility"},
     "pipeline": GROUND
     | DATA
-    | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking"},
+    | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking", "whole_image"},
     "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
     "api": KNOWN_OUTSIDE | {"pipeline", "segmentation", "sources"},
     "kernel_loading": {"camera", "config", "frame", "kernels", "pipeline"},

@@ -95,6 +95,14 @@ def test_the_tables_have_the_outputs():
     assert [name.removeprefix("~/") for name in table_below(README, "output")] == outputs
 
 
+def test_the_region_of_interest_is_read_as_on_the_command_line(parameters):
+    assert parameters.Parameters(roi="10,20,30,40").make_pipeline().config.region.roi == (10, 20, 30, 40)
+    assert parameters.Parameters(roi="0,0:9,0:9,9").make_pipeline().config.region.roi == ((0, 0), (9, 0), (9, 9))
+    assert parameters.Parameters().make_pipeline().config.region.roi is None
+    with pytest.raises(ConfigError, match="roi must be"):
+        parameters.Parameters(roi="10,20").make_pipeline()
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [

@@ -15,7 +15,7 @@ from dloftbs._array_likes import as_pixels, is_array_like
 from dloftbs._arrays import AnyArray
 from dloftbs._values import shown
 from dloftbs.camera import CameraLike
-from dloftbs.config import Colour, ConfigLike
+from dloftbs.config import Colour, ConfigLike, RoiLike
 from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame, as_frame
 from dloftbs.frame_result import FrameResult
@@ -38,6 +38,7 @@ def detect(
     objects: int | None = None,
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
+    roi: RoiLike | None = None,
 ) -> FrameResult:
     """Find the objects in one frame, without memory.
 
@@ -70,6 +71,9 @@ def detect(
     segmenter : callable, str or path, optional
         From an image (H, W, 3) to a mask (H, W), a `ColourModel` say, in the place of a colour; or an ONNX file, as
         `Pipeline` takes it.
+    roi : (x, y, w, h), polygon [(x, y), ...] or str, optional
+        Region of interest, px: the rest of the image is left out, as `RegionConfig` has it. The curves are in pixels
+        of the whole image.
 
     Returns
     -------
@@ -79,13 +83,14 @@ def detect(
     Raises
     ------
     InputError
-        If shapes or types are wrong or disagree, or nothing says what in an image is cable.
+        If shapes or types are wrong or disagree, nothing says what in an image is cable, or the region of interest does
+        not lie within the image.
     ConfigError
-        If the colour, the number of objects or the configuration's file is wrong.
+        If the colour, the number of objects, the region or the configuration's file is wrong.
     SourceError
         If a file cannot be read.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter)
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi)
     segmented = pipeline.segments_images and image is None
     kind: Kind = kind_for("auto" if image is None else "mask", segmented=segmented)
     frame = read_frame(x, kind) if isinstance(x, (str, os.PathLike)) else as_frame(x, grey_as_image=segmented)
@@ -125,6 +130,7 @@ def track(
     objects: int | None = None,
     config: ConfigLike | None = None,
     segmenter: Segmenter | PathLike | None = None,
+    roi: RoiLike | None = None,
 ) -> Iterator[FrameResult]:
     """Follow the objects through a stream, one result a frame, as the frames come.
 
@@ -134,7 +140,7 @@ def track(
         A video, a folder, a glob or a camera, as `sources.open` takes it, which has more options; or frames, masks
         (H, W) or BGR images (H, W, 3), one after the other, a `Source` among them. A capture is read until it gives no
         more, and stays open; its frames have no times, as those of its path or index have.
-    hsv, objects, config, segmenter
+    hsv, objects, config, segmenter, roi
         As `Pipeline` takes them.
 
     Returns
@@ -148,7 +154,7 @@ def track(
     SourceError
         If there is nothing there or it cannot be opened.
     """
-    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter)
+    pipeline = Pipeline(config, hsv=hsv, objects=objects, segmenter=segmenter, roi=roi)
     if is_array_like(frames):
         array = as_pixels("the stream", frames, "any")
         frames = list(array) if array.ndim == 1 and array.dtype.kind == "O" else array  # arrays of several sizes

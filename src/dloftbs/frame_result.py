@@ -28,6 +28,7 @@ from dloftbs._values import (
     values_of,
 )
 from dloftbs.centerline import Centerline, Segment
+from dloftbs.config import Roi, read_roi
 from dloftbs.detection import Crossing, Detection
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
@@ -58,6 +59,9 @@ class FrameResult:
         Detections beyond the known number of objects (`ObjectsConfig.objects`).
     frame : Frame, optional
         The frame itself, as `detect` keeps it and a stream does not; a notebook shows the curves over it.
+    roi : tuple, optional
+        Region of interest that alone was read, px of the frame: ``(x, y, w, h)``, or the corners ``((x, y), ...)`` of a
+        polygon. None where all of the frame was read.
 
     Raises
     ------
@@ -76,6 +80,7 @@ class FrameResult:
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Centerline, ...] = ()
     frame: Frame | None = None
+    roi: Roi | None = None
 
     def __post_init__(self) -> None:
         set_fields(
@@ -90,6 +95,7 @@ class FrameResult:
             crossings=check_all("crossings", self.crossings, Crossing),
             stage_ms=_stage_ms(self.stage_ms),
             dropped=check_all("dropped", self.dropped, Centerline),
+            roi=None if self.roi is None else read_roi(self.roi),
         )
         if self.frame is not None:
             check_type("frame", self.frame, Frame)
@@ -108,6 +114,7 @@ class FrameResult:
         crossings: tuple[Crossing, ...],
         dropped: tuple[Centerline, ...],
         frame: Frame | None = None,
+        roi: Roi | None = None,
     ) -> FrameResult:
         """Make what the constructor makes, faster."""
         result = cls.__new__(cls)
@@ -123,6 +130,7 @@ class FrameResult:
             crossings=crossings,
             dropped=dropped,
             frame=frame,
+            roi=roi,
         )
         return result
 
@@ -166,6 +174,7 @@ class FrameResult:
             "stamp": self.stamp,
             "name": readable(self.name),
             "size": list(self.size),
+            "roi": None if self.roi is None else [one if isinstance(one, int) else list(one) for one in self.roi],
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
@@ -186,8 +195,8 @@ class FrameResult:
             If it is no dictionary, a key is missing or a value is wrong.
         """
         keys = "index", "stamp", "name", "size", "reason", "detections", "crossings", "dropped", "tracks", "stage_ms"
-        index, stamp, name, size, reason, found, crossings, dropped, tracks, stage_ms = values_of(
-            "a result", data, *keys
+        index, stamp, name, size, reason, found, crossings, dropped, tracks, stage_ms, roi = values_of(
+            "a result", data, *keys, "roi"
         )
         detections = tuple(Detection.from_dict(row) for row in list_of("detections", found))
         return cls(
@@ -201,6 +210,7 @@ class FrameResult:
             name,
             tuple(Crossing.from_dict(row) for row in list_of("crossings", crossings)),
             tuple(_line_of(row) for row in list_of("dropped", dropped)),
+            roi=roi,
         )
 
     def _track(self, track: Track) -> dict[str, Any]:

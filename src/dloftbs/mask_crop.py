@@ -56,6 +56,8 @@ class MaskCrop:
     orientation : Orientation
     image_size : (int, int)
         ``(H, W)`` of the image.
+    outline : numpy.ndarray, shape (n, 2), optional
+        Corners of the polygon that alone is seen of the image, whose edges act as its border.
     """
 
     pixels: npt.NDArray[np.uint8]
@@ -64,6 +66,7 @@ class MaskCrop:
     origin: tuple[int, int]
     orientation: Orientation
     image_size: tuple[int, int]
+    outline: FloatArray | None = None
 
     def oriented(self, pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
         """Return a view of an array of the shape of `pixels`: oriented, cut to the box and its margin."""

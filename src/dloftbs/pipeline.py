@@ -17,13 +17,16 @@ from dloftbs.config import (
     ConfigLike,
     NearestTrackingConfig,
     NetworkConfig,
+    RoiLike,
     SegmentationConfig,
     TrackingConfig,
     choose_config,
+    read_roi,
 )
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.frame import Frame, as_frame
+from dloftbs.frame_region import Region
 from dloftbs.frame_result import FrameResult
 from dloftbs.inspection import Segments, graph_segments, trace_stages
 from dloftbs.kernels import preparation
@@ -35,6 +38,7 @@ from dloftbs.stage_order import StageRun, kernel_rooms, run_stages
 from dloftbs.stage_trace import StageTrace
 from dloftbs.tracking import Tracker
 from dloftbs.tracks import Track
+from dloftbs.whole_image import WholeImage
 
 _log = logging.getLogger("dloftbs.pipeline")
 _NETWORK = ".onnx"  # suffix of a network's file
@@ -56,6 +60,9 @@ class Pipeline:
     segmenter : callable, str or path, optional
         From an image (H, W, 3) to a mask (H, W), in the place of a colour; or the ONNX file of a network that takes RGB
         in 0..1, as `NetworkConfig` has it by default.
+    roi : (x, y, w, h), polygon or str, optional
+        Region of interest, in the place of `RegionConfig.roi`: the rest of the image is left out, a cable ends at the
+        region's edge as at the image's border, and results are in pixels of the whole image.
 
     Raises
     ------
@@ -79,8 +86,9 @@ class Pipeline:
         hsv: Colour | None = None,
         objects: int | None = None,
         segmenter: Segmenter | str | os.PathLike[str] | None = None,
+        roi: RoiLike | None = None,
     ) -> None:
-        self._config = choose_config(config, hsv, objects)
+        self._config = choose_config(config, hsv, objects, roi)
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
         self._segmenter = make_segmenter(self._config.segmentation) if segmenter is None else _as_segmenter(segmenter)
@@ -88,9 +96,11 @@ class Pipeline:
         self._tracker = make_tracker(self._config.tracking)
         self._depth_edges = DepthEdges()
         self._size: tuple[int, int] | None = None
+        self._region: Region | None = None
         self._next_index = 0
         self._doubted = False
         self._mask: AnyArray | None = None
+        self._masked: Region | None = None  # region that the mask is of
 
     def __repr__(self) -> str:
         return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
@@ -108,7 +118,7 @@ class Pipeline:
     @property
     def mask(self) -> AnyArray | None:
         """Mask (H, W) of the last frame that was processed, non-zero where there is cable; None before the first."""
-        return self._mask
+        return self._mask if self._mask is None or self._masked is None else self._masked.paste(self._mask)
 
     def process(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame and follow them from the frames before.
@@ -123,30 +133,44 @@ class Pipeline:
         Raises
         ------
         InputError
-            If the frame has no mask and there is neither a colour range nor a segmenter, or if the segmenter returns
-            no mask of the frame's size.
+            If the frame has no mask and there is neither a colour range nor a segmenter, if the segmenter returns no
+            mask of the size of what it was given, or if the region of interest does not lie within the frame.
         """
-        frame = as_frame(frame, self._next_index, grey_as_image=self._segments_images)
+        whole = as_frame(frame, self._next_index, grey_as_image=self._segments_images)
+        region = self._region_in(whole)
+        if region is not None and self._size not in (None, whole.size):
+            raise InputError(
+                f"the region of interest holds for the stream's frames of {self._size} (rows, columns), got one of "
+                f"{whole.size}: reset the pipeline for another stream"
+            )
+        frame = whole if region is None else region.crop(whole)
         self._next_index = frame.index + 1
         preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
         since = perf_counter()
         predicted = self._tracker.prior(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
-        if frame.size != self._size:  # another camera
-            self._size = frame.size
+        if whole.size != self._size:  # another camera
+            self._size = whole.size
             self._depth_edges.reset()
             if self._segmenter is not None:
                 self._segmenter.reset()
-        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges)
-        self._mask = run.mask
+        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region)
+        self._mask, self._masked = run.mask, region
         self._doubted = self._doubted or _warned(run, frame)  # once in a stream
         since = perf_counter()
-        occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting)
+        inside, outline = (None, None) if region is None else (region.inside, region.outline)
+        occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting, inside)
         tracks = self._tracker.update(
-            run.detections, frame.stamp, frame.size, occlusion=occlusion, override=run.prior_override
+            run.detections,
+            frame.stamp,
+            frame.size,
+            occlusion=occlusion,
+            override=run.prior_override,
+            outline=outline,
         )
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
-        return _result(frame, run, tracks)
+        result = _result(frame, run, tracks)
+        return result if region is None else WholeImage(region, whole).result(result)
 
     def detect(self, frame: Frame | npt.ArrayLike) -> FrameResult:
         """Find the objects of one frame by itself: the result keeps the frame, and has no tracks.
@@ -158,15 +182,16 @@ class Pipeline:
         InputError
             As `process`.
         """
-        frame = as_frame(frame, grey_as_image=self._segments_images)
-        run = self._run_alone(frame)
+        whole = as_frame(frame, grey_as_image=self._segments_images)
+        frame, region, run = self._run_alone(whole)
         _warned(run, frame)
-        return _result(frame, run, (), kept=frame)
+        result = _result(frame, run, (), kept=frame)
+        return result if region is None else WholeImage(region, whole).result(result)
 
     def reset(self) -> None:
         """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
         self._doubted = False
-        self._mask = None
+        self._mask = self._masked = self._size = None
         self._tracker.reset()
         self._depth_edges.reset()
         if self._segmenter is not None:
@@ -180,13 +205,26 @@ class Pipeline:
         InputError
             As `process`.
         """
-        frame = as_frame(frame, grey_as_image=self._segments_images)
-        run = self._run_alone(frame)
-        return trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
+        whole = as_frame(frame, grey_as_image=self._segments_images)
+        frame, region, run = self._run_alone(whole)
+        trace = trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
+        return trace if region is None else WholeImage(region, whole).trace(trace)
 
-    def _run_alone(self, frame: Frame) -> StageRun:
+    def _run_alone(self, whole: Frame) -> tuple[Frame, Region | None, StageRun]:
+        """Return the frame that the stages see of a whole one, the region that it is cut to, and what they found."""
+        region = self._region_in(whole)
+        frame = whole if region is None else region.crop(whole)
         with preparation.compiling_ahead(kernel_rooms(self._config, frame)):
-            return run_stages(frame, self._config, self._segmenter)
+            return frame, region, run_stages(frame, self._config, self._segmenter, region=region)
+
+    def _region_in(self, frame: Frame) -> Region | None:
+        """Return the region of interest in frames of a size; None reads all of them."""
+        roi = self._config.region.roi
+        if roi is None:
+            return None
+        if self._region is None or self._region.image_size != frame.size:
+            self._region = Region(read_roi(roi), frame.size)
+        return self._region
 
 
 def _as_segmenter(given: Segmenter | str | os.PathLike[str]) -> FrameSegmenter | None:

@@ -53,5 +53,15 @@ class PipelineGroup:
         first = results[0]
         dropped = tuple(line for result in results for line in result.dropped)
         return FrameResult(
-            detections, tracks, reason, first.size, stage_ms, first.index, first.stamp, first.name, crossings, dropped
+            detections,
+            tracks,
+            reason,
+            first.size,
+            stage_ms,
+            first.index,
+            first.stamp,
+            first.name,
+            crossings,
+            dropped,
+            roi=first.roi,
         )

@@ -22,6 +22,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
 from dloftbs.fitting import distinct_knots, fit, fit_with_knots, keep_to_mask
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.graph import Graph
 from dloftbs.lifting import DepthEdges, Lifted, lift
 from dloftbs.linking import choose, link
@@ -88,11 +89,12 @@ def run_stages(
     segmenter: FrameSegmenter | None,
     predicted: Sequence[Prediction] = (),
     depth_edges: DepthEdges | None = None,
+    region: Region | None = None,
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
     Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames tell
-    of its edges, to which this one adds.
+    of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it.
 
     Raises
     ------
@@ -101,13 +103,15 @@ def run_stages(
     """
     clock = _Clock()
     mask = _mask(frame, segmenter)
-    run = StageRun(mask, share_set(mask), clock.stage_ms)
+    if region is not None:
+        mask = region.clear_outside(mask)
+    run = StageRun(mask, share_set(mask) / (1.0 if region is None else region.share), clock.stage_ms)
     clock.lap("segmentation")
     if isinstance(config.linking, LinkingConfig):
         run.reason = refuse_mask(mask, run.share, segmented=frame.mask is None)
         if run.reason is not None:
             return run
-    run.crop = clean(run.mask, config.cleaning)
+    run.crop = clean(run.mask, config.cleaning, region)
     clock.lap("cleaning")
     if run.crop is None:
         run.reason = _why_nothing_is_left(run.mask, config, frame)

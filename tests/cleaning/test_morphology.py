@@ -18,6 +18,7 @@ from dloftbs import Config, Frame, Pipeline
 from dloftbs.cleaning import clean
 from dloftbs.cleaning.kernels.morphology import close
 from dloftbs.config import CleaningConfig
+from dloftbs.frame_region import Region
 from dloftbs.kernels.bitmask import cut
 from dloftbs.mask_crop import MaskCrop
 from dloftbs.synthetic import NOISY, Degradation, draw_tube_mask, random_curve
@@ -307,3 +308,22 @@ def test_the_dashes_of_a_thin_cable_come_back_through_salt(angle: float) -> None
     cleaned = to_image(clean(mask | dashes, CleaningConfig()), mask.shape)
     assert cleaned[dashes != 0].mean() > 0.9
     assert int(cleaned.sum()) < 1.05 * int(dashes.sum())
+
+
+@pytest.mark.parametrize("open_px", [3, 5, 7])
+@pytest.mark.parametrize("close_px", [1, 3])
+def test_a_polygon_s_edge_takes_nothing_from_what_it_cuts(open_px, close_px):
+    size, corners = (90, 140), ((70, 3), (135, 40), (70, 86), (5, 40))
+    region = Region(corners, size)
+    mask = np.zeros(size, np.uint8)
+    mask[30:39, :] = 1  # cut at a slant on both sides
+    mask[:, 60:72] = 1  # cut at corners
+    within = region.clear_outside(region.cut(mask))
+    crop = clean(within, CleaningConfig(open_px=open_px, close_px=close_px, thin_px=0), region)
+    (x, y), (h, w) = crop.origin, crop.size
+    cleaned = np.zeros(region.size, bool)
+    cleaned[y : y + h, x : x + w] = crop.pixels[1 : h + 1, 1 : w + 1]
+    assert not (within & ~cleaned).any()
+    assert not (cleaned & (region.inside == 0)).any()
+    assert close_px > 1 or np.array_equal(cleaned, within)
+    assert np.array_equal(crop.outline, region.outline)

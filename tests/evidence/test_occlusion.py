@@ -42,6 +42,13 @@ class TestOccluders:
     def test_outside_of_the_image_is_hidden(self, place):
         assert look(self.EVIDENCE, *place) == HIDDEN
 
+    def test_outside_of_a_region_of_interest_is_hidden(self):
+        inside = np.zeros(SIZE, np.uint8)
+        inside[:, :120] = 1
+        frame = Frame(mask=np.zeros(SIZE, np.uint8), occluders=OCCLUDERS)
+        evidence = OcclusionEvidence.of(frame, frame.mask, LiftingConfig(), inside)
+        assert [look(evidence, x) for x in (60.0, 119.0, 121.0, 163.0)] == [IN_SIGHT, IN_SIGHT, HIDDEN, HIDDEN]
+
     @pytest.mark.parametrize(("x", "expected"), [(100, UNKNOWN), (104, UNKNOWN), (110, IN_SIGHT), (30, HIDDEN)])
     def test_under_another_cable_nobody_knows(self, x, expected):
         mask = np.zeros(SIZE, np.bool_)

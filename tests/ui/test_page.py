@@ -96,6 +96,42 @@ def test_from_strokes_to_a_saved_configuration(open_page, tmp_path):
     assert found == [1] * 12
 
 
+def test_a_region_of_interest_is_dragged_or_clicked(open_page, tmp_path):
+    target = tmp_path / "cable.yaml"
+    with tuning(target) as address:
+        page = open_page(address)
+        wait_for_text(page, "#hint", "Draw along a cable")
+        assert page.locator("#region-clear").is_disabled()
+        page.keyboard.press("r")
+        wait_for_text(page, "#hint", "Drag a rectangle")
+        assert page.locator("#region-box").get_attribute("aria-pressed") == "true"
+        drag(page, [(20, 10), (80, 50), (119, 99)])
+        page.locator("#region-clear:not([disabled])").wait_for()
+        assert page.locator("#region-box").get_attribute("aria-pressed") == "false"  # one rectangle, then strokes again
+        drag(page, along())
+        wait_for_text(page, "#stroke-count", "1 stroke on 1 frame")
+        page.locator("#hint").wait_for(state="hidden")
+        page.click("#save")
+        wait_for_text(page, "#saved-where", "cable.yaml")
+        assert Config.from_file(target).region.roi == (20, 10, 100, 90)
+        page.click("#region-polygon")
+        for corner in [(10, 10), (140, 12), (120, 100), (30, 90)]:
+            drag(page, [corner])
+        page.keyboard.press("Enter")
+        page.locator("#region-polygon[aria-pressed=false]").wait_for()
+        page.click("#save")
+        page.locator("#text", has_text="- 140").wait_for(state="attached")
+        assert Config.from_file(target).region.roi == ((10, 10), (140, 12), (120, 100), (30, 90))
+        page.keyboard.press("p")
+        drag(page, [(10, 10)])
+        page.keyboard.press("Escape")
+        page.locator("#region-polygon[aria-pressed=false]").wait_for()
+        page.click("#region-clear")
+        page.locator("#region-clear[disabled]").wait_for()
+        page.click("#undo")
+        page.locator("#region-clear:not([disabled])").wait_for()
+
+
 def test_sliders_and_a_click_on_the_cable(open_page):
     with tuning() as address:
         page = open_page(address)

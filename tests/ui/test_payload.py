@@ -27,6 +27,13 @@ def test_a_hidden_track_is_told_as_hidden():
     assert (curve["hidden"], curve["state"], curve["label"]) == (True, "hidden", "#1 (1)")
 
 
+def test_a_region_of_interest_is_told_by_its_corners():
+    mask = draw_cable(wave(SIZE), 7, SIZE)
+    told = [describe(dloftbs.detect(mask, roi=roi))["roi"] for roi in ((10, 5, 100, 90), [(0, 0), (199, 0), (9, 80)])]
+    assert told == [[[10, 5], [109, 5], [109, 94], [10, 94]], [[0, 0], [199, 0], [9, 80]]]
+    assert describe(dloftbs.detect(mask))["roi"] is None
+
+
 def test_nothing_has_a_reason():
     told = describe(dloftbs.detect(np.zeros(SIZE, np.uint8)))
     assert (told["curves"], told["reason"], told["size"]) == ([], "the mask is empty", [200, 120])

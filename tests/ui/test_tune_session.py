@@ -284,3 +284,71 @@ def test_the_strip_names_the_field_for_the_number_of_cables():
         client.text("state", lambda state: state["objects"] == 1)
         strip = client.text("strip", lambda strip: strip["done"])
         assert (strip["warnings"], {count for _, count in strip["objects"]}) == ([], {1})
+
+
+def test_a_region_of_interest_is_looked_at_alone_and_saved(tmp_path):
+    box = [20, 10, 150, 100]
+    target = tmp_path / "cable.yaml"
+    with tuning(target=target) as (client, _):
+        client.send(type="region", box=box)
+        state = client.text("state", lambda state: state["roi"])
+        assert (state["roi"], state["can_undo"]) == (box, True)
+        header, parts = client.picture(lambda header: header["roi"] is not None)
+        assert header["roi"] == [[20, 10], [169, 10], [169, 109], [20, 109]]
+        guess = mask_of(parts)
+        assert guess.any()
+        draw(client)
+        header, parts = client.picture(lambda header: not header["suggested"])
+        found, inside = mask_of(parts), np.zeros(SIZE, bool)
+        inside[10:110, 20:170] = True
+        for mask in (guess, found):
+            assert not (mask & ~inside).any()
+        true = cable_mask(0.0).astype(bool) & inside
+        assert (found & true).sum() / (found | true).sum() > 0.8
+        client.text("strip", lambda strip: strip["done"] and strip["objects"])
+        client.send(type="save")
+        saved = client.text("saved")
+        client.send(type="region", corners=[[20, 10], [119, 10], [60, 90]])
+        assert client.text("state", lambda state: state["roi"] != box)["roi"] == [[20, 10], [119, 10], [60, 90]]
+        client.send(type="clear")
+        assert client.text("state", lambda state: not state["strokes"])["roi"] is not None
+        client.send(type="region", corners=[[0, 0], [50, 50], [50, 0], [0, 50]])
+        assert "cross or overlap" in client.text("error")["message"]
+        client.send(type="region")
+        assert client.text("state", lambda state: state["roi"] is None)["roi"] is None
+    config = Config.from_file(target)
+    assert config.region.roi == tuple(box)
+    assert config == Config.from_yaml(saved["text"])
+    frame = CableSource().frame(0)
+    assert np.array_equal(Pipeline(config).trace(frame).mask, found)
+    with tuning(config=config, target=target) as (client, _):
+        assert client.text("state")["roi"] == box
+
+
+def test_the_ground_s_colours_are_counted_in_the_region_alone():
+    class Cluttered(CableSource):
+        def frame(self, index):
+            frame = super().frame(index)
+            image = frame.image.copy()
+            image[100:] = image[cable_mask(0.0).astype(bool)][0]  # the cable's colour all over the bottom
+            return Frame(image=image, index=index, name=frame.name)
+
+    with tuning(Cluttered(2)) as (client, _):
+        draw(client)
+        client.send(type="save")
+        whole = Config.from_yaml(client.text("saved")["text"])
+        client.send(type="region", box=[0, 0, SIZE[1], 100])
+        client.text("state", lambda state: state["roi"])
+        client.send(type="save")
+        part = Config.from_yaml(client.text("saved")["text"])
+    (one,), (other,) = (config.segmentation.colour.pictures for config in (whole, part))
+    assert one.cable == other.cable
+    assert one.sample != other.sample
+
+
+def test_a_region_alone_can_be_saved():
+    with tuning() as (client, _):
+        client.send(type="region", box=[20, 10, 100, 90])
+        client.text("state", lambda state: state["roi"])
+        client.send(type="save")
+        assert Config.from_yaml(client.text("saved")["text"]) == Config().with_roi((20, 10, 100, 90))

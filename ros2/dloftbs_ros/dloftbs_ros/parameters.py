@@ -33,6 +33,8 @@ class Parameters:
         Colour, as on the command line.
     objects : int
         Number of cables; 0 if it is not known.
+    roi : str
+        Region of interest, as on the command line; empty for the whole image.
     image_transport, depth_transport : str
         Transports by which images and depth come; "raw" takes the topics as they are named.
     reliability : {"auto", "reliable", "best_effort"}
@@ -55,6 +57,7 @@ class Parameters:
     config: str = ""
     hsv: str = ""
     objects: int = 0
+    roi: str = ""
     image_transport: str = RAW
     depth_transport: str = RAW
     reliability: str = "auto"
@@ -105,10 +108,10 @@ class Parameters:
         Raises
         ------
         ConfigError
-            If the colour is wrong, or the configuration cannot be read.
+            If the colour or the region is wrong, or the configuration cannot be read.
         """
         config = Config.from_file(self.config) if self.config else None
-        return Pipeline(config, hsv=self.hsv or None, objects=self.objects or None)
+        return Pipeline(config, hsv=self.hsv or None, objects=self.objects or None, roi=self.roi or None)
 
 
 def as_type(name: str, value: Any, default: T) -> T:

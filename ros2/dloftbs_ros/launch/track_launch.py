@@ -21,6 +21,7 @@ PARAMETERS: dict[str, tuple[type, str]] = {
     "config": (str, "file of settings, as `dloftbs config` prints them"),
     "hsv": (str, "colour of the cable, such as 170:10"),
     "objects": (int, "number of cables, 0 if it is not known"),
+    "roi": (str, "region of interest in pixels, such as 100,50,640,480 for x, y, width, height"),
     "image_transport": (str, "raw or compressed"),
     "depth_transport": (str, "raw, compressedDepth or compressed"),
     "reliability": (str, "auto, reliable or best_effort"),

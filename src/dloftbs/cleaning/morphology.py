@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs.cleaning.kernels import morphology
 from dloftbs.cleaning.kernels.holes import fill_holes
 from dloftbs.config import CleaningConfig
+from dloftbs.frame_region import Region
 from dloftbs.kernels.bitmask import cut, frame
 from dloftbs.mask_crop import MaskCrop, canonical_orientation
 
 _WORD_BYTES = 8
+_WORD_BITS = 64
 _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise
 
 
-def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> MaskCrop | None:
+def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None = None) -> MaskCrop | None:
     """Close and open the mask by squares, and cut out the rest.
 
     The paper opens by a 3 x 3 square. What that takes may come back where it is as long as a thin cable, and no fringe
@@ -30,6 +33,8 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> MaskCrop | None:
     mask : numpy.ndarray, shape (H, W), bool or integer
         Any non-zero is cable. Never changed.
     config : CleaningConfig
+    region : Region, optional
+        That the mask was cut to. The edges of its polygon act as the image's border: nothing is left outside of it.
 
     Returns
     -------
@@ -39,12 +44,16 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> MaskCrop | None:
     close, opening = config.close_px // 2, config.open_px // 2
     # A closing grows first, then looks as far again; so that only the image's own border acts as one.
     margin = opening + 2 * close
-    bitmask, inside, x0, y0, area = cut(_packed(mask), mask.shape[1], margin)
+    polygon = None if region is None else region.inside
+    grown = mask if polygon is None else _grown_beyond(mask, polygon, 2 * (opening + close))
+    bitmask, inside, x0, y0, area = cut(_packed(grown), mask.shape[1], margin)
     most = area // _NOISE + _MOST_CHANGED
     if close > 0 and len(bitmask):
         bitmask = morphology.close(bitmask, inside, close, most)
     if opening > 0 and len(bitmask):
         bitmask = morphology.open_up(bitmask, inside, opening, config.thin_px, most)
+    if polygon is not None and len(bitmask):
+        bitmask &= _window(_packed(polygon), x0, y0, bitmask.shape)
     pixels, framed, (left, top, h, w), moments = frame(bitmask)
     if len(pixels) == 0:
         return None
@@ -55,7 +64,25 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig) -> MaskCrop | None:
     if len(filled):  # the box is the same
         pixels, framed, _, moments = frame(filled)
         orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
-    return MaskCrop(pixels, framed, (h, w), (x, y), orientation, (mask.shape[0], mask.shape[1]))
+    size, outline = (mask.shape[0], mask.shape[1]), None if region is None else region.outline
+    return MaskCrop(pixels, framed, (h, w), (x, y), orientation, size, outline)
+
+
+def _grown_beyond(mask: npt.NDArray[Any], polygon: npt.NDArray[np.uint8], reach: int) -> npt.NDArray[np.uint8]:
+    """Return a mask that goes on beyond the edges of a polygon, so that no erosion eats it from there."""
+    cable = (mask != 0).view(np.uint8)
+    grown = cv2.dilate(cable, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    return np.asarray(cable | (grown > polygon))  # all of them are 0 or 1, and the cable is 0 outside
+
+
+def _window(packed: npt.NDArray[np.uint64], x0: int, y0: int, shape: tuple[int, ...]) -> npt.NDArray[np.uint64]:
+    """Return packed pixels (H, words) as a bitmask (k, R) that begins at a column and a row; 0 beyond them."""
+    (words, rows), first = shape, x0 // _WORD_BITS
+    window = np.zeros((words, rows), np.uint64)
+    low, high = max(first, 0), min(first + words, packed.shape[1])
+    top, bottom = max(y0, 0), min(y0 + rows, packed.shape[0])
+    window[low - first : high - first, top - y0 : bottom - y0] = packed[top:bottom, low:high].T
+    return window
 
 
 def _packed(mask: npt.NDArray[Any]) -> npt.NDArray[np.uint64]:

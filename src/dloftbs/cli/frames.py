@@ -11,9 +11,10 @@ import click
 
 from dloftbs.cli.options import InputOptions
 from dloftbs.cli.shell import Failure
-from dloftbs.config import Config
-from dloftbs.errors import SourceError
+from dloftbs.config import Config, read_roi
+from dloftbs.errors import InputError, SourceError
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.sources import Source, pairing
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, natural_key
 from dloftbs.sources.look_alikes import warn_of_labels
@@ -32,7 +33,8 @@ NO_COLOUR = (
 class UsableFrames:
     """Iterates over a source, and leaves out frames that lack what a mask is made from.
 
-    A frame lacks a mask where there is no way to make one, and depth where masks are made from it and others have it.
+    A frame lacks a mask where there is no way to make one, and depth where masks are made from it and others have it. A
+    region of interest must lie within it, and holds for frames of the first one's size.
 
     Parameters
     ----------
@@ -60,6 +62,8 @@ class UsableFrames:
         self._asks_depth = config.segmentation.plane is not None
         self._had_depth = False
         self._has_masks = inputs.masks is not None
+        self._roi = config.region.roi
+        self._size: tuple[int, int] | None = None
         self._unusable = 0
 
     @property
@@ -72,7 +76,11 @@ class UsableFrames:
             if frame.index % self._every:
                 continue
             self._had_depth = self._had_depth or frame.depth is not None
-            if frame.mask is None and self._asks_depth and self._had_depth and frame.depth is None:
+            misfit = self._misfit(frame)
+            if misfit is not None:
+                self._unusable += 1
+                _log.warning("skipped frame %d (%s): %s", frame.index, frame.name, misfit)
+            elif frame.mask is None and self._asks_depth and self._had_depth and frame.depth is None:
                 self._unusable += 1
                 _log.warning("skipped frame %d (%s): it has no depth, which the plane needs", frame.index, frame.name)
             elif frame.mask is not None or self._has_colour:
@@ -82,6 +90,19 @@ class UsableFrames:
                 _log.warning("skipped frame %d (%s): it has no mask, and there is no --hsv", frame.index, frame.name)
             else:
                 raise Failure(NO_COLOUR.format(name=frame.name, tune=self._tune))
+
+    def _misfit(self, frame: Frame) -> str | None:
+        """Return why the region of interest does not hold for a frame; None if it does."""
+        if self._roi is None:
+            return None
+        self._size = self._size or frame.size
+        if frame.size != self._size:
+            return f"it has the size {frame.size}, and the region of interest holds for {self._size} (rows, columns)"
+        try:
+            Region(read_roi(self._roi), frame.size)
+        except InputError as error:
+            return str(error)
+        return None
 
 
 def without_partners(where: Sequence[str], inputs: InputOptions) -> list[str]:

@@ -18,7 +18,7 @@ from dloftbs.errors import ConfigError, InputError
 
 if TYPE_CHECKING:
     from dloftbs.camera import DepthRegistration, PinholeCamera
-    from dloftbs.config import Config, HsvRange
+    from dloftbs.config import Config, HsvRange, Roi
     from dloftbs.sources import Source
     from dloftbs.sources.pixels import Kind
 
@@ -37,6 +37,18 @@ def parse_hsv(context: click.Context, parameter: click.Parameter, texts: tuple[s
 
     try:
         return read_colour(texts)
+    except ConfigError as error:
+        raise click.BadParameter(str(error), context, parameter) from error
+
+
+def parse_roi(context: click.Context, parameter: click.Parameter, text: str | None) -> Roi | None:
+    """Read a region of interest as `RegionConfig` does; a text that it refuses is bad usage."""
+    if text is None:
+        return None
+    from dloftbs.config import read_roi
+
+    try:
+        return read_roi(text)
     except ConfigError as error:
         raise click.BadParameter(str(error), context, parameter) from error
 
@@ -69,11 +81,20 @@ def parse_registration(text: str | None) -> DepthRegistration | None:
     return DepthRegistration.from_file(text)
 
 
+roi_option = click.option(
+    "--roi",
+    metavar="X,Y,W,H|X,Y:X,Y:X,Y...",
+    callback=parse_roi,
+    help="Region of interest, in pixels: a rectangle, or the corners of a polygon. The rest of the image is left out, "
+    "and a cable ends at its edge as at the image's border; curves stay in pixels of the whole image.",
+)
+
+
 def config_options(command: Command) -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
-    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--local``, ``--background``, ``--objects``
-    overrides what comes before.
+    What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--local``, ``--background``, ``--objects``,
+    ``--roi`` overrides what comes before.
     """
 
     @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
@@ -121,6 +142,7 @@ def config_options(command: Command) -> Command:
         metavar="N",
         help="How many cables there are, if that is known: pieces are joined to N, what is left over is dropped.",
     )
+    @roi_option
     @functools.wraps(command)
     def with_config(
         *args: Any,
@@ -131,6 +153,7 @@ def config_options(command: Command) -> Command:
         local: str | None,
         background: Path | None,
         objects: int | None,
+        roi: Roi | None,
         **kwargs: Any,
     ) -> None:
         if hsv and click.get_current_context().params.get("kind") == "mask":
@@ -138,7 +161,12 @@ def config_options(command: Command) -> Command:
                 "--hsv finds a colour in images, and --kind mask says that there are none: leave out one"
             )
         file = None if background is None else str(background)
-        given = {"segmentation.local.tone": local, "segmentation.background.file": file, "linking.objects": objects}
+        given = {
+            "segmentation.local.tone": local,
+            "segmentation.background.file": file,
+            "linking.objects": objects,
+            "region.roi": roi,
+        }
         changes = {**changes, **{key: value for key, value in given.items() if value is not None}}
         command(*args, config=read_config(paper, config_file, changes, hsv), **kwargs)
 

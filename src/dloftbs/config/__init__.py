@@ -13,6 +13,7 @@ from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import FARTHEST_M, NEAREST_M, DepthConfig, LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig, ObjectsConfig
 from dloftbs.config.local_masks import BackgroundConfig, LocalConfig
+from dloftbs.config.region import RegionConfig, Roi, RoiLike, read_roi
 from dloftbs.config.section import Section
 from dloftbs.config.segmentation import (
     HUE_MAX,
@@ -50,6 +51,9 @@ __all__ = [
     "ObjectsConfig",
     "PixelLiftingConfig",
     "PlaneConfig",
+    "RegionConfig",
+    "Roi",
+    "RoiLike",
     "Section",
     "SegmentationConfig",
     "SegmentsConfig",
@@ -57,4 +61,5 @@ __all__ = [
     "TrackingConfig",
     "choose_config",
     "read_colour",
+    "read_roi",
 ]

@@ -17,6 +17,7 @@ from dloftbs.config.explained import comment, meanings, meant, summary
 from dloftbs.config.fitting import FittingConfig
 from dloftbs.config.lifting import LiftingConfig, PixelLiftingConfig
 from dloftbs.config.linking import GreedyLinkingConfig, LinkingConfig
+from dloftbs.config.region import RegionConfig, RoiLike, read_roi
 from dloftbs.config.section import Section, require
 from dloftbs.config.segmentation import Colour, HsvRange, SegmentationConfig
 from dloftbs.config.skeleton import SegmentsConfig
@@ -48,6 +49,7 @@ class Config(Section, frozen=True, kw_only=True):
     40
     """
 
+    region: RegionConfig = RegionConfig()
     segmentation: SegmentationConfig = SegmentationConfig()
     cleaning: CleaningConfig = CleaningConfig()
     segments: SegmentsConfig = SegmentsConfig()
@@ -177,6 +179,17 @@ class Config(Section, frozen=True, kw_only=True):
             lines.append("")
         return "\n".join(lines)
 
+    def with_roi(self, roi: RoiLike | None) -> Config:
+        """Return a copy with another region of interest; None reads the whole image.
+
+        Raises
+        ------
+        ConfigError
+            If it is no region, as `RegionConfig` has it.
+        """
+        region = RegionConfig(roi=None if roi is None else read_roi(roi))
+        return msgspec.structs.replace(self, region=region)
+
     def replace(self, changes: dict[str, Any]) -> Config:
         """Return a copy with the values at dotted paths replaced, checked as a whole.
 
@@ -218,19 +231,23 @@ ConfigLike = Config | str | os.PathLike[str] | Mapping[str, Any]
 """Configurations as users have them: one, the path of a YAML file, or the dictionary that `Config.from_dict` takes."""
 
 
-def choose_config(config: ConfigLike | None, hsv: Colour | None, objects: int | None) -> Config:
-    """Return a configuration, by default the package's, with the colour and the number of objects chosen beside it.
+def choose_config(
+    config: ConfigLike | None, hsv: Colour | None, objects: int | None, roi: RoiLike | None = None
+) -> Config:
+    """Return a configuration, by default the package's, with the colour, number and region chosen beside it.
 
     Raises
     ------
     InputError
         If the configuration is something else.
     ConfigError
-        If its file cannot be read, or a value, the colour or the number is wrong.
+        If its file cannot be read, or a value, the colour, the number or the region is wrong.
     """
     config = Config() if config is None else _as_config(config)
     if hsv is not None:
         config = msgspec.structs.replace(config, segmentation=config.segmentation.with_hsv(hsv))
+    if roi is not None:
+        config = config.with_roi(roi)
     return config if objects is None else config.replace({"linking.objects": objects})
 
 

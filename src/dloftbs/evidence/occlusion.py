@@ -123,6 +123,7 @@ class OcclusionEvidence:
         if len(shapes) > 1:
             raise InputError(f"occluders, mask, depth and image must have the same size, got {sorted(shapes)}")
         (self.size,) = shapes
+        self._inside: npt.NDArray[np.uint8] | None = None
 
     def __repr__(self) -> str:
         arrays = {"occluders": self._occluders, "mask": self._mask, "depth": self._depth, "image": self._image}
@@ -130,8 +131,13 @@ class OcclusionEvidence:
         return f"OcclusionEvidence({self.size[1]}x{self.size[0]}, {', '.join(known)})"
 
     @classmethod
-    def of(cls, frame: Frame, mask: AnyArray, config: DepthConfig) -> OcclusionEvidence | None:
-        """Return the evidence in a frame with the mask that was made of it; None if it has none."""
+    def of(
+        cls, frame: Frame, mask: AnyArray, config: DepthConfig, inside: npt.NDArray[np.uint8] | None = None
+    ) -> OcclusionEvidence | None:
+        """Return the evidence in a frame with the mask that was made of it; None if it has none.
+
+        Places where `inside` (H, W) is 0 count as outside of the image.
+        """
         depth = None if frame.camera is None else frame.depth
         if frame.occluders is None and depth is None and frame.image is None:
             return None
@@ -139,6 +145,7 @@ class OcclusionEvidence:
         evidence._occluders = _NOTHING if frame.occluders is None else as_bytes(frame.occluders)
         evidence._depth = None if depth is None else ReadableDepth.of(depth, frame.depth_unit_m, config)
         evidence._mask, evidence._image, evidence._camera = as_bytes(mask), frame.image, frame.camera
+        evidence._inside = inside
         evidence.size = frame.size
         return evidence
 
@@ -196,6 +203,9 @@ class OcclusionEvidence:
         told = look_at_pixels(
             points, self._occluders, self._mask, rows, columns, reach, *depth, expected, *limits, HIDDEN, IN_SIGHT
         )
+        if self._inside is not None:
+            x, y = np.clip(np.rint(points), 0.0, (columns - 1, rows - 1)).astype(np.intp).T
+            told[self._inside[y, x] == 0] = HIDDEN
         return told if appearance is None else self.look_at_image(points, width_px, appearance, told)
 
     def look_at_image(

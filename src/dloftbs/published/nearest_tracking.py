@@ -60,6 +60,7 @@ class NearestTracker:
         *,
         occlusion: OcclusionEvidence | None = None,
         override: float = 0.0,
+        outline: FloatArray | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections and return the tracks, by id.
 

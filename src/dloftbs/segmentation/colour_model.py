@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray, check_image
 from dloftbs._values import check_text, check_type, shown
-from dloftbs.config import ColourConfig, ColourPicture, Stroke
+from dloftbs.config import ColourConfig, ColourPicture, Roi, Stroke
 from dloftbs.errors import InputError
+from dloftbs.frame_region import Region
 from dloftbs.segmentation import log_colours
 from dloftbs.segmentation.colour_samples import ColourSample
 from dloftbs.segmentation.colour_table import LEVELS, ColourTable
@@ -128,13 +129,17 @@ class ColourModel(ColourTable):
         return cls(ColourConfig(pictures=cls.pictures_of(pictures)))
 
     @staticmethod
-    def pictures_of(pictures: Iterable[tuple[npt.ArrayLike, Iterable[Stroke], str]]) -> tuple[ColourPicture, ...]:
+    def pictures_of(
+        pictures: Iterable[tuple[npt.ArrayLike, Iterable[Stroke], str]], roi: Roi | None = None
+    ) -> tuple[ColourPicture, ...]:
         """Return what is kept of pictures and strokes, as `fit_many` takes them.
+
+        Where there are no strokes, the colours of a region of interest alone are counted, if there is one.
 
         Raises
         ------
         InputError
-            As `fit`.
+            As `fit`, and if the region does not lie within a picture.
         """
         kept = []
         for entry in _items("pictures", pictures):
@@ -143,9 +148,9 @@ class ColourModel(ColourTable):
             image, given, source = entry
             strokes = _checked_strokes(given)
             array = check_image(image)
-            sample = ColourSample.of(array, strokes).to_text()
-            cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
             size = int(array.shape[0]), int(array.shape[1])
+            sample = ColourSample.of(array, strokes, None if roi is None else Region(roi, size)).to_text()
+            cable, ground = (tuple(str(one) for one in strokes if one.cable is kind) for kind in (True, False))
             name = check_text("source", source)
             kept.append(ColourPicture(source=name, size=size, cable=cable, ground=ground, sample=sample))
         return tuple(kept)

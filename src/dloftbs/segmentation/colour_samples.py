@@ -17,6 +17,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs._values import shown
 from dloftbs.config import Stroke
 from dloftbs.errors import ConfigError, InputError
+from dloftbs.frame_region import Region
 from dloftbs.segmentation import log_colours
 
 _STEPS = 4
@@ -51,8 +52,8 @@ class ColourSample:
     rest: FloatArray
 
     @classmethod
-    def of(cls, image: npt.NDArray[np.uint8], strokes: Sequence[Stroke]) -> ColourSample:
-        """Count the colours of a picture (H, W, 3).
+    def of(cls, image: npt.NDArray[np.uint8], strokes: Sequence[Stroke], region: Region | None = None) -> ColourSample:
+        """Count the colours of a picture (H, W, 3); where there are no strokes, those of a region of it alone.
 
         Raises
         ------
@@ -62,7 +63,10 @@ class ColourSample:
         cells = log_colours.cells_of(image)
         cable = pixels_of(image.shape[:2], [stroke for stroke in strokes if stroke.cable])
         ground = pixels_of(image.shape[:2], [stroke for stroke in strokes if not stroke.cable])
-        return cls(*(_rounded(log_colours.count(cells[where])) for where in (cable, ground, ~(cable | ground))))
+        rest = ~(cable | ground)
+        if region is not None:
+            rest &= region.paste(np.ones(region.size, np.bool_))
+        return cls(*(_rounded(log_colours.count(cells[where])) for where in (cable, ground, rest)))
 
     def to_text(self) -> str:
         """Return the counts as text that `from_text` reads."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs.graph import Graph
+from dloftbs.frame_region import distances_to
+from dloftbs.graph import FREE, Graph
 from dloftbs.kernels import tracing
 from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.skeleton.kernels import branch_ends
@@ -101,6 +102,9 @@ def build_graph(crop: MaskCrop, skeleton: Skeleton, max_branches: int) -> tuple[
     roundness = branch_ends.measure_roundness(merged, points, spans, states, mask, width)
     reach = _BORDER_WIDTHS * width + _BORDER_PX
     bordering = kernels.find_bordering(merged, points, offsets, *crop.image_transform, *crop.image_size, reach)
+    if crop.outline is not None:
+        ends = crop.to_image(points[np.column_stack((offsets[:-1], offsets[1:] - 1)).ravel()])
+        bordering |= (merged == FREE) & (distances_to(crop.outline, ends)[: len(merged)] <= reach)
     return Graph(
         points,
         pixels,

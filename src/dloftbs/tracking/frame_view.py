@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
+from dloftbs.frame_region import distances_to
 from dloftbs.observation import SAMPLES, Appearance, Observation, sample_curve
 from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.partial_match import WHOLE
@@ -83,10 +84,13 @@ class View:
         ``(H, W)`` of the image, px.
     occlusion : OcclusionEvidence or None
         None if the frame tells nothing of what hides cables.
+    outline : numpy.ndarray, shape (n, 2), or None
+        Corners of the polygon that alone is seen of the image, px: its edges act as the image's border.
     """
 
     size: tuple[int, int] | None = None
     occlusion: OcclusionEvidence | None = None
+    outline: FloatArray | None = None
     _looked: dict[tuple[int, float, int], tuple[Observation, tuple[EndView, EndView]]] = field(default_factory=dict)
 
     def are_at_border(self, points: FloatArray, width: float) -> list[bool]:
@@ -94,7 +98,11 @@ class View:
         if self.size is None:
             return [False, False]
         margin, (rows, columns) = _BORDER_PX + (0.0 if math.isnan(width) else _BORDER_WIDTHS * width), self.size
-        return [min(x, y, columns - 1.0 - x, rows - 1.0 - y) < margin for x, y in points[:: len(points) - 1].tolist()]
+        ends = points[:: len(points) - 1]
+        beside = [min(x, y, columns - 1.0 - x, rows - 1.0 - y) < margin for x, y in ends.tolist()]
+        if self.outline is None:
+            return beside
+        return [one or far < margin for one, far in zip(beside, distances_to(self.outline, ends).tolist(), strict=True)]
 
     def ends(self, observation: Observation, sought: Sought) -> tuple[EndView, EndView]:
         """Return what the frame tells beyond the two ends of an observation."""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from dloftbs._arrays import LARGEST
+from dloftbs._arrays import LARGEST, FloatArray
 from dloftbs._values import check_number, check_size, check_stamp, check_type, count_of
 from dloftbs.config import TrackingConfig
 from dloftbs.curve import BSplineCurve
@@ -105,6 +105,7 @@ class Tracker:
         widths: Sequence[float] | None = None,
         occlusion: OcclusionEvidence | None = None,
         override: float = 0.0,
+        outline: FloatArray | None = None,
     ) -> tuple[Track, ...]:
         """Update the tracks by one frame's detections, and return them.
 
@@ -127,6 +128,8 @@ class Tracker:
             inferred. With an image, objects of clearly different colours are never taken for each other.
         override : float, optional
             Extra cost of the detections' joints, which follow `prior`, over the best ones without it.
+        outline : numpy.ndarray, shape (n, 2), optional
+            Corners of the polygon that alone is seen of the image, px: its edges act as the image's border.
 
         Returns
         -------
@@ -143,6 +146,7 @@ class Tracker:
         observations = make_observations(detections, widths)
         override = check_number("override", override, -LARGEST, LARGEST)
         dt = self._advance(stamp, size, occlusion)
+        self._view.outline = outline
         observations = with_appearances(observations, occlusion)
         self._prior_gate.count(override)
         if dt == 0.0:

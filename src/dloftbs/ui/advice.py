@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dloftbs._arrays import AnyArray
+from dloftbs.config import Roi
+from dloftbs.frame_region import Region
 from dloftbs.plausibility import doubt_mask, share_set
 from dloftbs.steadiness import Steadiness
 
 
-def doubt(mask: AnyArray, name: str = "") -> str | None:
+def doubt(mask: AnyArray, name: str = "", roi: Roi | None = None) -> str | None:
     """Return why a mask is hardly one of cables, and the control that takes ground out of it; None if it may be."""
-    doubted = doubt_mask(share_set(mask), name)
+    region = None if roi is None else Region(roi, mask.shape)
+    share = share_set(mask) if region is None else share_set(region.cut(mask)) / region.share
+    doubted = doubt_mask(share, name)
     return doubted and f"{doubted} Draw on the ground with Not cable, or narrow the hue ranges"
 
 

@@ -27,6 +27,7 @@ Hue = Annotated[int, Meta(ge=0, le=179)]
 Level = Annotated[int, Meta(ge=0, le=255)]
 Ranges = Annotated[tuple[tuple[Hue, Hue, Level, Level, Level, Level], ...], Meta(max_length=MOST_RANGES)]
 Cables = Annotated[int, Meta(ge=1, le=MOST_CABLES)]
+Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 Height = Annotated[float, Meta(gt=0.0, le=1.0)]
 
 
@@ -97,6 +98,13 @@ class SetObjects(Message, frozen=True, tag="objects"):
     objects: Cables | None
 
 
+class SetRegion(Message, frozen=True, tag="region"):
+    """Set the region of interest, by a rectangle ``x, y, w, h`` or the corners of a polygon; else it is all."""
+
+    box: Box | None = None
+    corners: Points | None = None
+
+
 class Undo(Message, frozen=True, tag="undo"):
     """Take back the last change."""
 
@@ -139,7 +147,7 @@ class Restart(Message, frozen=True, tag="restart"):
     """Begin at the first frame."""
 
 
-EditMessage = Draw | AcceptStrokes | Erase | SetRanges | SetHeight | SetMethod | SetObjects | Clear
+EditMessage = Draw | AcceptStrokes | Erase | SetRanges | SetHeight | SetMethod | SetObjects | SetRegion | Clear
 TuneMessage = EditMessage | Ack | Seek | Undo | Redo | Accept | Save
 ViewMessage = Ack | Pause | Step | Loop | Restart | SetObjects
 _DECODER: msgspec.json.Decoder[TuneMessage | ViewMessage] = msgspec.json.Decoder(TuneMessage | ViewMessage)

@@ -10,7 +10,7 @@ from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Detection
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import Track, TrackState
-from dloftbs.viz.items import Item, items_of
+from dloftbs.viz.items import Item, items_of, outline_of
 from dloftbs.viz.path import Path
 from dloftbs.viz.style import Style, as_css
 
@@ -30,6 +30,7 @@ def describe(result: FrameResult) -> dict[str, Any]:
         "index": result.index,
         "size": [result.size[1], result.size[0]],
         "reason": result.reason,
+        "roi": outline_list(result),
         "curves": [_curve(item, found) for item, found in zip(items, objects, strict=True)],
         "stages": [[stage, round(ms, 3)] for stage, ms in result.stage_ms.items()],
     }
@@ -58,6 +59,13 @@ def _curve(item: Item, found: Track | Detection) -> dict[str, Any]:
         "space": None if found.curve_3d is None else _in_space(found.curve_3d),
         "inferred_space": [] if seen is None or _is_hidden(found) else [list(span) for span in seen.inferred_3d],
     }
+
+
+def outline_list(result: FrameResult) -> list[list[float]] | None:
+    """Return the corners of the region of interest that alone was read; None where all was."""
+    outline = outline_of(result)
+    corners: list[list[float]] | None = None if outline is None else outline.tolist()
+    return corners
 
 
 def _is_hidden(found: Track | Detection) -> bool:

@@ -115,7 +115,7 @@ class Strip:
                 if self._interrupted():
                     return
                 mask = segment(frame)
-                doubted = doubted or doubt(mask, frame.name)
+                doubted = doubted or doubt(mask, frame.name, document.roi)
                 result = pipeline.process(replace(frame, mask=mask))
                 steadiness.add(result.tracks, len(result))
                 last = frame.index

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.config import ColourPicture
+from dloftbs.config import ColourPicture, Roi, read_roi
 from dloftbs.errors import InputError
 from dloftbs.ui.messages import (
     AcceptStrokes,
@@ -21,6 +21,7 @@ from dloftbs.ui.messages import (
     SetMethod,
     SetObjects,
     SetRanges,
+    SetRegion,
 )
 
 Point = tuple[float, float]
@@ -59,6 +60,8 @@ class TuneDocument(msgspec.Struct, frozen=True):
     """True if what the page does not change says what is cable, too: a network, a local mask, a background."""
     objects: int | None = None
     """Number of cables; None where it is unknown."""
+    roi: Roi | None = None
+    """Region of interest; None for the whole image."""
 
     @property
     def is_empty(self) -> bool:
@@ -91,6 +94,8 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
     ------
     InputError
         If there are too many strokes, or there is no such method.
+    ConfigError
+        If it is no region of interest.
     """
     change = msgspec.structs.replace
     match message:
@@ -112,8 +117,11 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
             return change(document, method=message.method)
         case SetObjects():
             return change(document, objects=message.objects)
+        case SetRegion():
+            roi = message.box or message.corners
+            return change(document, roi=None if roi is None else read_roi(roi))
         case Clear():
-            return TuneDocument(method=document.method, kept=document.kept, objects=document.objects)
+            return TuneDocument(method=document.method, kept=document.kept, objects=document.objects, roi=document.roi)
 
 
 def _erased(stroke: DrawnStroke, path: tuple[Point, ...], radius_px: float) -> list[DrawnStroke]:

@@ -11,9 +11,10 @@ import numpy as np
 
 from dloftbs._arrays import AnyArray
 from dloftbs._text import readable
-from dloftbs.config import ColourConfig, ColourPicture, HsvRange, PlaneConfig, SegmentationConfig, Stroke
+from dloftbs.config import ColourConfig, ColourPicture, HsvRange, PlaneConfig, Roi, SegmentationConfig, Stroke
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.frame_result import FrameResult
 from dloftbs.segmentation import ColourModel, FrameSegmenter, make_segmenter, suggest_mask
 from dloftbs.ui.tune_document import RANGES, STROKES, ColourRange, DrawnStroke, Point, TuneDocument
@@ -45,7 +46,7 @@ class Translator:
         self._name, self._frame_of = readable(name), frame_of
         self._kept = SegmentationConfig(onnx=section.onnx, local=section.local, background=section.background)
         self.first = self._document_of(section)
-        self._pictures: dict[tuple[DrawnStroke, ...], ColourPicture] = {}
+        self._pictures: dict[tuple[tuple[DrawnStroke, ...], Roi | None], ColourPicture] = {}
 
     def _document_of(self, section: SegmentationConfig) -> TuneDocument:
         strokes: list[DrawnStroke] = []
@@ -88,30 +89,30 @@ class Translator:
         if document.method == RANGES:
             hsv = tuple(map(_as_range, document.ranges))
             return msgspec.structs.replace(self._kept, hsv=hsv, plane=plane)
-        pictures = (*document.others, *self._drawn(document.strokes))
+        pictures = (*document.others, *self._drawn(document.strokes, document.roi))
         drawn = any(picture.cable for picture in pictures)
         colour = ColourConfig(pictures=pictures, accept_strokes=document.accept_strokes) if drawn else None
         return msgspec.structs.replace(self._kept, colour=colour, plane=plane)
 
-    def _drawn(self, strokes: tuple[DrawnStroke, ...]) -> list[ColourPicture]:
+    def _drawn(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> list[ColourPicture]:
         """Return a picture for each frame with strokes; those that are as they were are not looked at again."""
         ordered = sorted(strokes, key=lambda stroke: stroke.frame)
         groups = [tuple(group) for _, group in groupby(ordered, key=lambda stroke: stroke.frame)]
-        self._pictures = {group: found for group in groups if (found := self._picture(group)) is not None}
+        self._pictures = {(group, roi): found for group in groups if (found := self._picture(group, roi)) is not None}
         return list(self._pictures.values())
 
-    def _picture(self, strokes: tuple[DrawnStroke, ...]) -> ColourPicture | None:
-        if strokes in self._pictures:
-            return self._pictures[strokes]
+    def _picture(self, strokes: tuple[DrawnStroke, ...], roi: Roi | None) -> ColourPicture | None:
+        if (strokes, roi) in self._pictures:
+            return self._pictures[strokes, roi]
         frame = self._frame_of(strokes[0].frame)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
         inside = [kept for stroke in strokes for kept in _within(stroke, frame.size)]
         if not inside:
             return None
-        return make_picture(frame.image, inside, self._source_of(frame.index))
+        return make_picture(frame.image, inside, self._source_of(frame.index), roi)
 
-    def segmenter_of(self, document: TuneDocument) -> FrameSegmenter:
+    def segmenter_of(self, document: TuneDocument) -> RegionSegmenter:
         """Return what makes a mask of a frame.
 
         Raises
@@ -122,19 +123,47 @@ class Translator:
         segmenter = make_segmenter(self.section_of(document))
         if segmenter is None:
             raise InputError("nothing says yet what is cable: draw a stroke along one first")
-        return segmenter
+        return RegionSegmenter(segmenter, document.roi)
 
 
-def make_picture(image: AnyArray, strokes: list[Stroke], source: str) -> ColourPicture:
-    """Return strokes with the colours that they were drawn on."""
-    (picture,) = ColourModel.pictures_of([(image, strokes, source)])
+class RegionSegmenter:
+    """A callable ``frame -> mask`` that looks at a region of interest alone.
+
+    Parameters
+    ----------
+    segmenter : FrameSegmenter
+    roi : Roi or None
+        None is the whole image.
+    """
+
+    def __init__(self, segmenter: FrameSegmenter, roi: Roi | None) -> None:
+        self._segmenter, self._roi = segmenter, roi
+
+    def __call__(self, frame: Frame) -> AnyArray:
+        """Return the mask of a frame, shape (H, W), which is 0 outside of the region."""
+        if self._roi is None:
+            return self._segmenter(frame)
+        region = Region(self._roi, frame.size)
+        return region.paste(self._segmenter(region.crop(frame)))
+
+    def reset(self) -> None:
+        """Forget the frames before."""
+        self._segmenter.reset()
+
+
+def make_picture(image: AnyArray, strokes: list[Stroke], source: str, roi: Roi | None = None) -> ColourPicture:
+    """Return strokes with the colours that they were drawn on, in a region of interest alone if there is one."""
+    (picture,) = ColourModel.pictures_of([(image, strokes, source)], roi)
     return picture
 
 
-def suggestion(frame: Frame) -> AnyArray:
-    """Return a mask of what may be cable in a frame, without being told anything."""
+def suggestion(frame: Frame, roi: Roi | None = None) -> AnyArray:
+    """Return a mask of what may be cable in a frame, or in a region of it, without being told anything."""
     assert frame.image is not None  # whoever asks saw to it
-    return suggest_mask(frame.image)
+    if roi is None:
+        return suggest_mask(frame.image)
+    region = Region(roi, frame.size)
+    return region.paste(suggest_mask(region.cut(frame.image)))
 
 
 def strokes_along(index: int, result: FrameResult) -> list[DrawnStroke]:

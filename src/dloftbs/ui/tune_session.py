@@ -14,11 +14,10 @@ import msgspec
 from dloftbs._arrays import AnyArray
 from dloftbs._text import readable
 from dloftbs._version import __version__
-from dloftbs.config import Config, SegmentationConfig
+from dloftbs.config import Config, Roi, SegmentationConfig, read_roi
 from dloftbs.errors import DloftbsError, InputError
 from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
-from dloftbs.segmentation import FrameSegmenter
 from dloftbs.sinks._safe_files import write_whole
 from dloftbs.ui.advice import doubt
 from dloftbs.ui.audience import Audience
@@ -37,6 +36,7 @@ from dloftbs.ui.messages import (
     SetMethod,
     SetObjects,
     SetRanges,
+    SetRegion,
     TuneMessage,
     Undo,
     ViewMessage,
@@ -44,7 +44,7 @@ from dloftbs.ui.messages import (
 from dloftbs.ui.payload import describe
 from dloftbs.ui.strip import Counts, Strip
 from dloftbs.ui.tune_document import DrawnStroke, History, TuneDocument, edited
-from dloftbs.ui.tune_segmentation import Segment, Translator, strokes_along, suggestion
+from dloftbs.ui.tune_segmentation import RegionSegmenter, Segment, Translator, strokes_along, suggestion
 from dloftbs.ui.viewer import Viewer
 from dloftbs.ui.wire import encode_jpeg, encode_picture, encode_runs, encode_text
 from dloftbs.viz.overlay import as_picture
@@ -72,7 +72,7 @@ class TuneSession:
     store : FrameStore
         Started and closed with the session.
     config : Config
-        To begin with; all but the segmentation and the number of objects stays as it is.
+        To begin with; all but the segmentation, the number of objects and the region of interest stays as it is.
     target : Path, optional
         File that is written on saving, and no other; without it the page shows the text.
     command : str
@@ -82,14 +82,17 @@ class TuneSession:
     def __init__(self, store: FrameStore, config: Config, target: Path | None, command: str) -> None:
         self._store, self._config, self._target, self._command = store, config, target, command
         self._translator = Translator(store.source.name, store.frame, config.segmentation)
-        self._history = History(msgspec.structs.replace(self._translator.first, objects=config.linking.objects))
+        roi = None if config.region.roi is None else read_roi(config.region.roi)
+        self._history = History(
+            msgspec.structs.replace(self._translator.first, objects=config.linking.objects, roi=roi)
+        )
         self._saved = self._history.document
         self._audience = Audience()
         self._looks: dict[Viewer, _Look] = {}
         self._pool = ThreadPoolExecutor(1, "dloftbs-tuning")
         self._rest = msgspec.structs.replace(config, segmentation=SegmentationConfig())
-        self._pipeline: tuple[int | None, Pipeline] | None = None
-        self._segmenter: tuple[TuneDocument, FrameSegmenter] | None = None
+        self._pipeline: tuple[tuple[int | None, Roi | None], Pipeline] | None = None
+        self._segmenter: tuple[TuneDocument, RegionSegmenter] | None = None
         self._strip = Strip(store, self._new_segmenter, self._new_pipeline, self._tell_counts)
         self._counts = Counts()
         self._tasks: set[asyncio.Task[None]] = set()
@@ -141,7 +144,17 @@ class TuneSession:
                     raise InputError("only a camera has a newest frame")
                 look.index = message.index
                 viewer.refresh()
-            case Draw() | AcceptStrokes() | Erase() | SetRanges() | SetHeight() | SetMethod() | SetObjects() | Clear():
+            case (
+                Draw()
+                | AcceptStrokes()
+                | Erase()
+                | SetRanges()
+                | SetHeight()
+                | SetMethod()
+                | SetObjects()
+                | SetRegion()
+                | Clear()
+            ):
                 self._edit(viewer, look, edited(document, message), done=getattr(message, "done", True))
             case Undo() | Redo():
                 self._history.undo() if isinstance(message, Undo) else self._history.redo()
@@ -209,7 +222,7 @@ class TuneSession:
     async def _save(self) -> None:
         """Write the configuration, or show it where no file was named."""
         document = self._history.document
-        if document.is_empty:
+        if document.is_empty and document.roi is None:
             raise InputError("nothing says yet what is cable: draw a stroke along one first")
         text = await self._in_pool(lambda: self._text_of(document))
         if self._target is not None:
@@ -222,7 +235,7 @@ class TuneSession:
     def _text_of(self, document: TuneDocument) -> str:
         section = self._translator.section_of(document)
         config = msgspec.structs.replace(self._config, segmentation=section)
-        config = config.replace({"linking.objects": document.objects})
+        config = config.replace({"linking.objects": document.objects}).with_roi(document.roi)
         name = readable(self._store.source.name)
         return f"# The configuration of dloftbs {__version__}, tuned on {name}\n{config.to_yaml()}"
 
@@ -263,7 +276,7 @@ class TuneSession:
             "name": readable(frame.name),
             "has_depth": frame.depth is not None,
             "suggested": is_suggested,
-            "doubt": None if is_suggested else doubt(mask),
+            "doubt": None if is_suggested else doubt(mask, roi=document.roi),
         }
         parts = {"mask": encode_runs(mask)}
         if frame.index != image:
@@ -276,7 +289,7 @@ class TuneSession:
             assert frame.mask is not None  # a frame has one or the other
             return frame.mask, False
         if document.is_empty:
-            return suggestion(frame), True
+            return suggestion(frame, document.roi), True
         if self._segmenter is None or self._segmenter[0] != document:
             self._segmenter = document, self._translator.segmenter_of(document)
         segmenter = self._segmenter[1]
@@ -284,20 +297,22 @@ class TuneSession:
         return segmenter(frame), False
 
     def _detector(self, document: TuneDocument) -> Pipeline:
-        if self._pipeline is None or self._pipeline[0] != document.objects:
+        asked = document.objects, document.roi
+        if self._pipeline is None or self._pipeline[0] != asked:
             # Loads the kernels, in the thread that uses it.
-            self._pipeline = document.objects, self._new_pipeline(document)
+            self._pipeline = asked, self._new_pipeline(document)
         return self._pipeline[1]
 
     def _new_pipeline(self, document: TuneDocument) -> Pipeline:
-        return Pipeline(self._rest.replace({"linking.objects": document.objects}))
+        return Pipeline(self._rest.replace({"linking.objects": document.objects}).with_roi(document.roi))
 
     def _suggested_strokes(self, index: int) -> list[DrawnStroke]:
         frame = self._store.frame(index)
         if frame.image is None:
             raise InputError("these frames are masks already: there is nothing to tune")
-        mask = suggestion(frame)
-        return strokes_along(frame.index, self._detector(self._history.document).detect(replace(frame, mask=mask)))
+        document = self._history.document
+        mask = suggestion(frame, document.roi)
+        return strokes_along(frame.index, self._detector(document).detect(replace(frame, mask=mask)))
 
     def _new_segmenter(self, document: TuneDocument) -> Segment | None:
         """Return what makes masks in the strip; None where nothing says yet what is cable."""

@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import cast
 
+import numpy as np
+
+from dloftbs._arrays import FloatArray
 from dloftbs._values import shown
 from dloftbs.centerline import Joint
 from dloftbs.curve import BSplineCurve, check_curve
@@ -74,6 +77,16 @@ def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
     else:
         items = [_of_detection(d, i, result, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
     return tuple(items)
+
+
+def outline_of(result: FrameResult) -> FloatArray | None:
+    """Return the corners (n, 2) of the region of interest that alone was read, px; None where all was."""
+    if result.roi is None:
+        return None
+    if len(result.roi) == 4 and isinstance(result.roi[0], int):
+        x, y, w, h = result.roi
+        return np.array([(x, y), (x + w - 1, y), (x + w - 1, y + h - 1), (x, y + h - 1)], np.float64)
+    return np.array(result.roi, np.float64)
 
 
 def bare_items_of(objects: Object | Iterable[Object], style: Style) -> list[Item]:

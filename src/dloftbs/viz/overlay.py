@@ -15,7 +15,7 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.viz import shapes
-from dloftbs.viz.items import Item, Object, bare_items_of, items_of
+from dloftbs.viz.items import Item, Object, bare_items_of, items_of, outline_of
 from dloftbs.viz.label_placement import Box, place
 from dloftbs.viz.lettering import Text, note
 from dloftbs.viz.path import Path, Span, complement, dashes, repeats
@@ -38,7 +38,8 @@ def draw(
     hidden track. That one is dimmer, too, the more the less sure it is, and has the number of frames since it was
     last seen in brackets behind its own. Where
     curves cross, the one below is interrupted, as in drawings of knots; a small white ring marks where it is not known
-    which that is. A diamond is another junction that the curve was linked through.
+    which that is. A diamond is another junction that the curve was linked through. A thin outline is the region of
+    interest, where only that was read.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ def draw(
     if picture.shape[:2] != tuple(result.size):
         raise InputError(f"the picture must have the result's size {result.size} (H, W), got {picture.shape[:2]}")
     pen = style.scaled(picture.shape)
+    paint_region(picture, outline_of(result), pen)
     paint_items(picture, items_of(result, style), pen, control_points=control_points)
     write_reason(picture, result, pen)
     return picture
@@ -130,6 +132,17 @@ def paint_items(picture: Picture, items: Sequence[Item], pen: Style, *, control_
         drawn += marker_shapes(item, path, pen)
     shapes.paint(picture, drawn, pen)
     _labels(picture, items, paths, drawn, pen)
+
+
+def region_shape(outline: FloatArray, pen: Style) -> Shape:
+    """Return the thin outline of a region of interest with corners (n, 2)."""
+    return Shape(outline, pen.paper, 0.5 * pen.line_px, closed=True)
+
+
+def paint_region(picture: Picture, outline: FloatArray | None, pen: Style) -> None:
+    """Draw the outline of a region of interest, if there is one."""
+    if outline is not None:
+        shapes.paint(picture, [region_shape(outline, pen)], pen)
 
 
 def write_reason(picture: Picture, result: FrameResult, pen: Style) -> None:

@@ -15,7 +15,7 @@ from dloftbs.detection import Detection
 from dloftbs.frame_result import FrameResult
 from dloftbs.stage_trace import StageTrace
 from dloftbs.viz import overlay, shapes
-from dloftbs.viz.items import items_of
+from dloftbs.viz.items import items_of, outline_of
 from dloftbs.viz.path import Path, dashes
 from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.sheet import arrange
@@ -148,6 +148,8 @@ def _curves(trace: StageTrace, view: View, style: Style) -> tuple[str, Picture]:
     picture = view.picture(overlay.as_picture(trace.frame, style))
     items = [item.seen_in(view) for item in items_of(trace.result, style)]
     pen = _pen(picture, style)
+    outline = outline_of(trace.result)
+    overlay.paint_region(picture, None if outline is None else view.points(outline), pen)
     overlay.paint_items(picture, items, pen)
     overlay.write_reason(picture, trace.result, pen)
     return f"6  curves: {len(items)}", picture

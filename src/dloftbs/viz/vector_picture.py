@@ -16,8 +16,8 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import Track
-from dloftbs.viz.items import Item, items_of
-from dloftbs.viz.overlay import as_picture, grey, line_shapes, marker_shapes
+from dloftbs.viz.items import Item, items_of, outline_of
+from dloftbs.viz.overlay import as_picture, grey, line_shapes, marker_shapes, region_shape
 from dloftbs.viz.path import Path
 from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import Colour, Style, as_css
@@ -70,11 +70,13 @@ def show(result: FrameResult, image_or_frame: Frame | npt.ArrayLike | None = Non
     pen = _STYLE.scaled(picture.shape)
     objects: Sequence[Track | Detection] = result.tracks or result.detections
     groups = [_group(item, found, pen) for item, found in zip(items_of(result, _STYLE), objects, strict=True)]
+    outline = outline_of(result)
+    region = "" if outline is None else _shape(region_shape(outline, pen), pen.paper, 0.5 * pen.line_px, 1.0)
     reason = "" if result.reason is None else _text(result.reason, 8.0, height - 10.0, pen.paper, pen)
     return VectorPicture(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" style="width: 100%; height: auto">'
         f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{_jpeg(picture)}"/>'
-        f'<g stroke-linecap="round" stroke-linejoin="round">{"".join(groups)}</g>{reason}</svg>'
+        f'<g stroke-linecap="round" stroke-linejoin="round">{region}{"".join(groups)}</g>{reason}</svg>'
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dloftbs.cli.limits import MAX_FRAMES, FilledPath, file_path
-from dloftbs.cli.options import check_pictures, topic_options
+from dloftbs.cli.options import check_pictures, roi_option, topic_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from dloftbs.config import Stroke
+    from dloftbs.config import Roi, Stroke
 
 SIGNATURE = "# A colour learned by dloftbs colour; dloftbs config print explains all settings"
 _MOST_SET = 0.5  # of a picture, as in `plausibility`
@@ -75,6 +75,7 @@ def parse_strokes(context: click.Context, parameter: click.Parameter, texts: tup
     is_flag=True,
     help="Take every colour beneath the strokes for the cable's, even if the rest of the picture has it, too.",
 )
+@roi_option
 @topic_options
 @click.option("--frame", type=click.IntRange(0, MAX_FRAMES), default=0, metavar="N", help="Frame of a video or folder.")
 @click.option(
@@ -100,6 +101,7 @@ def colour(
     ground: list[Numbered],
     radius: float,
     accept_strokes: bool,
+    roi: Roi | None,
     topic: str | None,
     depth_topic: str | None,
     info_topic: str | None,
@@ -112,7 +114,7 @@ def colour(
 
     PICTURE is an image, or what `dloftbs track` takes, of which --frame says the number. The settings go
     to standard output, messages to standard error. They hold the strokes and a count of the picture's
-    colours, and need the picture no more.
+    colours, and need the picture no more. With --roi they hold the region, too, and the colours in it alone.
 
     \b
     dloftbs colour photo.jpg --at 321,200:360,214:390,240 --overlay mask.png --out cable.yaml
@@ -122,7 +124,8 @@ def colour(
     import msgspec
 
     from dloftbs.cli.colour_files import check_places, next_command, overlay_of, read_frame, source_of, stated_settings
-    from dloftbs.config import ColourConfig, Config
+    from dloftbs.config import ColourConfig, Config, read_roi
+    from dloftbs.frame_region import Region
     from dloftbs.segmentation import ColourModel
     from dloftbs.sinks._safe_files import write_whole
     from dloftbs.viz import as_png
@@ -139,7 +142,11 @@ def colour(
     images = [one.image for one in frames if one.image is not None]
     sources = [source_of(text, one) for text, one in zip(where, frames, strict=True)]
     drawn_on = [entry for entry in zip(images, strokes, sources, strict=True) if entry[1]]
-    learned = ColourConfig(pictures=(*pictures, *ColourModel.pictures_of(drawn_on)), accept_strokes=accepted)
+    if roi is not None:
+        stated = {**stated, "region": {"roi": msgspec.to_builtins(roi)}}
+    kept = Config.from_dict(stated).region.roi
+    roi = None if kept is None else read_roi(kept)
+    learned = ColourConfig(pictures=(*pictures, *ColourModel.pictures_of(drawn_on, roi)), accept_strokes=accepted)
     settings = {**stated, "segmentation": {**stated.get("segmentation", {}), "colour": msgspec.to_builtins(learned)}}
     Config.from_dict(settings)  # before it is written
     text = f"{SIGNATURE}\n{msgspec.yaml.encode(settings).decode()}"
@@ -148,9 +155,13 @@ def colour(
     else:
         write_whole(Path(out), text.encode())
     model = ColourModel(learned)
-    masks = [model(image) for image in images]
-    for source, image, mask, given in zip(sources, images, masks, strokes, strict=True):
-        _report(source, float(mask.mean()), given)
+    regions = [None if roi is None else Region(roi, (image.shape[0], image.shape[1])) for image in images]
+    masks = [
+        model(image) if region is None else region.paste(model(region.cut(image)))
+        for image, region in zip(images, regions, strict=True)
+    ]
+    for source, image, mask, region, given in zip(sources, images, masks, regions, strokes, strict=True):
+        _report(source, float(mask.mean() if region is None else region.cut(mask).mean() / region.share), given)
         _report_missed(source, image, mask, given)
     if overlay is not None:
         write_whole(Path(overlay), as_png(overlay_of(images, masks, strokes)))

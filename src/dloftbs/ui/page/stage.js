@@ -3,6 +3,7 @@
 import { clearedContext, oncePerRefresh } from "./dom.js";
 import { drawCurves } from "./curves.js";
 import { paintRuns } from "./mask.js";
+import { paintRegion } from "./region.js";
 
 const MOST_ZOOM = 40;
 
@@ -148,6 +149,7 @@ export class Stage {
         context.drawImage(this.mask, view.left, view.top, view.width, view.height);
         context.globalAlpha = 1;
       }
+      if (this.header.roi) paintRegion(context, view, this.header.roi);
       if (this.shows.curves) drawCurves(context, this.header.curves, view, { faint: this.header.suggested });
     }
     for (const overlay of this.overlays) overlay(context, view);

@@ -3,6 +3,7 @@
 import { Brush, paintStroke } from "./brush.js";
 import { bindCables, byId, fillList, oncePerRefresh, press, showCables, toast } from "./dom.js";
 import { Ranges, rangeAround } from "./ranges.js";
+import { RegionTool } from "./region.js";
 import { Strip } from "./strip.js";
 
 export class Tune {
@@ -27,10 +28,15 @@ export class Tune {
     this.sendDraft = oncePerRefresh(() => this.draft());
     /** @type {[number, number][]} */
     this.waiting = [];
+    this.region = new RegionTool(stage, (region) => connection.send({ type: "region", ...region }), () => this.showTool());
     this.brush = new Brush(stage, {
-      tool: () => /** @type {any} */ (this.state.method === "ranges" ? "pick" : this.tool),
-      radius: () => this.radius || 4,
+      tool: () => /** @type {any} */ (this.region.kind || this.state.method === "ranges" ? "pick" : this.tool),
+      radius: () => (this.region.kind ? 1 : this.radius || 4),
       moved: (points) => {
+        if (this.region.kind) {
+          this.region.moved(points);
+          return;
+        }
         this.waiting = points;
         this.sendDraft();
       },
@@ -50,6 +56,12 @@ export class Tune {
     byId("clear").onclick = send({ type: "clear" });
     byId("save").onclick = send({ type: "save" });
     byId("accept").onclick = () => this.accept();
+    byId("region-box").onclick = () => this.region.choose("box");
+    byId("region-polygon").onclick = () => this.region.choose("polygon");
+    byId("region-clear").onclick = () => {
+      this.region.choose(null);
+      this.connection.send({ type: "region" });
+    };
     byId("add-range").onclick = () => this.ranges.add([95, 125, 80, 255, 60, 255]);
     byId("brush").oninput = () => this.setRadius(Number(byId("brush").value));
     byId("scrubber").oninput = () => this.seek(Number(byId("scrubber").value));
@@ -92,6 +104,8 @@ export class Tune {
       [["[", "]"], "Brush smaller, larger", (event) => this.setRadius(this.radius * (event.key === "[" ? 0.8 : 1.25))],
       [["Z"], "Undo; with Shift, redo", (event) => this.connection.send({ type: event.shiftKey ? "redo" : "undo" })],
       [["Y"], "Redo", () => this.connection.send({ type: "redo" })],
+      [["R"], "Region of interest: drag a rectangle", () => this.region.choose("box")],
+      [["P"], "Region of interest: click the corners of a polygon; Enter closes it, Escape drops it", () => this.region.choose("polygon")],
       [["G"], "Use the first guess", () => this.accept()],
       [["S"], "Save", () => this.connection.send({ type: "save" })],
     ];
@@ -105,8 +119,18 @@ export class Tune {
   choose(tool) {
     if (this.state.method !== "strokes") this.connection.send({ type: "method", method: "strokes" });
     this.tool = tool;
+    this.region.choose(null);
     for (const each of ["cable", "not", "erase"]) press(byId(`tool-${each}`), each === tool);
     this.stage.paint();
+  }
+
+  /** Show what a press on the picture does. */
+  showTool() {
+    press(byId("region-box"), this.region.kind === "box");
+    press(byId("region-polygon"), this.region.kind === "polygon");
+    const draws = this.state.method === "strokes" && !this.region.kind;
+    this.stage.canvas.className = draws ? "draws" : "picks";
+    this.showHint();
   }
 
   /** @param {number} radius */
@@ -159,7 +183,8 @@ export class Tune {
 
   /** @param {[number, number][]} points */
   finish(points) {
-    if (this.state.method === "ranges") this.pick(points[points.length - 1]);
+    if (this.region.kind) this.region.finish(points);
+    else if (this.state.method === "ranges") this.pick(points[points.length - 1]);
     else if (this.tool === "erase") this.connection.send({ type: "erase", frame: this.index, points, radius_px: this.radius });
     else {
       const { type, done, ...stroke } = this.strokeOf(points, true);
@@ -214,10 +239,10 @@ export class Tune {
     byId("save").textContent = state.target ? `Save ${state.target.split(/[\\/]/).pop()}` : "Show settings";
     showCables(byId("cables"), state.objects);
     byId("command").textContent = state.command;
-    this.stage.canvas.className = isStrokes ? "draws" : "picks";
+    byId("region-clear").disabled = state.roi === null;
     this.ranges.show(state.ranges);
     this.showPosition();
-    this.showHint();
+    this.showTool();
     this.stage.paint();
   }
 
@@ -283,6 +308,11 @@ export class Tune {
     const { header } = this.stage;
     const hint = byId("hint");
     const empty = this.state.strokes.length === 0 && this.state.ranges.length === 0 && this.state.height_m === null && !this.state.kept;
+    if (this.region.kind) {
+      hint.textContent = this.region.hint;
+      hint.hidden = this.brush.drawing;
+      return;
+    }
     const reason = header && !header.suggested && !empty ? header.reason : null;
     const guess = header?.suggested && header.curves.length > 0;
     const start = this.state.method === "ranges" ? "Click on a cable to begin with its colour" : guess ? "Draw along a cable, or use this guess" : "Draw along a cable";
