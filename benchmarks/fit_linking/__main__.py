@@ -36,6 +36,7 @@ COLUMNS = {
     "GAP_GROUND": "ground in sight across a gap, widths",
     "GAP_HIDDEN": "shown to be hidden across a gap, widths",
     "DEPTH_SWERVE": "swerve towards the camera or away from it, as a bend, rad²",
+    "OTHER_COLOUR": "cables before both ends that differ clearly in colour",
     "OPEN_JUNCTION": "an end left open at a junction",
     "OPEN_KINK": "an end left open at a sharp turn",
     "OPEN_FREE": "a free end left open",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linking_examples import circle, coil, draw, hide, matching_of
+from linking_examples import circle, coil, detect, draw, hide, matching_of
 
 from dloftbs.graph import FREE, Branches, EndMatching, Graph
-from dloftbs.linking.loops import _MOST_EXCHANGES, _exchanges, open_loops
+from dloftbs.linking.loops import _MOST_EXCHANGES, _exchanges, close_rings, open_loops
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 
@@ -124,3 +124,45 @@ def test_of_many_exchanges_those_with_the_nearest_ends_are_tried() -> None:
         left_out = [e for e in range(160, len(positions)) if matching.partner[e] >= 0 and e not in others]
         apart = np.abs(positions - positions[end]).max(axis=1)
         assert apart[others].max() <= apart[left_out].min()
+
+
+@pytest.mark.parametrize("apart", [60.0, 75.0, 130.0, 180.0])
+@pytest.mark.parametrize("width", [3.0, 7.0, 11.0])
+def test_rings_that_cross_stay_two_rings(apart: float, width: float) -> None:
+    """At a small angle too, where one closed curve through both would bend little more."""
+    middle = 200.0 - apart / 2.0
+    mask = draw(circle((middle, 120), 100), circle((middle + apart, 120), 100), width=width)
+    assert [found.curve.closed for found in detect(mask)] == [True, True]
+
+
+def rings_under_each_other(width: float, clear: float) -> np.ndarray:
+    """Draw two rings that cross at two places; each is cut where it lies under the other one."""
+    middles, radius = ((130.0, 120.0), (260.0, 120.0)), 90.0
+    rows, columns = np.indices((240, 400))
+    rings = [np.abs(np.hypot(columns - x, rows - y) - radius) for x, y in middles]
+    for below, above, side in ((0, 1, rows < 120), (1, 0, rows > 120)):
+        rings[below] = np.where(side & (rings[above] < 0.5 * width + clear), np.inf, rings[below])
+    return (np.minimum(*rings) <= 0.5 * width).astype(np.uint8)
+
+
+@pytest.mark.parametrize("width", [4.0, 7.0, 11.0])
+@pytest.mark.parametrize("clear", [2.0, 4.0])
+def test_rings_with_gaps_under_each_other_are_closed(width: float, clear: float) -> None:
+    found = detect(rings_under_each_other(width, clear))
+    assert [one.curve.closed for one in found] == [True, True]
+    assert [one.curve.length for one in found] == pytest.approx([2 * np.pi * 90.0] * 2, rel=0.02)
+
+
+@pytest.mark.parametrize("others", [[], [[(20, 20), (380, 30)]], [[(20, 120), (240, 120)]]])
+def test_a_cable_whose_ends_face_each_other_in_sight_stays_open(others: list[list[tuple[int, int]]]) -> None:
+    _, graph, matching = matching_of(draw(circle((200, 120), 80, 0.25, 2 * np.pi - 0.25), *others))
+    before = list(matching.partner)
+    close_rings(graph, matching)
+    assert matching.partner == before
+
+
+def test_a_cable_whose_end_touches_itself_stays_open() -> None:
+    """A lasso, as the figures 6 and 9."""
+    six = np.concatenate((np.linspace((130, 20), (130, 140), 60), circle((190, 140), 60, np.pi, -0.9 * np.pi)))
+    found = detect(draw(six))
+    assert [one.curve.closed for one in found] == [False]

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import detection_of
-from tracked_curves import AT_ONCE, ids, level
+from tracked_curves import AT_ONCE, ids, level, line
 
 from dloftbs.centerline import Joint, JointKind
 from dloftbs.errors import InputError
@@ -88,6 +88,17 @@ class TestIdentity:
             assert colours in ({1: list(RED), 2: list(BLUE)}, {1: list(BLUE), 2: list(RED)})
             first = first or colours
             assert colours == first
+
+
+@pytest.mark.parametrize(("first", "second"), [((38, 57, 55), (73, 56, 49)), ((78, 58, 46), (41, 56, 77)), (RED, BLUE)])
+def test_both_parts_of_a_cable_that_changes_its_colour_are_its_own(first, second):
+    """A dark cable takes on some of the ground's colour in coded video, and lamps and sheen tint it in places."""
+    image = painted((100, first))
+    image[97:104, 200:] = second
+    parts = [line((20.0, 100.0), (180.0, 100.0)), line((240.0, 100.0), (480.0, 100.0))]
+    observations = make_observations([detection_of(points) for points in (level(100.0), *parts)])
+    whole, *seen = with_appearances(observations, OcclusionEvidence(image=image))
+    assert colours_differ([TrackModel.from_observation(1, whole)], seen).tolist() == [[False, False]]
 
 
 def test_colours_are_those_along_the_curves_and_unknown_ones_agree():

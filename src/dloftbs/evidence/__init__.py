@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dloftbs.evidence.evidence_map import EndEvidence, EvidenceMap
+from dloftbs.evidence.kernels.colour_differences import compare_colours
 from dloftbs.evidence.occlusion import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
 
-__all__ = ["HIDDEN", "IN_SIGHT", "UNKNOWN", "EndEvidence", "EvidenceMap", "OcclusionEvidence"]
+__all__ = ["HIDDEN", "IN_SIGHT", "UNKNOWN", "EndEvidence", "EvidenceMap", "OcclusionEvidence", "compare_colours"]

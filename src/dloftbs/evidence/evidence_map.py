@@ -14,7 +14,8 @@ from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
 from dloftbs.depth import unit_of
-from dloftbs.evidence.kernels.end_references import sample_references
+from dloftbs.evidence.kernels.colour_differences import compare_pairs
+from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
 from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
 from dloftbs.evidence.kernels.gap_pixels import (
     lay_ways,
@@ -170,6 +171,15 @@ class EndEvidence:
         known[:, 0], known[:, 1] = depths[:, 0], deviation * depths[:, 3]
         known[~(depths[:, 4] <= deviation)] = np.nan
         return known
+
+    def differ_in_colour(self, pairs: _Ints) -> npt.NDArray[np.bool_]:
+        """Return True for pairs of ends (k, 2) whose cables differ clearly in colour, all along before them."""
+        if self.frame.image is None or len(pairs) == 0:
+            return np.zeros(len(pairs), dtype=np.bool_)
+        ends, numbers = np.unique(pairs, return_inverse=True)
+        image = self.frame.image[self._window]
+        colours = sample_cables(image, self._points, self.graph.spans, ends, self.width)
+        return compare_pairs(*colours, numbers.reshape(pairs.shape))
 
     def across(self, pairs: _Ints) -> FloatArray:
         """Return what lies between pairs of ends.

@@ -13,7 +13,7 @@ from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
 from dloftbs.linking.known_count import merge_to_count
-from dloftbs.linking.loops import open_loops
+from dloftbs.linking.loops import close_rings, open_loops
 from dloftbs.linking.object_selection import choose
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 from dloftbs.mask_crop import MaskCrop
@@ -69,6 +69,7 @@ def link(
         exchange_by_depth(graph, matching, steps)
     separate_parallel_runs(graph, matching, prior, steps)
     open_loops(graph, matching)
+    close_rings(graph, matching)
     link_hidden_ends(graph, matching, config.max_gap_widths)
     if config.objects is not None:
         merge_to_count(graph, matching, config.objects, at_ends)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from dloftbs.evidence import EndEvidence
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
-from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
+from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE, OTHER_COLOUR
 
 _MOST_SWERVE_RAD = 0.4
 """Most of a swerve towards the camera or away from it that counts, rad.
@@ -45,6 +45,7 @@ def add_evidence(
     if evidence.tells_swerves:
         swerves = evidence.swerves(own, lengths) * ~are_shared(ids)[pairs].any(axis=1)
         joints[:, DEPTH_SWERVE] = swerve_bends(swerves)
+    joints[:, OTHER_COLOUR] = evidence.differ_in_colour(own) & ~are_shared(ids)[pairs].any(axis=1)
 
 
 def swerve_bends(swerves: _Floats) -> _Floats:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.graph import POSITION, EndMatching, Graph, branch_of
+from dloftbs.graph import FREE, POSITION, UNAVAILABLE, EndMatching, Graph, branch_of, other_end
 from dloftbs.linking.kernels.joint_features import turn_costs
 
 _MOST_RINGS = 20
@@ -28,6 +28,19 @@ _MOST_EXCHANGES = 2048
 Source: bounds time; it is all of a ring with 20 gaps among 25 other branches.
 """
 
+_MOST_UNDER_WIDTHS = 5.0
+"""Longest gap that the cable over it explains, widths.
+
+Source: geometry; the cable over it, half a width at both tips of the skeleton, and a width and a half clear on both
+sides, as drawings and edges leave it.
+"""
+
+_NEAR_TIP = 0.1
+"""Share of a gap at both tips in which a cable does not count as over it.
+
+Source: geometry; the branches that the gap joins start there.
+"""
+
 _Ints = npt.NDArray[np.int64]
 
 
@@ -35,8 +48,9 @@ def open_loops(graph: Graph, matching: EndMatching) -> None:
     """Open the loops among the cables, where another reading of a crossing or a gap makes them part of one with ends.
 
     A cable that crosses itself has a loop in it; where the crossing is misread, the loop comes apart. Its ends are
-    exchanged with those of another cable where that costs the least, at a gap of that cable if the crossing is hidden.
-    Otherwise a loop that only a gap closes is opened there. Other loops stay closed.
+    exchanged with those of a cable with ends where that costs the least, at a gap of that cable if the crossing is
+    hidden. Otherwise a loop that only a gap closes is opened there, unless it goes under a cable. Other loops stay
+    closed: two that cross are no single one.
     """
     closed: dict[int, set[int]] = {}  # the first end of each loop that stays closed, and its junctions
     for _ in range(_MOST_RINGS):
@@ -52,24 +66,70 @@ def open_loops(graph: Graph, matching: EndMatching) -> None:
         closed = {first: junctions for first, junctions in closed.items() if junctions.isdisjoint(changed)}
 
 
+def close_rings(graph: Graph, matching: EndMatching) -> None:
+    """Join both ends of a cable that meet under another cable: it is a ring, which its gap cut into one branch.
+
+    The joint must cost less than both ends open by more than closed cables are rare.
+    """
+    nodes, open_cost = matching.branches.nodes, matching.branches.open_cost
+    for chain, is_loop in list(matching.chains()):
+        i, j = chain[0], other_end(chain[-1])
+        if is_loop or UNAVAILABLE in (nodes[i], nodes[j]) or nodes[i] == nodes[j] != FREE:
+            continue
+        if _is_under(graph, matching, i, j):
+            (cost,) = turn_costs(
+                matching.branches.end_states, np.array([[i, j]]), np.ones(1, np.bool_), graph.width
+            ).tolist()
+            gain = open_cost[i] + open_cost[j] - cost
+            if gain > _MOST_EXTRA_COST:
+                matching.join(i, j, cost, gain - _MOST_EXTRA_COST)
+
+
 def _open(graph: Graph, matching: EndMatching, loop: list[int]) -> set[int]:
-    """Open one loop; return the junctions, or `FREE`, of the ends that change partners, none where it stays closed."""
+    """Open one loop; return the junctions, or `FREE`, of what it becomes a part of, none where it stays closed."""
     exchange, extra_cost = _best_exchange(graph, matching, loop)
-    gaps = [(matching.cost[end], end) for end in loop if not matching.is_crossing(end)]
-    nodes, partner, open_cost = matching.branches.nodes, matching.partner, matching.branches.open_cost
+    nodes, partner = matching.branches.nodes, matching.partner
+    around = {nodes[end] for end in loop}
+    gaps = [(_gain(matching, end), end) for end in loop if not matching.is_crossing(end)]
+    gaps = [
+        (gain, end)
+        for gain, end in gaps
+        if gain < _MOST_EXTRA_COST or not _is_under(graph, matching, end, partner[end])
+    ]
     if gaps:
-        cost, end = max(gaps)
-        gain = open_cost[end] + open_cost[partner[end]] - cost
+        gain, end = min(gaps)
         if exchange is None or extra_cost > gain:
-            changed = {nodes[end], nodes[partner[end]]}
             matching.open(end)
-            return changed
+            return around
     elif exchange is None or extra_cost > _MOST_EXTRA_COST:
         return set()
     assert exchange is not None
-    changed = {nodes[end] for one in exchange for end in (one, partner[one]) if end >= 0}
+    around |= {nodes[end] for one in exchange for end in (one, partner[one]) if end >= 0}
     matching.exchange(*exchange, margin=max(_MOST_EXTRA_COST - extra_cost, 0.0))  # loops are rare: that speaks for it
-    return changed
+    return around
+
+
+def _gain(matching: EndMatching, end: int) -> float:
+    """Return how much less the joint at an end costs than both its ends open."""
+    open_cost, partner = matching.branches.open_cost, matching.partner[end]
+    return open_cost[end] + open_cost[partner] - matching.cost[end]
+
+
+def _is_under(graph: Graph, matching: EndMatching, i: int, j: int) -> bool:
+    """Tell whether the gap between two ends leads under a cable, which hides as much as the gap is long."""
+    branches = matching.branches
+    start, stop = branches.end_states[[i, j], POSITION]
+    chord = stop - start
+    length = float(np.hypot(*chord))
+    if not 0.0 < length <= _MOST_UNDER_WIDTHS * graph.width:
+        return False
+    way = branches.points - start
+    along = way @ chord / length**2
+    is_left = chord[0] * way[:, 1] > chord[1] * way[:, 0]
+    within = (along > _NEAR_TIP) & (along < 1.0 - _NEAR_TIP)
+    crosses = (is_left[1:] != is_left[:-1]) & within[1:] & within[:-1]
+    crosses[[first - 1 for first, _ in branches.spans if first > 0]] = False  # from one branch to the next
+    return bool(crosses.any())
 
 
 def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tuple[tuple[int, int] | None, float]:
@@ -95,19 +155,19 @@ def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tupl
 def _exchanges(matching: EndMatching, loop: list[int]) -> Iterator[_Ints]:
     """List for each end of a loop the exchanges (k, 2) of its partner with that of an end of another cable."""
     branches, partner = matching.branches, matching.partner
-    own = {branch_of(end) for end in loop}
+    closed = {branch_of(end) for chain, is_loop in matching.chains() if is_loop for end in chain}
     at_gaps = [end for end in loop if not matching.is_crossing(end)]
     joined: _Ints = np.empty(0, dtype=np.int64)
     if at_gaps:
         other = np.ones(len(branches.spurs), dtype=np.bool_)
-        other[list(own)] = False
+        other[list(closed)] = False
         other &= ~np.array(branches.spurs)
         joined = np.flatnonzero(other.repeat(2) & (np.array(partner) >= 0))
     positions = branches.end_states[:, POSITION]
     x, y = positions[joined].T.copy()
     for end in loop:
         if matching.is_crossing(end):
-            mates = [e for e in matching.at_junction(branches.nodes[end]) if branch_of(e) not in own]
+            mates = [e for e in matching.at_junction(branches.nodes[end]) if branch_of(e) not in closed]
             yield np.array([option for e in mates for option in _at_crossing(matching, end, e)], dtype=np.int64)
         else:
             (here_x, here_y), near = positions[end], joined

@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import FloatArray
-from dloftbs.evidence import OcclusionEvidence
+from dloftbs.evidence import OcclusionEvidence, compare_colours
 from dloftbs.observation import Appearance, Observation
-from dloftbs.tracking.kernels.colour_differences import compare_colours
 from dloftbs.tracking.sight import samples_within
 from dloftbs.tracking.track_model import TrackModel
 
@@ -21,8 +20,8 @@ MAX_WIDTH_RATIO = 3.0
 Source: by hand; a cable that comes nearer by a half is twice as wide.
 """
 
-_UNKNOWN = (math.nan, math.nan, math.nan)
-"""Colour that agrees with any, BGR.
+_UNKNOWN = Appearance(np.zeros((0, 3)), np.zeros((0, 5)), np.full(3, math.nan))
+"""Appearance that agrees with any, BGR and px.
 
 Source: by definition.
 """
@@ -43,18 +42,20 @@ def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observat
     if all(one.appearance is None for one in observations):
         return np.zeros((len(models), len(observations)), np.bool_)
     own, found = (_colours([one.appearance for one in some]) for some in (models, observations))
-    return compare_colours(own, found)
+    return compare_colours(*own, *found)
 
 
 def colour_differs(model: TrackModel, observation: Observation) -> bool:
     """Return the same of one track and one observation."""
     own, found = model.appearance, observation.appearance
-    return own is not None and found is not None and bool(compare_colours(own.colour[None], found.colour[None])[0, 0])
+    return own is not None and found is not None and bool(compare_colours(*_colours([own]), *_colours([found]))[0, 0])
 
 
-def _colours(appearances: Sequence[Appearance | None]) -> FloatArray:
-    """Return colours (n, 3), NaN where they are unknown."""
-    return np.array([_UNKNOWN if one is None else one.colour for one in appearances]).reshape(-1, 3)
+def _colours(appearances: Sequence[Appearance | None]) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
+    """Return median colours (n, 3), NaN where they are unknown, all samples (k, 3), and their offsets (n + 1,)."""
+    known = [_UNKNOWN if one is None else one for one in appearances]
+    offsets = np.cumsum([0, *(len(one.cable) for one in known)])
+    return np.array([one.colour for one in known]), np.concatenate([one.cable for one in known]), offsets
 
 
 def widths_differ(one: float, other: float) -> bool:

@@ -22,7 +22,7 @@ from dloftbs.evidence.kernels.colours import (
 from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import branch_of, inward
-from dloftbs.kernels.shared.selection import nth_least
+from dloftbs.kernels.shared.selection import median_of, nth_least
 
 BACK_WIDTHS = 2.0
 """Distance before a cable's end at which its reference samples start, widths.
@@ -46,6 +46,12 @@ _MOST_SAMPLES = 24
 """Largest number of samples of a reference.
 
 Source: bounds time and memory.
+"""
+
+_LEAST_SAMPLES = 3
+"""Least number of samples before an end that tell a cable's colour.
+
+Source: geometry; the fewest of which a median leaves out one that is off.
 """
 
 
@@ -127,6 +133,52 @@ def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float6
             copy_to(ground[agreeing], ground[k])
             agreeing += 1
     return agreeing, spread if agreeing == count else spread_of(ground[:agreeing])
+
+
+@kernel(read(uint8, 3), read(float64, 2), read(int64, 2), read(int64, 1), float64)
+def sample_cables(
+    image: npt.NDArray[np.uint8],
+    points: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
+    ends: npt.NDArray[np.int64],
+    width: float,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Sample the colours of cables before their ends.
+
+    Parameters
+    ----------
+    image : (h, w, 3) uint8
+    points : (m, 2) float64
+        ``(x, y)`` in the image.
+    spans : (n, 2) int64
+        The points of each run.
+    ends : (e,) int64
+    width : float
+        px.
+
+    Returns
+    -------
+    colours : (e, 3) float64
+        The median before each end; NaN with fewer than `_LEAST_SAMPLES` samples.
+    samples : (k, 3) float64
+        End after end.
+    offsets : (e + 1,) int64
+        First sample of each end, and the last end's last one.
+    """
+    half, count = int(BLOCK_WIDTHS * width), 0
+    colours, samples = np.full((len(ends), 3), np.nan), np.empty((len(ends) * _MOST_SAMPLES, 3))
+    offsets = np.zeros(len(ends) + 1, dtype=np.int64)
+    for e in range(len(ends)):
+        for k in range(_MOST_SAMPLES):
+            at, x, y, _, _ = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
+            if at < 0:
+                break
+            count += block_mean(image, x, y, half, samples[count])
+        offsets[e + 1] = count
+        if count - offsets[e] >= _LEAST_SAMPLES:
+            for c in range(3):
+                colours[e, c] = median_of(samples[offsets[e] : count, c])
+    return colours, samples[:count].copy(), offsets
 
 
 @kernel(read(uint8, 3), read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), float64)

@@ -16,6 +16,7 @@ JOINT = np.array([
     17.99,  # GAP_GROUND
     -0.16,  # GAP_HIDDEN
     11.02,  # DEPTH_SWERVE
+    7.30,  # OTHER_COLOUR
 ])  # fmt: skip
 """Cost of each column of a joint, nats a unit.
 
