@@ -257,3 +257,24 @@ def test_a_stream_is_tracked_in_it():
 def test_the_default_reads_the_whole_image():
     assert dloftbs.detect(cables()).roi is None
     same(dloftbs.detect(cables(), roi=(0, 0, 320, 240)), dloftbs.detect(cables()), (0, 0))
+
+
+def test_a_background_of_the_whole_place_is_cut_to_the_region(tmp_path):
+    ground = np.random.default_rng(3).integers(90, 130, (*SIZE, 3)).astype(np.uint8)
+    frame = ground.copy()
+    frame[cables() != 0] = (30, 30, 220)
+    cv2.imwrite(str(tmp_path / "empty.png"), ground)
+    config = Config.from_dict({"segmentation": {"background": str(tmp_path / "empty.png")}})
+    whole = Pipeline(config, roi=BOX).detect(frame)
+    cv2.imwrite(str(tmp_path / "empty.png"), cut(ground))
+    alone = Pipeline(config).detect(cut(frame))
+    assert len(whole) == len(alone) > 0
+    for one, other in zip(whole, alone, strict=True):
+        np.testing.assert_array_equal(one.curve.control_points, other.curve.control_points + BOX[:2])
+
+
+def test_a_grey_picture_is_an_image_for_local_masks():
+    image = np.full(SIZE, 170, np.uint8)
+    image[cables() != 0] = 120
+    found = Pipeline(Config.from_dict({"segmentation": {"local": "darker"}})).detect(image)
+    assert len(found) == len(Pipeline().detect(cables()))

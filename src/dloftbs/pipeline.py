@@ -91,7 +91,11 @@ class Pipeline:
         self._config = choose_config(config, hsv, objects, roi)
         if segmenter is not None and hsv is not None:
             raise InputError("give either hsv or a segmenter, got both")
-        self._segmenter = make_segmenter(self._config.segmentation) if segmenter is None else _as_segmenter(segmenter)
+        roi = self._config.region.roi
+        self._roi = None if roi is None else read_roi(roi)
+        self._segmenter = (
+            make_segmenter(self._config.segmentation, self._roi) if segmenter is None else _as_segmenter(segmenter)
+        )
         self._segments_images = segmenter is not None or self._config.segmentation.needs_image
         self._tracker = make_tracker(self._config.tracking)
         self._depth_edges = DepthEdges()
@@ -219,11 +223,10 @@ class Pipeline:
 
     def _region_in(self, frame: Frame) -> Region | None:
         """Return the region of interest in frames of a size; None reads all of them."""
-        roi = self._config.region.roi
-        if roi is None:
+        if self._roi is None:
             return None
         if self._region is None or self._region.image_size != frame.size:
-            self._region = Region(read_roi(roi), frame.size)
+            self._region = Region(self._roi, frame.size)
         return self._region
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs._arrays import AnyArray, check_mask
-from dloftbs.config import BackgroundConfig, LocalConfig, SegmentationConfig
+from dloftbs.config import BackgroundConfig, LocalConfig, Roi, SegmentationConfig
 from dloftbs.errors import InputError
 from dloftbs.frame import Frame
+from dloftbs.frame_region import Region
 from dloftbs.segmentation.background_difference import BackgroundSegmenter, read_background
 from dloftbs.segmentation.colour_model import ColourModel
 from dloftbs.segmentation.colour_ranges import HsvSegmenter
@@ -65,17 +66,21 @@ class FrameSegmenter:
                 ask.reset()
 
 
-def make_segmenter(config: SegmentationConfig) -> FrameSegmenter | None:
+def make_segmenter(config: SegmentationConfig, roi: Roi | None = None) -> FrameSegmenter | None:
     """Return the way from a frame to a mask that a configuration chooses; None where it chooses none.
 
     Parameters
     ----------
     config : SegmentationConfig
+    roi : tuple, optional
+        Region of interest that frames are cut to; a background is a picture of the whole place.
 
     Raises
     ------
     ConfigError
         If what it names cannot be read.
+    InputError
+        If the region does not lie within the background.
     """
     of_image: list[Segmenter] = []
     if config.hsv:
@@ -90,7 +95,10 @@ def make_segmenter(config: SegmentationConfig) -> FrameSegmenter | None:
     if isinstance(config.local, LocalConfig):
         joined.append((_of_image("local", LocalSegmenter(config.local)), config.local.join))
     if isinstance(config.background, BackgroundConfig):
-        segmenter = BackgroundSegmenter(read_background(config.background.file), config.background.contrast)
+        background = read_background(config.background.file)
+        if roi is not None:
+            background = Region(roi, (background.shape[0], background.shape[1])).cut(background)
+        segmenter = BackgroundSegmenter(background, config.background.contrast)
         joined.append((_of_image("background", segmenter), config.background.join))
     return FrameSegmenter(of_image, joined) if of_image or joined else None
 

@@ -120,7 +120,7 @@ class Translator:
         DloftbsError
             If the document says nothing, or what it names cannot be read.
         """
-        segmenter = make_segmenter(self.section_of(document))
+        segmenter = make_segmenter(self.section_of(document), document.roi)
         if segmenter is None:
             raise InputError("nothing says yet what is cable: draw a stroke along one first")
         return RegionSegmenter(segmenter, document.roi)
