@@ -21,13 +21,18 @@ def opened(mask: np.ndarray, side: int = 3) -> np.ndarray:
     return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
 
 
-def slow_fringe(mask: np.ndarray, reach: int = 1) -> tuple[np.ndarray, np.ndarray]:
+def slow_fringe(mask: np.ndarray, reach: int = 1, least: int = 20) -> tuple[np.ndarray, np.ndarray]:
     """The edge and the surroundings of the thick parts: each square that fits, grown."""
     side = 2 * reach + 1
     edge, around = np.zeros(mask.shape, bool), np.zeros(mask.shape, bool)
+    long = edge
     for depth, beyond in [(2 * reach, side)] + [(m, m) for m in range(side + 1, BLOCK + 1)]:
         square = np.ones((2 * depth + 1, 2 * depth + 1), np.uint8)
         core = cv2.erode(mask, square)
+        if depth == 2 * reach:
+            labels, count = ndimage.label(core, AROUND)
+            long = np.bincount(labels.ravel(), minlength=count + 1)[labels] >= least
+        core[~long] = 0
         size = 2 * (depth + beyond) + 1
         around |= cv2.dilate(core, np.ones((size, size), np.uint8)) != 0
         if depth == 2 * reach:
@@ -143,7 +148,7 @@ def slow_open_up(mask: np.ndarray, least: int) -> np.ndarray:
     found = cables(put_joints_back(mask & ~kept, kept, least), least)
     if not found:
         return kept
-    edge, around = slow_fringe(mask)
+    edge, around = slow_fringe(mask, least=least)
     fringe_back = any(around[xy[:, 1], xy[:, 0]].any() for xy in found)
     if fringe_back:
         lost = mask & ~kept

@@ -16,6 +16,7 @@ from dloftbs.errors import InputError
 from dloftbs.frame import Frame
 from dloftbs.frame_result import FrameResult
 from dloftbs.tracks import TrackState
+from dloftbs.viz.items import bare_items_of, items_of
 
 SIZE = (240, 640)
 GREY = np.full((*SIZE, 3), 128, np.uint8)
@@ -285,6 +286,14 @@ def test_the_label_is_inside_of_the_picture_in_every_corner(build):
         picture = viz.draw(GREY, build.result(SIZE, (build.detection(points),)))
         assert is_colour(picture, STYLE.ink, 60).sum() > 5
         assert is_colour(picture, STYLE.colour(0), 3).sum() > 100
+
+
+@pytest.mark.parametrize(("confidence", "label"), [(1.0, "0"), (0.996, "0"), (0.994, "0 99 %"), (0.62, "0 62 %")])
+def test_a_label_has_the_confidence_where_that_is_less_than_full(wave, build, confidence, label):
+    detection = replace(wave, centerline=replace(wave.centerline, ends_confidence=confidence))
+    (item,) = items_of(build.result(SIZE, (detection,)), STYLE)
+    assert item.label == label
+    assert [one.label for one in bare_items_of([detection], STYLE)] == [label]
 
 
 def test_labels_do_not_cover_each_other(build):

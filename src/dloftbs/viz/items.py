@@ -22,6 +22,7 @@ from dloftbs.viz.view import View
 
 _DIM, _DIMMER = 0.3, 0.65  # of hidden tracks, where they are sure and where they are not at all
 _WINDOW = 0.05  # of a curve, in which to look for a place on it
+_SURE = 0.995  # rounds to 100 %
 
 Object = Track | Detection | BSplineCurve
 """Anything with a curve in the image."""
@@ -75,7 +76,10 @@ def items_of(result: FrameResult, style: Style) -> tuple[Item, ...]:
     if result.tracks:
         items = [_of_track(track, result, style) for track in result.tracks]
     else:
-        items = [_of_detection(d, i, result, str(i), style.colour(i)) for i, d in enumerate(result.detections)]
+        items = [
+            _of_detection(d, i, result, _labelled(str(i), d.confidence), style.colour(i))
+            for i, d in enumerate(result.detections)
+        ]
     return tuple(items)
 
 
@@ -100,11 +104,17 @@ def bare_items_of(objects: Object | Iterable[Object], style: Style) -> list[Item
         if isinstance(one, Track):
             items.append(_of_track(one, nothing, style))
         elif isinstance(one, Detection):
-            items.append(_of_detection(one, index, nothing, str(index), style.colour(index)))
+            label = _labelled(str(index), one.confidence)
+            items.append(_of_detection(one, index, nothing, label, style.colour(index)))
         else:
             check_curve("what is drawn", one, 2)
             items.append(Item(cast(BSplineCurve, one), str(index), style.colour(index)))
     return items
+
+
+def _labelled(label: str, confidence: float) -> str:
+    """Return a label with the confidence behind it, where that is less than full."""
+    return label if confidence >= _SURE else f"{label} {100.0 * confidence:.0f} %"
 
 
 def _of_detection(detection: Detection, index: int, result: FrameResult, label: str, colour: Colour) -> Item:
@@ -133,6 +143,7 @@ def _of_track(track: Track, result: FrameResult, style: Style) -> Item:
         faded = dimmed(colour, style.ink, _DIMMER + (_DIM - _DIMMER) * track.confidence)
         return Item(track.curve, f"{label} ({track.misses})", faded, width_px=track.width_px, hidden=True)
     seen = track.detection
+    label = _labelled(label, track.confidence if seen is None else min(track.confidence, seen.confidence))
     if seen is None:
         return Item(track.curve, label, colour, inferred=track.inferred, width_px=track.width_px)
     item = _of_seen(seen, result, label, colour)

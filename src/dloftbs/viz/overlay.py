@@ -33,13 +33,13 @@ def draw(
     """Draw curves over their picture: those of a result, or tracks, detections or bare curves.
 
     Each track has its curve in the colour of its id, or, where there are no tracks, each detection in the colour of its
-    place in the order. A dot is the start (``u = 0``), a ring the end, arrows point from the one to the other. Dashed
-    is what was inferred: across gaps of the mask, where a track knows of a part that is hidden, and the whole of a
-    hidden track. That one is dimmer, too, the more the less sure it is, and has the number of frames since it was
-    last seen in brackets behind its own. Where
-    curves cross, the one below is interrupted, as in drawings of knots; a small white ring marks where it is not known
-    which that is. A diamond is another junction that the curve was linked through. A thin outline is the region of
-    interest, where only that was read.
+    place in the order, and behind that its confidence, where it is less than full. A dot is the start (``u = 0``), a
+    ring the end, arrows point from the one to the other. Dashed is what was inferred: across gaps of the mask, where a
+    track knows of a part that is hidden, and the whole of a hidden track. That one is dimmer, too, the more the less
+    sure it is, and has the number of frames since it was last seen in brackets behind its own. Where curves cross, the
+    one below is interrupted, as in drawings of knots; a small white ring marks where it is not known which that is. A
+    diamond is another junction that the curve was linked through. A thin outline is the region of interest, where only
+    that was read.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ def with_kernel(mask: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
     bitmask, inside, x0, y0, _ = cut(as_words(eroded), mask.shape[1], max(mask.shape))
     if len(bitmask) == 0:
         return np.zeros_like(mask), np.zeros_like(mask)
-    edge, around = find_fringe(bitmask, inside, reach)
+    edge, around = find_fringe(bitmask, inside, reach, 20)
     if len(edge) == 0:
         return np.zeros_like(mask), np.zeros_like(mask)
     return pasted(edge, x0, y0, mask.shape), pasted(around, x0, y0, mask.shape)
@@ -50,4 +50,13 @@ def test_the_surroundings_are_those_of_each_square_that_fits(reach: int) -> None
 def test_nothing_is_around_a_thin_cable(width: int) -> None:
     mask = np.zeros((40, 90), np.uint8)
     mask[20 : 20 + width, 5:85] = 1
+    assert not any(one.any() for one in with_kernel(mask, 1))
+
+
+@pytest.mark.parametrize(("angle", "thickness"), [(15.0, 2), (30.0, 2), (45.0, 2), (60.0, 3), (90.0, 3)])
+def test_nothing_is_around_the_crossing_of_thin_cables(angle: float, thickness: int) -> None:
+    mask = np.zeros((120, 120), np.uint8)
+    for turn in (-0.5, 0.5):
+        way = 55.0 * np.array([np.cos(np.deg2rad(turn * angle + 20)), np.sin(np.deg2rad(turn * angle + 20))])
+        cv2.line(mask, *np.rint(60 + np.stack((-way, way))).astype(int).tolist(), 1, thickness)
     assert not any(one.any() for one in with_kernel(mask, 1))

@@ -11,7 +11,10 @@ import numpy.typing as npt
 from numba import int64, uint64
 
 from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_times
-from dloftbs.kernels.compiler import kernel, write
+from dloftbs.cleaning.kernels.mask_pieces import FIRST_QUEUE, clear_pixel, collect, non_zero
+from dloftbs.kernels.compiler import helper, kernel, write
+from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
+from dloftbs.kernels.shared.popcount import lowest_one
 
 _Words = npt.NDArray[np.uint64]
 
@@ -22,13 +25,29 @@ Source: geometry; JPEG and H.264 transform blocks of up to 8 px, and there is a 
 """
 
 
-@kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64)
-def find_fringe(eroded: _Words, inside: _Words, reach: int) -> tuple[_Words, _Words]:
+@helper
+def _drop_small(mask: _Words, least: int) -> None:
+    """Take the 8-connected pieces with too few pixels out of a mask."""
+    words, rows = mask.ravel(), mask.shape[1]
+    left, nothing = words.copy(), np.zeros(mask.size, dtype=np.uint64)
+    queue = np.empty(FIRST_QUEUE, dtype=np.int64)
+    for i in non_zero(left):
+        while left[i] != 0:
+            seed = WORD_BITS * i + lowest_one(left[i])
+            size, _, queue = collect(seed, WORD_BITS * rows, left, nothing, queue, 0)
+            if size < least:
+                for k in range(size):
+                    clear_pixel(words, queue[k])
+
+
+@kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
+def find_fringe(eroded: _Words, inside: _Words, reach: int, least: int) -> tuple[_Words, _Words]:
     """Find where fringe may lie: within reach of the edge of a part that is clearly thicker than fringe can be.
 
     A part is thick where it holds a square of side ``4 reach + 1``, twice as wide as the widest thing that the opening
-    takes. Its edge extends as far as a slit of one pixel and such a thing; its surroundings extend as far as half of
-    its width, up to `_BLOCK_PX`, and hold the edge.
+    takes, and is as large as a cable: where thin cables cross, the mask is thick for a few pixels. Its edge extends as
+    far as a slit of one pixel and such a thing; its surroundings extend as far as half of its width, up to `_BLOCK_PX`,
+    and hold the edge.
 
     Parameters
     ----------
@@ -38,6 +57,8 @@ def find_fringe(eroded: _Words, inside: _Words, reach: int) -> tuple[_Words, _Wo
         The columns that lie in the image.
     reach : int
         The square has a side of ``2 reach + 1``, px.
+    least : int
+        Smallest number of places at which the square fits in a thick part.
 
     Returns
     -------
@@ -46,6 +67,7 @@ def find_fringe(eroded: _Words, inside: _Words, reach: int) -> tuple[_Words, _Wo
     """
     n, rows = eroded.shape
     core = grow_times(eroded, inside, reach, ERODE)
+    _drop_small(core, least)
     if not core.any():
         nothing = np.empty((0, 0), dtype=np.uint64)
         return nothing, nothing

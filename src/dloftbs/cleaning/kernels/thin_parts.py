@@ -1,4 +1,4 @@
-"""What an opening takes, and what of it comes back."""
+"""Pieces that an opening takes from a mask, and those among them that come back."""
 
 from __future__ import annotations
 
