@@ -12,6 +12,7 @@ from scipy.spatial.distance import cdist
 AROUND = np.ones((3, 3), np.uint8)
 BLOCK = 9
 LONG = 4
+THIN = 6
 CHANCE = 0.001
 MOST = 1000
 STRAIGHT = 3.0
@@ -21,7 +22,7 @@ def opened(mask: np.ndarray, side: int = 3) -> np.ndarray:
     return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
 
 
-def slow_fringe(mask: np.ndarray, reach: int = 1, least: int = 20) -> tuple[np.ndarray, np.ndarray]:
+def slow_fringe(mask: np.ndarray, reach: int = 1, least: int = 10) -> tuple[np.ndarray, np.ndarray]:
     """The edge and the surroundings of the thick parts: each square that fits, grown."""
     side = 2 * reach + 1
     edge, around = np.zeros(mask.shape, bool), np.zeros(mask.shape, bool)
@@ -32,6 +33,9 @@ def slow_fringe(mask: np.ndarray, reach: int = 1, least: int = 20) -> tuple[np.n
         if depth == 2 * reach:
             labels, count = ndimage.label(core, AROUND)
             long = np.bincount(labels.ravel(), minlength=count + 1)[labels] >= least
+            parts, _ = ndimage.label(cv2.erode(mask, np.ones((side, side), np.uint8)), AROUND)
+            thick = np.bincount(parts.ravel(), core.ravel() != 0)
+            long |= ((thick >= least) & (THIN * thick >= np.bincount(parts.ravel())))[parts]
         core[~long] = 0
         size = 2 * (depth + beyond) + 1
         around |= cv2.dilate(core, np.ones((size, size), np.uint8)) != 0
@@ -148,7 +152,7 @@ def slow_open_up(mask: np.ndarray, least: int) -> np.ndarray:
     found = cables(put_joints_back(mask & ~kept, kept, least), least)
     if not found:
         return kept
-    edge, around = slow_fringe(mask, least=least)
+    edge, around = slow_fringe(mask, least=least // 2)
     fringe_back = any(around[xy[:, 1], xy[:, 0]].any() for xy in found)
     if fringe_back:
         lost = mask & ~kept

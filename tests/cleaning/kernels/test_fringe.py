@@ -17,7 +17,7 @@ def with_kernel(mask: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
     bitmask, inside, x0, y0, _ = cut(as_words(eroded), mask.shape[1], max(mask.shape))
     if len(bitmask) == 0:
         return np.zeros_like(mask), np.zeros_like(mask)
-    edge, around = find_fringe(bitmask, inside, reach, 20)
+    edge, around = find_fringe(bitmask, inside, reach, 10)
     if len(edge) == 0:
         return np.zeros_like(mask), np.zeros_like(mask)
     return pasted(edge, x0, y0, mask.shape), pasted(around, x0, y0, mask.shape)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numba import int64, uint64
 
 from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_times
-from dloftbs.cleaning.kernels.mask_pieces import FIRST_QUEUE, clear_pixel, collect, non_zero
+from dloftbs.cleaning.kernels.mask_pieces import FIRST_QUEUE, clear_pixel, collect, is_set, non_zero, set_pixel
 from dloftbs.kernels.compiler import helper, kernel, write
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.kernels.shared.popcount import lowest_one
@@ -25,19 +25,37 @@ Source: geometry; JPEG and H.264 transform blocks of up to 8 px, and there is a 
 """
 
 
+_THIN = 6
+"""Pixels of an eroded mask, over those of its core, from which it is thin but for crossings.
+
+Source: geometry; 3 along the thinnest cable in which the square fits, and twice that where it fits half of the way.
+"""
+
+
 @helper
-def _drop_small(mask: _Words, least: int) -> None:
-    """Take the 8-connected pieces with too few pixels out of a mask."""
-    words, rows = mask.ravel(), mask.shape[1]
-    left, nothing = words.copy(), np.zeros(mask.size, dtype=np.uint64)
+def _drop_crossings(core: _Words, eroded: _Words, least: int) -> None:
+    """Take the small 8-connected pieces of a core out of it that lie in an otherwise thin mask."""
+    core_words, rows = core.ravel(), core.shape[1]
+    stride = WORD_BITS * rows
+    left, rest, nothing = core_words.copy(), eroded.ravel().copy(), np.zeros(core.size, dtype=np.uint64)
+    thin = np.zeros(core.size, dtype=np.uint64)
     queue = np.empty(FIRST_QUEUE, dtype=np.int64)
     for i in non_zero(left):
         while left[i] != 0:
             seed = WORD_BITS * i + lowest_one(left[i])
-            size, _, queue = collect(seed, WORD_BITS * rows, left, nothing, queue, 0)
-            if size < least:
+            if is_set(rest, seed):
+                size, _, queue = collect(seed, stride, rest, nothing, queue, 0)
+                thick = 0
                 for k in range(size):
-                    clear_pixel(words, queue[k])
+                    thick += is_set(core_words, queue[k])
+                if thick < least or _THIN * thick < size:
+                    for k in range(size):
+                        set_pixel(thin, queue[k])
+            is_thin = is_set(thin, seed)
+            size, _, queue = collect(seed, stride, left, nothing, queue, 0)
+            if is_thin and size < least:
+                for k in range(size):
+                    clear_pixel(core_words, queue[k])
 
 
 @kernel(write(uint64, 2, "C"), write(uint64, 1, "C"), int64, int64)
@@ -45,9 +63,8 @@ def find_fringe(eroded: _Words, inside: _Words, reach: int, least: int) -> tuple
     """Find where fringe may lie: within reach of the edge of a part that is clearly thicker than fringe can be.
 
     A part is thick where it holds a square of side ``4 reach + 1``, twice as wide as the widest thing that the opening
-    takes, and is as large as a cable: where thin cables cross, the mask is thick for a few pixels. Its edge extends as
-    far as a slit of one pixel and such a thing; its surroundings extend as far as half of its width, up to `_BLOCK_PX`,
-    and hold the edge.
+    takes, for more than a few pixels: so is a thin mask where cables cross. Its edge extends as far as a slit of one
+    pixel and such a thing; its surroundings extend as far as half of its width, up to `_BLOCK_PX`, and hold the edge.
 
     Parameters
     ----------
@@ -58,7 +75,7 @@ def find_fringe(eroded: _Words, inside: _Words, reach: int, least: int) -> tuple
     reach : int
         The square has a side of ``2 reach + 1``, px.
     least : int
-        Smallest number of places at which the square fits in a thick part.
+        Smallest number of places at which the square fits in a thick part of an otherwise thin mask.
 
     Returns
     -------
@@ -67,7 +84,7 @@ def find_fringe(eroded: _Words, inside: _Words, reach: int, least: int) -> tuple
     """
     n, rows = eroded.shape
     core = grow_times(eroded, inside, reach, ERODE)
-    _drop_small(core, least)
+    _drop_crossings(core, eroded, least)
     if not core.any():
         nothing = np.empty((0, 0), dtype=np.uint64)
         return nothing, nothing

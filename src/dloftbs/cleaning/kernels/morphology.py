@@ -161,7 +161,7 @@ def open_up(bitmask: _Words, inside: _Words, reach: int, least: int, most: int) 
     found = find_cables(pixels, ends, rows, least)
     if not found.any():
         return opened
-    edge, surroundings = find_fringe(eroded, inside, reach, least)
+    edge, surroundings = find_fringe(eroded, inside, reach, least // 2)
     if len(edge) == 0 or not any_within(pixels, ends, found, surroundings.ravel()):
         put_back(pixels, ends, found, kept)
         return opened
