@@ -59,8 +59,7 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
         return None
     orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
     x, y = x0 + left, y0 + top
-    beyond = (y == 0, y + h == mask.shape[0], x == 0, x + w == mask.shape[1])
-    filled = fill_holes(framed, h, w, beyond) if config.fill_holes else framed[:0]
+    filled = fill_holes(framed, h, w, orientation.flip_x, orientation.flip_y) if config.fill_holes else framed[:0]
     if len(filled):  # the box is the same
         pixels, framed, _, moments = frame(filled)
         orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)

@@ -28,6 +28,45 @@ _Bools = npt.NDArray[np.bool_]
 
 
 @inlined
+def _every_other(word: int) -> int:
+    """Return the bits 0, 2, 4, ... of a word next to each other."""
+    word &= np.uint64(0x5555555555555555)
+    word = (word | (word >> np.uint64(1))) & np.uint64(0x3333333333333333)
+    word = (word | (word >> np.uint64(2))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    word = (word | (word >> np.uint64(4))) & np.uint64(0x00FF00FF00FF00FF)
+    word = (word | (word >> np.uint64(8))) & np.uint64(0x0000FFFF0000FFFF)
+    return (word | (word >> np.uint64(16))) & np.uint64(0x00000000FFFFFFFF)
+
+
+@kernel(read(uint64, 2, "C"), int64, int64, int64)
+def thin_out(bitmask: _Words, rows: int, top: int, left: int) -> _Words:
+    """Return every other pixel of a mask, with an empty margin of its own.
+
+    Parameters
+    ----------
+    bitmask : (n, R) uint64
+    rows : int
+        Rows of the mask, its margin included.
+    top, left : int
+        The first row and column to take, 0 or 1.
+
+    Returns
+    -------
+    (m, S) uint64
+    """
+    n = len(bitmask) - 2
+    height = (rows - top + 1) // 2
+    result = np.zeros(((n + 1) // 2 + 2, height + 2), dtype=np.uint64)
+    for k in range(n):
+        for r in range(height):
+            word = bitmask[k + 1, top + 2 * r]
+            if word != 0:
+                half = _every_other(word >> np.uint64(left))
+                result[k // 2 + 1, r + 1] |= half << np.uint64(32 * (k % 2))
+    return result
+
+
+@inlined
 def _changes(bitmask: _Words, k: int, r: int) -> int:
     """Return which pixels of a word differ from the one before."""
     word = bitmask[k, r]
@@ -66,7 +105,7 @@ def _list_runs(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, 
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints]:
+def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints, _Ints, int]:
     """List the runs of ground, and find the parts of it that hang together by their sides.
 
     Parameters
@@ -79,16 +118,22 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
     -------
     first, start, end, part
         The runs of ground.
-    pixels : (parts,) int64
-        Number of pixels of each part.
+    pixels, sides : (parts,) int64
+        Number of pixels of each part, and of their sides that touch foreground.
+    outlines : int
+        Number of the foreground's pieces and of its holes.
     """
     first, start, end = _list_runs(bitmask, rows, columns)
-    count = len(start)
+    count, contacts = len(start), 0
     parent = np.arange(count)
+    above = np.zeros(count, dtype=np.int64)  # pixels of each run below ground
     for r in range(1, rows):
         i, j = first[r - 1], first[r]
         while i < first[r] and j < first[r + 1]:
-            if min(end[i], end[j]) > max(start[i], start[j]):
+            common = min(end[i], end[j]) - max(start[i], start[j])
+            if common > 0:
+                contacts += 1
+                above[j] += common
                 unite(parent, i, j)
             if end[i] < end[j]:
                 i += 1
@@ -103,9 +148,13 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
         else:
             part[i] = part[find_root(parent, i)]
     pixels = np.zeros(parts, dtype=np.int64)
+    sides = np.zeros(parts, dtype=np.int64)
     for i in range(count):
         pixels[part[i]] += end[i] - start[i]
-    return first, start, end, part, pixels
+        sides[part[i]] += 2 + 2 * (end[i] - start[i] - above[i])
+    # Runs less contacts are the parts less what they enclose, and each piece of the foreground is enclosed by one.
+    pieces = parts - (count - contacts)
+    return first, start, end, part, pixels, sides, pieces + parts - 1
 
 
 @kernel(
