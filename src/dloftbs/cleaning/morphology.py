@@ -13,10 +13,10 @@ from dloftbs.cleaning.kernels.holes import fill_holes
 from dloftbs.config import CleaningConfig
 from dloftbs.frame_region import Region
 from dloftbs.kernels.bitmask import cut, frame
+from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 from dloftbs.mask_crop import MaskCrop, canonical_orientation
 
 _WORD_BYTES = 8
-_WORD_BITS = 64
 _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise
 
 
@@ -76,7 +76,7 @@ def _grown_beyond(mask: npt.NDArray[Any], polygon: npt.NDArray[np.uint8], reach:
 
 def _window(packed: npt.NDArray[np.uint64], x0: int, y0: int, shape: tuple[int, ...]) -> npt.NDArray[np.uint64]:
     """Return packed pixels (H, words) as a bitmask (k, R) that begins at a column and a row; 0 beyond them."""
-    (words, rows), first = shape, x0 // _WORD_BITS
+    (words, rows), first = shape, x0 // WORD_BITS
     window = np.zeros((words, rows), np.uint64)
     low, high = max(first, 0), min(first + words, packed.shape[1])
     top, bottom = max(y0, 0), min(y0 + rows, packed.shape[0])

@@ -81,7 +81,7 @@ def block_mean(image: npt.NDArray[np.uint8], x: float, y: float, half: int, colo
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     if row < half or column < half or row + half >= image.shape[0] or column + half >= image.shape[1]:
         return False
-    blue = green = red = 0
+    blue = green = red = np.int64(0)  # plain Python would add in 8 bits
     for r in range(row - half, row + half + 1):
         for c in range(column - half, column + half + 1):
             blue, green, red = blue + image[r, c, 0], green + image[r, c, 1], red + image[r, c, 2]
