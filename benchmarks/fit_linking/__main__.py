@@ -176,6 +176,10 @@ def report_confidence(claims: Sequence[Claim], lines: dict[str, Floats]) -> str:
     return _ON_CONFIDENCE.format(lines=said) + "\n".join(rows) + "\n"
 
 
+_MOSTLY_FITTED = "fitted, but `OTHER_COLOUR` is counted (docs/linking.md)"
+"""Source of the weights of joints."""
+
+
 def write_weights(found: Fit) -> str:
     """Return the module of the weights."""
     names = list(COLUMNS)
@@ -183,13 +187,13 @@ def write_weights(found: Fit) -> str:
     parts = [
         _module("The weights of the columns of `joint_features`, nats a unit", "weights", "\nimport numpy as np\n")
     ]
-    for name, what, own in (
-        ("JOINT", "Cost of each column of a joint, nats a unit", slice(0, count)),
-        ("OPEN", "Cost of each column of an end that stays open, nats a unit", slice(count, None)),
+    for name, what, how, own in (
+        ("JOINT", "Cost of each column of a joint, nats a unit", _MOSTLY_FITTED, slice(0, count)),
+        ("OPEN", "Cost of each column of an end that stays open, nats a unit", "fitted", slice(count, None)),
     ):
         figures = zip(names[own], found.weights[own], strict=True)
         rows = "".join(f"    {weight:.2f},  # {column}\n" for column, weight in figures)
-        parts.append(f"{name} = np.array([\n{rows}])  # fmt: skip\n" + _docstring(what, "weights"))
+        parts.append(f"{name} = np.array([\n{rows}])  # fmt: skip\n" + _docstring(what, "weights", how))
     return "\n".join(parts)
 
 
@@ -211,8 +215,8 @@ def _module(what: str, page: str, imports: str) -> str:
     )
 
 
-def _docstring(what: str, page: str) -> str:
-    return f'"""{what}.\n\nSource: fitted; see docs/linking-{page}.md.\n"""\n'
+def _docstring(what: str, page: str, how: str = "fitted") -> str:
+    return f'"""{what}.\n\nSource: {how}; see docs/linking-{page}.md.\n"""\n'
 
 
 if __name__ == "__main__":

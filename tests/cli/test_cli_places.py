@@ -275,3 +275,10 @@ def test_in_a_folder_of_inputs_the_configuration_lies_there_and_not_beside_it(pl
     added = [path for path in contents(place.parent).keys() - before if path.suffix == ".yaml"]
     assert added == [place / name]
     assert Config.from_file(place / name).fitting.knots == 9
+
+
+@pytest.mark.parametrize("missing", ["worm.jpg", "frames/*.jpg"])
+def test_a_missing_input_is_named_before_the_place_of_a_picture(place, missing):
+    result = run("detect", missing, "--overlay", "overlay.png", code=1)
+    assert missing in result.stderr
+    assert "is one picture" not in result.stderr

@@ -7,6 +7,7 @@ import os
 import sys
 from fractions import Fraction
 from threading import Thread
+from time import sleep
 
 import av
 import cv2
@@ -420,7 +421,7 @@ def test_a_file_is_closed_while_another_thread_reads(tmp_path):
         thread = Thread(target=work, daemon=True)
         thread.start()
         while len(counts) < pause and thread.is_alive():
-            pass
+            sleep(1e-4)  # so that the other thread need not wait for this one
         source.close()
         thread.join(20.0)
         assert not thread.is_alive()

@@ -49,13 +49,14 @@ class InputFiles:
         others = [file for text in beside for file in files_of(text, _ONE)]
         self._names = {identity_of(file): str(file) for file in (*others, *partners, *frames)}
         self._frames = {os.path.normpath(file) for file in frames} - {str(partner) for partner in partners}
+        self._named = self._frames or set(files)  # whoever opens a file that is missing says so
         self._is_piped = list(where) == [STANDARD_INPUT]
 
     @property
     def is_one_image(self) -> bool:
-        """True if the frames are a single image file, or standard input, which may be one."""
+        """True if the frames are a single image file, there or missing, or standard input, which may be one."""
         return self._is_piped or (
-            len(self._frames) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._frames)
+            len(self._named) == 1 and all(Path(name).suffix.lower() in IMAGE_EXTENSIONS for name in self._named)
         )
 
     def name_of(self, identity: Identity) -> str | None:

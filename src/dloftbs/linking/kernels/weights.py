@@ -20,8 +20,7 @@ JOINT = np.array([
 ])  # fmt: skip
 """Cost of each column of a joint, nats a unit.
 
-Source: fitted; see docs/linking-weights.md. That of `OTHER_COLOUR` is counted: of 10,364 pairs of ends of one cable in
-photographs none differed, and three more could have, by the rule of three.
+Source: fitted, but `OTHER_COLOUR` is counted (docs/linking.md); see docs/linking-weights.md.
 """
 
 OPEN = np.array([
