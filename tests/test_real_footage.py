@@ -21,7 +21,6 @@ def still_open(what):
     return pytest.mark.xfail(raises=AssertionError, strict=True, reason=what)
 
 
-HIGHLIGHTS = still_open("holes are decided by the mean width of the mask, each by itself, and border slits never")
 SPECKS = still_open("the score of a gap does not know that it is longer than what it joins")
 
 
@@ -94,7 +93,6 @@ def slit(mask, points, half, span, offset=0.0):
     return mask & ~tube(2.0 * half, middle, mask.shape)
 
 
-@HIGHLIGHTS
 @pytest.mark.parametrize("offset", [-4.0, 0.0, 4.0])
 def test_a_highlight_that_the_border_opens_is_no_gap_between_two_cables(offset):
     line = straight(stop=680.0)
@@ -102,7 +100,6 @@ def test_a_highlight_that_the_border_opens_is_no_gap_between_two_cables(offset):
     assert is_one(result, straight(stop=639.0), 3.0)
 
 
-@HIGHLIGHTS
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_highlight_that_opens_to_a_side_is_no_gap_between_two_cables(side):
     line = straight()
@@ -111,9 +108,8 @@ def test_a_highlight_that_opens_to_a_side_is_no_gap_between_two_cables(side):
     assert is_one(result, line, 3.0)
 
 
-@HIGHLIGHTS
 def test_hundreds_of_pin_holes_elsewhere_do_not_matter():
-    upper, lower = straight(60.0, 20.0, 620.0), straight(160.0, 20.0, 620.0)
+    upper, lower = straight(60.0, 20.0, 620.0), straight(160.0, 60.0, 580.0)
     mask = slit(tube(26.0, upper), upper, 2.5, (100, 400))
     holey = tube(70.0, lower)
     rows, columns = np.nonzero(holey)
@@ -124,7 +120,6 @@ def test_hundreds_of_pin_holes_elsewhere_do_not_matter():
     assert match_curves([one.curve for one in result], [upper, lower]).clean(5.0)
 
 
-@HIGHLIGHTS
 def test_junk_at_the_other_side_of_the_picture_does_not_bring_rings_at_the_ends():
     line = LINE[:400]
     mask = tube(11.4, line)

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.cleaning.holes import fill_holes
 from dloftbs.cleaning.kernels import morphology
-from dloftbs.cleaning.kernels.holes import fill_holes
+from dloftbs.cleaning.kernels.narrow_ground import find_narrow_ground
 from dloftbs.config import CleaningConfig
 from dloftbs.frame_region import Region
 from dloftbs.kernels.bitmask import cut, frame
@@ -59,10 +60,14 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
         return None
     orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
     x, y = x0 + left, y0 + top
-    filled = fill_holes(framed, h, w, orientation.flip_x, orientation.flip_y) if config.fill_holes else framed[:0]
-    if len(filled):  # the box is the same
-        pixels, framed, _, moments = frame(filled)
-        orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
+    if config.fill_holes:
+        top, left = (h + 1) % 2 if orientation.flip_y else 0, (w + 1) % 2 if orientation.flip_x else 0
+        places = find_narrow_ground(framed, h, w, top, left)
+        beyond = (y == 0, y + h == mask.shape[0], x == 0, x + w == mask.shape[1])
+        filled = fill_holes(pixels[:, : w + 2], places, beyond) if len(places) else None
+        if filled is not None:  # the box is the same
+            pixels, framed, _, moments = frame(np.ascontiguousarray(_packed(filled).T))
+            orientation = canonical_orientation(pixels[1 : h + 1, 1 : w + 1], moments)
     size, outline = (mask.shape[0], mask.shape[1]), None if region is None else region.outline
     return MaskCrop(pixels, framed, (h, w), (x, y), orientation, size, outline)
 

@@ -8,7 +8,7 @@ from ground_examples import holed, in_runs
 from scipy import ndimage
 from skeletons import framed_bitmask
 
-from dloftbs.cleaning.kernels.ground_runs import fill, find_ground, thin_out
+from dloftbs.cleaning.kernels.ground_runs import find_ground, label_foreground, thin_out
 from dloftbs.kernels.bitmask import as_bytes
 
 SEEDS = pytest.mark.parametrize("seed", range(10))
@@ -18,7 +18,7 @@ SEEDS = pytest.mark.parametrize("seed", range(10))
 def test_parts_are_what_hangs_together_by_sides(seed: int) -> None:
     mask = holed(seed)
     rows, columns = mask.shape
-    *runs, pixels, _, outlines = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
+    *runs, pixels, _ = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
     parts = in_runs(*runs, columns)
     np.testing.assert_array_equal(parts < 0, mask != 0)
     labels, count = ndimage.label(mask == 0)
@@ -27,14 +27,13 @@ def test_parts_are_what_hangs_together_by_sides(seed: int) -> None:
         (label,) = np.unique(labels[parts == k])
         assert (labels == label).sum() == (parts == k).sum()
     assert pixels[1:].tolist() == [int((parts == k).sum()) for k in range(1, count)]
-    assert outlines == ndimage.label(mask, np.ones((3, 3)))[1] + count - 1
 
 
 @SEEDS
 def test_sides_of_holes_are_counted(seed: int) -> None:
     mask = holed(seed)
     rows, columns = mask.shape
-    *runs, _, sides, _ = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
+    *runs, _, sides = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
     parts = in_runs(*runs, columns)
     for k in range(1, len(sides)):
         ground = parts == k
@@ -43,16 +42,19 @@ def test_sides_of_holes_are_counted(seed: int) -> None:
 
 
 @SEEDS
-def test_chosen_parts_are_filled(seed: int) -> None:
+def test_pieces_are_what_hangs_together_by_sides_and_corners(seed: int) -> None:
     mask = holed(seed)
     rows, columns = mask.shape
-    framed = framed_bitmask(mask[1:-1, 1:-1])
-    *runs, pixels, _, _ = find_ground(framed, rows, columns)
-    chosen = np.random.default_rng(seed).random(len(pixels)) < 0.5
-    chosen[0] = False
-    filled = as_bytes(fill(framed, *runs, chosen), rows - 2, columns - 2)[:, :columns]
-    parts = in_runs(*runs, columns)
-    np.testing.assert_array_equal(filled != 0, (mask != 0) | ((parts >= 0) & chosen[parts]))
+    first, start, end, *_ = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
+    piece, pieces = label_foreground(first, start, end)
+    labels, count = ndimage.label(mask, np.ones((3, 3)))
+    assert pieces == count
+    found = np.zeros(mask.shape, int)
+    for r in range(rows):
+        for i in range(first[r], first[r + 1] - 1):
+            found[r, end[i] : start[i + 1]] = piece[i] + 1
+    np.testing.assert_array_equal(found != 0, mask != 0)
+    assert len(np.unique(np.stack((found, labels)).reshape(2, -1), axis=1).T) == count + 1
 
 
 @SEEDS

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import boolean, int64, uint64
+from numba import int64, uint64
 
 from dloftbs.kernels.compiler import helper, inlined, kernel, read
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
@@ -105,7 +105,7 @@ def _list_runs(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, 
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints, _Ints, int]:
+def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints, _Ints]:
     """List the runs of ground, and find the parts of it that hang together by their sides.
 
     Parameters
@@ -120,11 +120,9 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
         The runs of ground.
     pixels, sides : (parts,) int64
         Number of pixels of each part, and of their sides that touch foreground.
-    outlines : int
-        Number of the foreground's pieces and of its holes.
     """
     first, start, end = _list_runs(bitmask, rows, columns)
-    count, contacts = len(start), 0
+    count = len(start)
     parent = np.arange(count)
     above = np.zeros(count, dtype=np.int64)  # pixels of each run below ground
     for r in range(1, rows):
@@ -132,7 +130,6 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
         while i < first[r] and j < first[r + 1]:
             common = min(end[i], end[j]) - max(start[i], start[j])
             if common > 0:
-                contacts += 1
                 above[j] += common
                 unite(parent, i, j)
             if end[i] < end[j]:
@@ -152,37 +149,33 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
     for i in range(count):
         pixels[part[i]] += end[i] - start[i]
         sides[part[i]] += 2 + 2 * (end[i] - start[i] - above[i])
-    # Runs less contacts are the parts less what they enclose, and each piece of the foreground is enclosed by one.
-    pieces = parts - (count - contacts)
-    return first, start, end, part, pixels, sides, pieces + parts - 1
+    return first, start, end, part, pixels, sides
 
 
-@kernel(
-    read(uint64, 2, "C"),
-    read(int64, 1, "C"),
-    read(int64, 1, "C"),
-    read(int64, 1, "C"),
-    read(int64, 1, "C"),
-    read(boolean, 1, "C"),
-)
-def fill(bitmask: _Words, first: _Ints, start: _Ints, end: _Ints, part: _Ints, chosen: _Bools) -> _Words:
-    """Return a mask in which some parts of the ground are foreground.
+@helper
+def label_foreground(first: _Ints, start: _Ints, end: _Ints) -> tuple[_Ints, int]:
+    """Return the piece of the foreground behind each run of ground, -1 where a row ends, and how many pieces there are.
 
-    Parameters
-    ----------
-    bitmask : (n, R) uint64
-    first, start, end, part
-        The runs of ground.
-    chosen : (parts,) bool
-
-    Returns
-    -------
-    (n, R) uint64
+    Pieces hang together by their sides and corners.
     """
-    filled = bitmask.copy()
+    count = len(start)
+    parent = np.arange(count)
+    for r in range(1, len(first) - 1):
+        i, j = first[r - 1], first[r]
+        while i + 1 < first[r] and j + 1 < first[r + 1]:
+            if end[i] <= start[j + 1] and end[j] <= start[i + 1]:
+                unite(parent, i, j)
+            if start[i + 1] < start[j + 1]:
+                i += 1
+            else:
+                j += 1
+    piece = np.full(count, -1, dtype=np.int64)
+    pieces = 0
     for r in range(len(first) - 1):
-        for i in range(first[r], first[r + 1]):
-            if chosen[part[i]]:
-                for c in range(start[i], end[i]):
-                    filled[(c >> 6) + 1, r] |= np.uint64(1) << np.uint64(c & 63)
-    return filled
+        for i in range(first[r], first[r + 1] - 1):
+            if parent[i] == i:
+                piece[i] = pieces
+                pieces += 1
+            else:
+                piece[i] = piece[find_root(parent, i)]
+    return piece, pieces

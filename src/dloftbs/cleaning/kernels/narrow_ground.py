@@ -1,0 +1,228 @@
+"""Pieces of a mask within which there is ground so narrow that it may be a highlight on one cable.
+
+Every other pixel tells: most ground within a piece is wide, and this is soon seen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import int64, uint64
+
+from dloftbs.cleaning.kernels.bitmask_growth import DILATE, ERODE, grow_round
+from dloftbs.cleaning.kernels.ground_runs import find_ground, label_foreground, thin_out
+from dloftbs.kernels.compiler import helper, inlined, kernel, read
+from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
+
+_Words = npt.NDArray[np.uint64]
+_Ints = npt.NDArray[np.int64]
+_Bools = npt.NDArray[np.bool_]
+
+_STEP_PX = 2
+"""Step between the pixels that are looked at; the opening leaves nothing narrower."""
+
+_SIDES = 4.0 / np.pi
+"""Number of pixels' sides along an outline over its length, the mean of all directions (Cauchy and Crofton).
+
+It is 1 at least: a width by sides alone is none too large.
+"""
+
+_DEEPEST_HOLE_WIDTHS, _DEEPEST_SLIT_WIDTHS = 0.85, 0.6
+"""Distance to the ground of the deepest pixel, in widths, see `dloftbs.cleaning.holes`."""
+
+_LEAST_SLIT_WIDTHS = 2.0
+"""Least length of a slit, in mean widths of the mask, see `dloftbs.cleaning.holes`."""
+
+_LONGEST_REACH = WORD_BITS - 2
+"""Radius of the largest octagon, in steps: the margin is one word wide."""
+
+_ERROR = 1.0
+"""Largest error of a distance between two edges where every other pixel is left out, in steps."""
+
+
+@kernel(read(uint64, 2, "C"), int64)
+def close_round(bitmask: _Words, radius: int) -> _Words:
+    """Close a bitmask by an octagon, which is about a disc.
+
+    Parameters
+    ----------
+    bitmask : (n, R) uint64
+        With an empty margin that is wider than the radius, and one empty word more to both sides of each row.
+    radius : int
+        px.
+
+    Returns
+    -------
+    (n, R) uint64
+    """
+    inside = np.full(len(bitmask), ~np.uint64(0), dtype=np.uint64)
+    return grow_round(grow_round(bitmask, inside, radius, DILATE), inside, radius, ERODE)
+
+
+@helper
+def _measure_pieces(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, pieces: int) -> tuple[_Ints, _Ints, _Ints]:
+    """Return each piece's area, the number of its pixels' sides on ground, and the row and column of a pixel."""
+    area, sides = np.zeros(pieces, dtype=np.int64), np.zeros(pieces, dtype=np.int64)
+    places = np.zeros((pieces, 2), dtype=np.int64)
+    for r in range(1, len(first) - 2):
+        above, below = first[r - 1], first[r + 1]
+        for i in range(first[r], first[r + 1] - 1):
+            k, low, high = piece[i], end[i], start[i + 1]
+            area[k] += high - low
+            sides[k] += 2
+            while end[above] <= low and above + 1 < first[r]:
+                above += 1
+            while end[below] <= low and below + 1 < first[r + 2]:
+                below += 1
+            for begin, last in ((above, first[r]), (below, first[r + 2])):
+                for j in range(begin, last):
+                    if start[j] >= high:
+                        break
+                    sides[k] += min(end[j], high) - max(start[j], low)
+            places[k, 0], places[k, 1] = r, low
+    return area, sides, places
+
+
+@inlined
+def _piece_at(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, r: int, c: int) -> int:
+    """Return the piece that a pixel belongs to, -1 for ground."""
+    if r < 0 or r >= len(first) - 1:
+        return -1
+    low, high = first[r], first[r + 1] - 1
+    while low < high:
+        middle = (low + high + 1) >> 1
+        if start[middle] <= c:
+            low = middle
+        else:
+            high = middle - 1
+    return piece[low] if end[low] <= c else -1
+
+
+@helper
+def _widths(bitmask: _Words, rows: int, columns: int) -> npt.NDArray[np.float64]:
+    """Return the mean width of each piece."""
+    first, start, end, _, _, _ = find_ground(bitmask, rows, columns)
+    piece, pieces = label_foreground(first, start, end)
+    area, sides, _ = _measure_pieces(first, start, end, piece, pieces)
+    return 2.0 * _SIDES * area / sides
+
+
+@inlined
+def _shows_ground(bitmask: _Words, r: int, low: int, high: int) -> bool:
+    """Tell whether some pixel of a row is not set, from a column to the one before another."""
+    for c in range(low, high):
+        if (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) == 0:
+            return True
+    return False
+
+
+@inlined
+def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
+    """Tell whether some pixel of a row is set, from a column to the one before another."""
+    for c in range(low, high):
+        if (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) != 0:
+            return True
+    return False
+
+
+@helper
+def _find_narrow(
+    coarse: _Words,
+    rows: int,
+    first: _Ints,
+    start: _Ints,
+    end: _Ints,
+    piece: _Ints,
+    width: npt.NDArray[np.float64],
+) -> tuple[_Bools, _Bools]:
+    """Return which pieces have holes within a cable, or long slits: ground that holds no disc of their width."""
+    has_hole, has_slit = np.zeros(len(width), dtype=np.bool_), np.zeros(len(width), dtype=np.bool_)
+    reach = min(np.int64(np.ceil(0.5 * width.max())), _LONGEST_REACH)
+    margin = reach + 1
+    mask = np.zeros((len(coarse) + 2, rows + 2 * margin), dtype=np.uint64)
+    mask[1:-1, margin : margin + rows] = coarse[:, :rows]
+    height, columns = mask.shape[1], WORD_BITS * (len(mask) - 2)
+    closed = close_round(mask, reach)
+    rest = np.zeros_like(mask)  # all but narrow ground
+    for k in range(1, len(mask) - 1):
+        for r in range(height):
+            rest[k, r] = ~closed[k, r] | mask[k, r]
+    firsts, starts, ends, part, _, _ = find_ground(rest, height, columns)
+    parts = part.max() + 1
+    owner, boxes = np.full(parts, -1, dtype=np.int64), np.zeros((parts, 4), dtype=np.int64)
+    is_hole, is_mixed = np.ones(parts, dtype=np.bool_), np.zeros(parts, dtype=np.bool_)
+    for r in range(len(firsts) - 1):
+        for i in range(firsts[r], firsts[r + 1]):
+            k = part[i]
+            if boxes[k, 1] == 0:
+                boxes[k, 0], boxes[k, 2], boxes[k, 3] = r, starts[i], ends[i]
+            boxes[k, 1] = r + 1
+            boxes[k, 2], boxes[k, 3] = min(boxes[k, 2], starts[i]), max(boxes[k, 3], ends[i])
+            for c in (starts[i] - 1, ends[i]):
+                beside = _piece_at(first, start, end, piece, r - margin, c - WORD_BITS)
+                if owner[k] < 0:  # the piece beside a hole's first run lies around it, others within
+                    owner[k] = beside
+                if beside >= 0:
+                    is_mixed[k] |= beside != owner[k]
+                else:
+                    is_hole[k] = False
+            if is_hole[k]:
+                low, high = max(starts[i], 0), min(ends[i], columns)
+                for row in (r - 1, r + 1):
+                    is_hole[k] &= 0 <= row < height and not _shows_ground(closed, row, low, high)
+    usable = owner >= 0
+    for k in range(parts):
+        if usable[k] and not is_hole[k]:
+            length = np.hypot(float(boxes[k, 1] - boxes[k, 0]), float(boxes[k, 3] - boxes[k, 2]))
+            usable[k] = not is_mixed[k] and _SIDES * length > _LEAST_SLIT_WIDTHS * width[owner[k]]
+    if not usable.any():
+        return has_hole, has_slit
+    widest = _widths(closed, height, columns).max()
+    inside = np.full(len(mask), ~np.uint64(0), dtype=np.uint64)
+    shallow = np.int64(_DEEPEST_SLIT_WIDTHS * widest + _ERROR)
+    deeper = np.int64(_DEEPEST_HOLE_WIDTHS * widest + _ERROR) - shallow
+    beneath = grow_round(closed, inside, shallow, ERODE)
+    deepest = grow_round(beneath, inside, deeper, ERODE)
+    for r in range(len(firsts) - 1):
+        for i in range(firsts[r], firsts[r + 1]):
+            k = part[i]
+            if usable[k]:
+                usable[k] = not _holds_any(deepest if is_hole[k] else beneath, r, starts[i], ends[i])
+    for k in range(parts):
+        if usable[k]:
+            has_hole[owner[k]] |= is_hole[k]
+            has_slit[owner[k]] |= not is_hole[k]
+    return has_hole, has_slit
+
+
+@kernel(read(uint64, 2, "C"), int64, int64, int64, int64)
+def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _Ints:
+    """Find the pieces of a mask that have holes which are no wider than they are, or long slits of that kind.
+
+    Parameters
+    ----------
+    framed : (n, R) uint64
+        As `dloftbs.kernels.bitmask.frame` makes it.
+    h, w : int
+        Size of the box.
+    top, left : int
+        The first row and column, with the margin, to look at, 0 or 1.
+
+    Returns
+    -------
+    (pieces, 3) int64
+        Row and column of a pixel of each, with the margin, and whether it has a long slit.
+    """
+    coarse = thin_out(framed, h + 2, top, left)
+    rows, columns = coarse.shape[1], (w + 3 - left) // _STEP_PX
+    first, start, end, _, _, _ = find_ground(coarse, rows, columns)
+    piece, pieces = label_foreground(first, start, end)
+    if pieces == 0:
+        return np.empty((0, 4), dtype=np.int64)
+    area, around, places = _measure_pieces(first, start, end, piece, pieces)
+    width = 2.0 * _SIDES * area / around
+    has_hole, has_slit = _find_narrow(coarse, rows, first, start, end, piece, width)
+    found = np.column_stack((places, has_slit.astype(np.int64)))[has_hole | has_slit]
+    for i in range(len(found)):
+        found[i, 0], found[i, 1] = _STEP_PX * (found[i, 0] - 1) + top, _STEP_PX * found[i, 1] + left
+    return found
