@@ -215,7 +215,6 @@ def test_a_gap_longer_than_the_pieces_stays_open(length, gap):
     assert len(result) == 2
 
 
-@still_open("the confidence knows of joints alone, and a lump has none")
 @pytest.mark.parametrize("number", range(4))
 def test_a_lump_is_not_sure_of_its_course(number):
     sequence = RealFootageSequence("coils", number, size=(160, 200))
