@@ -21,7 +21,7 @@ Source: by definition; two cables that touch are told apart, of more the middle 
 """
 
 _SAMPLE = 0.125
-"""Distance along a curve from one place at which the mask is measured to the next, a share of the disc there, or of the least lump.
+"""Distance from one place at which the mask is measured to the next, a share of the disc there, or of the least lump.
 
 Source: numerics; the disc at the nearest place is smaller than the largest by an eighth at most.
 """
