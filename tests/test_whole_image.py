@@ -28,7 +28,7 @@ MOVED = {
 STAYS = {
     Segment: {"radius"},
     Joint: {"kind", "u", "cost", "margin", "confidence"},
-    Centerline: {"closed", "ends_confidence"},
+    Centerline: {"closed", "ends_confidence", "course_confidence"},
     Detection: {"curve_3d", "no_3d_reason", "inferred_3d"},
     Crossing: {"passes", "top", "confidence"},
     Track: {

@@ -214,6 +214,8 @@ class Centerline:
         Whether the object is a loop without ends; then it is one segment, whose last pixel touches its first.
     ends_confidence : float
         Confidence that no gap continues from its ends, in 0..1; below 0.9 a gap was nearly bridged.
+    course_confidence : float
+        Confidence that the mask shows its course, in 0..1; below 0.9 the mask is a lump, or has one on the way.
 
     Raises
     ------
@@ -225,6 +227,7 @@ class Centerline:
     joints: tuple[Joint, ...] = field(default_factory=tuple)  # not a class attribute, which would hide `__getattr__`
     closed: bool = False
     ends_confidence: float = 1.0
+    course_confidence: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", check_all("segments", self.segments, Segment))
@@ -256,7 +259,11 @@ class Centerline:
         """Return the centre line run the other way."""
         line = type(self).__new__(type(self))
         line.__dict__.update(
-            closed=self.closed, ends_confidence=self.ends_confidence, width_px=self.width_px, _forwards=self
+            closed=self.closed,
+            ends_confidence=self.ends_confidence,
+            course_confidence=self.course_confidence,
+            width_px=self.width_px,
+            _forwards=self,
         )
         return line
 
@@ -292,8 +299,10 @@ class Centerline:
 
     @property
     def confidence(self) -> float:
-        """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
-        return math.prod((joint.confidence for joint in self.joints), start=self.ends_confidence)
+        """The probability that all joints are right, no open end goes on and no lump hides the course, in 0..1."""
+        return math.prod(
+            (joint.confidence for joint in self.joints), start=self.ends_confidence * self.course_confidence
+        )
 
     @property
     def gaps(self) -> tuple[tuple[float, float], ...]:

@@ -140,7 +140,7 @@ class Detection:
 
     @cached_property
     def confidence(self) -> float:
-        """The probability that all joints are right and no open end goes on, in 0..1: the product of theirs."""
+        """The probability that all joints are right, no open end goes on and no lump hides the course, in 0..1."""
         return self.centerline.confidence
 
     @property

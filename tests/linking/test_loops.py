@@ -166,3 +166,20 @@ def test_a_cable_whose_end_touches_itself_stays_open() -> None:
     six = np.concatenate((np.linspace((130, 20), (130, 140), 60), circle((190, 140), 60, np.pi, -0.9 * np.pi)))
     found = detect(draw(six))
     assert [one.curve.closed for one in found] == [False]
+
+
+@pytest.mark.parametrize("width", [4.0, 7.0, 11.0])
+@pytest.mark.parametrize("slope", [-0.5, 0.0, 0.5])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_ring_whose_gap_starts_at_the_edge_of_the_cable_over_it_is_closed(
+    width: float, slope: float, side: float
+) -> None:
+    """The cable over it then has its junction there."""
+    rows, columns = np.indices((300, 400))
+    beside = (rows - 150.0 - slope * (columns - 200.0)) / np.hypot(1.0, slope)
+    ring = np.abs(np.hypot(columns - 200.0, rows - 150.0) - 90.0) <= 0.5 * width
+    slit = (columns < 200) & (side * beside > 0.0) & (side * beside < 0.5 * width + 4.0)
+    line = (np.abs(beside) <= 0.5 * width) & (abs(columns - 200) < 160)
+    found = detect(((ring & ~slit) | line).astype(np.uint8))
+    assert sorted(one.curve.closed for one in found) == [False, True]
+    assert max(one.curve.length for one in found) == pytest.approx(2 * np.pi * 90.0, rel=0.02)

@@ -106,7 +106,8 @@ def _opened(line: Centerline, span: _Span) -> Centerline:
     """Return a loop as an open centre line that begins and ends at an interval of the parameter."""
     at = int(np.searchsorted(line.u, 0.5 * (span[0] + span[1])))
     points, radius = frozen(np.roll(line.points, -at, axis=0)), frozen(np.roll(line.radius, -at))
-    return Centerline._unchecked((Segment.cut(points, radius, 0, len(points)),), (), False, ends_confidence=1.0)
+    segment = Segment.cut(points, radius, 0, len(points))
+    return Centerline._unchecked((segment,), (), False, ends_confidence=1.0, course_confidence=line.course_confidence)
 
 
 def _seen(line: Centerline) -> list[_Span]:
@@ -182,4 +183,5 @@ def _made(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint]) 
         u=line.u,
         width_px=line.width_px,
         ends_confidence=line.ends_confidence,
+        course_confidence=line.course_confidence,
     )

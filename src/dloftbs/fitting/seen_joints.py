@@ -87,6 +87,7 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         u=line.u,
         width_px=line.width_px,
         ends_confidence=line.ends_confidence,
+        course_confidence=line.course_confidence,
     )
 
 

@@ -14,6 +14,7 @@ from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces, fill_junctions
 from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.end_extension import CableAxes, extend_ends
+from dloftbs.linking.kernels.lumps import course_confidence
 from dloftbs.mask_crop import MaskCrop
 
 _LEAST = 2
@@ -104,14 +105,19 @@ def _lay_out(
     counts = [[piece.count for piece in pieces] for pieces in lines + loops]
     first = [0, *accumulate(map(sum, counts))]
     spans = [number for pieces in lines + loops for piece in pieces for span in piece.spans for number in span]
+    oriented, own_radius = buffer.all()
+    runs = np.array(spans).reshape(-1, 3)
     points, radius, u, widths, positions = lay_out(
-        *buffer.all(),
-        np.array(spans).reshape(-1, 3),
+        oriented,
+        own_radius,
+        runs,
         np.array(first),
         len(lines),
         matching.branches.end_states,
         *crop.image_transform,
     )
+    parts = np.array([0, *accumulate(sum(len(piece.spans) for piece in pieces) for pieces in lines + loops)])
+    sure = course_confidence(crop.oriented(crop.pixels), oriented, runs, parts, len(lines), widths).tolist()
     for k, pieces in enumerate(lines):
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)
@@ -121,9 +127,9 @@ def _lay_out(
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
-            result.append(_line(*own, counts[k], matching, lines[k], places, doubts[k]))
+            result.append(_line(*own, counts[k], matching, lines[k], places, doubts[k], sure[k]))
         else:
-            result.append(_loop(*own))
+            result.append(_loop(*own, sure[k]))
     return result
 
 
@@ -161,6 +167,7 @@ def _line(
     pieces: list[Piece],
     places: list[list[float]],
     doubt: float,
+    sure: float,
 ) -> Centerline:
     partner, alternative = matching.partner, matching.alternative
     segments, joints = [Segment.cut(points, radius, 0, counts[0])], []
@@ -189,6 +196,7 @@ def _line(
         tuple(joints),
         closed=False,
         ends_confidence=1.0 - doubt,
+        course_confidence=sure,
         points=points,
         radius=radius,
         u=u,
@@ -230,6 +238,6 @@ def _widen(u: FloatArray, at: int, factor: float) -> None:
     u[at:] += (factor - 1.0) * (u[at] - u[at - 1])
 
 
-def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float) -> Centerline:
+def _loop(points: FloatArray, radius: FloatArray, u: FloatArray, width: float, sure: float) -> Centerline:
     segment = Segment.cut(points, radius, 0, len(points))
-    return Centerline._unchecked((segment,), (), closed=True, u=u, width_px=width)
+    return Centerline._unchecked((segment,), (), closed=True, course_confidence=sure, u=u, width_px=width)

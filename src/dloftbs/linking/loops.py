@@ -123,13 +123,17 @@ def _is_under(graph: Graph, matching: EndMatching, i: int, j: int) -> bool:
     length = float(np.hypot(*chord))
     if not 0.0 < length <= _MOST_UNDER_WIDTHS * graph.width:
         return False
-    way = branches.points - start
+    steps = np.stack((branches.points[:-1], branches.points[1:]), axis=1)
+    steps = np.delete(steps, [first - 1 for first, _ in branches.spans if first > 0], axis=0)  # from branch to branch
+    # Where the gap starts at the edge of the cable over it, that cable has a junction: no branch has points there.
+    through = [(a, b) for a, b in enumerate(matching.partner) if a < b and matching.is_crossing(a)]
+    if through:
+        steps = np.concatenate((steps, branches.end_states[np.array(through)][:, :, POSITION]))
+    way = steps - start
     along = way @ chord / length**2
-    is_left = chord[0] * way[:, 1] > chord[1] * way[:, 0]
+    is_left = chord[0] * way[..., 1] > chord[1] * way[..., 0]
     within = (along > _NEAR_TIP) & (along < 1.0 - _NEAR_TIP)
-    crosses = (is_left[1:] != is_left[:-1]) & within[1:] & within[:-1]
-    crosses[[first - 1 for first, _ in branches.spans if first > 0]] = False  # from one branch to the next
-    return bool(crosses.any())
+    return bool(((is_left[:, 0] != is_left[:, 1]) & within.all(axis=1)).any())
 
 
 def _best_exchange(graph: Graph, matching: EndMatching, loop: list[int]) -> tuple[tuple[int, int] | None, float]:

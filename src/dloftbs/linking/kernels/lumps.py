@@ -1,0 +1,159 @@
+"""Lumps in the mask, as a coiled worm, a knot or a hand leave them, and how sure the course of a curve is there."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import float64, int64, uint8
+
+from dloftbs.kernels.compiler import helper, kernel, read
+
+_CROSSING_WIDTHS = 1.4142135623730951
+"""Diameter of the disc up to which the mask is one cable, or another one across it, widths.
+
+Source: geometry; the disc in a crossing at a right angle reaches the corners of a square, at any other less far.
+"""
+
+_PASSES = 2.0
+"""Number of passes, side by side in a disc, of which linking knows.
+
+Source: by definition; two cables that touch are told apart, of more the middle one has no edge.
+"""
+
+_SAMPLE = 0.125
+"""Distance from one place at which the mask is measured to the next, a share of the disc there, or of the least lump.
+
+Source: numerics; the disc at the nearest place is smaller than the largest by an eighth at most.
+"""
+
+_STEP_PX = 0.5
+"""Growth of a disc's radius from one look at its edge to the next, px.
+
+Source: numerics; half a pixel, as the edge of a mask is known.
+"""
+
+_NEAR, _FAR, _DIAGONAL = 0.382683, 0.92388, 0.707107
+"""Sine and cosine of an eighth of pi, and of a quarter of it, radii.
+
+Source: geometry.
+"""
+
+_RING = (
+    (1.0, 0.0),
+    (0.0, 1.0),
+    (_DIAGONAL, _DIAGONAL),
+    (-_DIAGONAL, _DIAGONAL),
+    (_FAR, _NEAR),
+    (_NEAR, _FAR),
+    (-_NEAR, _FAR),
+    (-_FAR, _NEAR),
+)
+"""Directions, and their opposites, in which a disc's edge is looked at, radii.
+
+Source: numerics; of sixteen one leads across a cable, longer than its width by a fiftieth at most.
+"""
+
+
+@helper
+def _is_set(mask: npt.NDArray[np.uint8], y: float, x: float) -> bool:
+    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
+
+
+@helper
+def _disc(mask: npt.NDArray[np.uint8], x: float, y: float, width: float) -> float:
+    """Return the diameter of the largest disc about a point that lies in the mask, or the width if that is no lump."""
+    radius = 0.5 * _CROSSING_WIDTHS * width
+    while True:
+        for dx, dy in _RING:
+            if not _is_set(mask, y + radius * dy, x + radius * dx) or not _is_set(
+                mask, y - radius * dy, x - radius * dx
+            ):
+                measured = 2.0 * radius - _STEP_PX  # the edge lies within the last step
+                return measured if measured > _CROSSING_WIDTHS * width else width
+        radius += _STEP_PX
+
+
+@helper
+def _passage(places: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], at: int, around: float) -> float:
+    """Return the probability that a curve is right in the disc at a place, by those as far off as that one is wide.
+
+    An end is no passage, and a lump is measured in its middle. Around a loop, of a length other than 0, places go on.
+    """
+    beside = 0.0
+    for way in (1, -1):
+        j, gone = at, 0.0
+        while gone < discs[at]:
+            j += way
+            if around > 0.0:
+                j %= len(places)
+                gone = (places[j] - places[at]) * way % around
+            elif 0 <= j < len(places):
+                gone = (places[j] - places[at]) * way
+            if not 0 <= j < len(places) or j == at or (gone < discs[at] and discs[j] > discs[at]):
+                return 1.0
+        beside = max(beside, discs[j])
+    return min(_PASSES * beside / discs[at], 1.0)
+
+
+@kernel(
+    read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1)
+)  # fmt: skip
+def course_confidence(
+    mask: npt.NDArray[np.uint8],
+    points: npt.NDArray[np.float64],
+    spans: npt.NDArray[np.int64],
+    parts: npt.NDArray[np.int64],
+    n_open: int,
+    widths: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    """Return the probability that the course of each line is that of one object, by the shape of the mask about it.
+
+    What is as long as wide has no course, and what is much longer is sure of it: of an ellipse with the line's length
+    and the largest width of the mask as axes, this is the square of the eccentricity. In a lump on the way, a disc that
+    is much wider than the mask before and behind it, passes lie side by side: linking knows of two, the straight one
+    and one that touches or crosses it, and as likely as these is any other.
+
+    Parameters
+    ----------
+    mask : (H, W) uint8
+    points : (m, 2) float64
+        ``(x, y)``
+    spans : (k, 3) int64
+        First point, the one after the last, step; line after line.
+    parts : (n + 1,) int64
+        Start of each line in `spans`, and the end.
+    n_open : int
+        The first `n_open` lines have ends, the rest are loops.
+    widths : (n,) float64
+        Of the lines, px.
+
+    Returns
+    -------
+    (n,) float64
+    """
+    sure = np.ones(len(parts) - 1, dtype=np.float64)
+    places, discs = np.empty(len(points), dtype=np.float64), np.empty(len(points), dtype=np.float64)
+    for line in range(len(sure)):
+        length, due, count, previous = 0.0, 0.0, 0, -1
+        first = spans[parts[line], 0]
+        for span in range(parts[line], parts[line + 1]):
+            for i in range(spans[span, 0], spans[span, 1], spans[span, 2]):
+                if previous >= 0:
+                    length += np.hypot(points[i, 0] - points[previous, 0], points[i, 1] - points[previous, 1])
+                previous = i
+                if length >= due:
+                    places[count], discs[count] = length, _disc(mask, points[i, 0], points[i, 1], widths[line])
+                    due = length + _SAMPLE * max(discs[count], _PASSES * widths[line])
+                    count += 1
+        around = 0.0
+        if line >= n_open:
+            length += np.hypot(points[first, 0] - points[previous, 0], points[first, 1] - points[previous, 1])
+            around = length
+        widest = widths[line]
+        for k in range(count):
+            widest = max(widest, discs[k])
+            if discs[k] > _PASSES * widths[line]:
+                sure[line] = min(sure[line], _passage(places[:count], discs[:count], k, around))
+        sure[line] *= max(1.0 - (widest / length) ** 2, 0.0) if length > 0.0 else 0.0
+    return sure
