@@ -156,3 +156,45 @@ def test_the_points_given_are_not_changed() -> None:
     middle, _ = recentre(frame, points, offsets)
     np.testing.assert_array_equal(points, before)
     assert np.abs(middle - points).max() < 2.0
+
+
+def dashed(width: float, dash: float, gap: float, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a mask of a straight dashed line at some angle, a point of its axis in the kernels' frame, and its normal.
+
+    Dashes are the pixels whose middles lie within them: on average as wide as said, whatever the angle.
+    """
+    rng = np.random.default_rng(seed)
+    angle, middle, phase = rng.uniform(0.0, np.pi), 60.0 + rng.uniform(-0.5, 0.5, 2), rng.uniform(0.0, dash + gap)
+    y, x = np.mgrid[:121, :121]
+    along = (x - middle[0]) * np.cos(angle) + (y - middle[1]) * np.sin(angle)
+    across = (y - middle[1]) * np.cos(angle) - (x - middle[0]) * np.sin(angle)
+    mask = (-width / 2.0 <= across) & (across < width / 2.0) & (abs(along) < 55.0)
+    mask &= (along + phase) % (dash + gap) < dash
+    return mask.astype(np.uint8), middle + 1.0, np.array([-np.sin(angle), np.cos(angle)])
+
+
+@pytest.mark.parametrize("width", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("dash", [5.0, 8.0, 14.0, 25.0])
+@pytest.mark.parametrize("gap", [0.5, 1.0, 4.0])
+def test_dashes_of_a_few_pixels_have_their_width_and_place(width: float, dash: float, gap: float) -> None:
+    widths, beside = [], []
+    for seed in range(40):
+        mask, on_axis, normal = dashed(width, dash, gap * dash, seed)
+        frame, points, offsets = runs_of(mask)
+        middle, radius = recentre(frame, points, offsets)
+        widths.append(2.0 * np.median(radius))
+        beside.append(np.mean((middle - on_axis) @ normal))
+    assert np.mean(abs(np.array(widths) / width - 1.0) <= 0.25) >= 0.9  # the rest are staircases, wider by themselves
+    assert np.mean(widths) == pytest.approx(width, rel=0.15)
+    assert abs(np.mean(beside)) < 0.2
+
+
+@pytest.mark.parametrize("angle", range(0, 180, 15))
+def test_a_drawn_line_of_one_pixel_is_one_pixel_wide(angle: int) -> None:
+    mask = np.zeros((61, 61), np.uint8)
+    along = 25.0 * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+    a, b = np.rint(30.0 - along).astype(int), np.rint(30.0 + along).astype(int)
+    cv2.line(mask, a.tolist(), b.tolist(), 1)
+    frame, points, offsets = runs_of(mask)
+    _, radius = recentre(frame, points, offsets)
+    np.testing.assert_allclose(2.0 * radius, 1.0, atol=0.25)

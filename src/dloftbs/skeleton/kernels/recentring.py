@@ -40,10 +40,16 @@ _WIDEST = 8
 Source: by hand; along another cable the edge may be far.
 """
 
-_THINNEST = 0.25
+_THINNEST = 0.5
 """Smallest radius, px.
 
-Source: geometry; a line of one pixel has 0.5, and an error of half of it is usual.
+Source: geometry; a mask shows nothing narrower than a pixel.
+"""
+
+_CROSSED = 0.25
+"""Distance that a wall may lie beyond the axis before it counts for nothing, px.
+
+Source: geometry; half the radius of a line of one pixel, by which its axis is wrong at times.
 """
 
 _DIAGONAL = 0.05
@@ -56,6 +62,12 @@ _FAINT = 0.01
 """Weight of "no shift, the first radius", as a share of the weight of the places nearby.
 
 Source: by hand; it only counts where all of them are missing.
+"""
+
+_PRECISION = 0.125
+"""Error of a distance to a wall, as a share of it, above which the half pixel in which the wall is met is halved.
+
+Source: by hand; half of what the width of a line of one pixel may be wrong by, and nothing is halved beyond two pixels.
 """
 
 _TIE = 1e-6
@@ -73,12 +85,17 @@ def _at(mask: npt.NDArray[np.uint8], row: int, column: int) -> int:
 
 @inlined
 def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, most: float) -> float:
-    """Return how far the mask goes from a point along a unit vector, to half a pixel; not looked far beyond `most`."""
+    """Return how far the mask goes from a point along a unit vector; not looked far beyond `most`."""
     ahead_x, ahead_y = x + _TIE * dx + 0.5, y + _TIE * dy + 0.5  # coordinates are not negative: cutting off rounds
     t = 0.5
     while t < most and _at(mask, int(ahead_y + t * dy), int(ahead_x + t * dx)) != 0:
         t += 0.5
-    return t - 0.25
+    step = 0.25
+    t -= step
+    while step > _PRECISION * max(t, _THINNEST):
+        step *= 0.5
+        t += step if _at(mask, int(ahead_y + t * dy), int(ahead_x + t * dx)) != 0 else -step
+    return t
 
 
 @helper
@@ -182,7 +199,12 @@ def _wall_by_columns(
         looked_at += weight
         row = side * int(np.floor(side * edge - 1.0 + _TIE))
         beyond = row + 3 * side
-        if 0 <= row < rows and 0 <= beyond < rows and _at(mask, row, column) > _at(mask, beyond, column):
+        on_axis = side * int(np.floor(side * (edge - guess / ny) + 0.5 + _TIE))
+        if side * row < side * on_axis:  # a pixel inside of the wall of so thin a line is on its other side
+            row = _last_inside(mask, on_axis, column, side, int(guess) + 2)
+            if row < 0:
+                continue
+        elif 0 <= row < rows and 0 <= beyond < rows and _at(mask, row, column) > _at(mask, beyond, column):
             row += side * (np.int64(_at(mask, row + side, column)) + np.int64(_at(mask, beyond - side, column)))
         else:
             row = _last_inside(mask, row, column, side, int(guess) + 2)
@@ -191,8 +213,8 @@ def _wall_by_columns(
         distance = along + (row + 0.5 * side - y) * ny
         if distance > far:
             weight *= ramp_down(distance, far, too_far)
-        elif distance < _THINNEST:  # beyond the axis lies no wall of this side
-            weight *= ramp_down(-distance, -_THINNEST, _THINNEST)
+        elif distance < _CROSSED:  # beyond the axis lies no wall of this side
+            weight *= ramp_down(-distance, -_CROSSED, _CROSSED)
         total += weight * distance
         weights += weight
     if weights == 0.0:
@@ -245,7 +267,8 @@ def _recentre_run(
     reach = max(int(_REACH * np.sqrt(rough) + 0.5), 3)
     points = _smooth(_smooth(run, reach), reach)
     kernel_reach = 2.0 * reach + 1.0  # of the two means, one after the other
-    sites = max(1 + (n - 1) // reach, 2)
+    # A piece so short has a middle that is clear of its ends, whose walls tell where it lies.
+    sites = max(1 + (n - 1) // reach, 3 if (n - 1) // 2 >= rough else 2)
     spread = 0.5 * reach + 0.5
     index = np.empty(sites, dtype=np.int64)
     normals = np.empty((sites, 2))
