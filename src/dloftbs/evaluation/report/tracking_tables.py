@@ -53,12 +53,13 @@ _COLUMNS = (
 )
 _NOTE = (
     "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
-    "runs the same way on its object; unbroken, both; an object is followed that has a track in 80 % of its frames. All published "
-    "tracks count, and are those of an object within an L3 of 50 px in HD from its whole or its "
+    "runs the same way on its object; unbroken, both; an object is followed that has a "
+    "track in 80 % of its frames. All published tracks count, and are those of an object within an L3 of 50 px in HD from its whole or its "
     "visible extent; while nothing of an object shows, neither it nor its last track counts. Harm: frames of objects "
     f"in which no track has an L3 of {HARM_PX:g} px or less, though the frame alone has a curve below {RIGHT_PX:g} "
     "px; help: the reverse. Missed: objects that show, by frame, without a track in the assignment by the mean distance "
-    "of both curves from each other, below 20 px in HD, from the whole or the visible extent. Ghosts: points of published tracks more than a width from anything in the mask; behind occluders, right ones "
+    "of both curves from each other, below 20 px in HD, from the whole or the visible extent. Ghosts: "
+    "points of published tracks more than a width from anything in the mask; behind occluders, right ones "
     "too. L3 is from the whole true "
     "curve, the hidden part included, whichever end comes first: of the curve of the object's track, or of the "
     "nearest track where it has none, against the nearest curve that the same method finds in that frame alone. "
