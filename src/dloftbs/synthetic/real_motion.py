@@ -53,7 +53,7 @@ _DISC_NEARNESS = 0.7
 
 @dataclass(frozen=True)
 class _Variant:
-    """What a sequence has besides the mask of its cables, and the numbers of cables that the suite takes."""
+    """Contents of the frames besides the mask of the cables, and the numbers of cables that the suite takes."""
 
     cables: tuple[int, ...]
     occluders: bool = False
