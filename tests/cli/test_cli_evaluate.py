@@ -19,7 +19,7 @@ from dloftbs.cli.methods import method_of
 from dloftbs.config import Config
 from dloftbs.errors import InputError
 from dloftbs.evaluation.runner.finished_parts import FrameRow, Key, Part
-from dloftbs.evaluation.suites import SUITES
+from dloftbs.evaluation.suites import SUITES, missing_for
 from dloftbs.frame import Frame
 from dloftbs.sources.recorded.through_points import curve_through
 from dloftbs.synthetic import rgb, several_cables
@@ -347,6 +347,7 @@ def test_progress_on_a_terminal_is_a_bar(monkeypatch, capsys):
 def test_without_mujoco_its_suite_is_left_out_with_a_word(monkeypatch, capsys):
     monkeypatch.setattr("dloftbs.synthetic.simulation_available", lambda: False)
     suites = evaluate_command._suites((), True, 0.01, (180, 320), 0, 7.0)
-    assert [suite.name for suite in suites] == [name for name in SUITES if name != "simulated"]
-    assert capsys.readouterr().err.startswith("left out simulated: simulated cables need MuJoCo: pip install")
+    lacking = ["simulated", *(name for name in ["real-motion"] if missing_for(name) is not None)]
+    assert [suite.name for suite in suites] == [name for name in SUITES if name not in lacking]
+    assert "left out simulated: simulated cables need MuJoCo: pip install" in capsys.readouterr().err
     assert {sequence.tolerance_px for suite in suites for sequence in suite.sequences} == {7.0}

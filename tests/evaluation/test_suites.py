@@ -120,9 +120,22 @@ def test_what_is_neither_suite_nor_folder_is_an_error():
 
 def test_without_mujoco_the_suite_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr("dloftbs.synthetic.simulation_available", lambda: False)
-    assert [name for name in SUITES if missing_for(name) is not None] == ["simulated"]
+    assert missing_for("simulated") is not None
     with pytest.raises(InputError, match=r"pip install 'dloftbs\[evaluation\]'"):
         open_suite("simulated", **TINY)
+
+
+def test_recordings_are_read_where_they_are_named(shared_data):
+    if missing_for(name := f"real-motion:{shared_data / 'motion'}") is not None:
+        pytest.skip("needs ../shared/data/motion")
+    suite = open_suite(name, **TINY)
+    assert (suite.name, suite.sequences[0].family) == ("real-motion", "mask")
+    assert ", files " in suite.settings
+
+
+def test_without_recordings_the_suite_says_where_they_belong(tmp_path):
+    with pytest.raises(InputError, match="real-motion:FOLDER"):
+        open_suite(f"real-motion:{tmp_path}", **TINY)
 
 
 def test_a_scale_of_nothing_is_an_error():

@@ -25,6 +25,11 @@ _FEWEST_FRAMES = 2
 _RUNG_SCALE = 0.2
 """Of the frames of a rung: two for each seed."""
 
+REAL_MOTION = "real-motion"
+"""The suite that is made from recordings, which no one but their authors may hand on."""
+_RECORDINGS = Path("..", "shared", "data", "motion")
+"""Folder of the recordings where none is named: beside the checkout, as photographs are for ``make results``."""
+
 Size = tuple[int, int]
 Generator = Callable[[float, int, Size], Sequence[KnownSequence]]
 
@@ -74,6 +79,8 @@ class _Recipe:
         part of the motion for each seed.
     in_common : bool
         Whether sequences of a seed whose names are equal up to the first comma show the same scene.
+    files : Path, optional
+        Folder that they are made from.
     """
 
     title: str
@@ -81,6 +88,15 @@ class _Recipe:
     scenes: int | None = None
     frames: int = 0
     in_common: bool = False
+    files: Path | None = None
+
+
+def _of_recordings(folder: Path) -> _Recipe:
+    return _Recipe(
+        "real cables' recorded motion, one to four before a camera at any side; occluders, depth, image; 5 s each",
+        lambda scale, seed, size: synthetic.real_motion(folder, scale, seed=seed, size=size),
+        files=folder,
+    )
 
 
 _GENERATED: dict[str, _Recipe] = {
@@ -153,6 +169,7 @@ _GENERATED: dict[str, _Recipe] = {
         "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
         lambda scale, seed, size: synthetic.simulated(scale, seed=seed, size=size),
     ),
+    REAL_MOTION: _of_recordings(_RECORDINGS),
     "noise": _Recipe(
         "ladders of growing noise",
         lambda scale, seed, size: synthetic.noise_ladder(_RUNG_SCALE * scale, seed=seed, size=size),
@@ -166,7 +183,10 @@ SUITES = tuple(_GENERATED)
 
 
 def missing_for(name: str) -> str | None:
-    """Return what has to be installed for a suite, in words, or None."""
+    """Return what a suite needs that is not there, in words, or None."""
+    recipe = _recipe_of(name)
+    if recipe is not None and recipe.files is not None:
+        return synthetic.missing_recordings(recipe.files)
     return synthetic.SIMULATION_REMEDY if name == "simulated" and not synthetic.simulation_available() else None
 
 
@@ -179,7 +199,8 @@ def open_suite(
     ----------
     name : str
         One of `SUITES`, or a folder: a labelled sequence, or one that holds such folders. ``LAYOUT:FOLDER`` says which
-        of `dloftbs.sources.recorded.LAYOUTS` it has, such as ``mbest:photographs``.
+        of `dloftbs.sources.recorded.LAYOUTS` it has, such as ``mbest:photographs``; ``real-motion:FOLDER`` says where
+        the recordings are.
     scale : float
         Of the number of scenes, and so of frames: at 1 a generated suite has at least 20 of different seeds for each of
         its figures, but for those of a single scenario of rgbd and rgbd-artificial, which have 8. A folder is taken as
@@ -198,7 +219,8 @@ def open_suite(
     SourceError
         If the folder has no labelled sequence.
     """
-    suite = _open_generated(name, scale, seed, size) if name in _GENERATED else _open_folder(name)
+    recipe = _recipe_of(name)
+    suite = _open_folder(name) if recipe is None else _open_generated(name, recipe, scale, seed, size)
     if tolerance_px is None:
         return suite
     if not 0.0 < tolerance_px < math.inf:
@@ -208,13 +230,17 @@ def open_suite(
     return replace(suite, settings=f"{suite.settings}, tolerance {tolerance_px:g} px")
 
 
-def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
+def _recipe_of(name: str) -> _Recipe | None:
+    """Return the recipe of a generated suite, or None for any other name."""
+    return _of_recordings(place_of(name)) if name.startswith(f"{REAL_MOTION}:") else _GENERATED.get(name)
+
+
+def _open_generated(name: str, recipe: _Recipe, scale: float, seed: int, size: Size) -> Suite:
     remedy = missing_for(name)
     if remedy is not None:
         raise InputError(remedy)
     if not (0.0 < scale < math.inf) or seed < 0:
         raise InputError(f"expected scale > 0 and seed >= 0, got {scale} and {seed}")
-    recipe = _GENERATED[name]
     if recipe.scenes is None:
         sequences = recipe.generator(scale, seed, size)
         for sequence in sequences:
@@ -222,6 +248,9 @@ def _open_generated(name: str, scale: float, seed: int, size: Size) -> Suite:
     else:
         sequences = _excerpts(recipe, scale, seed, size)
     settings = f"scale {scale:g}, seed {seed}, {size[1]}x{size[0]}"
+    if recipe.files is not None:
+        settings += f", files {_digest(recipe.files)}"
+        name = REAL_MOTION
     return Suite(name, recipe.title, tuple(sequences), settings, thinned=scale < 1.0)
 
 
@@ -264,9 +293,9 @@ def _layout_of(name: str) -> str:
 
 
 def place_of(name: str) -> Path:
-    """Return the folder of labelled data that is named by its path, or as ``LAYOUT:PATH``."""
-    layout = _layout_of(name)
-    return Path(os.path.expanduser(name if layout == "auto" else name.removeprefix(f"{layout}:")))
+    """Return the folder of data that is named by its path, or as ``LAYOUT:PATH`` or ``real-motion:PATH``."""
+    prefix = REAL_MOTION if name.startswith(f"{REAL_MOTION}:") else _layout_of(name)
+    return Path(os.path.expanduser(name.removeprefix(f"{prefix}:")))
 
 
 def _sequences_in(folder: Path, layout: str) -> list[KnownSequence]:

@@ -15,6 +15,7 @@ from dloftbs.synthetic.ladder import LADDER_BASES, LadderBase, Rung, noise_ladde
 from dloftbs.synthetic.network_masks import NETWORK, NetworkFaults
 from dloftbs.synthetic.plain_sight import PLAIN_SIGHT_KINDS, PlainSightSequence, plain_sight
 from dloftbs.synthetic.real_footage import FOOTAGE_FAMILIES, RealFootageSequence, real_footage
+from dloftbs.synthetic.real_motion import REAL_MOTION_VARIANTS, RealMotionSequence, missing_recordings, real_motion
 from dloftbs.synthetic.rgb import RGB_SCENARIOS, RgbSequence, rgb
 from dloftbs.synthetic.rgbd import RgbdSequence
 from dloftbs.synthetic.rgbd_camera import DEPTH_SCENES, DepthCameraSequence, rgbd_camera
@@ -43,6 +44,7 @@ __all__ = [
     "NOISY",
     "OCCLUDED",
     "PLAIN_SIGHT_KINDS",
+    "REAL_MOTION_VARIANTS",
     "RGB_SCENARIOS",
     "SIMULATED_KINDS",
     "SIMULATION_REMEDY",
@@ -62,6 +64,7 @@ __all__ = [
     "NetworkFaults",
     "PlainSightSequence",
     "RealFootageSequence",
+    "RealMotionSequence",
     "RgbSequence",
     "RgbdSequence",
     "Rung",
@@ -75,10 +78,12 @@ __all__ = [
     "edge_cases",
     "kinds",
     "known_occluders",
+    "missing_recordings",
     "noise_ladder",
     "plain_sight",
     "random_curve",
     "real_footage",
+    "real_motion",
     "rgb",
     "rgbd_artificial",
     "rgbd_camera",

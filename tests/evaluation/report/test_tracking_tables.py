@@ -9,7 +9,7 @@ from evaluation import runner_stubs
 from evaluation.following_stubs import HALF, WHOLE, Hidden
 from evaluation.runner_stubs import Bars, method, suite
 
-from dloftbs.evaluation.report.tracking_tables import following_table, is_harmed, refound
+from dloftbs.evaluation.report.tracking_tables import following_table, is_harmed, is_helped, refound
 from dloftbs.evaluation.report.write import write_report
 from dloftbs.evaluation.runner.finished_parts import TrackRow
 from dloftbs.evaluation.runner.run import evaluate
@@ -42,7 +42,7 @@ def test_the_truth_is_perfect(tmp_path, hidden):
     assert (scores.switches, scores.flips, scores.misses, scores.false_positives, scores.idf1) == (0, 0, 0, 0, 1.0)
     assert max(row.track_px for row in part.following.rows) < 1e-6
     row = table_row(part)
-    assert (row["no switch, %"], row["no flip, %"], row["neither, %"]) == (100.0, 100.0, 100.0)
+    assert (row["no switch, %"], row["no flip, %"], row["unbroken, %"]) == (100.0, 100.0, 100.0)
     assert row["objects followed, %"] == 100.0
     assert row["clear: L3 px tracked"] == pytest.approx(0.0, abs=1e-6)
 
@@ -52,7 +52,7 @@ def test_swapped_names_are_switches_and_no_flips(tmp_path):
     assert (part.following.scores.switches, part.following.scores.flips) == (2, 0)
     assert part.following.scores.idf1 == pytest.approx(0.5)
     row = table_row(part)
-    assert (row["no switch, %"], row["no flip, %"], row["neither, %"]) == (0.0, 100.0, 0.0)
+    assert (row["no switch, %"], row["no flip, %"], row["unbroken, %"]) == (0.0, 100.0, 0.0)
 
 
 def test_flipped_curves_are_flips_and_no_switches(tmp_path):
@@ -60,13 +60,13 @@ def test_flipped_curves_are_flips_and_no_switches(tmp_path):
     assert (part.following.scores.switches, part.following.scores.flips) == (0, 2)
     assert part.following.scores.idf1 == 1.0
     row = table_row(part)
-    assert (row["no switch, %"], row["no flip, %"], row["neither, %"]) == (100.0, 0.0, 0.0)
+    assert (row["no switch, %"], row["no flip, %"], row["unbroken, %"]) == (100.0, 0.0, 0.0)
 
 
 def test_what_is_never_tracked_has_no_switch_but_is_not_followed(tmp_path):
     part = followed(tmp_path, stubs.one_only, Hidden())
     row = table_row(part)
-    assert (row["neither, %"], row["objects followed, %"]) == (100.0, 50.0)
+    assert (row["unbroken, %"], row["objects followed, %"]) == (100.0, 50.0)
     assert row["IDF1"] == pytest.approx(2 / 3)
 
 
@@ -76,7 +76,7 @@ def test_sequences_are_counted_not_switches(tmp_path):
     alike = [good, bad, good, good]
     table = following_table([part.__class__(good.key, part.rows, following=part.following) for part in alike], "stub")
     row = dict(zip(table.columns, table.rows[0], strict=True))
-    assert (row["sequences"], row["neither, %"]) == (4, 75.0)
+    assert (row["sequences"], row["unbroken, %"]) == (4, 75.0)
     assert row["IDF1"] == pytest.approx(1.0 - 0.5 / 4)
     assert [line[:2] for line in table.rows] == [("stub", 2), ("all", 2), ("all", None)]
 
@@ -129,11 +129,22 @@ def test_another_name_afterwards_is_a_switch_and_never_found_again(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("alone_px", "track_px", "harmed"),
+    ("alone_px", "nearest_px", "harmed"),
     [(2.9, 5.1, 1.0), (2.9, None, 1.0), (2.9, 4.9, 0.0), (3.1, 50.0, 0.0), (None, 50.0, 0.0)],
 )
-def test_harm_is_a_track_that_is_off_where_the_frame_alone_is_right(alone_px, track_px, harmed):
-    assert is_harmed(TrackRow(0, 0, 1.0, 1, True, track_px, None, None, alone_px)) == harmed
+def test_harm_is_a_track_that_is_off_where_the_frame_alone_is_right_and_help_the_reverse(alone_px, nearest_px, harmed):
+    assert is_harmed(TrackRow(0, 0, 1.0, 1, True, 9.0, None, None, alone_px, nearest_px)) == harmed
+    assert is_helped(TrackRow(0, 0, 1.0, 1, True, 9.0, None, None, nearest_px, alone_px)) == harmed
+
+
+def test_the_track_of_another_object_is_no_harm_and_nothing_is_missed(tmp_path):
+    row = table_row(followed(tmp_path, stubs.swapping, Hidden()))
+    assert (row["harm, %"], row["help, %"], row["missed, %"]) == (0.0, 0.0, 0.0)
+
+
+def test_what_has_no_track_near_it_is_missed(tmp_path):
+    row = table_row(followed(tmp_path, stubs.one_only, Hidden()))
+    assert row["missed, %"] == 50.0
 
 
 def test_what_is_published_off_the_mask_is_a_ghost(tmp_path):

@@ -190,6 +190,7 @@ _FORMS: dict[str, Callable[[Sequence[Part], str], Table]] = {
     "known-occluders": _families,
     "seen-occluders": _families,
     "plain-sight": _families,
+    "real-motion": _families,
     "real-footage": _footage,
     "simulated": _families,
     "several-cables": _by_number,

@@ -21,7 +21,7 @@ ALL = f"all but {APART}"
 """All other families, of a suite that has it."""
 
 HARM_PX, RIGHT_PX = 5.0, 3.0
-"""Harm is a track that is further off than the first, L3, where the frame alone is no further off than the second."""
+"""Harm: no track has an L3 of at most the first, though a curve of the frame alone has one below the second."""
 _WHOLE = 0.99
 """From this share of its length on an object counts as not hidden: masks are cut by whole pixels."""
 _ENOUGH = 0.1
@@ -34,10 +34,12 @@ _COLUMNS = (
     "sequences",
     "no switch, %",
     "no flip, %",
-    "neither, %",
+    "unbroken, %",
     "objects followed, %",
     "IDF1",
     "harm, %",
+    "help, %",
+    "missed, %",
     "ghosts, %",
     "occluded: L3 px tracked",
     "occluded: L3 px of the hidden part",
@@ -51,11 +53,14 @@ _COLUMNS = (
 )
 _NOTE = (
     "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
-    "runs the same way on its object; an object is followed that has a track in 80 % of its frames. All published "
-    "tracks count, and are those of an object within an L3 of 50 px in HD from its whole or its "
+    "runs the same way on its object; unbroken, both; an object is followed that has a "
+    "track in 80 % of its frames. All published tracks count, and are those of an object within an L3 of "
+    "50 px in HD from its whole or its "
     "visible extent; while nothing of an object shows, neither it nor its last track counts. Harm: frames of objects "
-    f"in which the track is missing or its L3 above {HARM_PX:g} px, though the frame alone is right to {RIGHT_PX:g} "
-    "px. Ghosts: points of published tracks more than a width from anything in the mask; behind occluders, right ones "
+    f"in which no track has an L3 of {HARM_PX:g} px or less, though the frame alone has a curve below {RIGHT_PX:g} "
+    "px; help: the reverse. Missed: objects that show, by frame, without a track in the assignment by mean distance "
+    "(both ways, below 20 px in HD) from the whole or the visible extent. Ghosts: "
+    "points of published tracks more than a width from anything in the mask; behind occluders, right ones "
     "too. L3 is from the whole true "
     "curve, the hidden part included, whichever end comes first: of the curve of the object's track, or of the "
     "nearest track where it has none, against the nearest curve that the same method finds in that frame alone. "
@@ -88,7 +93,16 @@ def following_table(parts: Sequence[Part], suite: str) -> Table:
 
 def is_harmed(row: TrackRow) -> bool:
     """Return whether the past made worse what the frame alone shows."""
-    return row.alone_px is not None and row.alone_px <= RIGHT_PX and (row.track_px is None or row.track_px > HARM_PX)
+    return _gets_lost(row.alone_px, row.nearest_px)
+
+
+def is_helped(row: TrackRow) -> bool:
+    """Return whether the past made right what the frame alone does not show."""
+    return _gets_lost(row.nearest_px, row.alone_px)
+
+
+def _gets_lost(known_px: float | None, other_px: float | None) -> bool:
+    return known_px is not None and known_px < RIGHT_PX and (other_px is None or other_px > HARM_PX)
 
 
 def refound(rows: Sequence[TrackRow]) -> list[int | None]:
@@ -137,6 +151,8 @@ def _row(family: str, cables: int | None, method: str, followed: Sample[Followin
         followed.ratio(lambda one: one.scores.mostly_tracked, _objects, 100.0),
         idf1(followed, lambda one: one.scores),
         followed.ratio(lambda one: sum(map(is_harmed, one.rows)), lambda one: len(one.rows), 100.0),
+        followed.ratio(lambda one: sum(map(is_helped, one.rows)), lambda one: len(one.rows), 100.0),
+        followed.ratio(lambda one: one.missed, lambda one: one.shown, 100.0),
         followed.ratio(lambda one: one.ghosts, lambda one: one.points, 100.0),
         _mean(followed, _occluded, _tracked),
         _mean(followed, _occluded, lambda row: None if row.alone_px is None else row.hidden_px),

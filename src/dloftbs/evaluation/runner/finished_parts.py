@@ -148,6 +148,8 @@ class TrackRow:
         The part of it over what the mask shows, and over what it does not; None where there is no such part.
     alone_px : float or None
         L3 of the nearest curve that the method finds in the frame without those before; None where it finds none.
+    nearest_px : float or None
+        L3 of the nearest curve of all tracks; None without tracks.
     """
 
     index: int
@@ -159,6 +161,7 @@ class TrackRow:
     shown_px: float | None
     hidden_px: float | None
     alone_px: float | None
+    nearest_px: float | None = None
 
 
 @dataclass(frozen=True)
@@ -179,6 +182,10 @@ class Following:
         Points of all published curves, a pixel apart.
     ghosts : int
         Those of them that lie more than a cable's width from anything in the mask.
+    missed : int
+        Objects of which something shows, by frame, without a track in the assignment by mean distance.
+    shown : int
+        Objects of which something shows, by frame.
     """
 
     family: str
@@ -187,6 +194,8 @@ class Following:
     rows: tuple[TrackRow, ...]
     points: int = 0
     ghosts: int = 0
+    missed: int = 0
+    shown: int = 0
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from dloftbs._arrays import FloatArray
 from dloftbs.evaluation.curve_matching import CurveDistances
@@ -14,9 +15,13 @@ from dloftbs.evaluation.runner.finished_parts import Following, TrackRow
 from dloftbs.evaluation.runner.found import Found
 from dloftbs.evaluation.runner.frame_scores import TRACK_GATE
 from dloftbs.evaluation.runner.known_frame import KnownFrame
+from dloftbs.evaluation.runner.mask_pixels import nearest_distances
 from dloftbs.evaluation.runner.trace_pairs import compare_traces
 from dloftbs.evaluation.runner.visible_truth import distances_of
 from dloftbs.evaluation.traces import SAMPLES, Trace, align
+
+NEAR_GATE = 1.0 / 64.0
+"""Of the image's longer side: an object is missed without a track at a smaller mean distance, 20 px in HD."""
 
 
 class FollowingScorer:
@@ -37,7 +42,7 @@ class FollowingScorer:
         self._numbers: dict[Hashable, int] = {}
         self._rows: list[TrackRow] = []
         self._known = True
-        self._points = self._ghosts = 0
+        self._points = self._ghosts = self._missed = self._shown = 0
 
     def wants(self, found: Found) -> bool:
         """Return whether the method has given all of its curves identities so far."""
@@ -71,6 +76,7 @@ class FollowingScorer:
         if known.pixels is not None:
             self._points += len(published.points)
             self._ghosts += known.pixels.count_beside(published.points)
+        self._count_missed(published, known)
         given = self._match(numbers, distances, known)
         whole, whole_alone = (compare_traces(one.traces, known.traces).l3 for one in (published, alone))
         for i, true_id in enumerate(truth.ids):
@@ -92,6 +98,7 @@ class FollowingScorer:
                     None if errors is None else _mean(errors[shown]),
                     None if errors is None else _mean(errors[~shown]),
                     float(whole_alone[i].min()) if alone.curves else None,
+                    float(whole[i].min()) if curves else None,
                 )
             )
 
@@ -108,13 +115,32 @@ class FollowingScorer:
         given = self._scorer.add(ids, tracks, distances.l3[those], distances.forward[those])
         return given | lasting  # type: ignore[return-value]  # what was put in comes out
 
+    def _count_missed(self, published: Found, known: KnownFrame) -> None:
+        """Count the objects that show, and those of them without a track near their whole or visible extent."""
+        rows = np.flatnonzero(known.visible)
+        far = np.ones((len(rows), len(published.traces)))
+        for i, row in enumerate(rows):
+            true = [trace for trace in (known.traces[row], known.extents[row]) if trace is not None]
+            for j, found in enumerate(published.traces):
+                distance = min(_mean_distance(found, one) for one in true)
+                far[i, j] = distance >= NEAR_GATE * max(known.frame.size)
+        given = linear_sum_assignment(far)
+        self._shown += len(rows)
+        self._missed += len(rows) - int((far[given] == 0.0).sum())
+
     def result(self) -> Following | None:
         """Return the scores, or None where the method has curves without identities."""
         if not self._known or self._scorer is None:
             return None
-        return Following(
-            self._family, self._cables, self._scorer.scores(), tuple(self._rows), self._points, self._ghosts
-        )
+        scores, rows = self._scorer.scores(), tuple(self._rows)
+        counts = self._points, self._ghosts, self._missed, self._shown
+        return Following(self._family, self._cables, scores, rows, *counts)
+
+
+def _mean_distance(found: Trace, true: Trace) -> float:
+    """Return the mean of both mean distances, from each of two curves to the other."""
+    points, others = found.resampled(SAMPLES), true.resampled(SAMPLES)
+    return float(nearest_distances(points, others).mean() + nearest_distances(others, points).mean()) / 2.0
 
 
 def _distances_along(found: Trace, true: Trace) -> FloatArray:
