@@ -59,7 +59,7 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
     pixels : numpy.ndarray, shape (h + 2, w + 2)
         A mask of 0 and 1 with an empty margin. Not changed.
     places : numpy.ndarray, shape (n, 3)
-        Row and column of a pixel of each piece that is looked at, and whether it has a long slit.
+        Row and column of a pixel in each piece that is looked at, and whether a slit is to be looked for.
     beyond : (bool, bool, bool, bool)
         Whether the image ends at the top, bottom, left and right of the box.
 
@@ -72,7 +72,7 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
     unseen, filled = pixels.copy(), pixels.copy()
     for row, column, has_slit in sorted(places.tolist(), key=lambda place: -place[2]):
         if pixels[row, column] != unseen[row, column]:
-            continue  # where every other pixel is left out, a piece may be several
+            continue  # that piece has been looked at
         _, _, _, (x, y, w, h) = cv2.floodFill(unseen, None, (column, row), _SEEN, flags=8)
         box = np.s_[y - 1 : y + h + 1, x - 1 : x + w + 1]
         at = (y == 1 and beyond[0], y + h == height - 1 and beyond[1])

@@ -1,4 +1,4 @@
-"""Pieces of a mask within which there is ground so narrow that it may be a highlight on one cable.
+"""Ground in a mask that is so narrow that it may be a highlight on one cable.
 
 Every other pixel tells: most ground within a piece is wide, and this is soon seen.
 """
@@ -60,10 +60,9 @@ def close_round(bitmask: _Words, radius: int) -> _Words:
 
 
 @helper
-def _measure_pieces(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, pieces: int) -> tuple[_Ints, _Ints, _Ints]:
-    """Return each piece's area, the number of its pixels' sides on ground, and the row and column of a pixel."""
+def _measure_pieces(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, pieces: int) -> tuple[_Ints, _Ints]:
+    """Return each piece's area, and the number of its pixels' sides on ground."""
     area, sides = np.zeros(pieces, dtype=np.int64), np.zeros(pieces, dtype=np.int64)
-    places = np.zeros((pieces, 2), dtype=np.int64)
     for r in range(1, len(first) - 2):
         above, below = first[r - 1], first[r + 1]
         for i in range(first[r], first[r + 1] - 1):
@@ -79,8 +78,7 @@ def _measure_pieces(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, pieces
                     if start[j] >= high:
                         break
                     sides[k] += min(end[j], high) - max(start[j], low)
-            places[k, 0], places[k, 1] = r, low
-    return area, sides, places
+    return area, sides
 
 
 @inlined
@@ -103,7 +101,7 @@ def _widths(bitmask: _Words, rows: int, columns: int) -> npt.NDArray[np.float64]
     """Return the mean width of each piece."""
     first, start, end, _, _, _ = find_ground(bitmask, rows, columns)
     piece, pieces = label_foreground(first, start, end)
-    area, sides, _ = _measure_pieces(first, start, end, piece, pieces)
+    area, sides = _measure_pieces(first, start, end, piece, pieces)
     return 2.0 * _SIDES * area / sides
 
 
@@ -133,10 +131,10 @@ def _find_narrow(
     start: _Ints,
     end: _Ints,
     piece: _Ints,
+    area: _Ints,
     width: npt.NDArray[np.float64],
-) -> tuple[_Bools, _Bools]:
-    """Return which pieces have holes within a cable, or long slits: ground that holds no disc of their width."""
-    has_hole, has_slit = np.zeros(len(width), dtype=np.bool_), np.zeros(len(width), dtype=np.bool_)
+) -> _Ints:
+    """Return a pixel of the mask beside each hole within a cable, or long slit, that holds no disc of its width."""
     reach = min(np.int64(np.ceil(0.5 * width.max())), _LONGEST_REACH)
     margin = reach + 1
     mask = np.zeros((len(coarse) + 2, rows + 2 * margin), dtype=np.uint64)
@@ -147,9 +145,10 @@ def _find_narrow(
     for k in range(1, len(mask) - 1):
         for r in range(height):
             rest[k, r] = ~closed[k, r] | mask[k, r]
-    firsts, starts, ends, part, _, _ = find_ground(rest, height, columns)
+    firsts, starts, ends, part, pixels, _ = find_ground(rest, height, columns)
     parts = part.max() + 1
     owner, boxes = np.full(parts, -1, dtype=np.int64), np.zeros((parts, 4), dtype=np.int64)
+    places = np.zeros((parts, 3), dtype=np.int64)
     is_hole, is_mixed = np.ones(parts, dtype=np.bool_), np.zeros(parts, dtype=np.bool_)
     for r in range(len(firsts) - 1):
         for i in range(firsts[r], firsts[r + 1]):
@@ -160,11 +159,11 @@ def _find_narrow(
             boxes[k, 2], boxes[k, 3] = min(boxes[k, 2], starts[i]), max(boxes[k, 3], ends[i])
             for c in (starts[i] - 1, ends[i]):
                 beside = _piece_at(first, start, end, piece, r - margin, c - WORD_BITS)
-                if owner[k] < 0:  # the piece beside a hole's first run lies around it, others within
-                    owner[k] = beside
-                if beside >= 0:
-                    is_mixed[k] |= beside != owner[k]
-                else:
+                if beside >= 0 and 2 * area[beside] > pixels[k]:  # a speck within is no side
+                    is_mixed[k] |= owner[k] >= 0 and beside != owner[k]
+                    if owner[k] < 0 or area[beside] > area[owner[k]]:
+                        owner[k], places[k, 0], places[k, 1] = beside, r - margin, c - WORD_BITS
+                if beside < 0:
                     is_hole[k] = False
             if is_hole[k]:
                 low, high = max(starts[i], 0), min(ends[i], columns)
@@ -176,7 +175,7 @@ def _find_narrow(
             length = np.hypot(float(boxes[k, 1] - boxes[k, 0]), float(boxes[k, 3] - boxes[k, 2]))
             usable[k] = not is_mixed[k] and _SIDES * length > _LEAST_SLIT_WIDTHS * width[owner[k]]
     if not usable.any():
-        return has_hole, has_slit
+        return places[:0]
     widest = _widths(closed, height, columns).max()
     inside = np.full(len(mask), ~np.uint64(0), dtype=np.uint64)
     shallow = np.int64(_DEEPEST_SLIT_WIDTHS * widest + _ERROR)
@@ -189,15 +188,13 @@ def _find_narrow(
             if usable[k]:
                 usable[k] = not _holds_any(deepest if is_hole[k] else beneath, r, starts[i], ends[i])
     for k in range(parts):
-        if usable[k]:
-            has_hole[owner[k]] |= is_hole[k]
-            has_slit[owner[k]] |= not is_hole[k]
-    return has_hole, has_slit
+        places[k, 2] = not is_hole[k]
+    return places[usable]
 
 
 @kernel(read(uint64, 2, "C"), int64, int64, int64, int64)
 def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _Ints:
-    """Find the pieces of a mask that have holes which are no wider than they are, or long slits of that kind.
+    """Find ground that may lie within one cable: narrow holes of a piece of the mask, and long narrow slits.
 
     Parameters
     ----------
@@ -210,8 +207,8 @@ def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _
 
     Returns
     -------
-    (pieces, 3) int64
-        Row and column of a pixel of each, with the margin, and whether it has a long slit.
+    (n, 3) int64
+        Of each, row and column of a pixel of the mask beside it, with the margin, and whether it is a slit.
     """
     coarse = thin_out(framed, h + 2, top, left)
     rows, columns = coarse.shape[1], (w + 3 - left) // _STEP_PX
@@ -219,10 +216,9 @@ def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _
     piece, pieces = label_foreground(first, start, end)
     if pieces == 0:
         return np.empty((0, 4), dtype=np.int64)
-    area, around, places = _measure_pieces(first, start, end, piece, pieces)
+    area, around = _measure_pieces(first, start, end, piece, pieces)
     width = 2.0 * _SIDES * area / around
-    has_hole, has_slit = _find_narrow(coarse, rows, first, start, end, piece, width)
-    found = np.column_stack((places, has_slit.astype(np.int64)))[has_hole | has_slit]
-    for i in range(len(found)):
-        found[i, 0], found[i, 1] = _STEP_PX * (found[i, 0] - 1) + top, _STEP_PX * found[i, 1] + left
-    return found
+    places = _find_narrow(coarse, rows, first, start, end, piece, area, width)
+    for i in range(len(places)):
+        places[i, 0], places[i, 1] = _STEP_PX * (places[i, 0] - 1) + top, _STEP_PX * places[i, 1] + left
+    return places
