@@ -42,6 +42,12 @@ _LEAST_SLIT_WIDTHS = 2.0
 _SINGLE_SHARE = 0.15
 """Share of the cables' length that is narrower than what counts as the width of one, beside a width for the ends."""
 
+_MOST_PIECES = 500
+"""More pieces than this with narrow ground are noise, of which nothing is filled: it bounds the time."""
+
+_MOST_PARTS = 2000
+"""More parts of narrow ground than this in a piece are noise, of which nothing is filled: it bounds the time."""
+
 _AROUND = np.ones((3, 3), np.uint8)
 _SEEN = 2
 _EDGE_PX = 0.5  # from the middle of a pixel to its edge
@@ -69,10 +75,13 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
         None where nothing is filled.
     """
     height, width = pixels.shape
-    unseen, filled = pixels.copy(), pixels.copy()
+    unseen, filled, pieces = pixels.copy(), pixels.copy(), 0
     for row, column, has_slit in sorted(places.tolist(), key=lambda place: -place[2]):
         if pixels[row, column] != unseen[row, column]:
             continue  # that piece has been looked at
+        pieces += 1
+        if pieces > _MOST_PIECES:
+            return None
         _, _, _, (x, y, w, h) = cv2.floodFill(unseen, None, (column, row), _SEEN, flags=8)
         box = np.s_[y - 1 : y + h + 1, x - 1 : x + w + 1]
         at = (y == 1 and beyond[0], y + h == height - 1 and beyond[1])
@@ -100,7 +109,7 @@ def _keep_within(narrow: _Pixels, solid: _Pixels, deepest: float, apart_from: _P
     """Return the narrow ground that lies within one cable, by its depth where it is filled, px, in widths."""
     found = np.zeros_like(narrow)
     outlines, _ = cv2.findContours(narrow, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    if not outlines:
+    if not 0 < len(outlines) <= _MOST_PARTS:
         return found
     parts = [_cut_part(outline, narrow) for outline in outlines]
     width = _mean_width(solid)

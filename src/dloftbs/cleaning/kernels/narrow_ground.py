@@ -33,6 +33,9 @@ _DEEPEST_HOLE_WIDTHS, _DEEPEST_SLIT_WIDTHS = 0.85, 0.6
 _LEAST_SLIT_WIDTHS = 2.0
 """Least length of a slit, in mean widths of the mask, see `dloftbs.cleaning.holes`."""
 
+_MOST_GROUNDS = 20_000
+"""More parts of ground than this are noise, in which nothing is found: it bounds the time."""
+
 _LONGEST_REACH = WORD_BITS - 2
 """Radius of the largest octagon, in steps: the margin is one word wide."""
 
@@ -212,10 +215,12 @@ def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _
     """
     coarse = thin_out(framed, h + 2, top, left)
     rows, columns = coarse.shape[1], (w + 3 - left) // _STEP_PX
-    first, start, end, _, _, _ = find_ground(coarse, rows, columns)
+    first, start, end, _, pixels, _ = find_ground(coarse, rows, columns)
+    if len(pixels) > _MOST_GROUNDS:
+        return np.empty((0, 3), dtype=np.int64)
     piece, pieces = label_foreground(first, start, end)
     if pieces == 0:
-        return np.empty((0, 4), dtype=np.int64)
+        return np.empty((0, 3), dtype=np.int64)
     area, around = _measure_pieces(first, start, end, piece, pieces)
     width = 2.0 * _SIDES * area / around
     places = _find_narrow(coarse, rows, first, start, end, piece, area, width)
