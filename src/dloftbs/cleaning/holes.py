@@ -65,7 +65,7 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
     pixels : numpy.ndarray, shape (h + 2, w + 2)
         A mask of 0 and 1 with an empty margin. Not changed.
     places : numpy.ndarray, shape (n, 3)
-        Row and column of a pixel in each piece that is looked at, and whether a slit is to be looked for.
+        Row and column of pixels in the pieces that are looked at, and whether a slit is to be looked for.
     beyond : (bool, bool, bool, bool)
         Whether the image ends at the top, bottom, left and right of the box.
 
@@ -76,18 +76,18 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
     """
     height, width = pixels.shape
     unseen, filled, pieces = pixels.copy(), pixels.copy(), 0
-    for row, column, has_slit in sorted(places.tolist(), key=lambda place: -place[2]):
-        if pixels[row, column] != unseen[row, column]:
-            continue  # that piece has been looked at
+    while len(places):
         pieces += 1
         if pieces > _MOST_PIECES:
             return None
+        row, column, has_slit = places[places[:, 2].argmax()].tolist()  # those with slits first
         _, _, _, (x, y, w, h) = cv2.floodFill(unseen, None, (column, row), _SEEN, flags=8)
         box = np.s_[y - 1 : y + h + 1, x - 1 : x + w + 1]
         at = (y == 1 and beyond[0], y + h == height - 1 and beyond[1])
         sides = (*at, x == 1 and beyond[2], x + w == width - 1 and beyond[3])
         filled[box] |= _find_highlights((unseen[box] == _SEEN).astype(np.uint8), sides, bool(has_slit))
         unseen[box][unseen[box] == _SEEN] = 0
+        places = places[unseen[places[:, 0], places[:, 1]] != 0]
     return filled if (filled != pixels).any() else None
 
 

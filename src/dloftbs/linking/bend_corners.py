@@ -192,6 +192,8 @@ def _arc(side: FloatArray, corner: FloatArray, onward: FloatArray) -> FloatArray
     """Return the points from a side to the corner: straight on, and by an arc into the direction across there."""
     start, tangent = side[:2], side[2:]
     along = float(tangent @ onward)
+    if along == 0.0:  # it runs across the way on, and never comes up to the corner
+        return between(start, corner)
     straight = float((corner - start) @ onward) / along
     turn = start + straight * tangent
     aside = turn - corner

@@ -109,19 +109,16 @@ def _widths(bitmask: _Words, rows: int, columns: int) -> npt.NDArray[np.float64]
 
 
 @inlined
-def _shows_ground(bitmask: _Words, r: int, low: int, high: int) -> bool:
-    """Tell whether some pixel of a row is not set, from a column to the one before another."""
-    for c in range(low, high):
-        if (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) == 0:
-            return True
-    return False
+def _is_set(bitmask: _Words, r: int, c: int) -> bool:
+    """Tell whether a pixel is set."""
+    return (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) != 0
 
 
 @inlined
 def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
     """Tell whether some pixel of a row is set, from a column to the one before another."""
     for c in range(low, high):
-        if (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) != 0:
+        if _is_set(bitmask, r, c):
             return True
     return False
 
@@ -137,7 +134,7 @@ def _find_narrow(
     area: _Ints,
     width: npt.NDArray[np.float64],
 ) -> _Ints:
-    """Return a pixel of the mask beside each hole within a cable, or long slit, that holds no disc of its width."""
+    """Return the pixels of the mask beside holes within a cable, and long slits, that hold no disc of its width."""
     reach = min(np.int64(np.ceil(0.5 * width.max())), _LONGEST_REACH)
     margin = reach + 1
     mask = np.zeros((len(coarse) + 2, rows + 2 * margin), dtype=np.uint64)
@@ -151,7 +148,6 @@ def _find_narrow(
     firsts, starts, ends, part, pixels, _ = find_ground(rest, height, columns)
     parts = part.max() + 1
     owner, boxes = np.full(parts, -1, dtype=np.int64), np.zeros((parts, 4), dtype=np.int64)
-    places = np.zeros((parts, 3), dtype=np.int64)
     is_hole, is_mixed = np.ones(parts, dtype=np.bool_), np.zeros(parts, dtype=np.bool_)
     for r in range(len(firsts) - 1):
         for i in range(firsts[r], firsts[r + 1]):
@@ -160,25 +156,26 @@ def _find_narrow(
                 boxes[k, 0], boxes[k, 2], boxes[k, 3] = r, starts[i], ends[i]
             boxes[k, 1] = r + 1
             boxes[k, 2], boxes[k, 3] = min(boxes[k, 2], starts[i]), max(boxes[k, 3], ends[i])
-            for c in (starts[i] - 1, ends[i]):
-                beside = _piece_at(first, start, end, piece, r - margin, c - WORD_BITS)
-                if beside >= 0 and 2 * area[beside] > pixels[k]:  # a speck within is no side
-                    is_mixed[k] |= owner[k] >= 0 and beside != owner[k]
-                    if owner[k] < 0 or area[beside] > area[owner[k]]:
-                        owner[k], places[k, 0], places[k, 1] = beside, r - margin, c - WORD_BITS
-                if beside < 0:
-                    is_hole[k] = False
-            if is_hole[k]:
-                low, high = max(starts[i], 0), min(ends[i], columns)
-                for row in (r - 1, r + 1):
-                    is_hole[k] &= 0 <= row < height and not _shows_ground(closed, row, low, high)
+            for row in (r - 1, r, r + 1):
+                ahead = np.int64(row == r)  # in the run's own row, the pixels before and behind it
+                for c in range(max(starts[i] - ahead, 0), min(ends[i] + ahead, columns)):
+                    if row < 0 or row >= height or (row == r and starts[i] <= c < ends[i]):
+                        continue
+                    if not _is_set(mask, row, c):
+                        is_hole[k] &= _is_set(closed, row, c)
+                        continue
+                    beside = _piece_at(first, start, end, piece, row - margin, c - WORD_BITS)
+                    if 2 * area[beside] > pixels[k]:  # a speck within is no side
+                        is_mixed[k] |= owner[k] >= 0 and beside != owner[k]
+                        if owner[k] < 0 or area[beside] > area[owner[k]]:
+                            owner[k] = beside
     usable = owner >= 0
     for k in range(parts):
         if usable[k] and not is_hole[k]:
             length = np.hypot(float(boxes[k, 1] - boxes[k, 0]), float(boxes[k, 3] - boxes[k, 2]))
             usable[k] = not is_mixed[k] and _SIDES * length > _LEAST_SLIT_WIDTHS * width[owner[k]]
     if not usable.any():
-        return places[:0]
+        return np.empty((0, 3), dtype=np.int64)
     widest = _widths(closed, height, columns).max()
     inside = np.full(len(mask), ~np.uint64(0), dtype=np.uint64)
     shallow = np.int64(_DEEPEST_SLIT_WIDTHS * widest + _ERROR)
@@ -190,9 +187,28 @@ def _find_narrow(
             k = part[i]
             if usable[k]:
                 usable[k] = not _holds_any(deepest if is_hole[k] else beneath, r, starts[i], ends[i])
-    for k in range(parts):
-        places[k, 2] = not is_hole[k]
-    return places[usable]
+    count = 0
+    for i in range(len(starts)):
+        if usable[part[i]]:
+            count += 2 * (ends[i] - starts[i]) + 2
+    places = np.empty((count, 3), dtype=np.int64)
+    count = 0
+    for r in range(1, len(firsts) - 2):
+        for i in range(firsts[r], firsts[r + 1]):
+            k = part[i]
+            if not usable[k]:
+                continue
+            for row in (r - 1, r, r + 1):
+                ahead = np.int64(row == r)
+                for c in range(starts[i] - ahead, ends[i] + ahead):
+                    if _is_set(mask, row, c):
+                        places[count, 0], places[count, 1], places[count, 2] = (
+                            row - margin,
+                            c - WORD_BITS,
+                            not is_hole[k],
+                        )
+                        count += 1
+    return places[:count]
 
 
 @kernel(read(uint64, 2, "C"), int64, int64, int64, int64)
@@ -211,7 +227,8 @@ def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _
     Returns
     -------
     (n, 3) int64
-        Of each, row and column of a pixel of the mask beside it, with the margin, and whether it is a slit.
+        Row and column of the pixels of the mask beside it, with the margin, and whether they are beside a slit. All of
+        them, since where every other pixel is left out, pieces are not those of the mask.
     """
     coarse = thin_out(framed, h + 2, top, left)
     rows, columns = coarse.shape[1], (w + 3 - left) // _STEP_PX
