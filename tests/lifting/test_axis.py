@@ -81,7 +81,9 @@ class TestPerfectDepth:
         millimetres = np.rint(1e3 * depth).astype(np.uint16)
         np.testing.assert_allclose(lift_first(mask, millimetres).points_m[INSIDE], expected[INSIDE], atol=5e-4)
         tenths = np.rint(1e4 * depth).astype(np.uint16)
-        np.testing.assert_allclose(lift_first(mask, tenths, unit_m=1e-4).points_m, expected, atol=2e-4)
+        off = np.abs(lift_first(mask, tenths, unit_m=1e-4).points_m - expected)
+        assert float(np.quantile(off, 0.95)) < 5e-5  # half a step; places that a step tips the other way are few
+        assert off.max() < 1.1e-4
 
 
 def test_a_ring_is_lifted_all_around() -> None:

@@ -9,7 +9,7 @@ from linking_examples import dense, detect, distances, graph_of, hide
 from scipy.spatial import cKDTree
 
 from dloftbs.evaluation import match_curves
-from dloftbs.linking.bend_corners import _edges, way_around
+from dloftbs.linking.bend_corners import _arc, _edges, between, way_around
 from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence, TrackingSequence
 
 SIZE = (320, 320)
@@ -161,3 +161,9 @@ def test_the_edge_of_a_mask_is_the_same_wherever_pixels_are_counted_from() -> No
         assert _edges(mask, starts + digits, ways, 20.0) == pytest.approx(expected, abs=1e-9)
     found = _edges(np.pad(mask, ((21, 0), (17, 0))), np.add(starts, (17.0, 21.0)), ways, 20.0)
     assert found == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_side_that_runs_across_the_way_on_is_led_straight_to_the_corner() -> None:
+    side = np.array([10.0, 0.0, 0.0, 1.0])
+    found = _arc(side, np.array([0.0, 0.0]), np.array([1.0, 0.0]))
+    np.testing.assert_array_equal(found, between(side[:2], np.zeros(2)))

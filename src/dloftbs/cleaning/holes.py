@@ -10,22 +10,17 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.cleaning.kernels.narrow_ground import close_round
+from dloftbs.cleaning.kernels.narrow_ground import (
+    DEEPEST_HOLE_WIDTHS,
+    DEEPEST_SLIT_WIDTHS,
+    LEAST_SLIT_WIDTHS,
+    close_round,
+)
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 
 _Pixels = npt.NDArray[np.uint8]
 _Distances = npt.NDArray[np.float32]
 _Sides = tuple[bool, bool, bool, bool]
-
-_DEEPEST_HOLE_WIDTHS = 0.85
-"""Distance to the ground of a hole's deepest pixel, in widths, up to which the hole lies within a cable.
-
-Within one cable it is at most a half, at a crossing of two at most 0.71 (half of the diagonal of a square); between two
-cables, or in a loop of one, it is more than 1. This is the middle.
-"""
-
-_DEEPEST_SLIT_WIDTHS = 0.6
-"""The same for a slit: that of a cable is at most a half deep, the corner of a crossing 0.71. This is the middle."""
 
 _WIDEST_DEPTHS = 1.0
 """Largest width of a highlight, in distances of its deepest pixel to the ground: half a cable's width.
@@ -34,19 +29,28 @@ Source: geometry; beside a highlight of half its width in the middle, a cable ha
 """
 
 _WIDEST = 2.0
-"""Width of a hole over the mean width of the mask: a hole of half a cable's width leaves a quarter on either side."""
+"""Width of a hole over the mean width of the mask.
 
-_LEAST_SLIT_WIDTHS = 2.0
-"""Least length of a slit, in widths of the cable: the sides of a shorter one do not run along each other."""
+Source: geometry; a hole of half a cable's width leaves a quarter on either side.
+"""
 
 _SINGLE_SHARE = 0.15
-"""Share of the cables' length that is narrower than what counts as the width of one, beside a width for the ends."""
+"""Share of the cables' length that is narrower than what counts as the width of one, beside half a width for the ends.
+
+Source: by hand; that of the ends and of frays. The less it is, the shorter may be the part in which a bundle parts.
+"""
 
 _MOST_PIECES = 500
-"""More pieces than this with narrow ground are noise, of which nothing is filled: it bounds the time."""
+"""More pieces than this with narrow ground are noise, of which nothing is filled.
+
+Source: bounds the time, by hand; a small piece takes some 0.2 ms.
+"""
 
 _MOST_PARTS = 2000
-"""More parts of narrow ground than this in a piece are noise, of which nothing is filled: it bounds the time."""
+"""More parts of narrow ground than this in a piece are noise, of which nothing is filled.
+
+Source: bounds the time, by hand; a part takes some 0.05 ms, and a phone's photograph with pin-holes has 900.
+"""
 
 _AROUND = np.ones((3, 3), np.uint8)
 _SEEN = 2
@@ -99,8 +103,8 @@ def _find_highlights(piece: _Pixels, beyond: _Sides, has_slit: bool) -> _Pixels:
     if has_slit:
         slits = _find_slits(sealed | holes, _mean_width(sealed | holes))
         # A bundle may be open over all its length: the width is that of what does not lie beside narrow ground.
-        found |= _keep_within(slits, sealed | holes | slits, _DEEPEST_SLIT_WIDTHS, apart_from=sealed)
-    found |= _keep_within(holes, sealed | holes | found, _DEEPEST_HOLE_WIDTHS)
+        found |= _keep_within(slits, sealed | holes | slits, DEEPEST_SLIT_WIDTHS, apart_from=sealed)
+    found |= _keep_within(holes, sealed | holes | found, DEEPEST_HOLE_WIDTHS)
     found[[0, -1]] = found[:, [0, -1]] = 0
     return found
 
@@ -214,7 +218,7 @@ def _find_slits(sealed: _Pixels, width: float) -> _Pixels:
     """Return the long stretches of ground of a piece that hold no disc of a width, px."""
     slits = _close(sealed, round(0.5 * width)) & (1 - sealed)
     outlines, _ = cv2.findContours(slits, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    long = [outline for outline in outlines if np.hypot(*cv2.boundingRect(outline)[2:]) > _LEAST_SLIT_WIDTHS * width]
+    long = [outline for outline in outlines if np.hypot(*cv2.boundingRect(outline)[2:]) > LEAST_SLIT_WIDTHS * width]
     found = np.zeros_like(sealed)
     cv2.drawContours(found, long, -1, 1, cv2.FILLED)
     return found & slits

@@ -18,7 +18,7 @@ SEEDS = pytest.mark.parametrize("seed", range(10))
 def test_parts_are_what_hangs_together_by_sides(seed: int) -> None:
     mask = holed(seed)
     rows, columns = mask.shape
-    *runs, pixels, _ = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
+    *runs, pixels = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
     parts = in_runs(*runs, columns)
     np.testing.assert_array_equal(parts < 0, mask != 0)
     labels, count = ndimage.label(mask == 0)
@@ -27,18 +27,6 @@ def test_parts_are_what_hangs_together_by_sides(seed: int) -> None:
         (label,) = np.unique(labels[parts == k])
         assert (labels == label).sum() == (parts == k).sum()
     assert pixels[1:].tolist() == [int((parts == k).sum()) for k in range(1, count)]
-
-
-@SEEDS
-def test_sides_of_holes_are_counted(seed: int) -> None:
-    mask = holed(seed)
-    rows, columns = mask.shape
-    *runs, _, sides = find_ground(framed_bitmask(mask[1:-1, 1:-1]), rows, columns)
-    parts = in_runs(*runs, columns)
-    for k in range(1, len(sides)):
-        ground = parts == k
-        touching = sum((np.roll(mask, step, axis) & ground).sum() for step in (-1, 1) for axis in (0, 1))
-        assert sides[k] == touching
 
 
 @SEEDS

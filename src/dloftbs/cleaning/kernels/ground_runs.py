@@ -105,7 +105,7 @@ def _list_runs(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, 
 
 
 @kernel(read(uint64, 2, "C"), int64, int64)
-def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints, _Ints]:
+def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints, _Ints, _Ints, _Ints]:
     """List the runs of ground, and find the parts of it that hang together by their sides.
 
     Parameters
@@ -118,19 +118,16 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
     -------
     first, start, end, part
         The runs of ground.
-    pixels, sides : (parts,) int64
-        Number of pixels of each part, and of their sides that touch foreground.
+    pixels : (parts,) int64
+        Number of pixels of each part.
     """
     first, start, end = _list_runs(bitmask, rows, columns)
     count = len(start)
     parent = np.arange(count)
-    above = np.zeros(count, dtype=np.int64)  # pixels of each run below ground
     for r in range(1, rows):
         i, j = first[r - 1], first[r]
         while i < first[r] and j < first[r + 1]:
-            common = min(end[i], end[j]) - max(start[i], start[j])
-            if common > 0:
-                above[j] += common
+            if min(end[i], end[j]) > max(start[i], start[j]):
                 unite(parent, i, j)
             if end[i] < end[j]:
                 i += 1
@@ -145,11 +142,9 @@ def find_ground(bitmask: _Words, rows: int, columns: int) -> tuple[_Ints, _Ints,
         else:
             part[i] = part[find_root(parent, i)]
     pixels = np.zeros(parts, dtype=np.int64)
-    sides = np.zeros(parts, dtype=np.int64)
     for i in range(count):
         pixels[part[i]] += end[i] - start[i]
-        sides[part[i]] += 2 + 2 * (end[i] - start[i] - above[i])
-    return first, start, end, part, pixels, sides
+    return first, start, end, part, pixels
 
 
 @helper

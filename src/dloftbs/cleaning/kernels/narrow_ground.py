@@ -27,14 +27,30 @@ _SIDES = 4.0 / np.pi
 It is 1 at least: a width by sides alone is none too large.
 """
 
-_DEEPEST_HOLE_WIDTHS, _DEEPEST_SLIT_WIDTHS = 0.85, 0.6
-"""Distance to the ground of the deepest pixel, in widths, see `dloftbs.cleaning.holes`."""
+DEEPEST_HOLE_WIDTHS = 0.85
+"""Distance to the ground of a hole's deepest pixel, in widths, up to which the hole lies within a cable.
 
-_LEAST_SLIT_WIDTHS = 2.0
-"""Least length of a slit, in mean widths of the mask, see `dloftbs.cleaning.holes`."""
+Source: geometry; within one cable it is at most a half, at a crossing of two at most 0.71 (half of the diagonal of a
+square); between two cables, or in a loop of one, it is more than 1. This is the middle.
+"""
 
-_MOST_GROUNDS = 20_000
-"""More parts of ground than this are noise, in which nothing is found: it bounds the time."""
+DEEPEST_SLIT_WIDTHS = 0.6
+"""The same for a slit.
+
+Source: geometry; that of a cable is at most a half deep, the corner of a crossing 0.71. This is the middle.
+"""
+
+LEAST_SLIT_WIDTHS = 2.0
+"""Least length of a slit, in widths of the cable.
+
+Source: by hand; the sides of a shorter one hardly run along each other.
+"""
+
+_MOST_GROUNDS = 5_000
+"""More parts of ground than this are noise, in which nothing is found.
+
+Source: bounds the time, by hand; a phone's photograph with pin-holes has 900.
+"""
 
 _LONGEST_REACH = WORD_BITS - 2
 """Radius of the largest octagon, in steps: the margin is one word wide."""
@@ -102,7 +118,7 @@ def _piece_at(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, r: int, c: i
 @helper
 def _widths(bitmask: _Words, rows: int, columns: int) -> npt.NDArray[np.float64]:
     """Return the mean width of each piece."""
-    first, start, end, _, _, _ = find_ground(bitmask, rows, columns)
+    first, start, end, _, _ = find_ground(bitmask, rows, columns)
     piece, pieces = label_foreground(first, start, end)
     area, sides = _measure_pieces(first, start, end, piece, pieces)
     return 2.0 * _SIDES * area / sides
@@ -145,7 +161,7 @@ def _find_narrow(
     for k in range(1, len(mask) - 1):
         for r in range(height):
             rest[k, r] = ~closed[k, r] | mask[k, r]
-    firsts, starts, ends, part, pixels, _ = find_ground(rest, height, columns)
+    firsts, starts, ends, part, pixels = find_ground(rest, height, columns)
     parts = part.max() + 1
     owner, boxes = np.full(parts, -1, dtype=np.int64), np.zeros((parts, 4), dtype=np.int64)
     is_hole, is_mixed = np.ones(parts, dtype=np.bool_), np.zeros(parts, dtype=np.bool_)
@@ -173,13 +189,13 @@ def _find_narrow(
     for k in range(parts):
         if usable[k] and not is_hole[k]:
             length = np.hypot(float(boxes[k, 1] - boxes[k, 0]), float(boxes[k, 3] - boxes[k, 2]))
-            usable[k] = not is_mixed[k] and _SIDES * length > _LEAST_SLIT_WIDTHS * width[owner[k]]
+            usable[k] = not is_mixed[k] and _SIDES * length > LEAST_SLIT_WIDTHS * width[owner[k]]
     if not usable.any():
         return np.empty((0, 3), dtype=np.int64)
     widest = _widths(closed, height, columns).max()
     inside = np.full(len(mask), ~np.uint64(0), dtype=np.uint64)
-    shallow = np.int64(_DEEPEST_SLIT_WIDTHS * widest + _ERROR)
-    deeper = np.int64(_DEEPEST_HOLE_WIDTHS * widest + _ERROR) - shallow
+    shallow = np.int64(DEEPEST_SLIT_WIDTHS * widest + _ERROR)
+    deeper = np.int64(DEEPEST_HOLE_WIDTHS * widest + _ERROR) - shallow
     beneath = grow_round(closed, inside, shallow, ERODE)
     deepest = grow_round(beneath, inside, deeper, ERODE)
     for r in range(len(firsts) - 1):
@@ -232,7 +248,7 @@ def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _
     """
     coarse = thin_out(framed, h + 2, top, left)
     rows, columns = coarse.shape[1], (w + 3 - left) // _STEP_PX
-    first, start, end, _, pixels, _ = find_ground(coarse, rows, columns)
+    first, start, end, _, pixels = find_ground(coarse, rows, columns)
     if len(pixels) > _MOST_GROUNDS:
         return np.empty((0, 3), dtype=np.int64)
     piece, pieces = label_foreground(first, start, end)

@@ -8,7 +8,7 @@ from numba import float64, int64, uint8
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-_CROSSING_WIDTHS = 1.4142135623730951
+_CROSSING_WIDTHS = 2.0**0.5
 """Diameter of the disc up to which the mask is one cable, or another one across it, widths.
 
 Source: geometry; the disc in a crossing at a right angle reaches the corners of a square, at any other less far.
@@ -96,9 +96,7 @@ def _passage(places: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], at
     return min(_PASSES * beside / discs[at], 1.0)
 
 
-@kernel(
-    read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1)
-)  # fmt: skip
+@kernel(read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1))
 def course_confidence(
     mask: npt.NDArray[np.uint8],
     points: npt.NDArray[np.float64],
