@@ -13,7 +13,7 @@ from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.config import FittingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.fitting.kernels.mask_contact import lie_on_mask, stays_on_mask
-from dloftbs.fitting.seen_joints import LEAST_BESIDE_PX, mark_unseen_joints
+from dloftbs.fitting.seen_joints import LEAST_BESIDE_PX, mark_unseen_joints, remade
 from dloftbs.fitting.spline_fit import distinct_knots, fit, fit_with_knots
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.mask_crop import MaskCrop
@@ -158,7 +158,7 @@ def _with_gap(line: Centerline, span: _Span) -> Centerline:
         if joint.u[0] <= span[1] and span[0] <= joint.u[1]:
             over = (min(joint.u[0], span[0]), max(joint.u[1], span[1]))
             joints[k] = replace(joint, kind=JointKind.GAP, u=over if joint.kind is JointKind.GAP else span)
-            return _made(line, line.segments, joints)
+            return remade(line, line.segments, joints)
     k = sum(joint.u[0] < span[0] for joint in joints)
     low = sum(map(len, line.segments[:k]))
     high = low + len(line.segments[k])
@@ -166,22 +166,8 @@ def _with_gap(line: Centerline, span: _Span) -> Centerline:
         beside = min(k, len(joints) - 1)
         over = (min(joints[beside].u[0], span[0]), max(joints[beside].u[1], span[1]))
         joints[beside] = replace(joints[beside], kind=JointKind.GAP, u=over)
-        return _made(line, line.segments, joints)
+        return remade(line, line.segments, joints)
     at = min(max(int(np.searchsorted(line.u, 0.5 * (span[0] + span[1]))), low + 1), high - 1)
     halves = [Segment.cut(line.points, line.radius, a, b) for a, b in pairwise((low, at, high))]
     joints.insert(k, Joint._unchecked(JointKind.GAP, span, 0.0, math.inf, 1.0, (None, None)))
-    return _made(line, (*line.segments[:k], *halves, *line.segments[k + 1 :]), joints)
-
-
-def _made(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint]) -> Centerline:
-    return Centerline._unchecked(
-        segments,
-        tuple(joints),
-        line.closed,
-        points=line.points,
-        radius=line.radius,
-        u=line.u,
-        width_px=line.width_px,
-        ends_confidence=line.ends_confidence,
-        course_confidence=line.course_confidence,
-    )
+    return remade(line, (*line.segments[:k], *halves, *line.segments[k + 1 :]), joints)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from dloftbs._arrays import FloatArray
-from dloftbs.centerline import Centerline, Joint, JointKind
+from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.fitting.kernels.mask_contact import are_on_mask, leaves_mask
 from dloftbs.kernels.cubic_samples import sample_cubic
@@ -78,8 +78,13 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
                 joints[k] = replace(joint, kind=JointKind.GAP, u=(first, last))
     if all(one is other for one, other in zip(joints, line.joints, strict=True)):
         return line
+    return remade(line, line.segments, joints)
+
+
+def remade(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint]) -> Centerline:
+    """Return a centre line with other segments and joints."""
     return Centerline._unchecked(
-        line.segments,
+        segments,
         tuple(joints),
         line.closed,
         points=line.points,
