@@ -6,6 +6,7 @@ import asyncio
 import re
 import socket
 import sys
+from contextlib import suppress
 
 import aiohttp
 import pytest
@@ -96,7 +97,8 @@ def test_bad_messages_are_answered_and_harm_nothing(address, text):
 
 def test_a_message_that_is_too_large_ends_that_connection_alone(address):
     with connected(address) as client, connected(address) as other:
-        client.send_text(" " * (1 << 21))
+        with suppress(ConnectionError):  # the server may close before it has read all of it
+            client.send_text(" " * (1 << 21))
         while client.receive() is not None:
             pass
         assert client.socket.closed
