@@ -158,7 +158,7 @@ def exits_of(look: Look) -> list[tuple[str, str]]:
 
 
 def joints_block(look: Look) -> str:
-    """Return `Detection.joints` as text."""
+    """Return `Detection.joints` and `Detection.near_joints` as text."""
     lines = ["```"]
     for cable, detection in enumerate(look.detections):
         for joint in detection.joints:
@@ -166,6 +166,11 @@ def joints_block(look: Look) -> str:
             span = f"u {joint.u[0]:.2f} to {joint.u[1]:.2f}"
             figures = f"cost {joint.cost:.2f}, margin {joint.margin:.2f}, confidence {joint.confidence:.2f}"
             lines.append(f"cable {cable}: {joint.kind.value:8} {span}, {figures}, otherwise {to}")
+        for near in detection.near_joints:
+            to = f"({near.point[0]:.0f}, {near.point[1]:.0f})"
+            lines.append(
+                f"cable {cable}: open     u {near.u:.0f}, near joint with confidence {near.confidence:.2f} to {to}"
+            )
     return "\n".join([*lines, "```"])
 
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment, arc_parameter
+from dloftbs.centerline import Centerline, Joint, JointKind, NearJoint, Segment, arc_parameter
 from dloftbs.errors import InputError
 
 LEFT = Segment([[0, 0], [3, 0], [6, 0]], [1, 2, 3])
@@ -105,6 +105,33 @@ class TestJoint:
     def test_wrong_fields_are_refused(self, name, value):
         with pytest.raises(InputError, match=f"{name} must be"):
             replace(GAP, **{name: value})
+
+
+class TestNearJoint:
+    NEAR = NearJoint(1.0, (30.0, 4.0), 0.4)
+
+    def test_it_lies_at_the_other_end_of_the_reversed_line(self):
+        line = Centerline((LEFT,), near_joints=(self.NEAR,))
+        assert line.reversed().near_joints == (NearJoint(0.0, (30.0, 4.0), 0.4),)
+        assert line.reversed().reversed().near_joints == (self.NEAR,)
+
+    def test_an_end_that_may_go_on_lowers_the_confidence(self):
+        line = Centerline((LEFT,), near_joints=(self.NEAR, NearJoint(0.0, (1.0, 1.0), 0.1)))
+        assert line.ends_confidence == line.confidence == line.reversed().confidence == pytest.approx(0.6)
+        assert Centerline((LEFT,)).ends_confidence == 1.0
+
+    def test_nothing_of_the_dictionary_is_lost(self):
+        assert NearJoint.from_dict(self.NEAR.to_dict()) == self.NEAR
+        with pytest.raises(InputError, match=r"a near joint .*point"):
+            NearJoint.from_dict({"u": 1.0, "confidence": 0.4})
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [*(("u", value) for value in (0.5, -1.0, None)), ("point", (1.0,)), *(("confidence", v) for v in (1.1, "x"))],
+    )
+    def test_wrong_fields_are_refused(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must be"):
+            replace(self.NEAR, **{name: value})
 
 
 class TestCenterline:

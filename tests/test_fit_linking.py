@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.fit_linking.__main__ import COLUMNS, write_lines, write_weights
-from benchmarks.fit_linking.confidence import Claim, calibration_error, fit_line, list_claims
+from benchmarks.fit_linking.confidence import Claim, calibration_error, fit_crossings, fit_gaps, list_claims
 from benchmarks.fit_linking.labels import OPEN, UNKNOWN, true_partners
 from benchmarks.fit_linking.model import Fit, count_wrong, fit
 from benchmarks.fit_linking.readings import Choice, list_choices
@@ -105,10 +105,24 @@ def test_the_confidence_follows_the_share_that_is_right() -> None:
     margins, costs = rng.uniform(0.0, 8.0, (2, 20_000))
     right = rng.random(len(margins)) < 1.0 / (1.0 + np.exp(-(0.5 + 0.4 * margins - 0.2 * costs)))
     claims = [
-        Claim("drawn", "gap", margin, cost, 0.5, one)
+        Claim("drawn", "crossing", margin, cost, 0.5, one)
         for margin, cost, one in zip(margins.tolist(), costs.tolist(), right.tolist(), strict=True)
     ]
-    assert fit_line(claims) == pytest.approx([0.5, 0.4, -0.2], abs=0.1)
+    assert fit_crossings(claims) == pytest.approx([0.5, 0.4, -0.2], abs=0.1)
+
+
+def test_the_confidence_of_gaps_follows_what_they_join_and_sources_count_alike() -> None:
+    rng = np.random.default_rng(0)
+    margins, seen, taper = rng.uniform(0.0, 3.0, (3, 40_000))
+    right = rng.random(len(margins)) < 1.0 / (1.0 + np.exp(-(-1.0 + 0.4 * margins + 1.0 * seen - 0.8 * taper)))
+    rows = list(zip(margins.tolist(), seen.tolist(), taper.tolist(), right.tolist(), strict=True))
+    many = [Claim("masks", "gap", m, 0.0, 0.5, one, True, s, t) for m, s, t, one in rows]
+    found = fit_gaps(many)
+    assert np.sign(found).tolist() == [-1.0, 1.0, 1.0, -1.0]
+    wrong = [Claim("worms", "gap", 1.0, 0.0, 0.5, False, True, 1.0, 1.0)]
+    once, often = fit_gaps(many + wrong), fit_gaps(many + 50 * wrong)
+    assert once == pytest.approx(often, abs=1e-3)
+    assert once[0] < found[0]
 
 
 def test_the_calibration_error_is_that_of_the_bins() -> None:

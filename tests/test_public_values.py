@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -16,7 +17,7 @@ from hypothesis import strategies as st
 import dloftbs
 from dloftbs._json import encode, encode_line
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Joint, JointKind
+from dloftbs.centerline import Joint, JointKind, NearJoint
 from dloftbs.config import Config, FittingConfig, LinkingConfig, TrackingConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Crossing, Detection
@@ -48,11 +49,17 @@ JOINTS = st.builds(
     confidence=SHARES,
     alternatives=st.tuples(st.none() | POINTS, st.none() | POINTS),
 )
+NEAR_JOINTS = st.builds(NearJoint, st.sampled_from([0, 1.0, np.float32(0.0)]), POINTS, SHARES)
 DETECTIONS = st.builds(
-    lambda joints, curve_3d, reason, spans: Detection(
-        detection_of(wave(), joints=tuple(joints)).centerline, wave(), curve_3d, reason, spans
+    lambda joints, near_joints, curve_3d, reason, spans: Detection(
+        replace(detection_of(wave(), joints=tuple(joints)).centerline, near_joints=tuple(near_joints)),
+        wave(),
+        curve_3d,
+        reason,
+        spans,
     ),
     st.lists(JOINTS, max_size=2),
+    st.lists(NEAR_JOINTS, max_size=2),
     CURVES_3D,
     st.none() | TEXT,
     SPAN_LISTS,
@@ -123,6 +130,7 @@ MADE = {
     Detection: DETECTIONS,
     FrameResult: RESULTS,
     Joint: JOINTS,
+    NearJoint: NEAR_JOINTS,
     PinholeCamera: CAMERAS,
     Track: TRACKS,
     Truth: TRUTHS,

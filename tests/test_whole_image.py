@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import pytest
 
-from dloftbs.centerline import Centerline, Joint, Segment
+from dloftbs.centerline import Centerline, Joint, NearJoint, Segment
 from dloftbs.detection import Crossing, Detection
 from dloftbs.frame_result import FrameResult
 from dloftbs.stage_trace import StageTrace
@@ -15,7 +15,8 @@ from dloftbs.tracks import Track
 MOVED = {
     Segment: {"points"},
     Joint: {"alternatives"},
-    Centerline: {"segments", "joints"},
+    NearJoint: {"point"},
+    Centerline: {"segments", "joints", "near_joints"},
     Detection: {"centerline", "curve", "camera"},
     Crossing: {"position"},
     Track: {"curve", "detection", "camera"},
@@ -27,8 +28,9 @@ MOVED = {
 }
 STAYS = {
     Segment: {"radius"},
+    NearJoint: {"u", "confidence"},
     Joint: {"kind", "u", "cost", "margin", "confidence"},
-    Centerline: {"closed", "ends_confidence", "course_confidence"},
+    Centerline: {"closed", "course_confidence"},
     Detection: {"curve_3d", "no_3d_reason", "inferred_3d"},
     Crossing: {"passes", "top", "confidence"},
     Track: {

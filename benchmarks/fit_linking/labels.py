@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
@@ -12,7 +14,7 @@ from dloftbs.mask_crop import MaskCrop
 
 OPEN, UNKNOWN = -1, -2
 
-_BEFORE_WIDTHS = 4.0  # of a branch before its end, compared with the true curves
+BEFORE_WIDTHS = 4.0  # of a branch before its end, compared with the true curves
 _OFF_WIDTHS, _OFF_PX = 0.35, 2.0  # of the mean distance from the true curve, the larger of both
 _ALONG = 0.7  # cosine of the angle to the true curve, at least
 _BACK_WIDTHS = 1.0  # by which the next end may lie behind on its curve
@@ -42,7 +44,7 @@ def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
         start, stop = graph.spans[branch_of(end)]
         if stop - start < 2:
             continue
-        near = _next_to(points[start:stop], is_start(end), _BEFORE_WIDTHS * width)
+        near = next_to(points[start:stop], is_start(end), BEFORE_WIDTHS * width)
         passing = [k for k, (_, tree) in enumerate(trees) if _passes(tree, near, off)]
         if len(passing) == 1:
             curve, tree = trees[passing[0]]
@@ -69,7 +71,7 @@ def _by_curves(scene: Scene, crop: MaskCrop, graph: Graph) -> Ints:
     return np.where(mutual, partner, UNKNOWN)
 
 
-def _next_to(points: Points, at_start: bool, reach: float) -> Points:
+def next_to(points: npt.NDArray[Any], at_start: bool, reach: float) -> npt.NDArray[Any]:
     """Return the points of a branch within a reach of one of its ends."""
     ordered = points if at_start else points[::-1]
     return ordered[: max(int(reach), 2)]
@@ -105,7 +107,7 @@ def _by_labels(labels: npt.NDArray[np.uint8], crop: MaskCrop, graph: Graph) -> I
     for end in range(len(partner)):
         start, stop = graph.spans[branch_of(end)]
         if stop - start >= 2:
-            near = np.rint(_next_to(points[start:stop], is_start(end), _BEFORE_WIDTHS * graph.width)).astype(int)
+            near = np.rint(next_to(points[start:stop], is_start(end), BEFORE_WIDTHS * graph.width)).astype(int)
             values, counts = np.unique(labels[near[:, 1], near[:, 0]], return_counts=True)
             own[end] = values[counts.argmax()] if counts.max() >= _PURE * len(near) else 0
     for node in range(int(graph.nodes.max(initial=-1)) + 1):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -27,13 +28,24 @@ SOURCES = {
     "masks": "of single cables in photographs, by the authors of DLOFTBs, with gaps; nothing of them is kept",
 }
 
-FIXED = ("photographs", "masks")
+GAP_SOURCES = {
+    "masks": SOURCES["masks"],
+    "networks": "masks of cables on wood, tiles and tools, by two networks; labelled pixels; nothing of them is kept",
+    "dashes": "masks of power lines by a network, in dashes; every gap is right; nothing of them is kept",
+    "worms": "masks of a worm beside specks; no gap is right; nothing of them is kept",
+    "specks": "a drawn worm beside specks",
+}
+"""Sources that the confidence of gaps is fitted to: no other ones have debris, dashes and stubs."""
+
+FIXED = ("photographs", "masks", "networks", "dashes", "worms")
 """Sources that are the same with every seed."""
 
 _POINTS_OFF_PX = 6.0  # of points that a person clicked along a cable
 _BROKEN = ("broken", "ends near each other", "broken, picture", "close ends, picture")
 _UNREADABLE = "close ends, picture"
 """Whose masks, alone, are those of broken ones."""
+_HALF_GREY = 128  # of a network's output: a probability of one half
+_SMALL = (128, 160)
 _HALF, _FULL = (360, 640), (720, 1280)
 _ALL: tuple[Literal["occluders", "depth", "image"], ...] = ("occluders", "depth", "image")
 
@@ -61,10 +73,9 @@ def list_scenes(source: str, seed: int, amount: float, photographs: Path) -> Ite
         If there are none.
     """
     if source in FIXED:
-        found = [*_with_points(photographs), *_with_labels(photographs)] if source == "photographs" else []
-        found += _with_curve(photographs) if source == "masks" else []
+        found = list(_FIXED_SCENES[source](photographs))
         if not found:
-            raise SystemExit(f"{photographs} lacks cables/NNNNN.txt, mbest/*/NN.labels.png or masks/NNN.png")
+            raise SystemExit(f"{photographs} lacks {_FILES[source]}")
         yield from found
         return
     if source == "simulated" and not synthetic.simulation_available():
@@ -81,7 +92,10 @@ def list_scenes(source: str, seed: int, amount: float, photographs: Path) -> Ite
 def _sequences(source: str, seed: int, amount: float) -> Iterator[tuple[KnownSequence, int]]:
     """Yield sequences and the step from one of their frames to the next that counts."""
     many = max(round(6 * amount), 1)
-    if source == "drawn":
+    if source == "specks":
+        for number in range(2 * many):
+            yield synthetic.RealFootageSequence("specks", number, size=_SMALL, seed=seed), 4
+    elif source == "drawn":
         yield from ((one, 1) for one in synthetic.edge_cases(amount, seed=seed) if one.name not in _BROKEN)
     elif source == "broken":
         for kind in _BROKEN:
@@ -152,6 +166,42 @@ def _with_curve(folder: Path) -> list[Scene]:
         curves = (_evenly(np.array(points, float)),)
         found.append(Scene("masks", Frame(mask=mask > 0), curves, off_px=_POINTS_OFF_PX))
     return found
+
+
+def _of_networks(folder: Path) -> Iterator[Scene]:
+    for path in sorted(folder.glob("networks/ewd/*.labels.png")):
+        labels = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
+        stem = path.name.removesuffix(".labels.png")
+        image = np.asarray(cv2.imread(str(path.with_name(f"{stem}.jpg"))), np.uint8)
+        for network in ("r101", "r50"):
+            grey = np.asarray(cv2.imread(str(path.with_name(f"{stem}.{network}.png")), cv2.IMREAD_GRAYSCALE))
+            yield from _with_less(Scene("networks", Frame(mask=grey >= _HALF_GREY, image=image), labels=labels))
+
+
+def _of_cases(folder: Path, case: str, source: str) -> Iterator[Scene]:
+    """Yield the masks of a case: dashes are all of one label, and of a worm and specks each piece has its own."""
+    for path in sorted(folder.glob(f"cases/{case}/*.png")):
+        mask = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)) > 0
+        labels = np.ones(mask.shape, np.uint8)
+        if source == "worms":
+            labels = cv2.connectedComponents(mask.view(np.uint8))[1].astype(np.uint8)
+        yield Scene(source, Frame(mask=mask), labels=labels)
+
+
+_FIXED_SCENES: Mapping[str, Callable[[Path], Iterable[Scene]]] = {
+    "photographs": lambda folder: chain(_with_points(folder), _with_labels(folder)),
+    "masks": _with_curve,
+    "networks": _of_networks,
+    "dashes": lambda folder: _of_cases(folder, "dashed-network-mask", "dashes"),
+    "worms": lambda folder: _of_cases(folder, "worm-debris", "worms"),
+}
+_FILES = {
+    "photographs": "cables/NNNNN.txt or mbest/*/NN.labels.png",
+    "masks": "masks/NNN.png",
+    "networks": "networks/ewd/NAME.labels.png",
+    "dashes": "cases/dashed-network-mask",
+    "worms": "cases/worm-debris",
+}
 
 
 def _evenly(points: Points) -> Points:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from dloftbs import config, evaluation, ros, sinks, sources, viz
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
-    from dloftbs.centerline import Centerline, Joint, JointKind, Segment
+    from dloftbs.centerline import Centerline, Joint, JointKind, NearJoint, Segment
     from dloftbs.config import Config, HsvRange, Stroke
     from dloftbs.curve import BSplineCurve
     from dloftbs.detection import Crossing, Detection
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "PinholeCamera": "camera",
-    **dict.fromkeys(("Centerline", "Joint", "JointKind", "Segment"), "centerline"),
+    **dict.fromkeys(("Centerline", "Joint", "JointKind", "NearJoint", "Segment"), "centerline"),
     **dict.fromkeys(("Config", "HsvRange", "Stroke"), "config"),
     "BSplineCurve": "curve",
     **dict.fromkeys(
@@ -83,6 +83,7 @@ __all__ = [
     "InputError",
     "Joint",
     "JointKind",
+    "NearJoint",
     "OcclusionEvidence",
     "PinholeCamera",
     "Pipeline",

@@ -200,6 +200,65 @@ class Joint:
         return self._unchecked(self.kind, u, self.cost, self.margin, self.confidence, self.alternatives)
 
 
+@dataclass(frozen=True)
+class NearJoint:
+    """Gap that was not bridged: another end that an end of a centre line may go on to.
+
+    Parameters
+    ----------
+    u : float
+        The end: 0 for the start, 1 for the other one.
+    point : point
+        ``(x, y)`` px of the end across the gap.
+    confidence : float
+        Probability that the two are one cable, in 0..1.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
+    """
+
+    u: float
+    point: Point
+    confidence: float
+
+    def __post_init__(self) -> None:
+        self.__dict__.update(
+            u=check_number("u", self.u, 0.0, 1.0),
+            point=check_pair("point", self.point, -LARGEST, LARGEST),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+        )
+        if self.u not in (0.0, 1.0):
+            raise InputError(f"u must be 0 or 1, an end of the centre line, got {shown(self.u)}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {"u": self.u, "point": list(self.point), "confidence": self.confidence}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> NearJoint:
+        """Build a near joint from what `to_dict` gave, without loss.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        return cls(*values_of("a near joint", data, "u", "point", "confidence"))
+
+    def reversed(self) -> NearJoint:
+        """Return the near joint as it lies on the reversed centre line."""
+        return NearJoint(1.0 - self.u, self.point, self.confidence)
+
+
+_REVERSED_LATE = "segments", "joints", "near_joints"
+"""Fields of a reversed centre line that are made once somebody asks for them.
+
+Source: by definition; all that have a direction.
+"""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Centerline:
     """Segments in the order and direction in which one object runs through them.
@@ -212,8 +271,8 @@ class Centerline:
         One less than there are segments: ``joints[i]`` lies between ``segments[i]`` and ``segments[i + 1]``.
     closed : bool
         Whether the object is a loop without ends; then it is one segment, whose last pixel touches its first.
-    ends_confidence : float
-        Confidence that no gap continues from its ends, in 0..1; below 0.9 a gap was nearly bridged.
+    near_joints : tuple of NearJoint
+        The most probable gap that each end may go on across, where there is one that was not bridged.
     course_confidence : float
         Confidence that the mask shows its course, in 0..1; below 0.9 the mask is a lump, or has one on the way.
 
@@ -226,12 +285,13 @@ class Centerline:
     segments: tuple[Segment, ...]
     joints: tuple[Joint, ...] = field(default_factory=tuple)  # not a class attribute, which would hide `__getattr__`
     closed: bool = False
-    ends_confidence: float = 1.0
+    near_joints: tuple[NearJoint, ...] = field(default_factory=tuple)
     course_confidence: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", check_all("segments", self.segments, Segment))
         object.__setattr__(self, "joints", check_all("joints", self.joints, Joint))
+        object.__setattr__(self, "near_joints", check_all("near_joints", self.near_joints, NearJoint))
         object.__setattr__(self, "closed", check_flag("closed", self.closed))
         if not self.segments:
             raise InputError("a centre line needs at least one segment")
@@ -244,11 +304,16 @@ class Centerline:
 
     @classmethod
     def _unchecked(
-        cls, segments: tuple[Segment, ...], joints: tuple[Joint, ...], closed: bool, **known: FloatArray | float
+        cls,
+        segments: tuple[Segment, ...],
+        joints: tuple[Joint, ...],
+        closed: bool,
+        near_joints: tuple[NearJoint, ...] = (),
+        **known: FloatArray | float,
     ) -> Centerline:
         """Wrap parts that are known to fit together; `points`, `radius`, `u` or `width_px` may be given, too."""
         line = cls.__new__(cls)
-        line.__dict__.update(segments=segments, joints=joints, closed=closed, **known)
+        line.__dict__.update(segments=segments, joints=joints, closed=closed, near_joints=near_joints, **known)
         return line
 
     def __repr__(self) -> str:
@@ -260,7 +325,6 @@ class Centerline:
         line = type(self).__new__(type(self))
         line.__dict__.update(
             closed=self.closed,
-            ends_confidence=self.ends_confidence,
             course_confidence=self.course_confidence,
             width_px=self.width_px,
             _forwards=self,
@@ -272,7 +336,7 @@ class Centerline:
         def __getattr__(self, name: str) -> Any:
             """Make the parts of a reversed centre line once somebody asks for them: of most tracks, nobody does."""
             forwards = self.__dict__.get("_forwards")
-            if forwards is None or name not in ("segments", "joints"):
+            if forwards is None or name not in _REVERSED_LATE:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             parts = tuple(part.reversed() for part in reversed(getattr(forwards, name)))
             self.__dict__[name] = parts
@@ -296,6 +360,11 @@ class Centerline:
     def width_px(self) -> float:
         """Width of the object: twice the median radius."""
         return 2.0 * float(np.median(self.radius))
+
+    @property
+    def ends_confidence(self) -> float:
+        """The probability that no gap goes on from its ends, in 0..1."""
+        return 1.0 - max((near.confidence for near in self.near_joints), default=0.0)
 
     @property
     def confidence(self) -> float:

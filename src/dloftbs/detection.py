@@ -27,7 +27,7 @@ from dloftbs._values import (
     values_of,
 )
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Centerline, Joint, JointKind, Point, Segment
+from dloftbs.centerline import Centerline, Joint, JointKind, NearJoint, Point, Segment
 from dloftbs.curve import BSplineCurve, check_curve, spans_by_length
 from dloftbs.errors import InputError
 from dloftbs.u_mapping import known_in_space, to_image, to_space
@@ -138,6 +138,11 @@ class Detection:
         spans = spans_by_length(self.curve, tuple([joint.u for joint in joints]))
         return tuple([joint._over(span) for joint, span in zip(joints, spans, strict=True)])
 
+    @property
+    def near_joints(self) -> tuple[NearJoint, ...]:
+        """Gaps that its ends may go on across, but that were not bridged: rather, or as far as known, it ends there."""
+        return self.centerline.near_joints
+
     @cached_property
     def confidence(self) -> float:
         """The probability that all joints are right, no open end goes on and no lump hides the course, in 0..1."""
@@ -193,6 +198,7 @@ class Detection:
             "width_px": self.width_px,
             "confidence": self.confidence,
             "joints": [joint.to_dict() for joint in self.joints],
+            "near_joints": [near.to_dict() for near in self.near_joints],
         }
 
     @classmethod
@@ -206,29 +212,38 @@ class Detection:
         InputError
             If it is no dictionary, a key is missing or a value is wrong.
         """
-        keys = "curve", "curve_3d", "no_3d_reason", "inferred_3d", "width_px", "confidence", "joints"
-        shape, shape_3d, reason, inferred_3d, width, confidence, rows = values_of("a detection", data, *keys)
+        keys = "curve", "curve_3d", "no_3d_reason", "inferred_3d", "width_px", "confidence", "joints", "near_joints"
+        shape, shape_3d, reason, inferred_3d, width, confidence, rows, near = values_of("a detection", data, *keys)
         curve = BSplineCurve.from_dict(shape)
         check_curve("curve", curve, 2)
         joints = tuple([Joint.from_dict(row) for row in list_of("joints", rows)])
-        line = _line_along(curve, joints, check_number("width_px", width, 0.0, LARGEST), confidence)
+        near_joints = tuple([NearJoint.from_dict(row) for row in list_of("near_joints", near)])
+        line = _line_along(curve, joints, near_joints, check_number("width_px", width, 0.0, LARGEST), confidence)
         curve_3d = None if shape_3d is None else BSplineCurve.from_dict(shape_3d)
         detection = cls(line, curve, curve_3d, reason, inferred_3d)
         detection.__dict__.update(joints=joints, confidence=confidence)
         return detection
 
 
-def _line_along(curve: BSplineCurve, joints: tuple[Joint, ...], width: float, confidence: object) -> Centerline:
+def _line_along(
+    curve: BSplineCurve,
+    joints: tuple[Joint, ...],
+    near_joints: tuple[NearJoint, ...],
+    width: float,
+    confidence: object,
+) -> Centerline:
     """Return a centre line on a curve, of which only the joints, the width and the confidence are known."""
     certainty = check_number("confidence", confidence, 0.0, 1.0)
-    known = math.prod(joint.confidence for joint in joints)
+    ends = 1.0 - max((near.confidence for near in near_joints), default=0.0)
+    known = math.prod((joint.confidence for joint in joints), start=ends)
     edges = [0.0, *(edge for joint in joints for edge in joint.u), 1.0]
     segments = []
     for low, high in zip(edges[::2], edges[1::2], strict=True):
         count = min(max(math.ceil(abs(high - low) * curve.length), 1), _MOST_PIXELS) + 1
         segments.append(Segment(curve(np.linspace(low, high, count)), np.full(count, 0.5 * width)))
     own = tuple([joint._over((float(low), float(high))) for joint in joints for low, high in [curve.t_at(joint.u)]])
-    return Centerline(tuple(segments), own, curve.closed, min(certainty / known, 1.0) if known > 0.0 else 0.0)
+    course = min(certainty / known, 1.0) if known > 0.0 else 0.0
+    return Centerline(tuple(segments), own, curve.closed, near_joints, course)
 
 
 @dataclass(frozen=True)

@@ -298,7 +298,7 @@ def _line_of(row: object) -> Centerline:
     keys = "start", "end", "closed", "width_px", "confidence"
     start, end, closed, width, confidence = values_of("a dropped object", row, *keys)
     radius = 0.5 * check_number("width_px", width, 0.0, LARGEST)
-    return Centerline((Segment([start, end], [radius, radius]),), (), closed, confidence)  # type: ignore[arg-type]
+    return Centerline((Segment([start, end], [radius, radius]),), (), closed, (), confidence)  # type: ignore[arg-type]
 
 
 def _dropped(line: Centerline) -> dict[str, Any]:

@@ -180,7 +180,7 @@ class EndMatching:
         Partner of each end in the best alternative, or -1.
     near_joints : list of (float, float, int, int)
         Pairs of free ends that were left open by a small difference in cost: the difference, the cost, and the two
-        ends; the least difference first.
+        ends; the least difference first. It is negative for a gap that gains, but rather is none.
     override : float
         Cost saved by the reading of this frame alone over the one that follows the prior.
     """
@@ -196,7 +196,7 @@ class EndMatching:
         override: float = 0.0,
     ) -> None:
         self.branches = branches
-        self.near_joints = near_joints
+        self.near_joints: Sequence[tuple[float, float, int, int]] = near_joints
         self._partner, self._cost, self._margin, self._alternative = partner, cost, margin, alternative
         self._override = override
         self._chains: list[tuple[list[int], bool]] | None = None
@@ -246,6 +246,13 @@ class EndMatching:
             self._partner[j] = -1
         self._partner[i] = -1
         assert self._is_mutual(i, j)
+
+    def leave_open(self, i: int) -> None:
+        """Open the gap at an end, and keep it as a near joint."""
+        j = self._partner[i]
+        near = -self._margin[i], self._cost[i], min(i, j), max(i, j)
+        self.open(i)
+        self.near_joints = sorted([*self.near_joints, near])
 
     def exchange(self, i: int, k: int, margin: float | None = None) -> None:
         """Give two ends each other's partner, open or not; both joints get the margin, if one is given."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Centerline, Joint, Segment
+from dloftbs.centerline import Centerline, Joint, NearJoint, Segment
 from dloftbs.curve import BSplineCurve
 from dloftbs.detection import Crossing, Detection
 from dloftbs.frame import Frame
@@ -122,6 +122,7 @@ class WholeImage:
                 {name: value for name, value in line.__dict__.items() if name != "points"},
                 segments=tuple([self._segment(one) for one in line.segments]),
                 joints=tuple([self._joint(one) for one in line.joints]),
+                near_joints=tuple([self._near_joint(one) for one in line.near_joints]),
             )
             kept = self._moved[id(line)] = line, moved
         assert isinstance(kept[1], Centerline)
@@ -136,3 +137,7 @@ class WholeImage:
         left, top = self.region.origin
         start, stop = (None if one is None else (one[0] + left, one[1] + top) for one in joint.alternatives)
         return replace(joint, alternatives=(start, stop))
+
+    def _near_joint(self, near: NearJoint) -> NearJoint:
+        (x, y), (left, top) = near.point, self.region.origin
+        return replace(near, point=(x + left, y + top))

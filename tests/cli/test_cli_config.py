@@ -67,6 +67,14 @@ def test_the_number_of_objects_has_an_option():
     assert "--objects" in run("config", "print", "--objects", "0", code=2).stderr
 
 
+def test_the_least_confidence_of_gaps_is_an_option():
+    assert printed("--min-confidence", "0.8") == Config().replace({"linking.min_gap_confidence": 0.8})
+    assert printed("--min-confidence", "0").linking.min_gap_confidence == 0.0
+    assert "--min-confidence" in run("config", "print", "--min-confidence", "1.5", code=2).stderr
+    refused = run("config", "print", "--paper", "--min-confidence", "0.8", code=1).stderr
+    assert "min_gap_confidence" in refused
+
+
 def test_without_a_command_the_defaults_are_explained():
     assert run("config").stdout == run("config", "print").stdout == Config().explain()
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from builders import curve_through
 
-from dloftbs import Centerline, Joint, JointKind, Segment
+from dloftbs import Centerline, Joint, JointKind, NearJoint, Segment
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
 from dloftbs.fitting.seen_joints import mark_unseen_joints
@@ -32,7 +32,9 @@ def crop_of(*, blob: bool) -> MaskCrop:
 
 def line_of(kind: JointKind = CROSSING) -> Centerline:
     parts = [Segment(np.column_stack((x, np.full_like(x, 50.0))), np.full_like(x, 3.5)) for x in (LEFT, RIGHT)]
-    return Centerline(tuple(parts), (Joint(kind, (0.375, 0.625), 0.1, 1.0, 0.8),), ends_confidence=0.7)
+    return Centerline(
+        tuple(parts), (Joint(kind, (0.375, 0.625), 0.1, 1.0, 0.8),), near_joints=(NearJoint(1.0, (250.0, 50.0), 0.3),)
+    )
 
 
 def bulging(height: float):

@@ -94,7 +94,7 @@ def config_options(command: Command) -> Command:
     """Add the options that choose the configuration; the command gets the `Config` as `config`.
 
     What comes later in ``--paper``, ``--config``, ``--set``, ``--hsv``, ``--local``, ``--background``, ``--objects``,
-    ``--roi`` overrides what comes before.
+    ``--min-confidence``, ``--roi`` overrides what comes before.
     """
 
     @click.option("--paper", is_flag=True, help="Start from the published method instead of the default.")
@@ -142,6 +142,13 @@ def config_options(command: Command) -> Command:
         metavar="N",
         help="How many cables there are, if that is known: pieces are joined to N, what is left over is dropped.",
     )
+    @click.option(
+        "--min-confidence",
+        type=click.FloatRange(0.0, 1.0),
+        metavar="P",
+        help="Least probability of a gap that is bridged, 0.5 where nothing else is stated: pieces with less between "
+        "them stay apart, each with the other in its near_joints. 0 bridges all that bend little.",
+    )
     @roi_option
     @functools.wraps(command)
     def with_config(
@@ -153,6 +160,7 @@ def config_options(command: Command) -> Command:
         local: str | None,
         background: Path | None,
         objects: int | None,
+        min_confidence: float | None,
         roi: Roi | None,
         **kwargs: Any,
     ) -> None:
@@ -165,6 +173,7 @@ def config_options(command: Command) -> Command:
             "segmentation.local.tone": local,
             "segmentation.background.file": file,
             "linking.objects": objects,
+            "linking.min_gap_confidence": min_confidence,
             "region.roi": roi,
         }
         changes = {**changes, **{key: value for key, value in given.items() if value is not None}}

@@ -41,13 +41,19 @@ class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method"
         As for `ObjectsConfig`.
     max_gap_widths : float
         Longest gap that is bridged, unless a known number of objects asks for a longer one.
+    min_gap_confidence : float
+        Least probability of a gap that is bridged, in 0..1; less probable ones are reported as
+        `Detection.near_joints`. A known number of objects may ask for them all the same. At 0 all gaps are bridged
+        that cost less than two open ends.
     """
 
     max_gap_widths: float = 25.0
+    min_gap_confidence: float = 0.5
 
     def __post_init__(self) -> None:
         super().__post_init__()
         keep_number(self, "max_gap_widths", 0.0, MOST)
+        keep_number(self, "min_gap_confidence", 0.0, 1.0)
 
 
 class GreedyLinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="greedy"):

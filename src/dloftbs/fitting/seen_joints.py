@@ -91,7 +91,7 @@ def remade(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint])
         radius=line.radius,
         u=line.u,
         width_px=line.width_px,
-        ends_confidence=line.ends_confidence,
+        near_joints=line.near_joints,
         course_confidence=line.course_confidence,
     )
 

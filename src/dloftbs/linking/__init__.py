@@ -12,6 +12,7 @@ from dloftbs.linking.centerlines import assemble
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_ends
+from dloftbs.linking.joint_confidence import open_doubtful_gaps
 from dloftbs.linking.known_count import merge_to_count
 from dloftbs.linking.loops import close_rings, open_loops
 from dloftbs.linking.object_selection import choose
@@ -71,6 +72,7 @@ def link(
     open_loops(graph, matching)
     close_rings(graph, matching)
     link_hidden_ends(graph, matching, config.max_gap_widths)
+    open_doubtful_gaps(matching, graph.width, config.min_gap_confidence)
     if config.objects is not None:
         merge_to_count(graph, matching, config.objects, at_ends)
     return Linking(assemble(crop, graph, matching, config.min_length_widths), matching)

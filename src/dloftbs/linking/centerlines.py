@@ -8,12 +8,12 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from dloftbs._arrays import FloatArray, frozen
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.centerline import Centerline, Joint, JointKind, NearJoint, Segment
 from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, other_end
 from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces, fill_junctions
-from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.end_extension import CableAxes, extend_ends
+from dloftbs.linking.joint_confidence import crossing_confidence, gap_confidence
 from dloftbs.linking.kernels.lumps import course_confidence
 from dloftbs.mask_crop import MaskCrop
 
@@ -33,12 +33,6 @@ _MOST_HALF_TURN = 1.4
 """Largest half turn across a gap for which an arc lengthens the gap, rad.
 
 Source: by hand; the arc over its chord diverges at pi.
-"""
-
-_MOST_LOG_ODDS = 50.0
-"""Largest log-odds of a joint, nats.
-
-Source: numerics; the exponential of more overflows, and beyond 37 the confidence is 1 to the last bit.
 """
 
 _CROSSING, _GAP = JointKind.CROSSING, JointKind.GAP  # members of an enumeration are slow to look up
@@ -65,11 +59,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     buffer = Points(matching.branches)
     lines: list[list[Piece]] = []
     loops: list[list[Piece]] = []
-    doubts: list[float] = []
-    left_out: dict[int, float] = {}  # how sure the nearest joint would be that an end does not have
-    for lacking, cost, i, j in reversed(matching.near_joints):
-        if matching.is_open(i) and matching.is_open(j):
-            left_out[i] = left_out[j] = _confidence(-lacking, cost, is_crossing=False, bounded=True)
+    ends: list[tuple[int, int]] = []
     offsets, degree = graph.offsets.tolist(), _degrees(matching.branches)
     mask, axes = crop.oriented(crop.pixels), CableAxes(graph, matching)
     for chain, is_loop in matching.chains():
@@ -84,22 +74,36 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
             for piece in pieces:
                 fill_junctions(piece, buffer)
             lines.append(pieces)
-            doubts.append(max(left_out.get(chain[0], 0.0), left_out.get(other_end(chain[-1]), 0.0)))
+            ends.append((chain[0], other_end(chain[-1])))
     for start, stop in graph.loops:
         if stop - start >= around:
             loops.append([Piece([(start, stop, 1)], -1, 0.0, math.inf)])
     if not lines and not loops:
         return []
-    return _lay_out(crop, matching, lines, loops, buffer, doubts)
+    return _lay_out(crop, graph, matching, lines, loops, buffer, ends)
+
+
+def _likeliest(graph: Graph, matching: EndMatching) -> dict[int, tuple[float, int]]:
+    """Return the most probable gap that each open end does not have: its probability, and the other end."""
+    found: dict[int, tuple[float, int]] = {}
+    for lacking, _, i, j in matching.near_joints:
+        if matching.is_open(i) and matching.is_open(j):
+            confidence = gap_confidence(matching, i, j, -lacking, graph.width)
+            found[i], found[j] = (
+                max(found.get(i, (0.0, j)), (confidence, j)),
+                max(found.get(j, (0.0, i)), (confidence, i)),
+            )
+    return found
 
 
 def _lay_out(
     crop: MaskCrop,
+    graph: Graph,
     matching: EndMatching,
     lines: list[list[Piece]],
     loops: list[list[Piece]],
     buffer: Points,
-    doubts: list[float],
+    ends: list[tuple[int, int]],
 ) -> list[Centerline]:
     """Make centre lines, in the image, of the pieces of cables with ends and of loops."""
     counts = [[piece.count for piece in pieces] for pieces in lines + loops]
@@ -122,12 +126,18 @@ def _lay_out(
         if len(pieces) > 1:
             _lengthen_gaps(u[first[k] : first[k + 1]], counts[k], matching, pieces)
     points, radius, u = frozen(points), frozen(radius), frozen(u)
-    places = positions.tolist() if any(len(pieces) > 1 for pieces in lines) else []
+    likeliest = _likeliest(graph, matching) if matching.near_joints else {}
+    places = positions.tolist() if likeliest or any(len(pieces) > 1 for pieces in lines) else []
     result: list[Centerline] = []
     for k, (width, (start, stop)) in enumerate(zip(widths.tolist(), pairwise(first), strict=True)):
         own = points[start:stop], radius[start:stop], u[start:stop], width
         if k < len(lines):
-            result.append(_line(*own, counts[k], matching, lines[k], places, doubts[k], sure[k]))
+            near = [
+                NearJoint(u, (places[likeliest[end][1]][0], places[likeliest[end][1]][1]), likeliest[end][0])
+                for u, end in zip((0.0, 1.0), ends[k], strict=True)
+                if end in likeliest
+            ]
+            result.append(_line(*own, counts[k], graph, matching, lines[k], places, tuple(near), sure[k]))
         else:
             result.append(_loop(*own, sure[k]))
     return result
@@ -163,10 +173,11 @@ def _line(
     u: FloatArray,
     width: float,
     counts: list[int],
+    graph: Graph,
     matching: EndMatching,
     pieces: list[Piece],
     places: list[list[float]],
-    doubt: float,
+    near_joints: tuple[NearJoint, ...],
     sure: float,
 ) -> Centerline:
     partner, alternative = matching.partner, matching.alternative
@@ -176,13 +187,17 @@ def _line(
         end = piece.entered
         before, after = alternative[partner[end]], alternative[end]
         is_crossing = piece.through_junction
+        if is_crossing:
+            confidence = crossing_confidence(piece.margin, piece.cost, bounded=not _is_shared(matching, end))
+        else:
+            confidence = gap_confidence(matching, partner[end], end, piece.margin, graph.width)
         joints.append(
             Joint._unchecked(
                 _CROSSING if is_crossing else _GAP,
                 (u.item(at - 1), u.item(at)),
                 piece.cost,
                 piece.margin,
-                _confidence(piece.margin, piece.cost, is_crossing, not _is_shared(matching, end)),
+                confidence,
                 (
                     (places[before][0], places[before][1]) if before >= 0 else None,
                     (places[after][0], places[after][1]) if after >= 0 else None,
@@ -195,20 +210,13 @@ def _line(
         tuple(segments),
         tuple(joints),
         closed=False,
-        ends_confidence=1.0 - doubt,
+        near_joints=near_joints,
         course_confidence=sure,
         points=points,
         radius=radius,
         u=u,
         width_px=width,
     )
-
-
-def _confidence(margin: float, cost: float, is_crossing: bool, bounded: bool) -> float:
-    """Return the probability that a joint is right; if bounded, its odds are at most those against the alternative."""
-    none, per_margin, per_cost = CROSSING if is_crossing else GAP
-    log_odds = none + per_margin * margin + per_cost * cost
-    return 1.0 / (1.0 + math.exp(-min(log_odds, margin if bounded else math.inf, _MOST_LOG_ODDS)))
 
 
 def _is_shared(matching: EndMatching, end: int) -> bool:
