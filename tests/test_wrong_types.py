@@ -321,8 +321,7 @@ NEEDED: dict[str, dict[str, Any]] = {
 LEFT_OUT = {
     # Made by the package, not by its users.
     "Joint", "Prediction", "StageTrace", "OcclusionEvidence.depth_along", "OcclusionEvidence.look",
-    "OcclusionEvidence.look_at_image", "OcclusionEvidence.of", "OcclusionEvidence.project",
-    "OcclusionEvidence.sample", "Segment.cut", "sinks.NpzRow",
+    "OcclusionEvidence.of", "OcclusionEvidence.project", "OcclusionEvidence.sample", "Segment.cut", "sinks.NpzRow",
     "evaluation.CurveDistances", "evaluation.DiceScore", "evaluation.InstanceScore", "evaluation.Matching",
     "evaluation.Matching.clean", "evaluation.Pair", "evaluation.PointError", "evaluation.TrackingScores",
     "ros.MessageFactory.__call__",

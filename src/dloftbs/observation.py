@@ -26,20 +26,17 @@ _LONG_GAP_WIDTHS = 2.5  # a longer gap is not accepted as bridged until the trac
 
 
 class Appearance(NamedTuple):
-    """Colours of an object, and of the ground beside it, BGR.
+    """Colours of an object, BGR.
 
     Parameters
     ----------
     cable : numpy.ndarray, shape (k, 3)
         Samples along the object, where it is seen.
-    ground : numpy.ndarray, shape (m, 5)
-        Samples beside it, where no cable is seen: ``x, y`` px, and the colour.
     colour : numpy.ndarray, shape (3,)
         The median colour of the object; NaN without samples.
     """
 
     cable: FloatArray
-    ground: FloatArray
     colour: FloatArray
 
 

@@ -14,7 +14,7 @@ from dloftbs.config import DepthConfig
 from dloftbs.curve import BSplineCurve
 from dloftbs.depth import ReadableDepth
 from dloftbs.errors import InputError
-from dloftbs.evidence.kernels.appearance_pixels import compare_with_ground, sample_appearance
+from dloftbs.evidence.kernels.appearance_pixels import sample_appearance
 from dloftbs.evidence.kernels.gap_depths import EDGE_PX
 from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
 from dloftbs.frame import Frame
@@ -59,13 +59,12 @@ Source: by definition.
 
 
 class OcclusionEvidence:
-    """Evidence in a frame that a cable is hidden in a place, or is not: its depth, its mask of occluders, its image.
+    """Evidence in a frame that a cable is hidden in a place, or is not: its depth and its mask of occluders.
 
     Depth comes first: something nearer than the cable hides it; a place where only farther things are seen is in plain
     sight. Where depth says neither, a place under the occluders is hidden, and one clear of them is in plain sight,
-    unless the mask has a cable there: it may lie over another. Where neither says anything, a place that looks like the
-    ground beside the cable is in plain sight, and one that looks like neither ground nor cable is hidden; it takes the
-    mask to tell another cable from what hides it.
+    unless the mask has a cable there: it may lie over another. The image has the colours of cables, and tells
+    nothing of a place where none is seen: what hides a cable may look like the ground.
 
     Parameters
     ----------
@@ -155,7 +154,7 @@ class OcclusionEvidence:
         return self._image is not None
 
     def sample(self, points: FloatArray, seen: npt.NDArray[np.bool_], width_px: float) -> Appearance | None:
-        """Return the colours of a cable and of the ground beside it; None without an image.
+        """Return the colours of a cable; None without an image.
 
         Parameters
         ----------
@@ -164,20 +163,14 @@ class OcclusionEvidence:
         seen : numpy.ndarray, shape (n,), bool
             False where it is hidden.
         width_px : float
-            px; NaN if it is unknown: then there are no samples of the ground.
+            px; NaN if it is unknown.
         """
         if self._image is None:
             return None
-        return Appearance(*sample_appearance(self._image, self._mask, points, seen, width_px))
+        return Appearance(*sample_appearance(self._image, points, seen, width_px))
 
-    def look(
-        self,
-        points: FloatArray,
-        width_px: float,
-        depth_m: FloatArray | None = None,
-        appearance: Appearance | None = None,
-    ) -> npt.NDArray[np.int64]:
-        """Return what the frame tells of places.
+    def look(self, points: FloatArray, width_px: float, depth_m: FloatArray | None = None) -> npt.NDArray[np.int64]:
+        """Return what depth, occluders and the image's border tell of places.
 
         Parameters
         ----------
@@ -187,13 +180,11 @@ class OcclusionEvidence:
             Of the cable, px; NaN if it is unknown.
         depth_m : numpy.ndarray, shape (n,), optional
             Distance of the cable there along the optical axis, m; NaN where it is unknown.
-        appearance : Appearance, optional
-            Of the cable, where it was seen; the image tells nothing without it.
 
         Returns
         -------
         numpy.ndarray, shape (n,)
-            `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image are hidden.
+            `HIDDEN`, `IN_SIGHT` or `UNKNOWN`; places outside of the image, or of a region of interest, are hidden.
         """
         reach = max(EDGE_PX, 0.0 if math.isnan(width_px) else width_px)
         depth, expected = _NO_DEPTH, _NO_DEPTH_M
@@ -206,16 +197,6 @@ class OcclusionEvidence:
         if self._inside is not None:
             x, y = np.clip(np.rint(points), 0.0, (columns - 1, rows - 1)).astype(np.intp).T
             told[self._inside[y, x] == 0] = HIDDEN
-        return told if appearance is None else self.look_at_image(points, width_px, appearance, told)
-
-    def look_at_image(
-        self, points: FloatArray, width_px: float, appearance: Appearance, told: npt.NDArray[np.int64]
-    ) -> npt.NDArray[np.int64]:
-        """Return what the frame tells of places as `look` does; `told` is what it tells without the appearance."""
-        told = told.copy()
-        if self._image is not None and self._mask is not _NOTHING:
-            known = appearance.cable, appearance.ground
-            compare_with_ground(self._image, self._mask, points, *known, width_px, HIDDEN, IN_SIGHT, told)
         return told
 
     def project(self, points_m: FloatArray) -> FloatArray | None:

@@ -55,7 +55,7 @@ def _missing_before(model: TrackModel, observation: Observation, start_px: float
     """Return the missing length before an observation, px: all or nothing of it, unless it clearly differs."""
     start = min(max(start_px, 0.0), missing)
     after = missing - start
-    cut = [end.is_cut for end in view.ends(observation, model)]
+    cut = [end.is_cut for end in view.ends(observation, model.width)]
     if cut[0] != cut[1] and (after if cut[0] else start) < 2.0 * model.position_tolerance_px:
         return missing if cut[0] else 0.0
     if min(start, after) > model.position_tolerance_px:
@@ -82,15 +82,15 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
     if observation.curve.closed or model.curve.closed:
         return None
     whole = observation.between(0.0, 1.0)
-    if model.is_short(whole) and any(end.hidden for end in view.ends(whole, model)):
-        first, last = view.ends(whole, model)
+    if model.is_short(whole) and any(end.hidden for end in view.ends(whole, model.width)):
+        first, last = view.ends(whole, model.width)
         share = whole.length / model.length_in_view(whole)
         told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres tells how much is hidden
         return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
     length = float(arc_lengths(model.predicted)[-1])
     if abs(whole.length - length) < model.position_tolerance_px:
         return match_whole(model, whole)  # all of it tells the direction better than a small part
-    first, last = view.ends(whole, model)
+    first, last = view.ends(whole, model.width)
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None
     nearer = width_ratio(whole.width, model.width)

@@ -20,8 +20,8 @@ MAX_WIDTH_RATIO = 3.0
 Source: by hand; a cable that comes nearer by a half is twice as wide.
 """
 
-_UNKNOWN = Appearance(np.zeros((0, 3)), np.zeros((0, 5)), np.full(3, math.nan))
-"""Appearance that agrees with any, BGR and px.
+_UNKNOWN = Appearance(np.zeros((0, 3)), np.full(3, math.nan))
+"""Appearance that agrees with any, BGR, grey levels.
 
 Source: by definition.
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from dloftbs._arrays import FloatArray
 from dloftbs.curve import BSplineCurve
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
 from dloftbs.frame_region import distances_to
-from dloftbs.observation import SAMPLES, Appearance, Observation, sample_curve
+from dloftbs.observation import SAMPLES, Observation, sample_curve
 from dloftbs.tracking.kernels.interpolation import extend_ends
 from dloftbs.tracking.partial_match import WHOLE
 
@@ -43,13 +43,6 @@ Source: by definition.
 """
 
 
-class Sought(Protocol):
-    """Track, as far as a frame is asked about it."""
-
-    width: float
-    appearance: Appearance | None
-
-
 class EndView(NamedTuple):
     """View beyond one end of a curve.
 
@@ -58,8 +51,7 @@ class EndView(NamedTuple):
     at_border : bool
         True if the image's border may cut it.
     hidden : bool
-        True if the frame tells that something may hide the rest. The image is not asked: beyond an end the ground may
-        be another one than that beside the cable.
+        True if the frame tells that something may hide the rest.
     in_sight : bool
         True if there is evidence that nothing hides a continuation.
     """
@@ -91,7 +83,7 @@ class View:
     size: tuple[int, int] | None = None
     occlusion: OcclusionEvidence | None = None
     outline: FloatArray | None = None
-    _looked: dict[tuple[int, float, int], tuple[Observation, tuple[EndView, EndView]]] = field(default_factory=dict)
+    _looked: dict[tuple[int, float], tuple[Observation, tuple[EndView, EndView]]] = field(default_factory=dict)
 
     def are_at_border(self, points: FloatArray, width: float) -> list[bool]:
         """Return for both ends of a curve if they lie within about a width of the border of the image."""
@@ -104,48 +96,39 @@ class View:
             return beside
         return [one or far < margin for one, far in zip(beside, distances_to(self.outline, ends).tolist(), strict=True)]
 
-    def ends(self, observation: Observation, sought: Sought) -> tuple[EndView, EndView]:
-        """Return what the frame tells beyond the two ends of an observation."""
-        key = id(observation), sought.width, id(sought.appearance)
+    def ends(self, observation: Observation, width: float) -> tuple[EndView, EndView]:
+        """Return what the frame tells beyond the two ends of an observation of a track of some width, px."""
+        key = id(observation), width
         if key not in self._looked:
-            told = self.look_beyond(observation.points, sought, observation.curve_3d, observation.curve_span)
+            told = self.look_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
             self._looked[key] = observation, told  # as long as it is kept, no other object has its id
         return self._looked[key][1]
 
     def look_beyond(
         self,
         points: FloatArray,
-        sought: Sought,
+        width: float,
         curve_3d: BSplineCurve | None,
         span: tuple[float, float] = WHOLE,
-        *,
-        with_image: bool = True,
     ) -> tuple[EndView, EndView]:
-        """Return the same of points (n, 2) along a curve, which are those of a span of one in space.
-
-        Only what is in sight takes the image, if there is one: without it less is known to be.
-        """
-        first, last = self.are_at_border(points, sought.width)
+        """Return the same of points (n, 2) along a curve, which are those of a span of one in space."""
+        first, last = self.are_at_border(points, width)
         if self.occlusion is None:
             return EndView(first), EndView(last)
-        places = extend_ends(points, _BEYOND, _BORDER_PX if math.isnan(sought.width) else sought.width)
+        places = extend_ends(points, _BEYOND, _BORDER_PX if math.isnan(width) else width)
         depth_m = None if curve_3d is None else sample_curve(curve_3d, *span)[0][_AT_ENDS, 2]
-        told = self.occlusion.look(places, sought.width, depth_m)
-        start, stop = told.reshape(2, -1).tolist()
+        start, stop = self.occlusion.look(places, width, depth_m).reshape(2, -1).tolist()
         hidden = HIDDEN in start, HIDDEN in stop
-        if with_image and sought.appearance is not None:
-            told = self.occlusion.look_at_image(places, sought.width, sought.appearance, told)
-            start, stop = told.reshape(2, -1).tolist()
         # Nearer places may lie on the end itself.
         in_sight = [HIDDEN not in end and end[-1] == IN_SIGHT for end in (start, stop)]
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 
-    def look(self, points: FloatArray, sought: Sought, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
+    def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
         """Return what the frame tells of the samples of a curve; None if it tells nothing."""
         if self.occlusion is None:
             return None
         depth_m = None if curve_3d is None else self.occlusion.depth_along(curve_3d)
-        return self.occlusion.look(points, sought.width, depth_m, sought.appearance)
+        return self.occlusion.look(points, width, depth_m)
 
     def project(self, points_m: FloatArray) -> FloatArray | None:
         """Return points (n, 3) in space as the camera sees them, (n, 2); None if it is not known to."""

@@ -89,7 +89,7 @@ def _ends(model: TrackModel, visible: VisibleCurve, view: View) -> tuple[EndKind
     points = model.points if visible.curve is model.curve else sample_curve(visible.curve)[0]
     first, last = [
         EndKind.BORDER if end.at_border else EndKind.HIDDEN if end.hidden else EndKind.FREE
-        for end in view.look_beyond(points, model, visible.curve_3d, with_image=False)
+        for end in view.look_beyond(points, model.width, visible.curve_3d)
     ]
     if visible.inferred:
         first = EndKind.HIDDEN if visible.inferred[0][0] <= 0.0 else first

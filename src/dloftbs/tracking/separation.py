@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs.tracking.frame_view import Sought, View
+from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 
@@ -67,7 +67,7 @@ class Separation:
         return self.since * max(float(np.polyfit(np.arange(len(self.whole_px)), self.whole_px, 1)[0]), 0.0)
 
     def find_cut(
-        self, shown: TrackObservation, tolerance_px: float, sought: Sought, view: View
+        self, shown: TrackObservation, tolerance_px: float, width: float, view: View
     ) -> tuple[TrackObservation, TrackObservation] | None:
         """Return what a frame shows of the two objects that one was cut into, the longer one first; None if it is one.
 
@@ -77,7 +77,8 @@ class Separation:
             What it shows of the one.
         tolerance_px : float
             Of its length.
-        sought : Sought
+        width : float
+            Of the one, px; NaN if it is unknown.
         view : View
         """
         matches = shown.matches
@@ -99,7 +100,7 @@ class Separation:
         usual = statistics.median(self.whole_px[-MIN_SEEN_FRAMES:])  # the last one may have lost an end already
         self.missing_px = max(self.missing_px, abs(sum(lengths) - usual))
         # An end that comes out beyond what hid it is short at first.
-        if self.missing_px > tolerance_px or min(lengths) < longest or _is_cut(parts, sought, view):
+        if self.missing_px > tolerance_px or min(lengths) < longest or _is_cut(parts, width, view):
             self.forget()
             return None
         self.frames = self.frames if longest > self.missing_px + self.growth_px + _NOISE_SHARE * tolerance_px else 0
@@ -113,9 +114,9 @@ def _show(parts: Sequence[PartialMatch], scope: tuple[float, float]) -> TrackObs
     return TrackObservation(tuple(part.within(*scope) for part in parts), scope=scope)
 
 
-def _is_cut(parts: Sequence[PartialMatch], sought: Sought, view: View) -> bool:
+def _is_cut(parts: Sequence[PartialMatch], width: float, view: View) -> bool:
     """Return True if the image's border or something that hides the rest may cut any of some parts."""
-    return any(end.is_cut for part in parts for end in view.ends(part.observation, sought))
+    return any(end.is_cut for part in parts for end in view.ends(part.observation, width))
 
 
 def _split_at_gaps(match: PartialMatch) -> list[PartialMatch]:

@@ -202,7 +202,7 @@ class TrackModel:
         is_known = not self.misses and bool(np.abs(points - self.points).max() <= JUMP_SHARE * self.length)
         self.motion.step(self.points, points, dt, is_known=is_known)
         self.curve, self.points = curve, points
-        told = view.look(points, self, self.curve_3d) if hidden else None
+        told = view.look(points, self.width, self.curve_3d) if hidden else None
         self.sight.see_part(hidden, inferred, told, self.length_widths, dt)
         self.visible = None
 
@@ -218,7 +218,7 @@ class TrackModel:
             self.curve_3d = self.curve_3d.transformed(np.eye(3), duration * motion.velocity_3d[0])
         motion.decay(dt)
         # Of one that was seen too little, nothing is said to be hidden.
-        told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self, self.curve_3d)
+        told = None if self.state is TrackState.TENTATIVE else view.look(self.points, self.width, self.curve_3d)
         self.sight.see_nothing(told, self.length_widths, dt)
         self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
         self.misses += 1

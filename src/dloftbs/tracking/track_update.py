@@ -81,7 +81,7 @@ def _update_partly(
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     # That something hides the stretch between two parts is believed of an object that was steady for long.
     bridges = _are_apart(matches) and model.steady_frames >= config.override_frames
-    may_go_on = bridges or any(end.is_cut for end in view.ends(longest, model))
+    may_go_on = bridges or any(end.is_cut for end in view.ends(longest, model.width))
     if not shown.apart_from and (not may_go_on or model.is_as_usual(longest.between(*WHOLE))):
         is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
         model.conflict.count(longest, model.width_or_0, is_small=is_small)

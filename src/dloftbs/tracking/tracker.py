@@ -234,7 +234,7 @@ class Tracker:
             model.predict(dt)
         resolved = resolve(models, associate(models, observations, view, config), view)
         for t, model in enumerate(tuple(models)):
-            sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model, view)
+            sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model.width, view)
             if sides is not None:
                 resolved[t], other = sides
                 resolved.append(other)
