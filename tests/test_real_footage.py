@@ -146,8 +146,7 @@ def dashes(rng, points, width=1.5):
     return mask
 
 
-@still_open("dashes come back, but linking leaves them in pieces")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", partly(range(3), (0, 1), still_open("not all dashes come back")))
 @pytest.mark.parametrize("salt", [0, 40])
 def test_dashes_in_one_line_are_a_line_and_salt_is_not(seed, salt):
     rng = np.random.default_rng(seed)

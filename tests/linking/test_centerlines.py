@@ -204,7 +204,8 @@ def test_every_span_of_points_lies_within_its_branch(monkeypatch: pytest.MonkeyP
         return lay_out(points, radius, given, *rest)
 
     monkeypatch.setattr(centerlines, "lay_out", spy)
-    dloftbs.detect(np.pad(mask_from_text(LETTERS), 3))
+    for letters in (mask_from_text(LETTERS), mask_from_text(LETTERS).T):
+        dloftbs.detect(np.pad(letters, 3))
     given = np.concatenate(spans)
     assert len(given) > 10
     for first, last, step in given.tolist():

@@ -52,6 +52,23 @@ def test_an_arc_that_goes_on_bends_far_less_than_one_that_is_not_known_to() -> N
         assert bend < 0.1 * blind
 
 
+def test_a_step_of_a_pixel_costs_a_line_of_one_pixel_nothing() -> None:
+    """Else the dash after the next one, over a longer gap, costs less than the next one."""
+    step = np.array([arm(10, 20, 0), arm(13, 21, 180)])
+    assert bend_between(step, 0, 1, 1.0)[0] == pytest.approx(0.0, abs=1e-12)
+    steps = np.array([arm(10, 20, 0), arm(13, 22, 180)])
+    assert bend_between(steps, 0, 1, 1.0)[0] > 0.05
+
+
+@pytest.mark.parametrize(("width", "longest"), [(1.0, 12.0), (2.9, 12.0), (5.0, 20.0)])
+def test_the_shape_of_ends_tells_nothing_where_a_gap_may_be_a_break_of_the_mask(width: float, longest: float) -> None:
+    pairs, nodes, roundness = np.array([(0, 1)]), np.full(2, -1), np.full(2, 0.65)
+    for length, counts in ((longest, 0.0), (1.5 * longest, 0.65), (2.0 * longest, 1.3), (5.0 * longest, 1.3)):
+        states = np.array([arm(10, 20, 0), arm(10 + length, 20, 180)])
+        (row,) = describe_pairs(states, pairs, nodes, roundness, width)
+        assert row[GAP_ROUND] == pytest.approx(counts)
+
+
 def test_straight_on_costs_nothing_to_bend() -> None:
     bend, length = bend_between(np.array([arm(10, 20, 0), arm(50, 20, 180)]), 0, 1, WIDTH)
     assert bend == pytest.approx(0.0, abs=1e-12)
