@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -49,7 +51,7 @@ def write(
     """Write a video; pictures are BGR arrays or frames of PyAV, `between` is the number of B-frames in a row."""
     pictures = [picture(number) for number in range(count)] if pictures is None else pictures
     times = [number / RATE for number in range(len(pictures))] if times is None else times
-    with av.open(str(path), "w", format=container, options=options or {}) as output:
+    with own_priority(), av.open(str(path), "w", format=container, options=options or {}) as output:
         stream = output.add_stream(codec, rate=RATE, options=codec_options or {})
         frames = [as_frame(pixels).reformat(format=pixel_format) for pixels in pictures]
         stream.width, stream.height, stream.pix_fmt = frames[0].width, frames[0].height, pixel_format
@@ -62,6 +64,22 @@ def write(
             output.mux(stream.encode(frame))
         output.mux(stream.encode())
     return path
+
+
+@contextmanager
+def own_priority() -> Iterator[None]:
+    """Keep the scheduling of the process: as root, SVT-AV1 makes the thread that encodes a real-time one.
+
+    Browsers that a test starts later would inherit that, and two of them starve the machine.
+    """
+    if not hasattr(os, "sched_getscheduler"):  # Linux alone has it
+        yield
+        return
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, policy, parameters)
 
 
 def as_frame(pixels: Any) -> Any:

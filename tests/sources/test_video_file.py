@@ -289,6 +289,13 @@ def test_a_file_may_have_any_name(tmp_path, caplog, name):
     assert len(frames) == COUNT
 
 
+@pytest.mark.skipif(not hasattr(os, "sched_getscheduler"), reason="only Linux has it")
+def test_a_test_that_encodes_leaves_the_priority_of_the_process_as_it_was(tmp_path):
+    before = os.sched_getscheduler(0)
+    videos.write_av1(tmp_path / "a.mkv")
+    assert os.sched_getscheduler(0) == before == os.SCHED_OTHER
+
+
 CONTAINERS = {
     "index first": ("a.mp4", {"options": {"movflags": "faststart"}}),
     "fragments": ("a.mp4", {"options": {"movflags": "frag_keyframe+empty_moov"}}),
