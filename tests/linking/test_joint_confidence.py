@@ -10,12 +10,14 @@ from builders import line
 from linking_examples import cross, draw, matching_of
 
 from dloftbs import detect
+from dloftbs.graph import branch_of
 from dloftbs.linking.joint_confidence import (
     crossing_confidence,
     gap_confidence,
     gap_log_odds,
     open_doubtful_gaps,
     taper_of,
+    usual_width,
 )
 from dloftbs.synthetic import draw_tube_mask
 
@@ -61,6 +63,14 @@ def test_a_gap_between_different_widths_is_less_sure():
 def test_the_taper_is_that_of_widths_a_pixel_wider():
     assert taper_of(5.0, 2.0) == taper_of(2.0, 5.0) == pytest.approx(math.log(2.0))
     assert taper_of(0.0, 0.0) == 0.0
+
+
+def test_a_branch_without_points_of_its_own_has_no_width():
+    _, matching, (i, _) = the_gap(in_line((20.0, 200.0), (230.0, 390.0)))
+    assert usual_width(matching, i) == pytest.approx(6.4, abs=1.0)
+    start, _ = matching.branches.spans[branch_of(i)]
+    matching.branches.spans[branch_of(i)] = start, start
+    assert usual_width(matching, i) == 0.0
 
 
 def test_the_odds_are_at_most_those_of_the_alternative():

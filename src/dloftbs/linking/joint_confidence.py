@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.graph import EndMatching, branch_of
 from dloftbs.linking.calibration import CROSSING, GAP
@@ -21,8 +20,6 @@ _EDGE_PX = 1.0
 
 Source: geometry; each of the two edges is known to half a pixel.
 """
-
-_Floats = npt.NDArray[np.float64]
 
 
 def crossing_confidence(margin: float, cost: float, *, bounded: bool) -> float:
@@ -83,8 +80,10 @@ def _length_from(matching: EndMatching, end: int) -> int:
 def usual_width(matching: EndMatching, end: int) -> float:
     """Return the median width, px, of the branch at an end over its middle two thirds; masks get thin at gaps."""
     start, stop = matching.branches.spans[branch_of(end)]
+    if start == stop:  # all its points lie in the junctions at its ends
+        return 0.0
     aside = (stop - start) // 6
-    return 2.0 * float(np.median(matching.branches.radius[start + aside : max(stop - aside, start + aside + 1)]))
+    return 2.0 * float(np.median(matching.branches.radius[start + aside : stop - aside]))
 
 
 def taper_of(width: float, other: float) -> float:
