@@ -178,9 +178,9 @@ class EndMatching:
         Cost and margin of the joint at each end.
     alternative : list of int
         Partner of each end in the best alternative, or -1.
-    near_joints : list of (float, float, int, int)
-        Pairs of free ends that were left open by a small difference in cost: the difference, the cost, and the two
-        ends; the least difference first. It is negative for a gap that gains, but rather is none.
+    near_joints : list of (float, int, int)
+        Pairs of free ends that were left open by a small difference in cost: the difference, and the two ends; the
+        least difference first. It is negative for a gap that gains, but rather is none.
     override : float
         Cost saved by the reading of this frame alone over the one that follows the prior.
     """
@@ -192,11 +192,11 @@ class EndMatching:
         cost: list[float],
         margin: list[float],
         alternative: list[int],
-        near_joints: Sequence[tuple[float, float, int, int]] = (),
+        near_joints: Sequence[tuple[float, int, int]] = (),
         override: float = 0.0,
     ) -> None:
         self.branches = branches
-        self.near_joints: Sequence[tuple[float, float, int, int]] = near_joints
+        self.near_joints: Sequence[tuple[float, int, int]] = near_joints
         self._partner, self._cost, self._margin, self._alternative = partner, cost, margin, alternative
         self._override = override
         self._chains: list[tuple[list[int], bool]] | None = None
@@ -250,7 +250,7 @@ class EndMatching:
     def leave_open(self, i: int) -> None:
         """Open the gap at an end, and keep it as a near joint."""
         j = self._partner[i]
-        near = -self._margin[i], self._cost[i], min(i, j), max(i, j)
+        near = -self._margin[i], min(i, j), max(i, j)
         self.open(i)
         self.near_joints = sorted([*self.near_joints, near])
 

@@ -86,7 +86,7 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
 def _likeliest(graph: Graph, matching: EndMatching) -> dict[int, tuple[float, int]]:
     """Return the most probable gap that each open end does not have: its probability, and the other end."""
     found: dict[int, tuple[float, int]] = {}
-    for lacking, _, i, j in matching.near_joints:
+    for lacking, i, j in matching.near_joints:
         if matching.is_open(i) and matching.is_open(j):
             confidence = gap_confidence(matching, i, j, -lacking, graph.width)
             found[i], found[j] = (

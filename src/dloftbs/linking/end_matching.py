@@ -117,7 +117,7 @@ def match_ends(
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
-    partner, cost, margin, alternative, override, costs, lacking = match_with_hiding(
+    partner, cost, margin, alternative, override, lacking = match_with_hiding(
         rows, columns, costs, bonus, open_cost, ends.ids, ends.nodes, ends.states, graph.width
     )
     duplicate_of: dict[int, int] = {}
@@ -141,7 +141,7 @@ def match_ends(
         cost.tolist(),
         margin.tolist(),
         alternative.tolist(),
-        _near_joints(rows, columns, costs, lacking, ends.nodes),
+        _near_joints(rows, columns, lacking, ends.nodes),
         override,
     )
     for duplicate, gain in enumerate(gains.tolist(), start=graph.branch_count):
@@ -200,14 +200,12 @@ def list_joints(
     return rows[keep], columns[keep], joints[keep], opens
 
 
-def _near_joints(
-    rows: _Ints, columns: _Ints, costs: _Floats, lacking: _Floats, nodes: _Ints
-) -> list[tuple[float, float, int, int]]:
+def _near_joints(rows: _Ints, columns: _Ints, lacking: _Floats, nodes: _Ints) -> list[tuple[float, int, int]]:
     """List the pairs of free ends that cost little more than both ends open, the least difference first."""
     if len(rows) == 0:
         return []
     near = (lacking >= 0.0) & (lacking < UNCLEAR) & (nodes[rows] < 0) & (nodes[columns] < 0)
-    return sorted(zip(*(given[near].tolist() for given in (lacking, costs, rows, columns)), strict=True))
+    return sorted(zip(*(given[near].tolist() for given in (lacking, rows, columns)), strict=True))
 
 
 def list_ends(graph: Graph, duplicates: _Ints, partial: _Ints) -> Ends:

@@ -125,7 +125,6 @@ def match_with_hiding(
     npt.NDArray[np.int64],
     float,
     npt.NDArray[np.float64],
-    npt.NDArray[np.float64],
 ]:
     """Match ends as `match_ends`, and once more if a sure gap shows that something hides parts of the cables.
 
@@ -145,10 +144,8 @@ def match_with_hiding(
     -------
     partner, cost, margin, alternative, override
         As `match_ends` returns them.
-    costs : (k,) float64
-        Costs of the pairs as they were matched.
     lacking : (k,) float64
-        Extra cost of each pair over two open ends.
+        Extra cost of each pair, as it was matched, over two open ends.
     """
     given = costs.copy()  # of the type of the lowered costs, so that they are matched by the same code
     joints, lacking = _match_gaining(rows, columns, given, bonus, open_cost, end_id)
@@ -156,4 +153,4 @@ def match_with_hiding(
     if (lowered != given).any():
         joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
     partner, cost, margin, alternative, override = joints
-    return partner, cost, margin, alternative, override, lowered, lacking
+    return partner, cost, margin, alternative, override, lacking
