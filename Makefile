@@ -50,7 +50,7 @@ results: .venv/installed-dev
 	$(BIN)/dloftbs evaluate --method default,paper,cpd --scale $(SCALE) --out build/results
 	if [ -d "$(PHOTOGRAPHS)/cables" ] && [ -d "$(PHOTOGRAPHS)/mbest" ]; then $(BIN)/dloftbs evaluate \
 		"$(PHOTOGRAPHS)/cables" "mbest:$(PHOTOGRAPHS)/mbest" --method default,paper --out build/photographs; fi
-	$(BIN)/python -m dloftbs.evaluation.report.docs_page build/results docs $$(ls -d build/photographs 2> /dev/null)
+	$(BIN)/python -m dloftbs_lab.evaluation.report.docs_page build/results docs $$(ls -d build/photographs 2> /dev/null)
 	$(BIN)/python -m benchmarks.paper_strips docs/images/paper
 
 clean:

@@ -19,7 +19,7 @@ from time import perf_counter
 import numpy as np
 
 from benchmarks.docs import arguments, published
-from dloftbs.synthetic import DemoSequence
+from dloftbs_lab.synthetic import DemoSequence
 
 RECORDINGS = 16
 HSV = "170:10,80:255,60:255"

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.scenes import cables
 from dloftbs import Frame
-from dloftbs.synthetic import NETWORK, DegradedSequence, KindSequence, TrackingSequence, rgbd_artificial
+from dloftbs_lab.synthetic import NETWORK, DegradedSequence, KindSequence, TrackingSequence, rgbd_artificial
 
 
 def write_scenes(folder: Path, *, quick: bool = False) -> list[str]:

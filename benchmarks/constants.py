@@ -203,8 +203,8 @@ def _change(constant: Constant, factor: float, frames: Path, before: dict[str, s
     A copy of the tree has the kernels as compiled, so that only those that may see the change are compiled again.
     """
     with tempfile.TemporaryDirectory() as name:
-        copy = Path(name) / "src" / "dloftbs"
-        shutil.copytree(SOURCES, copy)
+        copy = Path(name) / "src" / SOURCES.name
+        shutil.copytree(SOURCES.parent, copy.parent)
         (copy / constant.path.relative_to(SOURCES)).write_text(constant.scaled(factor), "utf-8")
         for path in _importers(constant.path):
             with (copy / path.relative_to(SOURCES)).open("a", encoding="utf-8") as file:
@@ -220,8 +220,9 @@ def _change(constant: Constant, factor: float, frames: Path, before: dict[str, s
 
 def _keep_stamps(copy: Path) -> None:
     """Make a copy of the tree believe that no folder of kernels changed, which would compile all that is in it."""
-    folders = [path for path in copy.rglob("kernels*") if path.is_dir()] + [copy / "kernels" / "shared"]
-    kept = {str(path): compiler.folder_digest(SOURCES / path.relative_to(copy)) for path in folders}
+    top = copy.parent
+    folders = [path for path in top.rglob("kernels*") if path.is_dir()] + [copy / "kernels" / "shared"]
+    kept = {str(path): compiler.folder_digest(SOURCES.parent / path.relative_to(top)) for path in folders}
     with (copy / "kernels" / "compiler.py").open("a", encoding="utf-8") as file:
         file.write(f"\n\ndef folder_digest(folder: Path) -> str:\n    return {kept}[str(folder)]\n")
 

@@ -44,8 +44,8 @@ _CONFIGS = (
 
 def write(path: Path) -> None:
     """Generate the frames: for each kind its sequences, each with the colours to look for."""
-    from dloftbs.evaluation.suites import open_suite
-    from dloftbs.synthetic import DemoSequence
+    from dloftbs_lab.evaluation.suites import open_suite
+    from dloftbs_lab.synthetic import DemoSequence
 
     kinds: dict[str, list[tuple[Any, list[dloftbs.Frame]]]] = {}
     for name, least in _FRAMES.items():

@@ -19,7 +19,10 @@ from typing import Any
 import numpy as np
 
 import dloftbs
-from dloftbs.evaluation.suites import SUITES, missing_for, open_suite
+
+LAB = "dloftbs_lab" if Path(dloftbs.__file__).parents[1].joinpath("dloftbs_lab").is_dir() else "dloftbs"  # once inside
+suites: Any = importlib.import_module(f"{LAB}.evaluation.suites")
+synthetic: Any = importlib.import_module(f"{LAB}.synthetic")
 
 _SIZE = (240, 426)  # small, so that ten thousand frames take minutes
 _MOST_FRAMES = 1500  # of a kind
@@ -40,7 +43,7 @@ CONFIGS: dict[str, tuple[dloftbs.Config, bool]] = {
 
 def main(names: list[str], *, quick: bool) -> None:
     """Write the digests of the kinds named, or of all whose needs are there."""
-    for name in names or [*(name for name in SUITES if missing_for(name) is None), "demo"]:
+    for name in names or [*(name for name in suites.SUITES if suites.missing_for(name) is None), "demo"]:
         sys.stdout.write(json.dumps({"kind": name, **digests_of(sequences_of(name, quick))}) + "\n")
         sys.stdout.flush()
 
@@ -48,23 +51,16 @@ def main(names: list[str], *, quick: bool) -> None:
 def sequences_of(name: str, quick: bool) -> Iterator[Any]:
     """Yield sequences, spread over all of a suite: whole ones, since tracks are made of their frames in order."""
     if name == "demo":
-        yield _synthetic().DemoSequence(frames=_QUICK_FRAMES if quick else 90, size=_SIZE, width_px=8.0)
+        yield synthetic.DemoSequence(frames=_QUICK_FRAMES if quick else 90, size=_SIZE, width_px=8.0)
         return
     scale = 1e-3 if quick else _SCALES.get(name, 1.0)
-    suite = open_suite(name, scale=scale, size=_SIZE)
+    suite = suites.open_suite(name, scale=scale, size=_SIZE)
     most = _QUICK_FRAMES if quick else _FEWER_FRAMES.get(name, _MOST_FRAMES)
     share, taken = min(1.0, most / suite.frames), 0
     for number, sequence in enumerate(suite.sequences, start=1):
         if taken < share * number:
             taken += 1
             yield sequence
-
-
-def _synthetic() -> Any:
-    try:
-        return importlib.import_module("dloftbs.synthetic")
-    except ModuleNotFoundError:  # where older commits have it
-        return importlib.import_module("dloftbs.sources.synthetic")
 
 
 def digests_of(sequences: Iterator[Any]) -> dict[str, Any]:

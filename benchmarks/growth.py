@@ -21,7 +21,7 @@ from benchmarks.docs import arguments, published
 from benchmarks.scenes import Mask, cables, hooks
 from benchmarks.timing import Floats
 from dloftbs import Config, Frame, Pipeline
-from dloftbs.stage_order import run_stages
+from dloftbs.pipeline.stages import run_stages
 
 SIZES: tuple[tuple[int, int], ...] = (
     (240, 320),

@@ -19,13 +19,13 @@ from scipy.interpolate import make_interp_spline
 from benchmarks.constants import linking_tables
 from benchmarks.readings import Look, joints_block, look_at, names_of, readings
 from dloftbs import BSplineCurve
-from dloftbs.centerline import JointKind
-from dloftbs.graph import FREE
-from dloftbs.synthetic import draw_tube_mask
+from dloftbs.data.centerline import JointKind
+from dloftbs.data.graph import FREE
 from dloftbs.viz import shapes
 from dloftbs.viz.lettering import Text
 from dloftbs.viz.shapes import Picture, Shape
 from dloftbs.viz.style import PALETTE, Colour, Style, dimmed
+from dloftbs_lab.synthetic import draw_tube_mask
 
 PAGE = Path("docs/linking.md")
 PICTURES = Path("docs/images/linking")

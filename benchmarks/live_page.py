@@ -17,9 +17,9 @@ from benchmarks.machine import machine
 from benchmarks.newcomer import CHROMIUM
 from dloftbs import Config, Pipeline
 from dloftbs.config import SegmentationConfig
-from dloftbs.synthetic import DemoSequence
 from dloftbs.ui.server import serve
 from dloftbs.ui.view_session import ViewSession
+from dloftbs_lab.synthetic import DemoSequence
 
 FPS = 60.0
 """Pace of the source: more than is asked for, so that the page is what limits."""

@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 
 from dloftbs import Frame, FrameResult, sinks
-from dloftbs.synthetic import DemoSequence
+from dloftbs_lab.synthetic import DemoSequence
 
 README = Path(__file__).parents[1] / "README.md"
 VIDEO = "cable.mp4"

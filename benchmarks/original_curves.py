@@ -22,8 +22,8 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs.evaluation import mmd
 from dloftbs.viz import contact_sheet, draw
+from dloftbs_lab.evaluation import mmd
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.uint8]

@@ -16,12 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import Config, Pipeline
-from dloftbs.frame_result import FrameResult
-from dloftbs.sources import KnownSequence
-from dloftbs.synthetic import RgbSequence, rgbd_artificial, rgbd_manipulation, several_cables
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.viz import Style, draw
 from dloftbs.viz.overlay import grey
 from dloftbs.viz.shapes import Picture
+from dloftbs_lab import KnownSequence
+from dloftbs_lab.synthetic import RgbSequence, rgbd_artificial, rgbd_manipulation, several_cables
 
 _SHOWN = 5
 _TILE_PX = 400

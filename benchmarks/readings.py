@@ -8,17 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import Config, Detection, Frame
-from dloftbs.centerline import Joint
 from dloftbs.config import LinkingConfig
-from dloftbs.graph import POSITION, TANGENT, Branches, EndMatching, Graph, branch_of, ends_of, other_end
+from dloftbs.data.centerline import Joint
+from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, ends_of, other_end
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.linking import link
 from dloftbs.linking.end_matching import Ends, list_joints, match_ends
 from dloftbs.linking.kernels import branch_overlap, wide_stretches
 from dloftbs.linking.kernels.joint_features import prices
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.stage_order import run_stages
+from dloftbs.linking.matched_ends import Branches, EndMatching
+from dloftbs.pipeline.stages import run_stages
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

@@ -23,7 +23,7 @@ from scipy.optimize import linear_sum_assignment
 
 import dloftbs
 from benchmarks.photographs import score
-from dloftbs.evaluation import mmd
+from dloftbs_lab.evaluation import mmd
 
 Points = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

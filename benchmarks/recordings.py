@@ -19,7 +19,7 @@ from benchmarks.timing import Table, interleaved
 from dloftbs import sources
 from dloftbs.ros import RosbagsFactory
 from dloftbs.ros.message_types import MessageTypes
-from dloftbs.synthetic import DemoSequence
+from dloftbs_lab.synthetic import DemoSequence
 
 TOPIC, TYPE = "/camera/image_raw", "sensor_msgs/msg/Image"
 PERIOD_NS = 33_333_333

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.synthetic import TrackingSequence, draw_tube_mask, random_curve
+from dloftbs_lab.synthetic import TrackingSequence, draw_tube_mask, random_curve
 
 SIZE = (720, 1280)
 WIDTH_PX = 12.0
@@ -72,7 +72,7 @@ def to_and_fro(masks: list[Mask]) -> Iterator[Mask]:
 
 def photograph(seed: int = 0) -> Mask:
     """Return a frame (720, 1280, 3) of the demo: textured cables on a cluttered table."""
-    from dloftbs.synthetic import DemoSequence
+    from dloftbs_lab.synthetic import DemoSequence
 
     image = DemoSequence(frames=90, seed=seed).frame(40).image
     assert image is not None  # the demo has images

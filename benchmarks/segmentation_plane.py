@@ -1,7 +1,7 @@
 """How well the depth above a plane finds cables: round ones that lie on a tilted table, and ones above it.
 
 Run it with ``python -m benchmarks.segmentation_plane [--seeds N]``. Depth has a camera's noise, holes and flying pixels
-(`dloftbs.synthetic.depth_noise.TYPICAL_NOISE`), half of it again, and twice; the IoU is that of mask and cable.
+(`dloftbs_lab.synthetic.depth_noise.TYPICAL_NOISE`), half of it again, and twice; the IoU is that of mask and cable.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import numpy.typing as npt
 import dloftbs
 from dloftbs.config import PlaneConfig, SegmentationConfig
 from dloftbs.segmentation import make_segmenter
-from dloftbs.synthetic.depth_noise import DepthNoise
-from dloftbs.synthetic.rgbd_camera import DEPTH_SCENES, DepthCameraSequence
-from dloftbs.synthetic.strand import random_strand
-from dloftbs.synthetic.tube import footprint
+from dloftbs_lab.synthetic.depth_noise import DepthNoise
+from dloftbs_lab.synthetic.rgbd_camera import DEPTH_SCENES, DepthCameraSequence
+from dloftbs_lab.synthetic.strand import random_strand
+from dloftbs_lab.synthetic.tube import footprint
 
 _SIZE = 720, 1280
 _DISTANCE_M = 0.7

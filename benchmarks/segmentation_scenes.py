@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from skimage import data
 
-from dloftbs.synthetic.layers import Layer, cast_shadow, stack_layers, visible_cables
-from dloftbs.synthetic.sketch import LIGHT, halfway, smooth_noise
-from dloftbs.synthetic.strand import Strand, random_strand
-from dloftbs.synthetic.workbench import draw_wood
+from dloftbs_lab.synthetic.layers import Layer, cast_shadow, stack_layers, visible_cables
+from dloftbs_lab.synthetic.sketch import LIGHT, halfway, smooth_noise
+from dloftbs_lab.synthetic.strand import Strand, random_strand
+from dloftbs_lab.synthetic.workbench import draw_wood
 
 Image = npt.NDArray[np.uint8]
 Rng = np.random.Generator

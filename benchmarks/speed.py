@@ -26,7 +26,7 @@ from benchmarks.timing import Table, interleaved
 from dloftbs import Config, Frame, FrameResult, HsvRange, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.segmentation import HsvSegmenter
-from dloftbs.synthetic import rgbd_artificial
+from dloftbs_lab.synthetic import rgbd_artificial
 
 
 def main() -> None:

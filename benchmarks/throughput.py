@@ -18,8 +18,8 @@ from pathlib import Path
 
 from benchmarks.docs import arguments, published
 from benchmarks.recordings import make_recordings
-from dloftbs.sinks import write_sequence
-from dloftbs.synthetic import DemoSequence
+from dloftbs_lab import write_sequence
+from dloftbs_lab.synthetic import DemoSequence
 
 VIDEO, PICTURES, RECORDING = "video", "pictures", "MCAP.mcap"
 

@@ -19,11 +19,11 @@ from benchmarks.throughput import PICTURES, RECORDING, VIDEO
 from benchmarks.timing import interleaved
 from dloftbs import Config, Frame, Pipeline, sinks, sources
 from dloftbs.config import SegmentationConfig
-from dloftbs.frame_result import FrameResult
-from dloftbs.overlap import Ahead, Behind, cores, in_order
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sources import Source
-from dloftbs.synthetic import DemoSequence
+from dloftbs.support.overlap import Ahead, Behind, cores, in_order
+from dloftbs_lab.synthetic import DemoSequence
 
 
 class Stream:

@@ -12,11 +12,11 @@ import cv2
 import numpy as np
 
 from dloftbs import Config, Pipeline
-from dloftbs.frame_result import FrameResult
-from dloftbs.synthetic import TrackingSequence
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.viz import Style, contact_sheet, draw
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.style import Colour
+from dloftbs_lab.synthetic import TrackingSequence
 
 PICTURES = Path("docs/images/tracking")
 

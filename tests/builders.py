@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from dloftbs.centerline import Centerline, Joint, Segment
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
+from dloftbs.data.centerline import Centerline, Joint, Segment
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
 
 NOT_SPANS = [
     ((0.5, 0.2),),

@@ -10,10 +10,11 @@ import dloftbs
 from dloftbs import Config, Detection
 from dloftbs.cleaning import clean
 from dloftbs.config import LinkingConfig
-from dloftbs.graph import EndMatching, Graph
+from dloftbs.data.graph import Graph
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.linking import link
 from dloftbs.linking.end_matching import match_ends
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.skeleton import build_graph, skeletonize
 
 SIZE = (240, 400)

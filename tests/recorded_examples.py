@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.frame import Frame
-from dloftbs.sources.source import KnownSequence
-from dloftbs.truth import Truth
+from dloftbs.data.frame import Frame
+from dloftbs_lab.known_sequence import KnownSequence
+from dloftbs_lab.truth import Truth
 
 SIZE = (31, 45)
 """Rows and columns; odd, since videos are not."""

@@ -11,42 +11,14 @@ from pathlib import Path
 import pytest
 
 import dloftbs
+import dloftbs_lab
 
 PACKAGE = Path(dloftbs.__file__).parent
+LAB = Path(dloftbs_lab.__file__).parent
 
-GROUND = {
-    "errors",
-    "config",
-    "kernels",
-    "_array_likes",
-    "spline_geometry",
-    "_arrays",
-    "_documents",
-    "_json",
-    "_npy",
-    "_text",
-    "_values",
-    "_version",
-}
-DATA = {
-    "curve",
-    "centerline",
-    "camera",
-    "depth",
-    "detection",
-    "frame",
-    "frame_region",
-    "frame_result",
-    "mask_crop",
-    "prior",
-    "evidence",
-    "graph",
-    "observation",
-    "stage_trace",
-    "tracks",
-    "truth",
-    "u_mapping",
-}
+GROUND = {"errors", "config", "kernels", "support", "_version"}
+TYPES = {"data", "camera", "evidence"}
+"""`evidence` is a type that others ask, in a room of its own because it has kernels."""
 ROOMS = {
     "segmentation",
     "cleaning",
@@ -58,103 +30,66 @@ ROOMS = {
     "published",
     "tracking",
 }
-"""Those of the stages; `evidence` is a type that others ask, in a room of its own because it has kernels."""
-
-KNOWN_OUTSIDE = {
-    "errors",
-    "config",
-    "_array_likes",
-    "_arrays",
-    "_documents",
-    "_json",
-    "_npy",
-    "_text",
-    "_values",
-    "_version",
-    "curve",
-    "centerline",
-    "camera",
-    "detection",
-    "frame",
-    "frame_region",
-    "frame_result",
-    "stage_trace",
-    "tracks",
-    "truth",
-    "u_mapping",
-}
-BELOW_PIPELINE = GROUND | DATA | ROOMS
-SHOW_THEMSELVES = ("frame_result", "stage_trace")
-"""In a notebook: only there they import what draws them."""
+"""Those of the stages."""
+OUTSIDE = {"errors", "config", "support", "_version", "data", "camera"}
 OPEN_BY_NAME = ("sources", "sinks")
 """Doors that open recordings of ROS, too: only there, and when a name asks for it, the room above is imported."""
 
 MAY_IMPORT = {
     "errors": set(),
-    "config": {"errors", "_documents", "_values"},
-    "_documents": {"errors"},
-    "_npy": set(),
-    "_array_likes": {"errors", "_values"},
-    "_arrays": {"errors", "_array_likes"},
-    "_values": {"errors"},
-    "_json": set(),
-    "_text": set(),
     "_version": set(),
-    "spline_geometry": {"_arrays"},
-    "overlap": set(),
-    "worker_process": set(),
     "kernels": set(),
-    **{name: (GROUND - {"kernels"}) | (DATA - {name}) for name in DATA},
-    **{name: GROUND | (DATA - {name}) for name in ("camera", "evidence", "graph", "observation", "prior")},
-    **dict.fromkeys(ROOMS, GROUND | DATA),
-    **{name: (GROUND - {"kernels"}) | (DATA - {name}) | {"viz"} for name in SHOW_THEMSELVES},
-    "frame_result": (GROUND - {"kernels"}) | (DATA - {"frame_result"}) | {"viz", "sinks"},
-    "plausibility": {"_arrays", "config"},
-    "mask_faults": {"_arrays", "cleaning", "config", "detection"},
-    "inspection": (GROUND - {"kernels"}) | DATA,
-    "whole_image": (GROUND - {"kernels"}) | DATA,
-    "stage_order": (BELOW_PIPELINE - {"tracking"}) | {"plausibility"},
-    "pipeline": GROUND
-    | DATA
-    | {"inspection", "lifting", "plausibility", "published", "segmentation", "stage_order", "tracking", "whole_image"},
-    "pipeline_group": GROUND | DATA | {"crossings", "pipeline"},
-    "api": KNOWN_OUTSIDE | {"pipeline", "segmentation", "sources"},
-    "kernel_loading": {"camera", "config", "frame", "kernels", "pipeline"},
-    "sources": KNOWN_OUTSIDE | {"overlap", "ros"},
-    "synthetic": KNOWN_OUTSIDE | {"kernels", "sources"},
-    "sinks": KNOWN_OUTSIDE | {"viz", "ros"},
-    "ros": KNOWN_OUTSIDE | {"sources", "sinks", "viz"},
-    "evaluation": KNOWN_OUTSIDE | {"kernels", "sources", "synthetic", "viz", "worker_process"},
-    "viz": KNOWN_OUTSIDE,
-    "steadiness": {"tracks"},
-    "ui": KNOWN_OUTSIDE
-    | {"overlap", "pipeline", "plausibility", "segmentation", "sinks", "sources", "steadiness", "viz"},
+    "support": {"errors"},
+    "config": {"errors", "support"},
+    "camera": GROUND,
+    "data": GROUND | {"camera"},
+    "evidence": GROUND | TYPES,
+    **dict.fromkeys(ROOMS, GROUND | TYPES),
+    "pipeline": GROUND | TYPES | ROOMS,
+    "api": OUTSIDE | {"pipeline", "segmentation"} | {"sources"},
+    "sources": OUTSIDE | {"ros"},
+    "sinks": OUTSIDE | {"viz", "ros"},
+    "ros": OUTSIDE | {"sources", "sinks", "viz"},
+    "viz": OUTSIDE,
+    "ui": OUTSIDE | {"pipeline", "segmentation", "sinks", "sources", "viz"},
+    "cli": OUTSIDE | {"api", "pipeline", "segmentation", "sources", "sinks", "viz", "ros", "ui", ""},
     "__main__": {"cli"},
-    "cli": KNOWN_OUTSIDE
-    | {"api", "pipeline", "pipeline_group", "segmentation", "sources", "synthetic", "sinks", "evaluation", "viz"}
-    | {"kernel_loading", "mask_faults", "overlap", "ros", "steadiness", "ui", "worker_process", ""},
+    "lab.truth": OUTSIDE,
+    "lab.known_sequence": OUTSIDE | {"sources", "lab.truth"},
+    "lab.synthetic": OUTSIDE | {"kernels", "lab.truth", "lab.known_sequence"},
+    "lab.recorded": OUTSIDE | {"sources", "sinks", "lab.truth", "lab.known_sequence"},
+    "lab.evaluation": OUTSIDE | {"kernels", "viz", "lab.truth", "lab.known_sequence", "lab.synthetic", "lab.recorded"},
+    "lab.commands": OUTSIDE
+    | {"cli", "pipeline", "sources", "sinks", "viz", "lab.truth", "lab.synthetic", "lab.evaluation"},
 }
-"""From the first name below the package to those that it may import, itself aside; the package itself is ""."""
+"""From a room to those that it may import, itself aside; the package is "", rooms of the laboratory are "lab.X"."""
 
 BEHIND_DOORS = ROOMS | {"camera", "config", "evidence"}
 KNOWN_TO_KERNELS = ("kernels.compiler", "kernels.shared")
 SAME_NAME_ON_PURPOSE = {"__init__", "config", "demo", "view"}  # the commands are named as they are typed
-ENDS_KNOWN_TO = {"graph", "skeleton", "linking", "prior", "evidence", "tracking"}
+ENDS_KNOWN_TO = {"data", "skeleton", "linking", "evidence", "tracking"}
 HEAVY = ("numpy", "numba", "scipy", "cv2", "aiohttp")
 
 
 def module_name(path: Path) -> str:
     """Return the name below the package, as in ``linking.loops``; a package's own is its folder's."""
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    top = LAB if path.is_relative_to(LAB) else PACKAGE
+    parts = ("lab",) * (top is LAB) + path.relative_to(top).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
-LIBRARY = [name for name in MODULES if name]
+MODULES = {module_name(path): path for top in (PACKAGE, LAB) for path in sorted(top.rglob("*.py"))}
+LIBRARY = [name for name in MODULES if name not in ("", "lab")]
+
+
+def room_of(name: str) -> str:
+    """Return the folder, or the file, at the top of its package."""
+    parts = name.split(".")
+    return ".".join(parts[: 2 if parts[0] == "lab" else 1])
 
 
 def imports_of(name: str, source: str, *, is_package: bool = False) -> set[str]:
-    """Return what of this package a module imports anywhere in it, by names below the package."""
+    """Return what of these packages a module imports anywhere in it, by names below them."""
     found = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -162,24 +97,33 @@ def imports_of(name: str, source: str, *, is_package: bool = False) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             origin = _origin(node, name, is_package)
             found |= {_resolve(origin, alias.name) for alias in node.names}
-    return {full.partition(".")[2] for full in found if full.partition(".")[0] == "dloftbs"}
+    known = (_below(full) for full in found)
+    return {name for name in known if name is not None}
+
+
+def _below(full: str) -> str | None:
+    """Return the name below the package, or None for a package of others."""
+    top, _, below = full.partition(".")
+    if top == "dloftbs_lab":
+        return f"lab.{below}".rstrip(".")
+    return below if top == "dloftbs" else None
 
 
 def _origin(node: ast.ImportFrom, name: str, is_package: bool) -> str:
     """Return the absolute name of the module that names are imported from."""
     if not node.level:
         return node.module or ""
-    here = f"dloftbs.{name}".split(".")
+    here = ["dloftbs_lab", *name.split(".")[1:]] if name.startswith("lab") else ["dloftbs", *name.split(".")]
     parents = here[: len(here) - node.level + is_package]
     return ".".join([*parents, node.module] if node.module else parents)
 
 
 def _resolve(origin: str, name: str) -> str:
     """Return the module that a name comes from: a submodule, or what the package loads it from, or the origin."""
-    if origin == "dloftbs" and name in dloftbs._HOME:
-        return f"dloftbs.{dloftbs._HOME[name]}"
-    below = f"{origin}.{name}".partition(".")[2]
-    return f"dloftbs.{below}" if origin.partition(".")[0] == "dloftbs" and below in MODULES else origin
+    for package in (dloftbs, dloftbs_lab):
+        if origin == package.__name__ and name in package._HOME:
+            return f"{origin}.{package._HOME[name]}"
+    return f"{origin}.{name}" if _below(f"{origin}.{name}") in MODULES else origin
 
 
 def violations(name: str, imported: set[str]) -> list[str]:
@@ -188,16 +132,15 @@ def violations(name: str, imported: set[str]) -> list[str]:
 
 
 def may_import(name: str, other: str) -> bool:
-    """Say whether a module may import another one of the package."""
-    top, other_top = name.partition(".")[0], other.partition(".")[0]
+    """Say whether a module may import another one of the packages."""
     if is_kernel(name):
         same_folder = name.rpartition(".")[0] == other.rpartition(".")[0]
         return other.startswith(KNOWN_TO_KERNELS) or same_folder
-    if top == other_top:
+    if room_of(name) == room_of(other):
         return True
-    if other_top in BEHIND_DOORS and other != other_top:
+    if room_of(other) in BEHIND_DOORS and other != room_of(other):
         return False
-    return other_top in MAY_IMPORT[top]
+    return room_of(other) in MAY_IMPORT[room_of(name)]
 
 
 def is_kernel(name: str) -> bool:
@@ -216,15 +159,16 @@ def test_imports_point_the_way_the_design_allows(name):
 
 
 def test_the_rules_cover_every_part_of_the_package():
-    assert {name.partition(".")[0] for name in LIBRARY} - MAY_IMPORT.keys() == set()
+    assert {room_of(name) for name in LIBRARY} - MAY_IMPORT.keys() == set()
 
 
 @pytest.mark.parametrize(
     ("name", "source", "expected"),
     [
-        ("curve", "from dloftbs.linking import link", ["linking"]),
-        ("curve", "def f():\n    from dloftbs.kernels import tracing", ["kernels.tracing"]),
-        ("frame", "if TYPE_CHECKING:\n    import dloftbs.pipeline", ["pipeline"]),
+        ("data.curve", "from dloftbs.linking import link", ["linking"]),
+        ("data.curve", "def f():\n    from dloftbs.kernels import tracing", []),
+        ("data.frame", "if TYPE_CHECKING:\n    import dloftbs.pipeline", ["pipeline"]),
+        ("data.frame_result", "from dloftbs import viz", ["viz"]),
         ("viz.overlay", "from dloftbs import Pipeline, BSplineCurve", ["pipeline"]),
         ("viz.overlay", "from dloftbs import sources", ["sources"]),
         ("viz.overlay", "import dloftbs", [""]),
@@ -248,11 +192,12 @@ def test_the_rules_cover_every_part_of_the_package():
         ("sinks.npz_curves", "from dloftbs import viz, sources", ["sources"]),
         ("sources.video", "from dloftbs.tracking import Tracker\nimport numpy, os.path", ["tracking"]),
         ("pipeline", "from dloftbs.cli import main", ["cli"]),
-        ("stage_order", "from dloftbs.linking import link", []),
-        ("stage_order", "from dloftbs.linking.loops import open_loops", ["linking.loops"]),
-        ("stage_order", "from dloftbs.tracking import Tracker", ["tracking"]),
-        ("inspection", "from dloftbs.published import walk", ["published"]),
-        ("cli.demo_run", "from dloftbs.crossings import find_crossings", ["crossings"]),
+        ("pipeline.stages", "from dloftbs.linking import link", []),
+        ("pipeline.stages", "from dloftbs.linking.loops import open_loops", ["linking.loops"]),
+        ("cli.shell", "from dloftbs_lab.evaluation import l1", ["lab.evaluation"]),
+        ("cli.shell", "from dloftbs_lab import open_labelled", ["lab.recorded"]),
+        ("lab.commands.demo_run", "from dloftbs.crossings import find_crossings", ["crossings"]),
+        ("lab.synthetic.rgb", "from dloftbs.pipeline import Pipeline", ["pipeline"]),
         ("fitting", "from dloftbs.config.fitting import FittingConfig", ["config.fitting"]),
     ],
 )
@@ -285,9 +230,6 @@ def test_numba_stands_in_kernels_alone(name):
 
 def test_no_module_imports_itself_by_way_of_others():
     left = {name: imports_of_file(name) - {name, ""} for name in LIBRARY}
-    for name in SHOW_THEMSELVES:
-        left[name] -= {"viz"}
-    left["frame_result"] -= {name for name in left if name.partition(".")[0] == "sinks"}  # late, to write itself
     for name in OPEN_BY_NAME:
         left[name] -= {"ros"}
     while free := [name for name, imported in left.items() if not imported & left.keys()]:
@@ -336,7 +278,7 @@ def loud_calls(source: str) -> Iterator[str]:
                 yield "SystemExit"
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if name.partition(".")[0] != "cli"])
+@pytest.mark.parametrize("name", [name for name in MODULES if room_of(name) not in ("cli", "lab.commands")])
 def test_library_code_neither_prints_nor_exits(name):
     assert list(loud_calls(MODULES[name].read_text(encoding="utf-8"))) == []
 
@@ -401,13 +343,13 @@ def test_a_name_that_is_not_there_is_an_attribute_error(name):
         getattr(dloftbs, name)
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if name.startswith("evaluation.")])
+@pytest.mark.parametrize("name", [name for name in MODULES if name.startswith("lab.evaluation.")])
 def test_criteria_know_no_source_and_no_picture(name):
     path = MODULES[name]
-    foreign = {"sources", "synthetic", "viz"} & {
-        found.partition(".")[0] for found in imports_of(name, path.read_text())
+    foreign = {"sources", "lab.recorded", "lab.synthetic", "viz"} & {
+        room_of(found) for found in imports_of(name, path.read_text())
     }
-    assert not foreign or name.split(".")[1] in ("suites", "runner", "report")
+    assert not foreign or name.split(".")[2] in ("suites", "runner", "report")
 
 
 def end_arithmetic(source: str) -> list[str]:

@@ -175,7 +175,7 @@ def test_a_profile_tells_kernels_from_the_rest():
     kinds = {profile.kind_of(function) for function in profile.entries(stats)}
     assert kinds == {profile.KERNEL, profile.PYTHON, profile.LIBRARY}
     names = {profile.name_of(function) for function in profile.entries(stats)}
-    assert {"pipeline.process", "skeleton.kernels.thinning.thin", "cleaning.morphology.clean"} <= names
+    assert {"pipeline.pipeline.process", "skeleton.kernels.thinning.thin", "cleaning.morphology.clean"} <= names
     drawn = list(profile.boxes(stats))
     assert [box.function[2] for box in drawn if box.depth == 0] == ["process"]
     assert max(box.left + box.width for box in drawn) <= 1.0 + 1e-9

@@ -68,9 +68,8 @@ def test_the_page_names_the_folders_in_their_order(monkeypatch):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the name of a processor's features differs")
 def test_kernels_for_any_processor_have_files_of_their_own(tmp_path):
-    code = (
-        "import dloftbs.evaluation.kernels.nearest_points; from dloftbs.kernels import compiler; compiler.make_ready()"
-    )
+    nearest = "dloftbs_lab.evaluation.kernels.nearest_points"
+    code = f"import {nearest}; from dloftbs.kernels import compiler; compiler.make_ready()"
     for name in ({}, {"NUMBA_CPU_NAME": "generic"}):
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), **name}
         subprocess.run([sys.executable, "-c", code], env=environment, check=True, timeout=120)

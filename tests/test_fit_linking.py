@@ -15,10 +15,10 @@ from benchmarks.fit_linking.scenes import Scene, list_scenes
 from linking_examples import cross, draw, graph_of
 
 from dloftbs import Frame
-from dloftbs.graph import FREE, POSITION, TANGENT
+from dloftbs.data.graph import FREE, POSITION, TANGENT
 from dloftbs.linking import calibration
 from dloftbs.linking.kernels import joint_features, weights
-from dloftbs.synthetic import FreeEnd, draw_cable_mask
+from dloftbs_lab.synthetic import FreeEnd, draw_cable_mask
 
 EVERY = np.concatenate((weights.JOINT, weights.OPEN))
 

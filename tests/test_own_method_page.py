@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from cli.cli_inputs import run
 
-from dloftbs.cli.methods import BASELINE_SUITES
-from dloftbs.evaluation.baselines.coherent_point_drift import NODES, STRETCH
-from dloftbs.evaluation.report.spread import RESAMPLES
+from dloftbs_lab.commands.methods import BASELINE_SUITES
+from dloftbs_lab.evaluation.baselines.coherent_point_drift import NODES, STRETCH
+from dloftbs_lab.evaluation.report.spread import RESAMPLES
 
 PAGE = (Path(__file__).parents[1] / "docs" / "own-method.md").read_text("utf-8")
 FUNCTION, TRACKER = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)

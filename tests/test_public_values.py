@@ -15,17 +15,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dloftbs
-from dloftbs._json import encode, encode_line
 from dloftbs.camera import PinholeCamera
-from dloftbs.centerline import Joint, JointKind, NearJoint
 from dloftbs.config import Config, FittingConfig, LinkingConfig, TrackingConfig
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Crossing, Detection
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
+from dloftbs.data.centerline import Joint, JointKind, NearJoint
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.pipeline import Pipeline
-from dloftbs.tracks import Track, TrackState
-from dloftbs.truth import Truth
+from dloftbs.support.json_text import encode, encode_line
+from dloftbs_lab.truth import Truth
 
 FLOATS = (float, np.float64, np.float32, np.float16, np.longdouble)
 INTEGERS = (int, np.int64, np.uint8, np.int16)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from dloftbs import Frame, detect, track
-from dloftbs.evaluation import match_curves
-from dloftbs.synthetic import RealFootageSequence, draw_tube_mask
-from dloftbs.synthetic.space_axis import curve_through_samples
+from dloftbs_lab.evaluation import match_curves
+from dloftbs_lab.synthetic import RealFootageSequence, draw_tube_mask
+from dloftbs_lab.synthetic.space_axis import curve_through_samples
 
 SIZE = (240, 640)
 LINE = np.column_stack((np.arange(40.0, 600.0), 120.0 + 40.0 * np.sin(np.arange(560.0) / 120.0)))

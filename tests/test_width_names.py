@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import dloftbs
-from dloftbs.prior import TemporalPrior
+from dloftbs.linking.temporal_prior import TemporalPrior
 from dloftbs.ui.payload import describe
 from dloftbs.viz.items import Item
 

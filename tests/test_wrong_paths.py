@@ -19,6 +19,7 @@ import dloftbs
 from dloftbs import Config, DepthRegistration, Frame, PinholeCamera, detect, ros, sinks, sources
 from dloftbs.cli import main
 from dloftbs.errors import ConfigError, DloftbsError, InputError, SinkError, SourceError
+from dloftbs_lab import open_labelled
 
 MASK = np.zeros((60, 80), np.uint8)
 MASK[20:24, 5:60] = 255
@@ -109,7 +110,7 @@ READERS: dict[str, tuple[Callable[[Any], object], tuple[str, ...], type[DloftbsE
     "PinholeCamera.from_file": (PinholeCamera.from_file, (".yaml", ""), SourceError),
     "DepthRegistration.from_file": (DepthRegistration.from_file, (".yaml", ""), SourceError),
     "Config.from_file": (Config.from_file, (".yaml", ""), ConfigError),
-    "open_labelled": (sources.open_labelled, ("",), SourceError),
+    "open_labelled": (open_labelled, ("",), SourceError),
     "Recording": (ros.Recording, ("", ".mcap", ".bag", ".db3"), SourceError),
     "BagSource": (read_recording, ("", ".mcap", ".bag", ".db3"), SourceError),
     "read_npz": (sinks.read_npz, (".npz",), SourceError),
@@ -227,7 +228,7 @@ def test_a_folder_where_a_file_is_expected(here: Path) -> None:
 def test_a_folder_in_which_no_name_is_short_enough(here: Path) -> None:
     folder = "/".join(["f" * 250] * 16 + ["g" * 74])  # with the name of a file in it, more than a path may have
     os.makedirs(folder)
-    for read in (sources.open_labelled, read_all, read_recording):
+    for read in (open_labelled, read_all, read_recording):
         error = at_once(lambda read=read: read(folder))
         assert isinstance(error, SourceError), error
 

@@ -15,12 +15,13 @@ import pytest
 from builders import line
 
 import dloftbs
+import dloftbs_lab
 from dloftbs import DloftbsError, ros
 from dloftbs.camera import DepthRegistration, PinholeCamera
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.ros.message_types import MessageTypes
 
-ROOMS = ("config", "evaluation", "ros", "sinks", "sources", "viz")
+ROOMS = ("config", "evaluation", "lab", "ros", "sinks", "sources", "viz")
 WRONG: dict[str, object] = {
     "nothing": None,
     "a number": 5,
@@ -74,9 +75,12 @@ def image() -> np.ndarray:
     return np.zeros((40, 60, 3), np.uint8)
 
 
+TRUTH = dloftbs_lab.Truth(CURVES, (), tuple(range(1, len(CURVES) + 1)))
+
+
 def calls(folder: Path) -> dict[str, Call]:
     """Return a call that is right of everything public that takes arguments, by its name."""
-    track, scores = RESULT.tracks[0], dloftbs.evaluation.TrackingScorer()
+    track, scores = RESULT.tracks[0], dloftbs_lab.evaluation.TrackingScorer()
     instances = {
         "BSplineCurve": CURVES[0],
         "Config": dloftbs.Config(),
@@ -92,7 +96,8 @@ def calls(folder: Path) -> dict[str, Call]:
         "Track": dloftbs.Track(1, track.state, track.curve, SPACE, 1, 0, None, camera=CAMERA),
         "Tracker": dloftbs.Tracker(),
         "config.SegmentationConfig": dloftbs.config.SegmentationConfig(),
-        "evaluation.Matching": dloftbs.evaluation.match_curves(CURVES, CURVES),
+        "lab.Truth": TRUTH,
+        "evaluation.Matching": dloftbs_lab.evaluation.match_curves(CURVES, CURVES),
         "evaluation.TrackingScorer": scores,
         "ros.FrameMaker": ros.FrameMaker("a"),
         "ros.Header": HEADER,
@@ -279,7 +284,9 @@ def calls(folder: Path) -> dict[str, Call]:
             "jobs": 1,
             "keep_messages": False,
         },
-        "sources.open_labelled": {"folder": folder, "layout": "auto"},
+        "lab.Truth": {"curves": CURVES, "visible_masks": (), "ids": TRUTH.ids, "curves_3d": ()},
+        "lab.Truth.from_dict": {"data": TRUTH.to_dict()},
+        "lab.open_labelled": {"folder": folder, "layout": "auto"},
         "viz.Style": {"ink": (1, 2, 3), "line_px": 1.0, "panel_px": 100},
         "viz.Style.colour": {"order": 1},
         "viz.Style.scaled": {"size": (40, 60)},
@@ -301,8 +308,10 @@ def calls(folder: Path) -> dict[str, Call]:
         owner, _, last = name.rpartition(".")
         if owner in instances:
             home = instances[owner]
-        else:
-            for part in owner.split(".") if owner else ():
+        elif owner:
+            room, *parts = owner.split(".")
+            home = home_of(room)
+            for part in parts:
                 home = getattr(home, part)
         found[name] = (getattr(home, last), arguments)
     return found
@@ -326,16 +335,23 @@ LEFT_OUT = {
     "evaluation.Matching.clean", "evaluation.Pair", "evaluation.PointError", "evaluation.TrackingScores",
     "ros.MessageFactory.__call__",
     "evaluation.TrackingScorer.add", "evaluation.TrackingScorer.track_of", "evaluation.match_distances",
-    "sinks.write_sequence", "FrameResult.to_dataframe",
+    "lab.write_sequence", "FrameResult.to_dataframe",
 }  # fmt: skip
 """Names that other tests try, or that nobody calls by hand."""
 MADE_BY_OPEN = ("Source", "Sink", "KnownSequence")
 """Ends of the names of classes that `sources.open` and `sinks.open` make, which check what they are given."""
 
 
+def home_of(name: str) -> Any:
+    """Return what the first part of a name stands for: the laboratory, a room of it, or a part of the package."""
+    if name == "lab":
+        return dloftbs_lab
+    return getattr(dloftbs_lab if name == "evaluation" else dloftbs, name)
+
+
 def public() -> Iterator[str]:
     """Yield the names of all that is public and takes arguments."""
-    spaces = [("", dloftbs), *((f"{room}.", getattr(dloftbs, room)) for room in ROOMS)]
+    spaces = [("", dloftbs), *((f"{room}.", home_of(room)) for room in ROOMS)]
     for prefix, space in spaces:
         for name in space.__all__:
             value = getattr(space, name)

@@ -6,9 +6,9 @@ import numpy as np
 from builders import curve_through, detection_of, line, wave
 
 from dloftbs.config import TrackingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.tracks import TrackState
 from dloftbs.tracking import Tracker
-from dloftbs.tracks import TrackState
 
 TENTATIVE, CONFIRMED, HIDDEN = TrackState.TENTATIVE, TrackState.CONFIRMED, TrackState.HIDDEN
 AT_ONCE = TrackingConfig(min_hits=1)

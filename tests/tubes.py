@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.synthetic.kernels.splatting import splat_spheres
+from dloftbs_lab.synthetic.kernels.splatting import splat_spheres
 
 SIZE = (240, 320)
 CAMERA = PinholeCamera(fx=300.0, fy=300.0, cx=160.0, cy=120.0)

@@ -16,15 +16,16 @@ from benchmarks.fit_linking.labels import BEFORE_WIDTHS, Ints, next_to
 from benchmarks.fit_linking.readings import Floats
 from benchmarks.fit_linking.scenes import Scene
 from dloftbs import Config
-from dloftbs.centerline import JointKind
 from dloftbs.config import DepthConfig, LinkingConfig
-from dloftbs.evaluation.runner.joint_scores import judge_joints
+from dloftbs.data.centerline import JointKind
+from dloftbs.data.graph import Graph, branch_of, is_start
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EvidenceMap
-from dloftbs.graph import EndMatching, Graph, branch_of, is_start
 from dloftbs.linking import link
 from dloftbs.linking.joint_confidence import gap_confidence, what_gap_joins
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.stage_order import run_stages
+from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.pipeline.stages import run_stages
+from dloftbs_lab.evaluation.runner.joint_scores import judge_joints
 
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
 _LEAST_OFF_PX = 5.0  # of a curve from the cable that it lies on, or its width

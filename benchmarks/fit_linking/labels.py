@@ -9,8 +9,8 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from benchmarks.fit_linking.scenes import Points, Scene
-from dloftbs.graph import POSITION, TANGENT, Graph, branch_of, is_start
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.data.graph import POSITION, TANGENT, Graph, branch_of, is_start
+from dloftbs.data.mask_crop import MaskCrop
 
 OPEN, UNKNOWN = -1, -2
 

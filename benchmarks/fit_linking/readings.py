@@ -16,7 +16,7 @@ from dloftbs import Config
 from dloftbs.config import DepthConfig, LinkingConfig
 from dloftbs.evidence import EvidenceMap
 from dloftbs.linking.end_matching import list_ends, list_joints
-from dloftbs.stage_order import run_stages
+from dloftbs.pipeline.stages import run_stages
 
 _MORE = 8.0  # nats by which a pair may cost more than two open ends and still counts as a candidate
 _MOST_READINGS = 3000

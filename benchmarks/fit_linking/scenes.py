@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs import Frame, synthetic
-from dloftbs.sources import KnownSequence
-from dloftbs.truth import Truth
+from dloftbs import Frame
+from dloftbs_lab import KnownSequence, synthetic
+from dloftbs_lab.truth import Truth
 
 SOURCES = {
     "generated": "cables of the kinds and of tracking sequences, noisy, from 5 px on; two that touch, in poor depth",

@@ -20,49 +20,50 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from dloftbs._version import __version__
+from dloftbs.data.presentation import Outputs, register_outputs
 from dloftbs.errors import explain_import
 
 if TYPE_CHECKING:
-    from dloftbs import config, evaluation, ros, sinks, sources, viz
+    from dloftbs import config, ros, sinks, sources, viz
     from dloftbs.api import detect, track
     from dloftbs.camera import DepthRegistration, PinholeCamera
-    from dloftbs.centerline import Centerline, Joint, JointKind, NearJoint, Segment
     from dloftbs.config import Config, HsvRange, Stroke
-    from dloftbs.curve import BSplineCurve
-    from dloftbs.detection import Crossing, Detection
+    from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Segment
+    from dloftbs.data.curve import BSplineCurve
+    from dloftbs.data.detection import Crossing, Detection
+    from dloftbs.data.frame import Frame
+    from dloftbs.data.frame_result import FrameResult
+    from dloftbs.data.prediction import Prediction
+    from dloftbs.data.stage_trace import StageTrace
+    from dloftbs.data.tracks import EndKind, Track, TrackState
     from dloftbs.errors import ConfigError, DependencyError, DloftbsError, InputError, SinkError, SourceError
     from dloftbs.evidence import OcclusionEvidence
-    from dloftbs.frame import Frame
-    from dloftbs.frame_result import FrameResult
     from dloftbs.pipeline import Pipeline
-    from dloftbs.prior import Prediction
     from dloftbs.segmentation import BackgroundSegmenter, ColourModel, Segmenter, median_background
-    from dloftbs.stage_trace import StageTrace
     from dloftbs.tracking import Tracker
-    from dloftbs.tracks import EndKind, Track, TrackState
 
 _HOME = {
     "PinholeCamera": "camera",
-    **dict.fromkeys(("Centerline", "Joint", "JointKind", "NearJoint", "Segment"), "centerline"),
+    **dict.fromkeys(("Centerline", "Joint", "JointKind", "NearJoint", "Segment"), "data.centerline"),
     **dict.fromkeys(("Config", "HsvRange", "Stroke"), "config"),
-    "BSplineCurve": "curve",
+    "BSplineCurve": "data.curve",
     **dict.fromkeys(
         ("ConfigError", "DependencyError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"
     ),
-    **dict.fromkeys(("Crossing", "Detection"), "detection"),
+    **dict.fromkeys(("Crossing", "Detection"), "data.detection"),
     "OcclusionEvidence": "evidence",
-    "Frame": "frame",
-    "FrameResult": "frame_result",
-    **dict.fromkeys(("EndKind", "Track", "TrackState"), "tracks"),
+    "Frame": "data.frame",
+    "FrameResult": "data.frame_result",
+    **dict.fromkeys(("EndKind", "Track", "TrackState"), "data.tracks"),
     **dict.fromkeys(("detect", "track"), "api"),
     "Pipeline": "pipeline",
-    "Prediction": "prior",
+    "Prediction": "data.prediction",
     **dict.fromkeys(("BackgroundSegmenter", "ColourModel", "Segmenter", "median_background"), "segmentation"),
-    "StageTrace": "stage_trace",
+    "StageTrace": "data.stage_trace",
     "DepthRegistration": "camera",
     "Tracker": "tracking",
 }
-_SUBMODULES = ("config", "evaluation", "ros", "sinks", "sources", "viz")
+_SUBMODULES = ("config", "ros", "sinks", "sources", "viz")
 
 __all__ = [
     "BSplineCurve",
@@ -100,7 +101,6 @@ __all__ = [
     "__version__",
     "config",
     "detect",
-    "evaluation",
     "median_background",
     "ros",
     "sinks",
@@ -122,6 +122,15 @@ def __getattr__(name: str) -> Any:
         raise explain_import(error) from error
     globals()[name] = value
     return value
+
+
+def _outputs() -> Outputs:
+    from dloftbs.sinks.single import OUTPUTS
+
+    return OUTPUTS
+
+
+register_outputs(_outputs)
 
 
 def __dir__() -> list[str]:

@@ -8,18 +8,22 @@ __version__ = "0.1.0"
 
 
 @cache
-def code_version(without: tuple[str, ...]) -> str:
+def code_version(without: tuple[str, ...], beside: str | None = None) -> str:
     """Return the version of this package and a digest of its code, which in a checkout changes without the version.
 
     Parameters
     ----------
     without : tuple of str
-        Beginnings of paths below the package, of what makes no difference to whom this is told.
+        Beginnings of paths below a package, of what makes no difference to whom this is told.
+    beside : str, optional
+        Folder of another package, whose code counts as well.
     """
     import hashlib
     from pathlib import Path
 
-    root = Path(__file__).parent
-    names = (path.relative_to(root).as_posix() for path in sorted(root.rglob("*.py")))
-    code = b"".join((root / name).read_bytes() for name in names if not name.startswith(without))
-    return f"{__version__}+{hashlib.sha256(code).hexdigest()[:12]}"
+    code = hashlib.sha256()
+    for root in (Path(__file__).parent, *([] if beside is None else [Path(beside)])):
+        for path in sorted(root.rglob("*.py")):
+            if not path.relative_to(root).as_posix().startswith(without):
+                code.update(path.read_bytes())
+    return f"{__version__}+{code.hexdigest()[:12]}"

@@ -11,19 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sources
-from dloftbs._array_likes import as_pixels, is_array_like
-from dloftbs._arrays import AnyArray
-from dloftbs._values import shown
 from dloftbs.camera import CameraLike
 from dloftbs.config import Colour, ConfigLike, RoiLike
+from dloftbs.data.frame import Frame, as_frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame, as_frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.segmentation import Segmenter
 from dloftbs.sources import PathLike, Source, Where
 from dloftbs.sources.one_frame import read_beside, read_frame
 from dloftbs.sources.pixels import Kind, kind_for
+from dloftbs.support.array_likes import as_pixels, is_array_like
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.values import shown
 
 
 def detect(

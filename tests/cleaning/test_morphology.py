@@ -18,10 +18,10 @@ from dloftbs import Config, Frame, Pipeline
 from dloftbs.cleaning import clean
 from dloftbs.cleaning.kernels.morphology import close
 from dloftbs.config import CleaningConfig
-from dloftbs.frame_region import Region
+from dloftbs.data.frame_region import Region
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.kernels.bitmask import cut
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.synthetic import NOISY, Degradation, draw_tube_mask, random_curve
+from dloftbs_lab.synthetic import NOISY, Degradation, draw_tube_mask, random_curve
 
 PAPER = Config.paper().cleaning
 

@@ -7,7 +7,7 @@ from cli.cli_inputs import RED, mask, photo, run, save
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import Config
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.sinks import read_json_lines, read_npz
 
 

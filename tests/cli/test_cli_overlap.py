@@ -9,9 +9,10 @@ import cv2
 import pytest
 from cli.cli_inputs import RED, mask, photo, run, save
 
-from dloftbs import Config, HsvRange, Pipeline, overlap, sinks, sources
+from dloftbs import Config, HsvRange, Pipeline, sinks, sources
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import SinkError
+from dloftbs.support import overlap
 
 CONFIG = Config(segmentation=SegmentationConfig(hsv=(HsvRange.parse(RED),)))
 OUTS = ("curves.jsonl", "curves.npz", "curves.csv", "overlay.mp4")

@@ -10,7 +10,6 @@ import pytest
 from cli.cli_inputs import COMMAND, mask, photo, run, save
 
 from dloftbs import sinks
-from dloftbs.cli import demo_files
 from dloftbs.cli.commands.detect import detect
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.limits import FilledPath
@@ -18,7 +17,9 @@ from dloftbs.cli.outputs import config_beside
 from dloftbs.cli.places import READING
 from dloftbs.config import Config
 from dloftbs.errors import SinkError
-from dloftbs.synthetic import several_cables
+from dloftbs_lab import write_sequence
+from dloftbs_lab.commands import demo_files
+from dloftbs_lab.synthetic import several_cables
 
 
 @pytest.fixture
@@ -226,7 +227,7 @@ def test_a_demo_may_be_done_again_where_one_was_interrupted(tmp_path):
 @pytest.mark.parametrize("out", [".", "data", "data/evaluation", "link", "link/results"])
 def test_an_evaluation_does_not_write_into_labelled_data(place, out):
     sequence = several_cables(0.01, 0, (120, 160))[0]
-    sinks.write_sequence(sequence, place / "data")
+    write_sequence(sequence, place / "data")
     os.symlink("data", place / "link")
     os.symlink("data", place / "parts")  # so that what would be finished goes there
     before = contents(place)

@@ -5,8 +5,8 @@ import pytest
 from cli.cli_inputs import COMMAND, mask, run, save, start
 
 import dloftbs
-from dloftbs.cli import commands
 from dloftbs.config.colour_words import COLOUR_WORDS
+from dloftbs.pipeline import kernel_loading
 
 HEAVY = {"numpy", "cv2", "numba", "rich", "scipy", "msgspec", "yaml", "matplotlib"}
 
@@ -43,7 +43,7 @@ def test_help_loads_nothing_heavy(arguments):
 def test_detect_loads_no_pictures_and_no_progress(tmp_path):
     loaded = loaded_by("detect", save(tmp_path / "mask.png", mask()))
     assert "dloftbs.pipeline" in loaded
-    assert {"rich", "matplotlib", "av", "dloftbs.viz", "dloftbs.evaluation"} & loaded == set()
+    assert {"rich", "matplotlib", "av", "dloftbs.viz", "dloftbs_lab.evaluation"} & loaded == set()
 
 
 def test_the_console_script_is_installed():
@@ -90,7 +90,7 @@ def test_bad_usage_is_2(arguments):
 
 def test_warmup_loads_every_kernel():
     code = (
-        "from dloftbs.kernel_loading import load_kernels\n"
+        "from dloftbs.pipeline.kernel_loading import load_kernels\n"
         "load_kernels()\n"
         "from dloftbs.kernels import compiler\n"
         "print(sum(bool(one._dispatcher.signatures) for one in compiler._kernels), len(compiler._kernels))\n"
@@ -104,7 +104,7 @@ def test_warmup_loads_every_kernel():
     ("compiled", "said"), [(37, "37 kernels compiled, and saved for the next time, in "), (0, "all kernels loaded in ")]
 )
 def test_warmup_says_what_it_did(monkeypatch, compiled, said):
-    monkeypatch.setattr(commands.warmup, "load_kernels", lambda: compiled)
+    monkeypatch.setattr(kernel_loading, "load_kernels", lambda: compiled)
     assert run("warmup").stdout.startswith(said)
 
 

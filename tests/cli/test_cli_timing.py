@@ -12,9 +12,9 @@ from dloftbs.cli.durations import ACCURACY, LatencyHistogram
 from dloftbs.cli.progress import Progress, open_progress
 from dloftbs.cli.shell import messages_to_stderr
 from dloftbs.cli.stream_report import RunReport
-from dloftbs.curve import BSplineCurve
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 
 CURVE = BSplineCurve([0, 0, 0, 0, 1, 1, 1, 1], [[0, 0], [1, 0], [2, 0], [3, 0]])
 

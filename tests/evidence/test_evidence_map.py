@@ -13,7 +13,7 @@ from dloftbs import Config, Frame, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.errors import InputError
 from dloftbs.evidence import EvidenceMap
-from dloftbs.synthetic import DemoSequence
+from dloftbs_lab.synthetic import DemoSequence
 
 SIZE = (240, 400)
 WIDTH = 9

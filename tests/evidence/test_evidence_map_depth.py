@@ -10,7 +10,7 @@ from drawings import draw_cable
 import dloftbs
 from dloftbs import Frame, Pipeline
 from dloftbs.errors import InputError
-from dloftbs.synthetic import DepthNoise
+from dloftbs_lab.synthetic import DepthNoise
 
 SIZE = (240, 400)
 WIDTH = 12

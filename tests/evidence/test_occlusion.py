@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import LiftingConfig
+from dloftbs.data.curve_samples import SAMPLES, U
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.evidence import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
-from dloftbs.frame import Frame
-from dloftbs.observation import SAMPLES, U
 
 SIZE = (120, 160)
 WIDTH = 8.0

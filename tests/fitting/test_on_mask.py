@@ -11,10 +11,10 @@ from fuzz.masks import hilbert, stairs, stroke
 from linking_examples import circle, draw
 
 import dloftbs
-from dloftbs.centerline import Centerline, Segment
 from dloftbs.cleaning import clean
 from dloftbs.config import Config, FittingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.centerline import Centerline, Segment
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.fitting import fit, keep_to_mask
 
 

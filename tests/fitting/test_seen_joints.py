@@ -11,8 +11,8 @@ from builders import curve_through
 from dloftbs import Centerline, Joint, JointKind, NearJoint, Segment
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.fitting.seen_joints import mark_unseen_joints
-from dloftbs.mask_crop import MaskCrop
 
 CROSSING, GAP = JointKind.CROSSING, JointKind.GAP
 WIDTH = 6

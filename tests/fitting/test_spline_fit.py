@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawings import wave
 
-from dloftbs.centerline import arc_parameter
 from dloftbs.config import FittingConfig
+from dloftbs.data.centerline import arc_parameter
 from dloftbs.fitting.spline_fit import closed_knots, distinct_knots, fit, fit_with_knots, needed_knots
 from dloftbs.kernels.least_squares import open_knots
 

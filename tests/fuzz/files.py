@@ -16,9 +16,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-import dloftbs
 from dloftbs import Config, DepthRegistration, Frame, PinholeCamera, Pipeline, sinks, sources
-from dloftbs.truth import Truth
+from dloftbs_lab import KnownSequence, open_labelled, write_sequence
+from dloftbs_lab.truth import Truth
 from fuzz import masks
 from fuzz.checks import own
 
@@ -507,7 +507,7 @@ def check_lines(case: File, folder: Path) -> None:
         (labelled / f"000{suffix}").write_bytes(case.content)
         own(lambda labelled=labelled: _read_labelled(labelled))
     written = folder / "written"
-    sinks.write_sequence(_Few(), written)
+    write_sequence(_Few(), written)
     _read_labelled(written)
     for found in [written / "sequence.json", written / "truth.jsonl"]:
         before = found.read_bytes()
@@ -517,7 +517,7 @@ def check_lines(case: File, folder: Path) -> None:
         found.write_bytes(before)
 
 
-class _Few(dloftbs.sources.KnownSequence):
+class _Few(KnownSequence):
     """Two frames with their truth."""
 
     name, fps, length = "few", 30.0, 2
@@ -531,7 +531,7 @@ class _Few(dloftbs.sources.KnownSequence):
 
 
 def _read_labelled(folder: Path) -> None:
-    known = dloftbs.sources.open_labelled(folder)
+    known = open_labelled(folder)
     for index in range(len(known)):
         known.frame(index)
         known.truth(index)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.centerline import arc_parameter
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.centerline import arc_parameter
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.fitting import fit_with_knots
 from dloftbs.kernels.continuity import follow, sample_curves
 

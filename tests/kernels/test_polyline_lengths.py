@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs import centerline
+from dloftbs.data import centerline
 from dloftbs.kernels.polyline_lengths import arc_parameter, lay_out
 
 ends = st.tuples(st.integers(0, 50), st.integers(0, 50)).filter(lambda span: span[0] != span[1])

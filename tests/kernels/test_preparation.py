@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from dloftbs.config import Config
-from dloftbs.frame import Frame
+from dloftbs.data.frame import Frame
 from dloftbs.kernels import compiler, preparation
-from dloftbs.stage_order import kernel_rooms
+from dloftbs.pipeline.stages import kernel_rooms
 
 START = """
 import logging, sys
 logging.basicConfig(level=logging.WARNING, format="%(message)s")
 import dloftbs.segmentation.kernels.colour_table
 import dloftbs.segmentation.kernels.plane_heights
-import dloftbs.evaluation.kernels.nearest_points
+import dloftbs_lab.evaluation.kernels.nearest_points
 from dloftbs.kernels import compiler, preparation
 preparation._core_count = lambda: 3
 """
@@ -52,7 +52,7 @@ def test_what_other_processes_compile_is_loaded(tmp_path):
 
 def test_only_the_kernels_of_the_rooms_are_compiled(tmp_path):
     code = "print(preparation.prepare(['segmentation']), *sorted(compiler.count_missing()))"
-    assert run(code, tmp_path)[0] == ["3", "dloftbs.evaluation.kernels.nearest_points"]
+    assert run(code, tmp_path)[0] == ["3", "dloftbs_lab.evaluation.kernels.nearest_points"]
 
 
 def test_a_block_that_ends_early_waits_for_nothing(tmp_path):
@@ -117,9 +117,9 @@ def test_a_worker_compiles_what_it_is_given_and_ends_with_its_input(tmp_path):
         env=environment,
     ) as worker:
         answer, _ = worker.communicate(
-            f"{preparation.json.dumps(sys.path)}\ndloftbs.evaluation.kernels.nearest_points\n"
+            f"{preparation.json.dumps(sys.path)}\ndloftbs_lab.evaluation.kernels.nearest_points\n"
         )
-    assert answer == "dloftbs.evaluation.kernels.nearest_points\n"
+    assert answer == "dloftbs_lab.evaluation.kernels.nearest_points\n"
     assert list(tmp_path.glob("kernels_*/nearest_points.*.nbc"))
 
 
@@ -132,7 +132,7 @@ def test_rooms_that_are_loaded_are_not_looked_at_again(monkeypatch):
 @pytest.mark.parametrize(
     ("room", "modules"),
     [
-        ("evaluation", {"dloftbs.evaluation.kernels.nearest_points"}),
+        ("evaluation", {"dloftbs_lab.evaluation.kernels.nearest_points"}),
         ("segmentation.kernels.colour_table", {"dloftbs.segmentation.kernels.colour_table"}),
         ("kernels", set()),
         ("segment", set()),

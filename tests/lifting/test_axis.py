@@ -11,7 +11,7 @@ from dloftbs import Detection, Frame, PinholeCamera, detect
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig, LiftingConfig
 from dloftbs.crossings import find_crossings
-from dloftbs.depth import ReadableDepth, to_metres
+from dloftbs.data.depth import ReadableDepth, to_metres
 from dloftbs.lifting import Lifted, lift
 
 SLANTED = straight((-0.3, -0.05, 0.7), (0.3, 0.08, 1.1))

@@ -11,10 +11,10 @@ from tubes import CAMERA, RADIUS_M, SIZE, draw_tubes, straight
 from dloftbs import PinholeCamera
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig, LiftingConfig
-from dloftbs.depth import ReadableDepth
+from dloftbs.data.depth import ReadableDepth
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
 from dloftbs.lifting.kernels.profiles import lay_profiles, read_profiles
-from dloftbs.mask_crop import MaskCrop
 
 LYING = straight((-0.3, -0.03, 0.9), (0.3, 0.04, 0.9))
 UPRIGHT = straight((0.04, -0.2, 0.9), (-0.03, 0.2, 0.9))

@@ -8,9 +8,9 @@ from drawings import draw_cable
 from linking_examples import dense, detect, distances, graph_of, hide
 from scipy.spatial import cKDTree
 
-from dloftbs.evaluation import match_curves
 from dloftbs.linking.bend_corners import _arc, _edges, between, way_around
-from dloftbs.synthetic import OCCLUDED, DegradedSequence, KindSequence, TrackingSequence
+from dloftbs_lab.evaluation import match_curves
+from dloftbs_lab.synthetic import OCCLUDED, DegradedSequence, KindSequence, TrackingSequence
 
 SIZE = (320, 320)
 APEX = np.array([160.3, 161.1])

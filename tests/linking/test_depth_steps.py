@@ -13,7 +13,7 @@ from dloftbs.evidence import EvidenceMap
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
 from dloftbs.linking.kernels.joint_features import turn_costs
-from dloftbs.synthetic import DepthNoise
+from dloftbs_lab.synthetic import DepthNoise
 
 SIZE = (300, 420)
 WIDTH = 12

@@ -7,8 +7,8 @@ import pytest
 from drawings import draw_cable
 from linking_examples import detect
 
-from dloftbs.synthetic import FreeEnd, draw_cable_mask
-from dloftbs.synthetic.free_ends import EndStyle
+from dloftbs_lab.synthetic import FreeEnd, draw_cable_mask
+from dloftbs_lab.synthetic.free_ends import EndStyle
 
 SIZE = (300, 420)
 WIDTH = 12

@@ -11,12 +11,14 @@ from linking_examples import beside, cross, draw, graph_of, matching_of
 import dloftbs
 from dloftbs import Config
 from dloftbs.cleaning import clean
-from dloftbs.graph import UNAVAILABLE, EndMatching, Graph
+from dloftbs.data.graph import UNAVAILABLE, Graph
+from dloftbs.data.mask_crop import MaskCrop
+from dloftbs.data.prediction import Prediction
 from dloftbs.linking.end_matching import PRIOR_BONUS, match_ends
 from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION
 from dloftbs.linking.kernels.weights import OPEN
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.prior import Prediction, TemporalPrior
+from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.linking.temporal_prior import TemporalPrior
 from dloftbs.skeleton import build_graph, skeletonize
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])

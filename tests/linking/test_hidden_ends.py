@@ -7,9 +7,10 @@ import pytest
 from linking_examples import coil, detect, distances, draw, hide, matching_of
 from scipy.spatial import cKDTree
 
-from dloftbs.graph import EndMatching, Graph
+from dloftbs.data.graph import Graph
 from dloftbs.linking.hidden_ends import link_hidden_ends
 from dloftbs.linking.loops import open_loops
+from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 HIDDEN = [(145, 170, 22), (150, 170, 18), (155, 160, 18), (155, 170, 14)]

@@ -10,7 +10,7 @@ from builders import line
 from linking_examples import cross, draw, matching_of
 
 from dloftbs import detect
-from dloftbs.graph import branch_of
+from dloftbs.data.graph import branch_of
 from dloftbs.linking.joint_confidence import (
     crossing_confidence,
     gap_confidence,
@@ -19,7 +19,7 @@ from dloftbs.linking.joint_confidence import (
     taper_of,
     usual_width,
 )
-from dloftbs.synthetic import draw_tube_mask
+from dloftbs_lab.synthetic import draw_tube_mask
 
 
 def in_line(*pieces: tuple[float, float], width: float = 6.4, widths: tuple[float, ...] = ()) -> np.ndarray:

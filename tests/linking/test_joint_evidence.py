@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from dloftbs.frame import Frame
-from dloftbs.graph import FREE
+from dloftbs.data.frame import Frame
+from dloftbs.data.graph import FREE
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
 from dloftbs.linking.kernels.weights import JOINT

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from linking_examples import circle, coil, detect, draw, hide, matching_of
 
-from dloftbs.graph import FREE, Branches, EndMatching, Graph
+from dloftbs.data.graph import FREE, Graph
 from dloftbs.linking.loops import _MOST_EXCHANGES, _exchanges, close_rings, open_loops
+from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
 

@@ -10,10 +10,11 @@ from linking_examples import beside, cross, dense, draw, matching_of
 from scipy.spatial import cKDTree
 
 import dloftbs
-from dloftbs.graph import EndMatching
+from dloftbs.data.mask_crop import MaskCrop
+from dloftbs.data.prediction import Prediction
+from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.linking.parallel_runs import separate_parallel_runs
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.prior import Prediction, TemporalPrior
+from dloftbs.linking.temporal_prior import TemporalPrior
 
 
 def sides_of_ends(crop: MaskCrop, matching: EndMatching) -> list[tuple[bool, bool]]:

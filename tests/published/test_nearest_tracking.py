@@ -6,11 +6,11 @@ import pytest
 from builders import detection_of, line, wave
 
 from dloftbs.config import Config, NearestTrackingConfig, TrackingConfig
+from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
 from dloftbs.pipeline import make_tracker
 from dloftbs.published import NearestTracker
 from dloftbs.tracking import Tracker
-from dloftbs.tracks import TrackState
 
 
 def test_a_configuration_says_which_way_objects_are_followed():

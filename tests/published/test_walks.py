@@ -8,7 +8,7 @@ from hypothesis import given
 
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig, GreedyLinkingConfig
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.published import Walks, make_segments, walk
 from dloftbs.skeleton import skeletonize
 

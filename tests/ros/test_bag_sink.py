@@ -21,11 +21,11 @@ from sinks import sink_examples as examples
 
 import dloftbs
 from dloftbs import InputError, SinkError, sinks, sources
-from dloftbs._documents import parse_yaml
 from dloftbs.ros import BagSink, Recording
 from dloftbs.ros.bag_metadata import QOS
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.sinks._safe_files import AppendFile
+from dloftbs.support.documents import parse_yaml
 
 COUNT = 4
 ALWAYS = {"points", "points_px", "markers", "diagnostics", "overlay/compressed"}

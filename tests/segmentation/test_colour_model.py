@@ -6,8 +6,8 @@ import pytest
 
 import dloftbs
 from dloftbs.config import ColourConfig, Config, SegmentationConfig
+from dloftbs.data.frame import Frame
 from dloftbs.errors import ConfigError, InputError
-from dloftbs.frame import Frame
 from dloftbs.segmentation import ColourModel, Stroke, make_segmenter
 
 SIZE = 160, 240

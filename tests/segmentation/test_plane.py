@@ -6,7 +6,7 @@ import pytest
 import dloftbs
 from dloftbs.config import Config, PlaneConfig, SegmentationConfig
 from dloftbs.segmentation import make_segmenter
-from dloftbs.synthetic.depth_noise import TYPICAL_NOISE
+from dloftbs_lab.synthetic.depth_noise import TYPICAL_NOISE
 
 SIZE = 240, 320
 CAMERA = dloftbs.PinholeCamera(600.0, 600.0, 159.5, 119.5)

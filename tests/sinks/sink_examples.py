@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from dloftbs import sinks
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
+from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 
 
 def curve(ndim: int = 2, n: int = 8, seed: int = 0) -> BSplineCurve:

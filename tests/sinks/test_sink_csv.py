@@ -9,9 +9,9 @@ import sinks.sink_examples as examples
 from builders import curve_through, detection_of, line
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import CsvSink
 
 

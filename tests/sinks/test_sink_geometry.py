@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.detection import Detection
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SinkError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import GeometrySink, _mesh
 
 CAMERA = PinholeCamera(500.0, 500.0, 32.0, 24.0)

@@ -14,6 +14,7 @@ from recorded_examples import TinySequence
 
 from dloftbs import sinks
 from dloftbs.errors import InputError
+from dloftbs_lab import write_sequence
 
 NAMES = [
     "../../x",
@@ -140,7 +141,7 @@ class Named(TinySequence):
 
 
 def test_a_sequence_names_its_files_by_their_numbers(tmp_path):
-    sinks.write_sequence(Named(), tmp_path / "a" / "b")
+    write_sequence(Named(), tmp_path / "a" / "b")
     files = {name for name in everything(tmp_path) if re.search(r"\.[a-z]+$", name)}
     stems = {name.rpartition("/")[2].partition(".")[0] for name in files}
     assert stems == {"sequence", "truth", *(f"{index:06d}" for index in range(len(ENCODABLE)))}

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import sinks.sink_examples as examples
 
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError, SourceError
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import NpzSink, _growing, read_npz
 
 

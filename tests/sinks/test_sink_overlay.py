@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import sinks.sink_examples as examples
 
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
 from dloftbs.sinks import OverlayImagesSink, OverlayVideoSink, overlay_pictures
 
 VIDEOS = ["a.mp4", "a.mov", "A.MP4"]

@@ -12,9 +12,9 @@ from linking_examples import circle, cross, draw, graph_of
 import dloftbs
 from dloftbs import Config
 from dloftbs.cleaning import clean
-from dloftbs.graph import FREE, UNAVAILABLE, Graph
+from dloftbs.data.graph import FREE, UNAVAILABLE, Graph
 from dloftbs.skeleton import build_graph, skeletonize
-from dloftbs.synthetic import FreeEnd, draw_cable_mask
+from dloftbs_lab.synthetic import FreeEnd, draw_cable_mask
 
 LINE = np.array([[20.0, 120.0], [380.0, 130.0]])
 

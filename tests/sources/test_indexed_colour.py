@@ -12,6 +12,7 @@ import pytest
 from dloftbs import sources
 from dloftbs.errors import SourceError
 from dloftbs.sources.indexed_colour import MAX_LABELS
+from dloftbs_lab import open_labelled
 
 Image = pytest.importorskip("PIL.Image")
 
@@ -132,7 +133,7 @@ def test_a_damaged_one_is_refused(tmp_path: Path, kind: sources.Kind) -> None:
 def test_labelled_data_may_be_indexed(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "0.jpg"), np.full((40, 61, 3), 90, np.uint8))
     save(tmp_path / "0.labels.png", indexed(LABELS, [(255, 255, 255), *VOC[1:]]))
-    with sources.open_labelled(tmp_path) as sequence:
+    with open_labelled(tmp_path) as sequence:
         truth = sequence.truth(0)
     assert truth.ids == (1, 2, 3)
     for number, mask in zip(truth.ids, truth.visible_masks, strict=True):

@@ -14,6 +14,7 @@ from picture_files import BAR, COLOUR, Image, only, pillow, plain_tiff, save, ti
 from dloftbs import PinholeCamera, detect, sources
 from dloftbs.errors import InputError
 from dloftbs.sources.orientation import MEANINGS, read_orientation
+from dloftbs_lab import open_labelled
 
 ImageOps = pytest.importorskip("PIL.ImageOps")
 FORMATS = ("JPEG", "PNG", "WEBP", "TIFF")
@@ -136,6 +137,6 @@ def test_truth_is_for_the_stored_pixels_or_for_those_of_a_viewer_by_its_size(
     if layout == "auto":
         (tmp_path / "0.json").write_text('{"curves": [[[1, 1], [9, 9]]]}')
         (tmp_path / "0.txt").unlink()
-    frame = sources.open_labelled(tmp_path, layout).frame(0)
+    frame = open_labelled(tmp_path, layout).frame(0)
     assert near(frame.image, shown if labelled_upright else COLOUR[..., ::-1])
     np.testing.assert_array_equal(frame.mask != 0, labels > 0)

@@ -8,14 +8,14 @@ import pytest
 from builders import detection_of
 from tracked_curves import AT_ONCE, ids, level, line
 
-from dloftbs.centerline import Joint, JointKind
+from dloftbs.data.centerline import Joint, JointKind
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.frame import Frame
-from dloftbs.observation import make_observations
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.appearance import colours_differ, with_appearances
+from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.track_model import TrackModel
 
 SIZE = (300, 520)

@@ -9,19 +9,20 @@ import pytest
 from builders import bent, detection_of, line, part, wave
 from tracked_curves import level
 
-from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
+from dloftbs.data.centerline import Joint, JointKind
+from dloftbs.data.curve_samples import SAMPLES
+from dloftbs.data.tracks import EndKind
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.observation import SAMPLES, make_observations
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.alignment import place_part
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracks import EndKind
 
 
 def rows(count: int, shift: float) -> list:

@@ -7,9 +7,9 @@ import pytest
 from builders import bent, curve_through, detection_of, line, loop, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, SHAPES, error_px, ids, level, runs_like, see, shown_for
 
-from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.centerline import Joint, JointKind
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.tracking import Tracker
 

@@ -22,7 +22,7 @@ from tracked_curves import (
 )
 
 from dloftbs.config import TrackingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.tracking import Tracker
 
 

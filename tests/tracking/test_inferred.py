@@ -11,12 +11,12 @@ from builders import detection_of, through_json, wave
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.centerline import Joint, JointKind
-from dloftbs.frame import Frame
-from dloftbs.observation import make_observations
+from dloftbs.data.centerline import Joint, JointKind
+from dloftbs.data.frame import Frame
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, gaps_on_track
 from dloftbs.tracking.publication import make_visible_curve
 from dloftbs.tracking.track_model import TrackModel

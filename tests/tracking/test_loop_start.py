@@ -8,7 +8,7 @@ from builders import loop, random_curve
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.tracking.loop_start import move_start
 
 

@@ -10,12 +10,12 @@ from tracked_curves import AT_ONCE, CONFIRMED, HIDDEN, error_px, ids, shown_for
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import TrackingConfig
+from dloftbs.data.frame import Frame
+from dloftbs.data.tracks import EndKind, Track
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracks import EndKind, Track
 
 SIZE = (400, 700)
 CABLE = line((100.0, 200.0), (600.0, 200.0))

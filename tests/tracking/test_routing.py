@@ -10,13 +10,13 @@ from builders import curve_through, detection_of, line, part, random_curve, wave
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dloftbs.centerline import Joint, JointKind
 from dloftbs.config import TrackingConfig
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
+from dloftbs.data.centerline import Joint, JointKind
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
-from dloftbs.tracks import Track, TrackState
 
 OVERRIDE = TrackingConfig().override_frames
 CLEAR = OVERRIDE + 4

@@ -11,7 +11,7 @@ from linking_examples import draw
 from tracked_curves import error_px, ids, see, shown_for
 
 from dloftbs import BSplineCurve, Frame, OcclusionEvidence, Pipeline
-from dloftbs.centerline import Joint, JointKind
+from dloftbs.data.centerline import Joint, JointKind
 from dloftbs.tracking import Tracker
 
 LENGTH, CUT = 500.0, 300.0

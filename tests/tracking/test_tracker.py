@@ -10,10 +10,10 @@ from builders import detection_of, line, loop, through_json, wave
 from tracked_curves import AT_ONCE, CONFIRMED, FRAME_S, HIDDEN, TENTATIVE, error_px, ids, level, see, shown_for
 
 from dloftbs.config import TrackingConfig
-from dloftbs.detection import Detection
+from dloftbs.data.detection import Detection
+from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
 from dloftbs.tracking import Tracker
-from dloftbs.tracks import TrackState
 
 NO_STAMPS = {
     "nan": float("nan"),

@@ -10,7 +10,7 @@ import aiohttp
 import numpy as np
 from drawings import draw_cable, wave
 
-from dloftbs.frame import Frame
+from dloftbs.data.frame import Frame
 from dloftbs.sources.source import Source
 
 SIZE = (120, 200)

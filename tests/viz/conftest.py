@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_lsq_spline
 
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
+from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 
 Points = np.ndarray
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from dloftbs import viz
-from dloftbs.centerline import JointKind
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Crossing, Detection
+from dloftbs.data.centerline import JointKind
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import TrackState
 from dloftbs.viz.items import bare_items_of, items_of
 
 SIZE = (240, 640)

@@ -10,10 +10,10 @@ from builders import curve_through, detection_of, line
 
 from dloftbs import viz
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
 from dloftbs.viz import space_sheet
 from dloftbs.viz.style import Style
 

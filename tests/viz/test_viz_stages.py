@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from dloftbs import viz
-from dloftbs.centerline import JointKind, Segment
+from dloftbs.data.centerline import JointKind, Segment
+from dloftbs.data.frame import Frame
+from dloftbs.data.stage_trace import StageTrace
+from dloftbs.data.tracks import TrackState
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.stage_trace import StageTrace
-from dloftbs.tracks import TrackState
 from dloftbs.viz.view import View
 
 STYLE = viz.Style()

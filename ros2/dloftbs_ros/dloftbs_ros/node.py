@@ -29,10 +29,10 @@ from std_srvs.srv import Empty
 from visualization_msgs.msg import MarkerArray
 
 from dloftbs import viz
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import DloftbsError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.kernel_loading import load_kernels
+from dloftbs.pipeline.kernel_loading import load_kernels
 from dloftbs.ros import (
     FrameMaker,
     Header,

@@ -27,7 +27,7 @@ from sensor_msgs.msg import Image, PointCloud2
 from dloftbs import Config
 from dloftbs.config import SegmentationConfig
 from dloftbs.ros import RclpyFactory, image_message
-from dloftbs.synthetic import DemoSequence
+from dloftbs_lab.synthetic import DemoSequence
 
 RATE = 30.0
 SECONDS = 30.0

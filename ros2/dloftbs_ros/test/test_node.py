@@ -17,7 +17,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Empty
 
 from dloftbs.ros import camera_message, image_message, mask_message, picture_message
-from dloftbs.synthetic import rgbd_artificial
+from dloftbs_lab.synthetic import rgbd_artificial
 
 SIZE = (240, 426)
 FRAMES = 8

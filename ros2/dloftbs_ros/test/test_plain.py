@@ -14,9 +14,9 @@ from dloftbs_ros.transforms import moved
 from dloftbs_ros.watch import SILENT_S, Watch
 
 from dloftbs import BSplineCurve
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import ConfigError
 from dloftbs.ros import SampledTrack
-from dloftbs.tracks import Track, TrackState
 
 IMAGE, JPEG, INFO = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo"
 TOPICS = {"image": "/cam/color", "depth": "/cam/aligned_depth_to_color/image_raw", "camera_info": "/cam/camera_info"}

@@ -13,10 +13,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs._documents import parse_json, parse_opencv_xml, parse_yaml, read_text
 from dloftbs.camera.lens_models import LensModel
 from dloftbs.errors import InputError, SourceError
+from dloftbs.support.arrays import FloatArray
+from dloftbs.support.documents import parse_json, parse_opencv_xml, parse_yaml, read_text
 
 T = TypeVar("T")
 Camera = TypeVar("Camera")

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.camera.kernels.lens_projection import FISHEYE, NO_LENS, POLYNOMIAL, distort, undistort
+from dloftbs.support.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

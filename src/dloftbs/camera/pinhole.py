@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._array_likes import as_array, is_array_like
-from dloftbs._arrays import AnyArray, FloatArray, as_float_array, as_numbers
-from dloftbs._values import check_number, check_path, check_size, shown
 from dloftbs.camera.calibration_files import camera_values, read_camera
 from dloftbs.camera.lens_models import LENS_MODELS, LensModel
 from dloftbs.errors import InputError
+from dloftbs.support.array_likes import as_array, is_array_like
+from dloftbs.support.arrays import AnyArray, FloatArray, as_float_array, as_numbers
+from dloftbs.support.values import check_number, check_path, check_size, shown
 
 if TYPE_CHECKING:
     from dloftbs.camera.lens import Lens

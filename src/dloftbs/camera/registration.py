@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._array_likes import as_array
-from dloftbs._arrays import FloatArray, as_vector, check_depth
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, abridged, check_number, check_path, check_size
 from dloftbs.camera.calibration_files import read_registration
 from dloftbs.camera.pinhole import PinholeCamera
 from dloftbs.errors import InputError
+from dloftbs.support.array_likes import as_array
+from dloftbs.support.arrays import FloatArray, as_vector, check_depth
+from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, abridged, check_number, check_path, check_size
 
 AnyArray = npt.NDArray[Any]
 

@@ -12,10 +12,10 @@ from dloftbs.cleaning.holes import fill_holes
 from dloftbs.cleaning.kernels import morphology
 from dloftbs.cleaning.kernels.narrow_ground import find_narrow_ground
 from dloftbs.config import CleaningConfig
-from dloftbs.frame_region import Region
+from dloftbs.data.frame_region import Region
+from dloftbs.data.mask_crop import MaskCrop, canonical_orientation
 from dloftbs.kernels.bitmask import cut, frame
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
-from dloftbs.mask_crop import MaskCrop, canonical_orientation
 
 _WORD_BYTES = 8
 _NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise

@@ -10,6 +10,8 @@ Only click and the package's errors are imported here: heavy modules load in the
 
 from __future__ import annotations
 
+from importlib.metadata import entry_points
+
 import click
 
 from dloftbs._version import __version__
@@ -17,9 +19,7 @@ from dloftbs.cli.commands.background import background
 from dloftbs.cli.commands.batch import batch
 from dloftbs.cli.commands.colour import colour
 from dloftbs.cli.commands.config import config
-from dloftbs.cli.commands.demo import demo
 from dloftbs.cli.commands.detect import detect
-from dloftbs.cli.commands.evaluate import evaluate
 from dloftbs.cli.commands.track import track
 from dloftbs.cli.commands.tune import tune
 from dloftbs.cli.commands.view import view
@@ -27,6 +27,10 @@ from dloftbs.cli.commands.warmup import warmup
 from dloftbs.cli.shell import Shell, messages_to_stderr
 
 __all__ = ["main"]
+
+
+COMMANDS = "dloftbs.commands"
+"""Group of entry points by which commands of other packages join."""
 
 
 @click.group(cls=Shell, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -37,5 +41,7 @@ def main(context: click.Context) -> None:
     context.with_resource(messages_to_stderr())
 
 
-for command in (detect, track, batch, tune, view, colour, background, demo, evaluate, config, warmup):
+for command in (detect, track, batch, tune, view, colour, background, config, warmup):
     main.add_command(command)
+for point in entry_points(group=COMMANDS):
+    main.add_command(point.load())

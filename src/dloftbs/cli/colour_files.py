@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs import sources, viz
-from dloftbs._documents import parse_yaml, read_text
-from dloftbs._text import readable
 from dloftbs.config import ColourConfig, Config, Stroke
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SinkError, SourceError
-from dloftbs.frame import Frame
 from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import identity_of
+from dloftbs.support.documents import parse_yaml, read_text
+from dloftbs.support.text import readable
 
 _CYAN = np.array([255.0, 230.0, 0.0])
 _TINT = 0.6  # of the mask over the picture

@@ -12,9 +12,9 @@ import click
 from dloftbs.cli.options import InputOptions
 from dloftbs.cli.shell import Failure
 from dloftbs.config import Config, read_roi
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_region import Region
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
-from dloftbs.frame_region import Region
 from dloftbs.sources import Source, pairing
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, natural_key
 from dloftbs.sources.look_alikes import warn_of_labels

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from dloftbs._values import check_path
 from dloftbs.errors import InputError
+from dloftbs.support.values import check_path
 
 MAX_FRAMES = 10**9
 """Of a stream; a year of video at 30 frames a second."""

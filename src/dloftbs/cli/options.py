@@ -203,8 +203,8 @@ def read_config(paper: bool, file: Path | None, changes: dict[str, Any], hsv: tu
 
 def stated_in(file: Path) -> dict[str, Any]:
     """Return what a file states, by dotted path: what it leaves out is not the default but what came before."""
-    from dloftbs._documents import parse_yaml, read_text
     from dloftbs.config import Config
+    from dloftbs.support.documents import parse_yaml, read_text
 
     Config.from_file(file)  # whose messages name the file
     (sections,) = parse_yaml(read_text(file)) or ({},)
@@ -215,8 +215,8 @@ def parse_changes(context: click.Context, parameter: click.Parameter, texts: tup
     """Read settings as ``SECTION.KEY=VALUE``, the value being YAML; what cannot be read is bad usage."""
     if not texts:
         return {}
-    from dloftbs._documents import parse_yaml
     from dloftbs.errors import InputError
+    from dloftbs.support.documents import parse_yaml
 
     changes = {}
     for text in texts:

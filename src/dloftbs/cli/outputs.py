@@ -11,18 +11,18 @@ from typing import Any
 import click
 
 from dloftbs import sinks
-from dloftbs._json import encode_line
-from dloftbs._text import readable
 from dloftbs._version import __version__
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.config import Config
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, SinkError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks import MultiSink, Sink
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._safe_files import sink_errors, write_whole
+from dloftbs.support.json_text import encode_line
+from dloftbs.support.text import readable
 
 _SIGNATURE = "# The configuration of dloftbs"
 

@@ -6,10 +6,10 @@ from time import perf_counter
 
 from dloftbs.cli.durations import ACCURACY, LatencyHistogram
 from dloftbs.cli.reasons import Reasons
-from dloftbs.detection import NO_DEPTH
-from dloftbs.frame_result import FrameResult
-from dloftbs.mask_faults import MaskSamples
-from dloftbs.steadiness import Steadiness
+from dloftbs.data.detection import NO_DEPTH
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.pipeline.mask_faults import MaskSamples
+from dloftbs.pipeline.steadiness import Steadiness
 
 
 class RunReport:

@@ -11,12 +11,12 @@ from dloftbs.cli.frames import UsableFrames
 from dloftbs.cli.options import InputOptions
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.config import Config
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.mask_faults import MaskSamples
-from dloftbs.overlap import Ahead, Behind, cores
 from dloftbs.pipeline import Pipeline
+from dloftbs.pipeline.mask_faults import MaskSamples
+from dloftbs.support.overlap import Ahead, Behind, cores
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
-from dloftbs._values import as_integer
 from dloftbs.config.section import MOST, Section, keep_integer, require
+from dloftbs.support.values import as_integer
 
 
 class CleaningConfig(Section, frozen=True, kw_only=True):

@@ -10,8 +10,6 @@ from typing import Any
 
 import msgspec
 
-from dloftbs._documents import parse_yaml, read_text
-from dloftbs._values import as_integer, check_path, shown
 from dloftbs.config.cleaning import CleaningConfig
 from dloftbs.config.explained import comment, meanings, meant, summary
 from dloftbs.config.fitting import FittingConfig
@@ -23,6 +21,8 @@ from dloftbs.config.segmentation import Colour, HsvRange, SegmentationConfig
 from dloftbs.config.skeleton import SegmentsConfig
 from dloftbs.config.tracking import NearestTrackingConfig, TrackingConfig
 from dloftbs.errors import ConfigError, InputError
+from dloftbs.support.documents import parse_yaml, read_text
+from dloftbs.support.values import as_integer, check_path, shown
 
 _METHODS: dict[str, tuple[type[Section], ...]] = {
     "linking": (LinkingConfig, GreedyLinkingConfig),

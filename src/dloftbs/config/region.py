@@ -6,9 +6,9 @@ from typing import TypeAlias
 
 import msgspec
 
-from dloftbs._values import MOST_PX, as_float, shown
 from dloftbs.config.section import Section
 from dloftbs.errors import ConfigError
+from dloftbs.support.values import MOST_PX, as_float, shown
 
 Rectangle: TypeAlias = tuple[int, int, int, int]
 Corner: TypeAlias = tuple[int, int]

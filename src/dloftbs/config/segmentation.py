@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import msgspec
 
-from dloftbs._values import as_float, as_integer, shown
 from dloftbs.config.colour_words import COLOUR_WORDS, range_of_word, word_meant
 from dloftbs.config.local_masks import BackgroundConfig, LocalConfig, keep_file, keep_join
 from dloftbs.config.section import Section, keep_integer, keep_number, keep_range, require
 from dloftbs.config.strokes import ColourConfig
 from dloftbs.errors import ConfigError
+from dloftbs.support.values import as_float, as_integer, shown
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import msgspec
 
-from dloftbs._values import MOST_PX, as_float, as_integer, shown
 from dloftbs.config.section import Section, keep_number, require
 from dloftbs.errors import ConfigError
+from dloftbs.support.values import MOST_PX, as_float, as_integer, shown
 
 _MOST_POINTS = 10_000  # of a stroke: an hour of a mouse's reports is none
 _MOST_PICTURES = 1000

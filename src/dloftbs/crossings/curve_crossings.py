@@ -14,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
 from dloftbs.config import DepthConfig
 from dloftbs.crossings.kernels import crossing_order as order
 from dloftbs.crossings.kernels.crossing_groups import select_crossings
 from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
-from dloftbs.depth import unit_of
-from dloftbs.detection import Crossing, Detection
-from dloftbs.frame import Frame
+from dloftbs.data.depth import unit_of
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.frame import Frame
+from dloftbs.support.arrays import FloatArray
 
 MIN_CONFIDENCE = 0.6
 """Probability, a share of 1, below which the upper pass counts as unknown.

@@ -4,6 +4,15 @@ from __future__ import annotations
 
 from dloftbs.evidence.evidence_map import EndEvidence, EvidenceMap
 from dloftbs.evidence.kernels.colour_differences import compare_colours
-from dloftbs.evidence.occlusion import HIDDEN, IN_SIGHT, UNKNOWN, OcclusionEvidence
+from dloftbs.evidence.occlusion import HIDDEN, IN_SIGHT, UNKNOWN, Appearance, OcclusionEvidence
 
-__all__ = ["HIDDEN", "IN_SIGHT", "UNKNOWN", "EndEvidence", "EvidenceMap", "OcclusionEvidence", "compare_colours"]
+__all__ = [
+    "HIDDEN",
+    "IN_SIGHT",
+    "UNKNOWN",
+    "Appearance",
+    "EndEvidence",
+    "EvidenceMap",
+    "OcclusionEvidence",
+    "compare_colours",
+]

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray, as_bytes
-from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
-from dloftbs.depth import unit_of
+from dloftbs.data.depth import unit_of
+from dloftbs.data.frame import Frame
+from dloftbs.data.graph import POSITION, TANGENT, Graph
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence.kernels.colour_differences import compare_pairs
 from dloftbs.evidence.kernels.end_references import sample_cables, sample_references
 from dloftbs.evidence.kernels.gap_depths import judge_ways, measure_swerves, sample_depths
@@ -26,9 +27,8 @@ from dloftbs.evidence.kernels.gap_pixels import (
     transform,
 )
 from dloftbs.evidence.occlusion import DEPTH_NOISE_PER_M, DEPTH_TOLERANCE_M
-from dloftbs.frame import Frame
-from dloftbs.graph import POSITION, TANGENT, Graph
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes
+from dloftbs.support.values import MILLIMETRE_M
 
 _Ints = npt.NDArray[np.int64]
 

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, FloatArray, as_bytes, check_depth, check_image, check_mask
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_type
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig
-from dloftbs.curve import BSplineCurve
-from dloftbs.depth import ReadableDepth
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import U, sample_curve
+from dloftbs.data.depth import ReadableDepth
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.evidence.kernels.appearance_pixels import sample_appearance
 from dloftbs.evidence.kernels.gap_depths import EDGE_PX
 from dloftbs.evidence.kernels.occlusion_pixels import look_at_pixels
-from dloftbs.frame import Frame
 from dloftbs.kernels.polyline_lengths import arc_parameter
-from dloftbs.observation import Appearance, U, sample_curve
+from dloftbs.support.arrays import AnyArray, FloatArray, as_bytes, check_depth, check_image, check_mask
+from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, check_number, check_type
 
 HIDDEN, UNKNOWN, IN_SIGHT = 1, 0, -1
 """Answers of `OcclusionEvidence.look` for a place, codes.
@@ -56,6 +57,21 @@ _NO_DEPTH_M = np.zeros(0)
 
 Source: by definition.
 """
+
+
+class Appearance(NamedTuple):
+    """Colours of an object, BGR.
+
+    Parameters
+    ----------
+    cable : numpy.ndarray, shape (k, 3)
+        Samples along the object, where it is seen.
+    colour : numpy.ndarray, shape (3,)
+        The median colour of the object; NaN without samples.
+    """
+
+    cable: FloatArray
+    colour: FloatArray
 
 
 class OcclusionEvidence:

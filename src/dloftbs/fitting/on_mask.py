@@ -8,15 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray, FloatArray, frozen
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.config import FittingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.fitting.kernels.mask_contact import lie_on_mask, stays_on_mask
 from dloftbs.fitting.seen_joints import LEAST_BESIDE_PX, mark_unseen_joints, remade
 from dloftbs.fitting.spline_fit import distinct_knots, fit, fit_with_knots
 from dloftbs.kernels.cubic_samples import sample_cubic
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.support.arrays import AnyArray, FloatArray, frozen
 
 _STEP_WIDTHS = 0.5
 """Distance of the points that are looked at first, widths.

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.fitting.kernels.mask_contact import are_on_mask, leaves_mask
 from dloftbs.kernels.cubic_samples import sample_cubic
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.support.arrays import FloatArray
 
 _LEAST_WIDTHS = 2.0
 """Length from which a joint is looked at, widths.

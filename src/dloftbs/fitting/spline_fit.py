@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.config import FittingConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.kernels import least_squares as kernels
+from dloftbs.support.arrays import FloatArray
 
 _DEGREE = 3
 _FIRST_SPACING = 8.0  # from knot to knot, in widths of the object

@@ -38,7 +38,7 @@ def _write_arc(points: npt.NDArray[np.float64], closed: bool, parameter: npt.NDA
 
 @kernel(read(float64, 2), boolean)
 def arc_parameter(points: npt.NDArray[np.float64], closed: bool) -> npt.NDArray[np.float64]:
-    """Return what `dloftbs.centerline.arc_parameter` returns, faster.
+    """Return what `dloftbs.data.centerline.arc_parameter` returns, faster.
 
     Parameters
     ----------

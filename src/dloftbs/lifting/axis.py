@@ -9,17 +9,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.depth import ReadableDepth
-from dloftbs.detection import Crossing, Detection
+from dloftbs.data.depth import ReadableDepth
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.lifting.beside import Beside, DepthEdges, look_beside
 from dloftbs.lifting.kernels import sections as kernels
 from dloftbs.lifting.kernels.penalized_spline import smooth
 from dloftbs.lifting.kernels.surfaces import find_surface
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.support.arrays import FloatArray
 
 _STEP_WIDTHS = 0.4
 """Distance from section to section, widths.

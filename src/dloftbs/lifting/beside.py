@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.depth import ReadableDepth
+from dloftbs.data.depth import ReadableDepth
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.lifting.kernels.profiles import add_edges, edges_of, lay_profiles, read_profiles, spread
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.support.arrays import FloatArray
 
 _MEMORY = 0.9
 """Share of what is known of the edges that a frame leaves to the next one.

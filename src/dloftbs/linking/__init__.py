@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dloftbs.centerline import Centerline
 from dloftbs.config import LinkingConfig
+from dloftbs.data.centerline import Centerline
+from dloftbs.data.graph import Graph
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EvidenceMap
-from dloftbs.graph import EndMatching, Graph
 from dloftbs.linking.centerlines import assemble
 from dloftbs.linking.depth_steps import DepthSteps, exchange_by_depth
 from dloftbs.linking.end_matching import match_ends
@@ -15,12 +16,12 @@ from dloftbs.linking.hidden_ends import lead_straightest_through, link_hidden_en
 from dloftbs.linking.joint_confidence import open_doubtful_gaps
 from dloftbs.linking.known_count import merge_to_count
 from dloftbs.linking.loops import close_rings, open_loops
+from dloftbs.linking.matched_ends import EndMatching
 from dloftbs.linking.object_selection import choose
 from dloftbs.linking.parallel_runs import separate_parallel_runs
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.prior import TemporalPrior
+from dloftbs.linking.temporal_prior import TemporalPrior
 
-__all__ = ["Linking", "choose", "link"]
+__all__ = ["Linking", "TemporalPrior", "choose", "link"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from dloftbs._arrays import FloatArray
+from dloftbs.support.arrays import FloatArray
 
 _CORNER_WIDTHS = 3.0
 """Largest distance from a branch end to the corner of its bend, and from there to the mask's edge, widths.

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, is_start, start_of, stop_of
+from dloftbs.data.graph import RAY, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.linking.bend_corners import way_around
 from dloftbs.linking.kernels.end_extension import is_seen
+from dloftbs.linking.matched_ends import Branches, EndMatching
+from dloftbs.support.arrays import FloatArray
 
 _LEAST_JUMP_PX = 2.0
 """Distance of neighbouring points between which there is room for another one, px.

@@ -7,15 +7,16 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray, frozen
-from dloftbs.centerline import Centerline, Joint, JointKind, NearJoint, Segment
-from dloftbs.graph import RAY, Branches, EndMatching, Graph, branch_of, other_end
+from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Segment
+from dloftbs.data.graph import RAY, Graph, branch_of, other_end
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.kernels.polyline_lengths import lay_out
 from dloftbs.linking.cable_pieces import Piece, Points, cut_into_pieces, fill_junctions
 from dloftbs.linking.end_extension import CableAxes, extend_ends
 from dloftbs.linking.joint_confidence import crossing_confidence, gap_confidence
 from dloftbs.linking.kernels.lumps import course_confidence
-from dloftbs.mask_crop import MaskCrop
+from dloftbs.linking.matched_ends import Branches, EndMatching
+from dloftbs.support.arrays import FloatArray, frozen
 
 _LEAST = 2
 """Smallest number of points of an open centre line.

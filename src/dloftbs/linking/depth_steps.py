@@ -8,13 +8,14 @@ from itertools import combinations, permutations
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
+from dloftbs.data.graph import POSITION, Graph, branch_of, ends_of, other_end
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import POSITION, EndMatching, Graph, branch_of, ends_of, other_end
 from dloftbs.linking.joint_evidence import are_shared, swerve_bends
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE
 from dloftbs.linking.kernels.pair_costs import junction_costs
 from dloftbs.linking.kernels.weights import JOINT
+from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.support.arrays import FloatArray
 
 _ROUNDS = 8
 """Largest number of exchanges in a frame.

@@ -7,14 +7,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.graph import (
+from dloftbs.data.graph import (
     FREE,
     POSITION,
     RAY,
     UNAVAILABLE,
-    Branches,
-    EndMatching,
     Graph,
     branch_of,
     is_start,
@@ -26,6 +23,8 @@ from dloftbs.linking.bend_corners import between
 from dloftbs.linking.cable_pieces import Piece, Points, Span
 from dloftbs.linking.kernels.end_extension import extend_end
 from dloftbs.linking.kernels.shown_ahead import REACH_WIDTHS, shown_ahead
+from dloftbs.linking.matched_ends import Branches, EndMatching
+from dloftbs.support.arrays import FloatArray
 
 _TAIL_WIDTHS = 6.0
 """Length before a free end that is given to its extension, widths.

@@ -7,20 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, is_start, other_end, same_side, start_of, stop_of
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import (
-    UNAVAILABLE,
-    Branches,
-    EndMatching,
-    Graph,
-    branch_of,
-    ends_of,
-    is_start,
-    other_end,
-    same_side,
-    start_of,
-    stop_of,
-)
 from dloftbs.kernels.tracing import measure_radius
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels import branch_overlap, end_matching
@@ -29,8 +18,8 @@ from dloftbs.linking.kernels.joint_features import OPEN_JUNCTION, prices
 from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 from dloftbs.linking.kernels.wide_stretches import wide_reach
-from dloftbs.mask_crop import MaskCrop
-from dloftbs.prior import TemporalPrior
+from dloftbs.linking.matched_ends import Branches, EndMatching
+from dloftbs.linking.temporal_prior import TemporalPrior
 
 PRIOR_BONUS = 2.4
 """Maximum discount for a joint that follows a predicted curve, nats.

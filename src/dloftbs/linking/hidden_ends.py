@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.graph import (
+from dloftbs.data.graph import (
     FREE,
     POSITION,
     UNAVAILABLE,
-    EndMatching,
     Graph,
     branch_of,
     inward,
@@ -22,6 +20,8 @@ from dloftbs.graph import (
 )
 from dloftbs.linking.kernels.joint_features import OPEN_FREE, turn_costs
 from dloftbs.linking.kernels.weights import OPEN
+from dloftbs.linking.matched_ends import EndMatching
+from dloftbs.support.arrays import FloatArray
 
 _DIRECTION_WIDTHS = 1.0
 """Length to both sides of a hidden end over which its direction is taken, widths.

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from dloftbs.graph import EndMatching, branch_of
+from dloftbs.data.graph import branch_of
 from dloftbs.linking.calibration import CROSSING, GAP
+from dloftbs.linking.matched_ends import EndMatching
 
 _MOST_LOG_ODDS = 50.0
 """Largest log-odds of a joint, nats.

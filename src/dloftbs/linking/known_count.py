@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.graph import UNAVAILABLE, Graph, branch_of, ends_of, other_end, start_of, stop_of
 from dloftbs.evidence import EndEvidence
-from dloftbs.graph import UNAVAILABLE, EndMatching, Graph, branch_of, ends_of, other_end, start_of, stop_of
 from dloftbs.linking.joint_evidence import add_evidence
 from dloftbs.linking.kernels.joint_features import GAP_HIDDEN, GAP_LENGTH, GAP_ROUND, describe_pairs, prices
 from dloftbs.linking.kernels.path_cover import cover
 from dloftbs.linking.kernels.weights import JOINT
+from dloftbs.linking.matched_ends import EndMatching
 
 _SPECK_WIDTHS = 3.0
 """Length up to which a piece is left out for nothing, widths.

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.graph import FREE, POSITION, UNAVAILABLE, EndMatching, Graph, branch_of, other_end
+from dloftbs.data.graph import FREE, POSITION, UNAVAILABLE, Graph, branch_of, other_end
 from dloftbs.linking.kernels.joint_features import turn_costs
+from dloftbs.linking.matched_ends import EndMatching
 
 _MOST_RINGS = 20
 """Largest number of rounds in which rings are opened.

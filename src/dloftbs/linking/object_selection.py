@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dloftbs.centerline import Centerline
 from dloftbs.config import ObjectsConfig
+from dloftbs.data.centerline import Centerline
 
 
 def choose(lines: Sequence[Centerline], config: ObjectsConfig) -> tuple[list[Centerline], tuple[Centerline, ...]]:

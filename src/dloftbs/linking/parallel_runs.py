@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.graph import (
+from dloftbs.data.graph import (
     POSITION,
     UNAVAILABLE,
-    Branches,
-    EndMatching,
     Graph,
     branch_of,
     is_start,
@@ -20,7 +17,9 @@ from dloftbs.graph import (
 )
 from dloftbs.linking.depth_steps import LEAST_GAIN, DepthSteps
 from dloftbs.linking.kernels import parallel_runs as kernels
-from dloftbs.prior import TemporalPrior
+from dloftbs.linking.matched_ends import Branches, EndMatching
+from dloftbs.linking.temporal_prior import TemporalPrior
+from dloftbs.support.arrays import FloatArray
 
 _REACH_WIDTHS = 3.0
 """Length of the branches before and behind a shared one that is compared, widths.

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray, frozen
-from dloftbs.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.config import GreedyLinkingConfig
+from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
+from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.kernels.polyline_lengths import arc_parameter
 from dloftbs.kernels.tracing import are_covered
-from dloftbs.mask_crop import MaskCrop
 from dloftbs.published.kernels import greedy_linking as kernels
+from dloftbs.support.arrays import FloatArray, frozen
 
 _Links = dict[int, tuple[int, JointKind, float, float]]  # from an end to its partner, the kind, cost and margin
 

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import SAMPLES, sample_curve
+from dloftbs.data.detection import Detection, curves_of
+from dloftbs.data.prediction import Prediction
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.observation import SAMPLES, Observation, make_observations
-from dloftbs.prior import Prediction
-from dloftbs.tracks import Track, TrackState
+from dloftbs.support.arrays import FloatArray
 
 
 class NearestTracker:
@@ -80,22 +80,23 @@ class NearestTracker:
         """
         if stamp is not None and not math.isfinite(stamp):
             raise InputError(f"stamp must be a finite number of seconds, got {stamp}")
-        observations = make_observations(detections)
+        curves = curves_of(detections)
         if stamp is not None and stamp == self._stamp:
             return self._published
         self._stamp = stamp
         self._published = ()
-        if not observations:
+        found = [item for item, curve in zip(detections, curves, strict=True) if sample_curve(curve)[1] > 0.0]
+        if not found:
             return self._published
-        known = make_observations([track.curve for track in self._tracks])
         points, before = (
-            np.array([one.points for one in those]).reshape(-1, SAMPLES, 2) for those in (observations, known)
+            np.array([sample_curve(curve)[0] for curve in those]).reshape(-1, SAMPLES, 2)
+            for those in (curves_of(found), [track.curve for track in self._tracks])
         )
         forward, backward = (_mean_distances(points, one) for one in (before, before[:, ::-1]))
         rows, columns = linear_sum_assignment(np.minimum(forward, backward))
         nearest = dict(zip(rows.tolist(), columns.tolist(), strict=True))
         tracks = []
-        for d, one in enumerate(observations):
+        for d, one in enumerate(found):
             if d not in nearest:
                 self._last_id += 1
                 tracks.append(_make_track(self._last_id, one, 1))
@@ -113,9 +114,9 @@ def _mean_distances(ones: FloatArray, others: FloatArray) -> FloatArray:
     return result
 
 
-def _make_track(track_id: int, one: Observation, hits: int) -> Track:
-    width = None if math.isnan(one.width) else one.width
+def _make_track(track_id: int, one: Detection | BSplineCurve, hits: int) -> Track:
     state = TrackState.CONFIRMED
-    camera = None if one.detection is None else one.detection.camera
-    shown = one.curve, one.curve_3d, hits, 0, one.detection, one.gaps, 1.0, width
-    return Track._unchecked(track_id, state, *shown, camera=camera)
+    if isinstance(one, BSplineCurve):
+        return Track._unchecked(track_id, state, one, None, hits, 0, None, (), 1.0, None)
+    shown = one.curve, one.curve_3d, hits, 0, one, one.centerline.gaps, 1.0, one.width_px
+    return Track._unchecked(track_id, state, *shown, camera=one.camera)

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import PixelLiftingConfig
-from dloftbs.depth import to_metres
+from dloftbs.data.depth import to_metres
+from dloftbs.support.arrays import FloatArray
 
 MIN_POINTS = 4
 """Points with depth that a curve in space needs."""

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.centerline import Segment
 from dloftbs.config import GreedyLinkingConfig
+from dloftbs.data.centerline import Segment
+from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.kernels import tracing
-from dloftbs.mask_crop import MaskCrop, Skeleton
+from dloftbs.support.arrays import FloatArray
 
 _CHORD_REACH_PX = 4  # of the chord that the width is measured across: beyond the staircase, below any bend
 

@@ -6,10 +6,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from dloftbs._values import check_flag, check_text
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.ros.bag_file import Channel, RawMessage
 from dloftbs.ros.bag_metadata import QOS, metadata_yaml
 from dloftbs.ros.frame_messages import RosFrame
@@ -33,6 +32,7 @@ from dloftbs.sinks._images import encode
 from dloftbs.sinks._safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
 from dloftbs.sources.recordings import METADATA
+from dloftbs.support.values import check_flag, check_text
 
 SUFFIX = ".mcap"
 

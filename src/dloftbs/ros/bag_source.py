@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from dloftbs._values import LONGEST_S, MILLIMETRE_M, check_flag, check_number, check_text
 from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
 from dloftbs.ros.bag_file import RawMessage, Topic
 from dloftbs.ros.first_messages import read_first_messages
 from dloftbs.ros.frame_messages import FrameMaker, ImageAndMask
@@ -23,6 +22,7 @@ from dloftbs.ros.topic_choice import IMAGE_TYPES, INFO_TYPE, OWN_TOPICS, Topics,
 from dloftbs.ros.topic_clock import TopicClock
 from dloftbs.sources.pixels import Kind
 from dloftbs.sources.source import Source, logger
+from dloftbs.support.values import LONGEST_S, MILLIMETRE_M, check_flag, check_number, check_text
 
 _SAME_CLOCK_NS = NS_PER_S // 2
 """Largest difference between the latencies of two topics; more means that their headers have two clocks."""

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._arrays import as_float_array
-from dloftbs._values import check_flag
 from dloftbs.camera import PinholeCamera
 from dloftbs.errors import InputError
 from dloftbs.ros.message_fields import count_in, field_of, text_in
+from dloftbs.support.arrays import as_float_array
+from dloftbs.support.values import check_flag
 
 
 def camera_of(message: Any, *, rectified: bool = False) -> PinholeCamera | None:

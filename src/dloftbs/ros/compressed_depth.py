@@ -7,11 +7,11 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray
-from dloftbs._values import shown
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sources.image_header import PNG
 from dloftbs.sources.pixels import check_pixels, decode
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.values import shown
 
 _HEADER = struct.Struct("<iff")
 """Kind of compression, and the two parameters of inverse depth."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from dloftbs._arrays import AnyArray
 from dloftbs.errors import InputError
 from dloftbs.ros.bag_file import Topic
 from dloftbs.ros.camera_messages import intrinsics_of
@@ -16,6 +15,7 @@ from dloftbs.ros.image_messages import pixels_of
 from dloftbs.ros.message_fields import count_in, frame_id_of, stamp_ns_of
 from dloftbs.ros.message_types import MessageTypes
 from dloftbs.ros.recording import Recording
+from dloftbs.support.arrays import AnyArray
 
 LOOK_BYTES = 1 << 27
 """Bytes of messages that are searched: twenty colour images of full HD, enough for several cameras."""

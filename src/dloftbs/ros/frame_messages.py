@@ -7,8 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray, check_image, check_mask
-from dloftbs._values import (
+from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.data.frame import Frame
+from dloftbs.errors import InputError, SourceError
+from dloftbs.ros.bag_file import RawMessage
+from dloftbs.ros.camera_messages import camera_of
+from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
+from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, kind_of_reason, stamp_ns_of
+from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, check_kind, image_or_mask
+from dloftbs.sources.source import logger
+from dloftbs.support.arrays import AnyArray, check_image, check_mask
+from dloftbs.support.values import (
     DEPTH_UNITS_M,
     MILLIMETRE_M,
     check_all,
@@ -20,15 +29,6 @@ from dloftbs._values import (
     set_fields,
     shown,
 )
-from dloftbs.camera import DepthRegistration, PinholeCamera
-from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
-from dloftbs.ros.bag_file import RawMessage
-from dloftbs.ros.camera_messages import camera_of
-from dloftbs.ros.image_messages import is_from_lossy_codec, pixels_of, upper_bits
-from dloftbs.ros.message_fields import NS_PER_S, frame_id_of, is_same_sensor, kind_of_reason, stamp_ns_of
-from dloftbs.sources.pixels import GREY_AS_IMAGE, Kind, check_kind, image_or_mask
-from dloftbs.sources.source import logger
 
 _LARGEST_STAMP_NS = 2**63 - 1
 

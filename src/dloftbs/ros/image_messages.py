@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray
-from dloftbs._values import shown
 from dloftbs.errors import InputError, SourceError
 from dloftbs.ros.compressed_depth import decode_compressed_depth
 from dloftbs.ros.message_fields import bytes_in, count_in, text_in
 from dloftbs.sources.image_header import is_lossy
 from dloftbs.sources.pixels import check_pixels, decode
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.values import shown
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._values import check_type
 from dloftbs.ros.message_factory import MessageFactory
 from dloftbs.ros.track_samples import SampledTrack, checked_samples
+from dloftbs.support.values import check_type
 from dloftbs.viz import Style
 
 _LINE_STRIP = 4

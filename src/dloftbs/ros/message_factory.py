@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._values import check_text, shown
 from dloftbs.errors import InputError
 from dloftbs.ros.requirements import needed
+from dloftbs.support.values import check_text, shown
 
 
 class MessageFactory(ABC):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import as_integer, shown
 from dloftbs.errors import InputError
+from dloftbs.support.values import as_integer, shown
 
 NS_PER_S = 1_000_000_000
 _FRAME_ENDS = re.compile(r"(_(optical|frame|link))+$")

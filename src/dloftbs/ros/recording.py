@@ -8,7 +8,6 @@ from collections.abc import Collection, Generator, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from dloftbs._values import check_path, shown
 from dloftbs.errors import InputError, SourceError
 from dloftbs.ros.bag_file import BagFile, RawMessage, Topic
 from dloftbs.ros.mcap_file import McapFile
@@ -18,6 +17,7 @@ from dloftbs.ros.sqlite_file import SqliteFile
 from dloftbs.sources.image_files import natural_key
 from dloftbs.sources.recordings import COMPRESSED, files_in, is_active
 from dloftbs.sources.source import logger
+from dloftbs.support.values import check_path, shown
 
 _FORMATS: dict[str, type[BagFile]] = {".mcap": McapFile, ".db3": SqliteFile, ".bag": Ros1File}
 _PART = re.compile(r"_[0-9]+$")

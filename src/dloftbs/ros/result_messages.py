@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._array_likes import as_array
-from dloftbs._arrays import AnyArray, check_depth, check_image, check_mask
-from dloftbs._text import readable
-from dloftbs._values import check_integer, check_size, check_text, check_type, set_fields
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.ros.frame_messages import RosFrame
 from dloftbs.ros.message_factory import MessageFactory
 from dloftbs.ros.message_fields import NS_PER_S
 from dloftbs.ros.track_samples import SampledTrack, checked_samples
+from dloftbs.support.array_likes import as_array
+from dloftbs.support.arrays import AnyArray, check_depth, check_image, check_mask
+from dloftbs.support.text import readable
+from dloftbs.support.values import check_integer, check_size, check_text, check_type, set_fields
 
 PIXELS = "/pixels"
 """Ending of the frame's name for points in pixels."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._array_likes import as_array
-from dloftbs._arrays import FloatArray, as_points, as_vector
-from dloftbs._values import check_type, set_fields, shown
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
+from dloftbs.data.u_mapping import is_in_front
 from dloftbs.errors import InputError
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
-from dloftbs.u_mapping import is_in_front
+from dloftbs.support.array_likes import as_array
+from dloftbs.support.arrays import FloatArray, as_points, as_vector
+from dloftbs.support.values import check_type, set_fields, shown
 
 SAMPLES = 100
 """Points a curve, as in tables of points."""

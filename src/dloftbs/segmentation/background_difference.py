@@ -11,12 +11,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import check_image
-from dloftbs._npy import BROKEN, open_mapped
-from dloftbs._values import shown
 from dloftbs.config import BackgroundConfig
+from dloftbs.data.frame import Frame, as_frame
 from dloftbs.errors import ConfigError, InputError
-from dloftbs.frame import Frame, as_frame
 from dloftbs.segmentation.contrast import (
     LEVEL,
     SAMPLES,
@@ -28,6 +25,9 @@ from dloftbs.segmentation.contrast import (
     noise_of,
     pixels_of,
 )
+from dloftbs.support.arrays import check_image
+from dloftbs.support.npy import BROKEN, open_mapped
+from dloftbs.support.values import shown
 
 _JITTER = 0.5
 """Movement of a camera that stands still, px.

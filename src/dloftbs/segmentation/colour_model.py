@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, check_image
-from dloftbs._values import check_text, check_type, shown
 from dloftbs.config import ColourConfig, ColourPicture, Roi, Stroke
+from dloftbs.data.frame_region import Region
 from dloftbs.errors import InputError
-from dloftbs.frame_region import Region
 from dloftbs.segmentation import log_colours
 from dloftbs.segmentation.colour_samples import ColourSample
 from dloftbs.segmentation.colour_table import LEVELS, ColourTable
+from dloftbs.support.arrays import FloatArray, check_image
+from dloftbs.support.values import check_text, check_type, shown
 
 _CABLE_SCALES = ((0.6, 0.25, 0.05), (0.3, 0.40, 0.10), (0.1, 0.50, 0.30))
 """Share, and standard deviations in lightness and in tint, of the kernels that spread a cable's colours: as the light

@@ -13,12 +13,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs._values import shown
 from dloftbs.config import Stroke
+from dloftbs.data.frame_region import Region
 from dloftbs.errors import ConfigError, InputError
-from dloftbs.frame_region import Region
 from dloftbs.segmentation import log_colours
+from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import shown
 
 _STEPS = 4
 """Number of steps of a kept count in a doubling.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import check_image
 from dloftbs.segmentation.kernels import colour_table as kernels
+from dloftbs.support.arrays import check_image
 
 LEVELS = 256
 """Levels of a channel.

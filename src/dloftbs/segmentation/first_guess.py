@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import check_image
+from dloftbs.support.arrays import check_image
 
 _SIDE_PX = 640
 """Longest side of the picture that is looked at, px.

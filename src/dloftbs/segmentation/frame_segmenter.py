@@ -8,17 +8,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray, check_mask
 from dloftbs.config import BackgroundConfig, LocalConfig, Roi, SegmentationConfig
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_region import Region
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_region import Region
 from dloftbs.segmentation.background_difference import BackgroundSegmenter, read_background
 from dloftbs.segmentation.colour_model import ColourModel
 from dloftbs.segmentation.colour_ranges import HsvSegmenter
 from dloftbs.segmentation.local import LocalSegmenter
 from dloftbs.segmentation.network import NetworkSegmenter
 from dloftbs.segmentation.plane import PlaneSegmenter
+from dloftbs.support.arrays import AnyArray, check_mask
 
 Segmenter = Callable[[npt.NDArray[np.uint8]], AnyArray]
 """Any function from an image (H, W, 3) BGR uint8 to a mask (H, W): a network, say."""

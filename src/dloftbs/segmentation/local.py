@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import check_image
 from dloftbs.config import LocalConfig
 from dloftbs.segmentation.contrast import (
     LEVEL,
@@ -18,6 +17,7 @@ from dloftbs.segmentation.contrast import (
     noise_of,
     pixels_of,
 )
+from dloftbs.support.arrays import check_image
 
 _WINDOW = 3.0
 """Side of the square that the surroundings are looked for in, in widths of the widest cable.

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from dloftbs._arrays import FloatArray
+from dloftbs.support.arrays import FloatArray
 
 OFFSET = 16.0
 """Counts added to each channel before the logarithm: some five times a camera's noise.

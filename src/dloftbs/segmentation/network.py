@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import check_image
 from dloftbs.config import NetworkConfig
 from dloftbs.errors import ConfigError
+from dloftbs.support.arrays import check_image
 
 _CHANNELS = 3
 """Number of channels of an image.

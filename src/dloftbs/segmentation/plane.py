@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
 from dloftbs.config import DepthConfig, PlaneConfig
-from dloftbs.depth import to_metres
+from dloftbs.data.depth import to_metres
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
 from dloftbs.segmentation.kernels import plane_heights as kernels
+from dloftbs.support.arrays import FloatArray
 
 _SAMPLES = 4000
 """Pixels that a plane is fitted to.

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray, check_image
 from dloftbs.config import Stroke
+from dloftbs.support.arrays import FloatArray, check_image
 
 _CLEARLY = 1.0
 """Least difference of a band from what lies beside it, standard deviations of that difference along the stroke.

@@ -13,7 +13,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-from dloftbs._values import check_path
 from dloftbs.errors import InputError
 from dloftbs.sinks.geometry import SUFFIXES as GEOMETRY_SUFFIXES
 from dloftbs.sinks.geometry import GeometrySink
@@ -27,8 +26,8 @@ from dloftbs.sinks.overlay_pictures import (
     OverlayVideoSink,
 )
 from dloftbs.sinks.points_csv import CsvSink
-from dloftbs.sinks.sequence import write_sequence
 from dloftbs.sinks.sink import MultiSink, PathSink, Sink
+from dloftbs.support.values import check_path
 
 __all__ = [
     "CsvSink",
@@ -46,7 +45,6 @@ __all__ = [
     "open",
     "read_json_lines",
     "read_npz",
-    "write_sequence",
 ]
 
 BAG_SUFFIX = ".mcap"

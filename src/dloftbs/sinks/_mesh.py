@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.support.arrays import FloatArray
 
 Rgb = tuple[int, int, int]
 IntArray = npt.NDArray[np.int32]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
-from dloftbs.frame_result import FrameResult
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.support.arrays import FloatArray
 
 NO_TRACK = 0
 """The track id of a row that is only a detection; tracks count from 1."""

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SinkError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks import _mesh
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from dloftbs._documents import parse_json
-from dloftbs._json import encode_line
-from dloftbs._values import check_path
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
+from dloftbs.support.documents import parse_json
+from dloftbs.support.json_text import encode_line
+from dloftbs.support.values import check_path
 
 logger = logging.getLogger("dloftbs.sinks")
 

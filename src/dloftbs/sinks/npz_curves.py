@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._npy import BROKEN, read_members
-from dloftbs._values import check_path
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._growing import Column, GrowingNpz
 from dloftbs.sinks._rows import ObjectRow, object_rows
 from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import PathSink
+from dloftbs.support.npy import BROKEN, read_members
+from dloftbs.support.values import check_path
 
 _MOST_BYTES = 1 << 30
 """Of a column that is read back: the control points of ten objects in each frame of an hour take half of it."""

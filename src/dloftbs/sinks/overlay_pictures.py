@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import check_image
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._mp4 import H264Mp4
 from dloftbs.sinks._safe_files import AppendFile, UnusedNames, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
+from dloftbs.support.arrays import check_image
 
 logger = logging.getLogger("dloftbs.sinks")
 

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.u_mapping import is_in_front, to_space
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
 from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
-from dloftbs.u_mapping import is_in_front, to_space
+from dloftbs.support.arrays import FloatArray
 
 _OF_POINTS = {
     "i": "d",

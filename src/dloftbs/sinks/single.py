@@ -1,4 +1,4 @@
-"""A single result into a file of its own."""
+"""A single result as a picture, a table, or a file of its own."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from dloftbs import sinks
-from dloftbs._values import check_path, check_type
+from dloftbs import sinks, viz
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.presentation import Outputs
+from dloftbs.data.stage_trace import StageTrace
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
 from dloftbs.sinks.overlay_pictures import picture_name
+from dloftbs.sinks.points_csv import points_table
+from dloftbs.support.values import check_path, check_type
 
 
 def save(result: FrameResult, path: str | Path, frame: Frame | None = None) -> None:
@@ -35,3 +38,14 @@ def _nothing_of(result: FrameResult) -> Frame:
     camera = next((camera for camera in cameras if camera is not None), None)
     empty = np.zeros(result.size, np.bool_)
     return Frame(mask=empty, camera=camera, index=result.index, stamp=result.stamp, name=result.name)
+
+
+def _result_png(result: FrameResult) -> bytes:
+    return viz.as_png(viz.draw(np.zeros(result.size, np.bool_) if result.frame is None else result.frame, result))
+
+
+def _trace_png(trace: StageTrace) -> bytes:
+    return viz.as_png(viz.draw_stages(trace))
+
+
+OUTPUTS = Outputs(_result_png, _trace_png, save, points_table)

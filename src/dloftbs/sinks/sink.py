@@ -10,10 +10,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
 
-from dloftbs._values import check_path, shown
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SinkError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
+from dloftbs.support.values import check_path, shown
 
 logger = logging.getLogger("dloftbs.sinks")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs.frame_region import distances_to
-from dloftbs.graph import FREE, Graph
+from dloftbs.data.frame_region import distances_to
+from dloftbs.data.graph import FREE, Graph
+from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.kernels import tracing
-from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.skeleton.kernels import branch_ends
 from dloftbs.skeleton.kernels import junctions as kernels
 from dloftbs.skeleton.kernels.corners import find_corners

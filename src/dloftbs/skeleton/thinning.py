@@ -7,8 +7,8 @@ import functools
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.mask_crop import MaskCrop, Orientation, Skeleton
 from dloftbs.kernels import bitmask
-from dloftbs.mask_crop import MaskCrop, Orientation, Skeleton
 from dloftbs.skeleton.kernels import thinning
 
 _PEELING_ORDER = (thinning.NORTH, thinning.SOUTH, thinning.WEST, thinning.EAST)  # in the orientation of the crop

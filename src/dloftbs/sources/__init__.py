@@ -20,8 +20,6 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._array_likes import as_pixels, is_array_like
-from dloftbs._values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
 from dloftbs.camera import CameraLike, DepthRegistration, PinholeCamera, as_camera
 from dloftbs.errors import DloftbsError, InputError, SourceError
 from dloftbs.sources.animations import AnimationSource, open_animation
@@ -30,20 +28,20 @@ from dloftbs.sources.image_files import IMAGE_EXTENSIONS, FileSource, check_plac
 from dloftbs.sources.look_alikes import warn_of_labels
 from dloftbs.sources.pairing import PairedSource, What, is_rule, open_partner, without_partners
 from dloftbs.sources.pixels import Kind, check_kind
-from dloftbs.sources.recorded import open_labelled
 from dloftbs.sources.recordings import is_recording
-from dloftbs.sources.source import KnownSequence, Source
+from dloftbs.sources.source import Source
 from dloftbs.sources.stacks import STACK_EXTENSIONS, ArraySource, from_array, from_file
 from dloftbs.sources.standard_input import STANDARD_INPUT, open_standard_input
 from dloftbs.sources.tiff_stack import PageSource, open_pages
 from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import LiveSource, VideoSource
+from dloftbs.support.array_likes import as_pixels, is_array_like
+from dloftbs.support.values import DEPTH_UNITS_M, MILLIMETRE_M, as_float, check_flag, check_number, check_path, shown
 
 __all__ = [
     "AnimationSource",
     "ArraySource",
     "FileSource",
-    "KnownSequence",
     "LiveSource",
     "PageSource",
     "PairedSource",
@@ -51,7 +49,6 @@ __all__ = [
     "VideoSource",
     "Where",
     "open",
-    "open_labelled",
 ]
 
 MAX_CAMERA_DIGITS = 9

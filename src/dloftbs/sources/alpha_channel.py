@@ -6,9 +6,9 @@ import io
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray
 from dloftbs.sources.image_header import PNG, is_webp, png_chunks
 from dloftbs.sources.tiff_pages import PLANAR, SAMPLES, TILE_WIDTH, first_page, is_tiff
+from dloftbs.support.arrays import AnyArray
 
 LEFT_OUT = "its alpha channel is not opaque, and is left out; save it as a grey image if it is the mask"
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.alpha_channel import LEFT_OUT, split, telling
 from dloftbs.sources.image_header import is_animated, is_lossy, read_durations
 from dloftbs.sources.pixels import AnyArray, Kind, check_header, image_or_mask, read_bytes

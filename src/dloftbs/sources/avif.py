@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import io
 
-from dloftbs._arrays import AnyArray
 from dloftbs.errors import SourceError
 from dloftbs.sources.video_picture import Converter, VideoPicture
 from dloftbs.sources.video_streams import main_stream
+from dloftbs.support.arrays import AnyArray
 
 
 def decode_avif(data: bytes, max_pixels: int) -> AnyArray:

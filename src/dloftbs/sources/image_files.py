@@ -11,13 +11,13 @@ from contextlib import closing
 from pathlib import Path
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
-from dloftbs.overlap import in_order
 from dloftbs.sources.image_header import AVIF_HEAD, is_avif_sequence, is_image
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixels import Kind, Picture, read_picture
 from dloftbs.sources.source import logger
+from dloftbs.support.overlap import in_order
 
 IMAGE_EXTENSIONS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".avif", ".pbm", ".pgm", ".ppm")
 

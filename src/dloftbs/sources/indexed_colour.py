@@ -7,9 +7,9 @@ import zlib
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray
 from dloftbs.sources.image_header import PNG, png_chunks
 from dloftbs.sources.tiff_pages import BITS, COLOUR_MAP, INDEXED, PHOTOMETRIC, SAMPLES, Page, first_page, is_tiff
+from dloftbs.support.arrays import AnyArray
 
 MAX_LABELS = 32
 """Different indices in an image of labels, at most: VOC has 20 classes and a border. Tools that compress photographs to

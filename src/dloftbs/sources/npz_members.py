@@ -8,9 +8,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from dloftbs._npy import BROKEN, File, NpyHeader, open_member, opened, read_members
 from dloftbs.errors import SourceError
 from dloftbs.sources.pixels import MAX_PIXELS, AnyArray
+from dloftbs.support.npy import BROKEN, File, NpyHeader, open_member, opened, read_members
 
 _MOST_WHOLE = 64 << 20
 """Bytes of an array that is read whole: stamps of three days at 30 frames per second."""

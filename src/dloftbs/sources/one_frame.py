@@ -7,12 +7,12 @@ from itertools import islice
 from pathlib import Path
 
 from dloftbs import sources
-from dloftbs._values import shown
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.pairing import What, is_rule, partner_of, read_partner
 from dloftbs.sources.pixels import AnyArray, Kind
 from dloftbs.sources.standard_input import STANDARD_INPUT
+from dloftbs.support.values import shown
 
 
 def read_frame(where: str | os.PathLike[str], kind: Kind = "auto") -> Frame:

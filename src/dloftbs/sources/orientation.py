@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray
 from dloftbs.sources.image_header import JPEG, PNG, is_webp, jpeg_segments, png_chunks, webp_chunks
 from dloftbs.sources.tiff_pages import ORIENTATION, first_page, is_tiff
+from dloftbs.support.arrays import AnyArray
 
 AS_STORED = 1
 """Orientation of a picture that is shown as it is stored."""

@@ -9,10 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Literal, Protocol
 
-from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.animations import open_animation
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, check_place, is_glob, is_image_file, list_files
 from dloftbs.sources.npz_members import NpzMember, read_whole
@@ -24,6 +23,7 @@ from dloftbs.sources.stacks import STACK_EXTENSIONS, Stack, check_stack
 from dloftbs.sources.tiff_stack import open_pages
 from dloftbs.sources.unreadable import check_format
 from dloftbs.sources.video import VideoSource
+from dloftbs.support.values import MILLIMETRE_M
 
 What = Literal["depth", "mask", "occluders"]
 """Values that go with a frame, by the names of its fields."""

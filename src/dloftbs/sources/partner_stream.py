@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from dloftbs._arrays import AnyArray
-from dloftbs.frame import Frame
+from dloftbs.data.frame import Frame
 from dloftbs.sources.source import Source, logger
+from dloftbs.support.arrays import AnyArray
 
 
 class StreamPartner:

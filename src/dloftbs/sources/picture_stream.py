@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.orientation import AS_STORED, MEANINGS
 from dloftbs.sources.pixels import Picture
 from dloftbs.sources.source import Source, logger

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray, plane_of
 from dloftbs.errors import SourceError
 from dloftbs.sources.indexed_colour import is_indexed
 from dloftbs.sources.pixels import (
@@ -19,6 +18,7 @@ from dloftbs.sources.pixels import (
     read_indices,
 )
 from dloftbs.sources.source import logger
+from dloftbs.support.arrays import AnyArray, plane_of
 
 
 def read_labels(path: Path) -> AnyArray:

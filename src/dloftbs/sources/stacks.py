@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import plane_of
-from dloftbs._npy import File, InMemory, is_npy
-from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.npz_members import NpzMember, read_whole
 from dloftbs.sources.pixels import GREY_AS_IMAGE, AnyArray, Kind, image_or_mask, load_npy
 from dloftbs.sources.source import Source
+from dloftbs.support.arrays import plane_of
+from dloftbs.support.npy import File, InMemory, is_npy
+from dloftbs.support.values import MILLIMETRE_M
 
 Stack = AnyArray | NpzMember
 """Array that is indexed frame by frame along its first axis."""

@@ -6,11 +6,9 @@ import sys
 import zipfile
 from collections.abc import Iterator
 
-from dloftbs._npy import InMemory, is_npy, opened
-from dloftbs._values import MILLIMETRE_M
 from dloftbs.camera import DepthRegistration, PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.animations import AnimationSource
 from dloftbs.sources.image_header import FORMATS, is_avif_sequence, read_durations, read_size
 from dloftbs.sources.picture_stream import PictureStream
@@ -20,6 +18,8 @@ from dloftbs.sources.stacks import from_file
 from dloftbs.sources.tiff_pages import pages_of
 from dloftbs.sources.tiff_stack import PageSource
 from dloftbs.sources.unreadable import name_format
+from dloftbs.support.npy import InMemory, is_npy, opened
+from dloftbs.support.values import MILLIMETRE_M
 
 STANDARD_INPUT = "-"
 _NAME = "standard input"

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
 
-from dloftbs._arrays import AnyArray
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.picture_stream import PictureStream
 from dloftbs.sources.pixel_values import as_depth
 from dloftbs.sources.pixels import MAX_BYTES, Kind, Picture, decode, decode_picture, read_bytes
 from dloftbs.sources.tiff_pages import Pages, is_tiff, pages_of, read_pages, select_page
+from dloftbs.support.arrays import AnyArray
 
 TIFF_EXTENSIONS = (".tif", ".tiff")
 

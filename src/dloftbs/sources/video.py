@@ -10,16 +10,16 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dloftbs._text import readable
-from dloftbs._values import LONGEST_S
 from dloftbs.camera import PinholeCamera
+from dloftbs.data.frame import Frame
 from dloftbs.errors import SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources.cameras import why_not
 from dloftbs.sources.pixels import AnyArray, Kind, check_pixels, image_or_mask
 from dloftbs.sources.source import Source, logger
 from dloftbs.sources.video_file import VideoFile
 from dloftbs.sources.video_picture import COUNTS, VideoPicture
+from dloftbs.support.text import readable
+from dloftbs.support.values import LONGEST_S
 
 if TYPE_CHECKING:
     import cv2

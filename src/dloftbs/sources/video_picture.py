@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs._arrays import AnyArray
 from dloftbs.errors import SourceError
+from dloftbs.support.arrays import AnyArray
 
 COUNTS = ("gray16le", "gray16be")
 """Formats of one channel of 16 bits, which only lossless codecs have: depth, or the numbers of objects."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from dloftbs.kernels.polyline_lengths import arc_lengths
-from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import width_ratio
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch
 from dloftbs.tracking.track_model import TrackModel
 

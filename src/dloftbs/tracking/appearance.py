@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.evidence import OcclusionEvidence, compare_colours
-from dloftbs.observation import Appearance, Observation
+from dloftbs.evidence import Appearance, OcclusionEvidence, compare_colours
+from dloftbs.support.arrays import FloatArray
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.sight import samples_within
 from dloftbs.tracking.track_model import TrackModel
 

@@ -11,16 +11,16 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs._arrays import FloatArray
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import Observation
+from dloftbs.data.tracks import TrackState
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.alignment import match_whole, place_part
 from dloftbs.tracking.appearance import colour_differs, colours_differ, width_ratio, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
-from dloftbs.tracks import TrackState
 
 _MAX_MEAN = 0.02
 """Largest mean distance of an unambiguous match, as a share of the length.

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import Observation
 from dloftbs.tracking.assignment import assign, match_by_length, match_remaining, match_unambiguous
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from dloftbs.observation import Observation
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE
 
 _SAME_SHARE = 0.01

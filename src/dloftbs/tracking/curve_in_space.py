@@ -11,10 +11,10 @@ from itertools import accumulate
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import sample_curve
 from dloftbs.kernels.polyline_lengths import arc_lengths, arc_parameter
-from dloftbs.observation import sample_curve
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, hidden_before

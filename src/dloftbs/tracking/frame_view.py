@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import SAMPLES, sample_curve
+from dloftbs.data.frame_region import distances_to
 from dloftbs.evidence import HIDDEN, IN_SIGHT, OcclusionEvidence
-from dloftbs.frame_region import distances_to
-from dloftbs.observation import SAMPLES, Observation, sample_curve
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.interpolation import extend_ends
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE
 
 _BORDER_PX = 3.0

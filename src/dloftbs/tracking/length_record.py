@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.routing import MAX_BRIDGE
 
 MIN_SEEN_FRAMES = 3

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
-from dloftbs.observation import Observation, sample_curve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import sample_curve
+from dloftbs.support.arrays import FloatArray
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import SAME_U
 
 _DEGREE = 3

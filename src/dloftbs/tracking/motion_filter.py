@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.kernels import least_squares
+from dloftbs.support.arrays import FloatArray
 
 _SAMPLES = 129
 """Number of samples along a curve that is smoothed, at even parameters.

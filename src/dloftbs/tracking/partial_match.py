@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from dloftbs.curve import BSplineCurve
-from dloftbs.observation import Observation
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.tracking.observation import Observation
 
 WHOLE = (0.0, 1.0)
 """Share of a curve that is all of it.

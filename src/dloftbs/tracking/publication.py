@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from dloftbs._arrays import FloatArray, frozen
-from dloftbs.observation import SAMPLES, U, sample_curve
+from dloftbs.data.curve_samples import SAMPLES, U, sample_curve
+from dloftbs.data.tracks import EndKind, Track
+from dloftbs.support.arrays import FloatArray, frozen
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.kernels.interpolation import interpolate
@@ -14,7 +15,6 @@ from dloftbs.tracking.partial_match import WHOLE, PartialMatch, VisibleCurve, in
 from dloftbs.tracking.reconstruction import cut
 from dloftbs.tracking.sight import Spans
 from dloftbs.tracking.track_model import TrackModel
-from dloftbs.tracks import EndKind, Track
 
 
 def make_visible_curve(model: TrackModel, matches: Sequence[PartialMatch], view: View) -> VisibleCurve:

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import sample_curve
 from dloftbs.kernels import least_squares
-from dloftbs.observation import sample_curve
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.hidden_spans import fill_hidden
 from dloftbs.tracking.partial_match import SAME_U, PartialMatch
 

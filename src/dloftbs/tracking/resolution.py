@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs.observation import U
+from dloftbs.data.curve_samples import U
 from dloftbs.tracking.alignment import find_whole_view
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES

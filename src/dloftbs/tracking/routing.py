@@ -12,10 +12,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs.observation import Observation
 from dloftbs.tracking.appearance import colours_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.localization import localize
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.sample_graph import Interval, SampleGraph, node_spacing
 from dloftbs.tracking.track_model import TrackModel

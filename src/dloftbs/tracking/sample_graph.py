@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.observation import SAMPLES, Observation, sample_curve
+from dloftbs.data.curve_samples import SAMPLES, sample_curve
 from dloftbs.tracking.kernels import routing as kernels
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
 MIN_NODES = 3

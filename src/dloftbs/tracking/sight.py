@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
+from dloftbs.data.curve_samples import SAMPLES, U
 from dloftbs.evidence import HIDDEN, IN_SIGHT
-from dloftbs.observation import SAMPLES, U
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.hidden_spans import find_runs
 from dloftbs.tracking.partial_match import WHOLE
 

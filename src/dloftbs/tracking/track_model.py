@@ -8,20 +8,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.camera import PinholeCamera
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
-from dloftbs.observation import Appearance, Observation, U
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import U
+from dloftbs.data.detection import Detection
+from dloftbs.data.tracks import EndKind, TrackState
+from dloftbs.evidence import Appearance
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.conflict import Conflict
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES, LengthRecord
+from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.separation import Separation
 from dloftbs.tracking.sight import Sight, Spans
 from dloftbs.tracking.track_motion import JUMP_SHARE, Motion, extrapolated_time, move_curve
-from dloftbs.tracks import EndKind, TrackState
 
 WIDENING_PER_S = 4.0
 """Growth of the gate and of the reach of an unseen track, multiples per second.

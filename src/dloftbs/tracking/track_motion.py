@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
-from dloftbs.observation import SAMPLES, sample_curve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.curve_samples import SAMPLES, sample_curve
+from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.kernels.interpolation import filter_velocity, interpolate, move_control_points
 
 JUMP_SHARE = 0.1

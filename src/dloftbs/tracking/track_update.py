@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dloftbs.config import TrackingConfig
-from dloftbs.observation import sample_curve
+from dloftbs.data.curve_samples import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.loop_start import restart_loop

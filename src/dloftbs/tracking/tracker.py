@@ -7,26 +7,26 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from dloftbs._arrays import LARGEST, FloatArray
-from dloftbs._values import check_number, check_size, check_stamp, check_type, count_of
 from dloftbs.config import TrackingConfig
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.prediction import Prediction
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.observation import Observation, make_observations
-from dloftbs.prior import Prediction
+from dloftbs.support.arrays import LARGEST, FloatArray
+from dloftbs.support.values import check_number, check_size, check_stamp, check_type, count_of
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.motion_filter import CurveFilter
+from dloftbs.tracking.observation import Observation, make_observations
 from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
 from dloftbs.tracking.track_update import update_seen
-from dloftbs.tracks import Track, TrackState
 
 _log = logging.getLogger("dloftbs.tracking")
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dloftbs._arrays import AnyArray
 from dloftbs.config import Roi
-from dloftbs.frame_region import Region
-from dloftbs.plausibility import doubt_mask, share_set
-from dloftbs.steadiness import Steadiness
+from dloftbs.data.frame_region import Region
+from dloftbs.pipeline.plausibility import doubt_mask, share_set
+from dloftbs.pipeline.steadiness import Steadiness
+from dloftbs.support.arrays import AnyArray
 
 
 def doubt(mask: AnyArray, name: str = "", roi: Roi | None = None) -> str | None:

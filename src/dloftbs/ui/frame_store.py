@@ -6,8 +6,8 @@ from collections import OrderedDict
 from collections.abc import Iterator
 from threading import Condition, Lock, Thread
 
+from dloftbs.data.frame import Frame
 from dloftbs.errors import DloftbsError, SourceError
-from dloftbs.frame import Frame
 from dloftbs.sources import Source
 
 MOST_SAMPLES = 120

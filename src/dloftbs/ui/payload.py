@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.viz.items import Item, items_of, outline_of
 from dloftbs.viz.path import Path
 from dloftbs.viz.style import Style, as_css

@@ -9,7 +9,7 @@ from time import monotonic
 
 from dloftbs.errors import DloftbsError
 from dloftbs.pipeline import Pipeline
-from dloftbs.steadiness import Steadiness
+from dloftbs.pipeline.steadiness import Steadiness
 from dloftbs.ui.advice import doubt, mend_in_strip, set_cables
 from dloftbs.ui.frame_store import FrameStore
 from dloftbs.ui.tune_document import TuneDocument

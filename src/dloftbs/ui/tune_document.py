@@ -8,9 +8,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from dloftbs._arrays import FloatArray
 from dloftbs.config import ColourPicture, Roi, read_roi
 from dloftbs.errors import InputError
+from dloftbs.support.arrays import FloatArray
 from dloftbs.ui.messages import (
     AcceptStrokes,
     Clear,

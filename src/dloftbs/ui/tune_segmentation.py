@@ -9,14 +9,14 @@ from itertools import groupby
 import msgspec
 import numpy as np
 
-from dloftbs._arrays import AnyArray
-from dloftbs._text import readable
 from dloftbs.config import ColourConfig, ColourPicture, HsvRange, PlaneConfig, Roi, SegmentationConfig, Stroke
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_region import Region
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_region import Region
-from dloftbs.frame_result import FrameResult
 from dloftbs.segmentation import ColourModel, FrameSegmenter, make_segmenter, suggest_mask
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.text import readable
 from dloftbs.ui.tune_document import RANGES, STROKES, ColourRange, DrawnStroke, Point, TuneDocument
 
 Segment = Callable[[Frame], AnyArray]

@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from dloftbs._arrays import AnyArray
-from dloftbs._text import readable
 from dloftbs._version import __version__
 from dloftbs.config import Config, Roi, SegmentationConfig, read_roi
+from dloftbs.data.frame import Frame
 from dloftbs.errors import DloftbsError, InputError
-from dloftbs.frame import Frame
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks._safe_files import write_whole
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.text import readable
 from dloftbs.ui.advice import doubt
 from dloftbs.ui.audience import Audience
 from dloftbs.ui.frame_store import FrameStore

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.overlap import Ahead
-from dloftbs.steadiness import Steadiness
+from dloftbs.pipeline.steadiness import Steadiness
+from dloftbs.support.overlap import Ahead
 from dloftbs.ui.advice import set_cables
 from dloftbs.ui.audience import Audience
 from dloftbs.ui.messages import Ack, Loop, Pause, Restart, SetObjects, Step, TuneMessage, ViewMessage

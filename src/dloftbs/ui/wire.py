@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import AnyArray
+from dloftbs.support.arrays import AnyArray
 
 LONGEST_SIDE_PX = 1920
 """Longer side of pictures that are sent, px: a larger frame is reduced, and its curves keep the frame's pixels.

@@ -3,7 +3,7 @@
 from dloftbs.viz.overlay import as_png, draw
 from dloftbs.viz.sheet import contact_sheet
 from dloftbs.viz.space_sheet import draw_3d
-from dloftbs.viz.stages import draw_stages
+from dloftbs.viz.stage_pictures import draw_stages
 from dloftbs.viz.style import Style
 from dloftbs.viz.vector_picture import show
 

@@ -8,14 +8,14 @@ from typing import cast
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs._values import shown
-from dloftbs.centerline import Joint
-from dloftbs.curve import BSplineCurve, check_curve
-from dloftbs.detection import Crossing, Detection
+from dloftbs.data.centerline import Joint
+from dloftbs.data.curve import BSplineCurve, check_curve
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
+from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import shown
 from dloftbs.viz.path import Path
 from dloftbs.viz.style import Colour, Style, dimmed
 from dloftbs.viz.view import View

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
+from dloftbs.support.arrays import FloatArray
 
 Box = tuple[int, int, int, int]
 """Left, top, width, height, px."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import cv2
 
-from dloftbs._text import readable
+from dloftbs.support.text import readable
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.style import Colour
 

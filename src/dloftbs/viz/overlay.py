@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._array_likes import as_pixels
-from dloftbs._arrays import FloatArray, check_image, check_mask, looks_like_image
-from dloftbs._values import check_type
-from dloftbs.centerline import JointKind
+from dloftbs.data.centerline import JointKind
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
+from dloftbs.support.array_likes import as_pixels
+from dloftbs.support.arrays import FloatArray, check_image, check_mask, looks_like_image
+from dloftbs.support.values import check_type
 from dloftbs.viz import shapes
 from dloftbs.viz.items import Item, Object, bare_items_of, items_of, outline_of
 from dloftbs.viz.label_placement import Box, place

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.support.arrays import FloatArray
 
 Span = tuple[float, float]
 """From and to."""

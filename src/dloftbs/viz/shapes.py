@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
+from dloftbs.support.arrays import FloatArray
 from dloftbs.viz.style import Colour, Style
 
 Picture = npt.NDArray[np.uint8]

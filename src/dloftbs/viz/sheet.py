@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import MAX_WHOLE, MOST_PX, check_integer, shown
 from dloftbs.errors import InputError
+from dloftbs.support.values import MAX_WHOLE, MOST_PX, check_integer, shown
 from dloftbs.viz.lettering import Text
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture

@@ -10,13 +10,13 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from dloftbs._arrays import FloatArray
-from dloftbs._values import check_type
-from dloftbs.curve import BSplineCurve
-from dloftbs.detection import Detection
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track, TrackState
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track, TrackState
+from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import check_type
 from dloftbs.viz import overlay
 from dloftbs.viz.items import Item
 from dloftbs.viz.lettering import Text, note

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import Field, dataclass, fields, replace
 
-from dloftbs._values import MAX_WHOLE, abridged, as_float, check_integer, check_size
 from dloftbs.errors import InputError
+from dloftbs.support.values import MAX_WHOLE, abridged, as_float, check_integer, check_size
 
 Colour = tuple[int, int, int]
 """Blue, green, red, each in 0..255, as OpenCV takes them."""

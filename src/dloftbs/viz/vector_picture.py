@@ -10,12 +10,12 @@ from html import escape
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._values import check_type
-from dloftbs.detection import Detection
+from dloftbs.data.detection import Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.tracks import Track
 from dloftbs.errors import InputError
-from dloftbs.frame import Frame
-from dloftbs.frame_result import FrameResult
-from dloftbs.tracks import Track
+from dloftbs.support.values import check_type
 from dloftbs.viz.items import Item, items_of, outline_of
 from dloftbs.viz.overlay import as_picture, grey, line_shapes, marker_shapes, region_shape
 from dloftbs.viz.path import Path

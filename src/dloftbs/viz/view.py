@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs._arrays import FloatArray
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.support.arrays import FloatArray
 from dloftbs.viz.shapes import Picture
 
 _LEAST_SIDE_PX = 24

@@ -9,7 +9,7 @@ from cli.batch.batch_inputs import only, settings, stack
 from dloftbs.cli.batch.status_file import State
 from dloftbs.cli.batch.worker_pool import in_processes
 from dloftbs.errors import DloftbsError
-from dloftbs.worker_process import starting_workers
+from dloftbs.support.worker_process import starting_workers
 
 
 class Poison:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 
 MOST = 20_000
 

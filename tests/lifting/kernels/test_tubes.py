@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from dloftbs.centerline import arc_parameter
+from dloftbs.data.centerline import arc_parameter
 from dloftbs.lifting.kernels.tubes import mask_occluded, surface_to_axis
 
 

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_interp_spline
 from skeletons import fast_skeleton, listed, padded
 
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.kernels.tracing import trace
 from dloftbs.linking.kernels.end_extension import extend_end, is_seen
 from dloftbs.skeleton.kernels.recentring import recentre
-from dloftbs.synthetic import draw_tube_mask
+from dloftbs_lab.synthetic import draw_tube_mask
 
 
 def runs_of(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

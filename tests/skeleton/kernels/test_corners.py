@@ -9,7 +9,7 @@ from drawings import draw_cable
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.graph import FREE
+from dloftbs.data.graph import FREE
 from dloftbs.skeleton.kernels.corners import find_corners
 
 

@@ -12,8 +12,8 @@ from scipy import ndimage
 
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
+from dloftbs.data.mask_crop import MaskCrop, Skeleton
 from dloftbs.kernels import tracing
-from dloftbs.mask_crop import MaskCrop, Skeleton
 from dloftbs.skeleton import skeletonize
 from dloftbs.skeleton.kernels.junctions import (
     FREE,

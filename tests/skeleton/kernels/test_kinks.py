@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.graph import FREE
+from dloftbs.data.graph import FREE
 from dloftbs.skeleton.kernels.kinks import find_kinks, split_branches
 
 

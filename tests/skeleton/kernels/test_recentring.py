@@ -12,10 +12,10 @@ from skeletons import fast_skeleton, listed, padded
 
 from dloftbs.cleaning import clean
 from dloftbs.config import CleaningConfig
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.kernels.tracing import trace
 from dloftbs.skeleton.kernels.recentring import recentre
-from dloftbs.synthetic import NOISY, draw_tube_mask, random_curve
+from dloftbs_lab.synthetic import NOISY, draw_tube_mask, random_curve
 
 SIZE = (300, 500)
 

@@ -8,7 +8,7 @@ from builders import curve_through, line, loop, part, random_curve, wave
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.kernels import cubic_samples
 from dloftbs.tracking.kernels import alignment as kernels
 

@@ -15,7 +15,7 @@ from builders import arc, curve_through, line, part, random_curve, wave
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.curve import BSplineCurve
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.tracking.kernels import routing as kernels
 
 SAMPLES_PER_NODE = kernels.SAMPLES_PER_NODE

@@ -13,7 +13,7 @@ from dloftbs.cli.batch.input_run import record_death, run_input
 from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.batch.status_file import Event
 from dloftbs.errors import DloftbsError
-from dloftbs.kernel_loading import load_kernels
+from dloftbs.pipeline.kernel_loading import load_kernels
 
 TICK_S = 0.2
 """Time after which who waits is asked whether to go on."""

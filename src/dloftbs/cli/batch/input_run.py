@@ -31,7 +31,7 @@ from dloftbs.cli.stream_run import StreamRun
 from dloftbs.errors import DloftbsError, SinkError
 from dloftbs.sinks._claims import Claim, hidden_beside
 from dloftbs.sinks._safe_files import sink_errors
-from dloftbs.worker_process import use_one_core
+from dloftbs.support.worker_process import use_one_core
 
 MOST_WARNINGS = 100
 """Warnings of an input that its status holds; `Status.skipped` counts all frames."""

@@ -6,11 +6,11 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
-from dloftbs._json import encode
 from dloftbs._version import code_version
 from dloftbs.cli.stream_run import StreamOptions
+from dloftbs.support.json_text import encode
 
-_CHANGES_NO_RESULT = ("cli/", "ui/", "viz/", "evaluation/", "synthetic/")
+_CHANGES_NO_RESULT = ("cli/", "ui/", "viz/")
 
 
 @dataclass(frozen=True)

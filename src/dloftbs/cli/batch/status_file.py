@@ -10,9 +10,6 @@ from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
-from dloftbs._documents import parse_json, read_text
-from dloftbs._json import encode
-from dloftbs._text import readable
 from dloftbs.cli.batch.input_list import BatchInput
 from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.durations import LatencyHistogram
@@ -21,6 +18,9 @@ from dloftbs.errors import InputError
 from dloftbs.sinks._safe_files import write_whole
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import partner_of
+from dloftbs.support.documents import parse_json, read_text
+from dloftbs.support.json_text import encode
+from dloftbs.support.text import readable
 
 
 class State(str, Enum):

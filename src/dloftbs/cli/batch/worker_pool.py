@@ -18,8 +18,8 @@ from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.batch.status_file import Event, Status
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.errors import DloftbsError, SinkError
-from dloftbs.kernel_loading import load_kernels
-from dloftbs.worker_process import begin_worker, starting_workers
+from dloftbs.pipeline.kernel_loading import load_kernels
+from dloftbs.support.worker_process import begin_worker, starting_workers
 
 TICK_S = 0.2
 """Time after which who waits is asked whether to go on."""

@@ -15,7 +15,7 @@ from dloftbs.cli.options import limit_option
 from dloftbs.cli.shell import BAD_INPUT, interrupted
 
 if TYPE_CHECKING:
-    from dloftbs.frame import Frame
+    from dloftbs.data.frame import Frame
 
 _SUFFIX = ".png"
 

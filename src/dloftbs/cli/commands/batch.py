@@ -196,6 +196,6 @@ def _events(
 
         return in_cluster(items, settings, scheduler)
     from dloftbs.cli.batch.worker_pool import in_processes
-    from dloftbs.overlap import cores
+    from dloftbs.support.overlap import cores
 
     return in_processes(items, settings, jobs or cores())

@@ -125,7 +125,7 @@ def colour(
 
     from dloftbs.cli.colour_files import check_places, next_command, overlay_of, read_frame, source_of, stated_settings
     from dloftbs.config import ColourConfig, Config, read_roi
-    from dloftbs.frame_region import Region
+    from dloftbs.data.frame_region import Region
     from dloftbs.segmentation import ColourModel
     from dloftbs.sinks._safe_files import write_whole
     from dloftbs.viz import as_png

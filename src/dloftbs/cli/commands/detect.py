@@ -31,7 +31,7 @@ from dloftbs.errors import DloftbsError, InputError, SourceError
 
 if TYPE_CHECKING:
     from dloftbs.config import Config
-    from dloftbs.frame import Frame
+    from dloftbs.data.frame import Frame
 
 
 @click.command(short_help="Find the cables in images, each by itself.")
@@ -83,8 +83,8 @@ def detect(
     from dloftbs.cli.places import InputFiles, plan_outputs
     from dloftbs.cli.progress import open_progress
     from dloftbs.cli.stream_report import RunReport
-    from dloftbs.overlap import Ahead, cores, in_order
     from dloftbs.pipeline import Pipeline
+    from dloftbs.support.overlap import Ahead, cores, in_order
 
     class Own(threading.local):  # a pipeline belongs to one thread
         def __init__(self) -> None:
@@ -156,7 +156,7 @@ class _Batch:
 
     def _all(self) -> Generator[Frame, None, None]:
         first = 0
-        from dloftbs.overlap import in_order
+        from dloftbs.support.overlap import in_order
 
         with closing(in_order(self._open, self._where, self._jobs)) as opened:
             for frames in opened:

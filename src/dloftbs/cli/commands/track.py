@@ -29,8 +29,8 @@ from dloftbs.cli.shell import BAD_INPUT, interrupted
 if TYPE_CHECKING:
     from dloftbs.cli.places import Outputs
     from dloftbs.config import Config
-    from dloftbs.frame import Frame
-    from dloftbs.frame_result import FrameResult
+    from dloftbs.data.frame import Frame
+    from dloftbs.data.frame_result import FrameResult
     from dloftbs.sinks import Sink
     from dloftbs.sources import Source
 

@@ -6,8 +6,6 @@ from time import perf_counter
 
 import click
 
-from dloftbs.kernel_loading import load_kernels
-
 
 @click.command(short_help="Compile the kernels, once for this machine.")
 def warmup() -> None:
@@ -15,6 +13,8 @@ def warmup() -> None:
 
     They stay on disk. Without this command, the first one that needs them compiles them.
     """
+    from dloftbs.pipeline.kernel_loading import load_kernels
+
     since = perf_counter()
     compiled = load_kernels()
     seconds = perf_counter() - since

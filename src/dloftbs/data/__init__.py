@@ -1,0 +1,1 @@
+"""Types that cross rooms: what goes in, what stages hand on, what comes out."""

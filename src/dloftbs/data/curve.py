@@ -1,0 +1,393 @@
+"""The result of everything: one cubic B-spline in the plane or in space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import BSpline
+
+from dloftbs.data.spline_geometry import ArcLength, bends, directions, measure, nearest_place
+from dloftbs.errors import InputError
+from dloftbs.support.arrays import LARGEST, FloatArray, as_float_array, as_numbers, as_points, as_vector, frozen
+from dloftbs.support.values import check_flag, check_integer, check_number, shown, values_of
+
+_HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
+_SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
+_MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
+_MOST_DERIVATIVES = 2  # by the length; the spline has more, by its own parameter
+ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
+
+
+class BSplineCurve:
+    """A B-spline curve with a parameter ``u`` from 0 to 1: the normalised arc length, gaps counted in.
+
+    Immutable; its arrays are read-only. The knots belong to the spline's own parameter ``t``, which is near ``u`` where
+    the spline was fitted, and is not it: `t_at` and `u_at` lead from one to the other, to 1e-4.
+
+    Parameters
+    ----------
+    knots : array_like, shape (n + degree + 1,)
+        Non-decreasing; the base interval ``knots[degree]`` to ``knots[n]`` must be 0 to 1.
+    control_points : array_like, shape (n, 2) or (n, 3)
+        In pixels ``(x, y)`` or in metres ``(x, y, z)``.
+    degree : int
+        Polynomial degree, 3 throughout this package.
+    closed : bool
+        Whether the curve is periodic: a loop without ends.
+
+    Raises
+    ------
+    InputError
+        If the shapes disagree, a value is no finite number, the knots decrease, more than ``degree + 1`` of them are
+        the same, or the base interval is not 0 to 1.
+    """
+
+    __slots__ = ("__dict__", "_closed", "_control_points", "_degree", "_knots")
+    _knots: FloatArray
+    _control_points: FloatArray
+    _degree: int
+    _closed: bool
+
+    def __init__(
+        self, knots: npt.ArrayLike, control_points: npt.ArrayLike, degree: int = 3, *, closed: bool = False
+    ) -> None:
+        control = as_points("control_points", control_points)
+        degree = check_integer("degree", degree, 1, _HIGHEST_DEGREE)
+        if len(control) < degree + 1:
+            raise InputError(
+                f"a curve of degree {degree} needs {degree + 1} control points or more, got {len(control)}"
+            )
+        vector = as_vector("knots", knots, len(control) + degree + 1)
+        if (np.diff(vector) < 0).any():
+            raise InputError("knots must not decrease")
+        if not (vector[degree + 1 :] > vector[: -degree - 1]).all():
+            raise InputError(f"no more than {degree + 1} knots may be the same")
+        ends = (float(vector[degree]), float(vector[len(control)]))
+        if not np.allclose(ends, (0.0, 1.0), rtol=0.0, atol=1e-9):
+            raise InputError(f"knots must span 0 to 1 between knots[{degree}] and knots[{len(control)}], got {ends}")
+        spans = np.diff(vector[degree : len(control) + 1])
+        if ((spans > 0.0) & (spans < _SHORTEST_SPAN)).any():
+            raise InputError(f"knots must be the same or at least {_SHORTEST_SPAN:g} apart, got {spans.min()}")
+        self._set(vector, control, degree, check_flag("closed", closed))
+
+    @classmethod
+    def _unchecked(cls, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> BSplineCurve:
+        """Wrap arrays that are known to be right and that nobody else will change; nothing is checked or copied."""
+        curve = cls.__new__(cls)
+        curve._set(frozen(knots), frozen(control_points), degree, closed)
+        return curve
+
+    def _set(self, knots: FloatArray, control_points: FloatArray, degree: int, closed: bool) -> None:
+        put = object.__setattr__
+        put(self, "_knots", knots)
+        put(self, "_control_points", control_points)
+        put(self, "_degree", degree)
+        put(self, "_closed", closed)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a curve is immutable: cannot set {name!r}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a curve is immutable: cannot delete {name!r}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._unchecked, (self._knots, self._control_points, self._degree, self._closed)
+
+    @property
+    def knots(self) -> FloatArray:
+        """The knot vector, shape (n + degree + 1,)."""
+        return self._knots
+
+    @property
+    def control_points(self) -> FloatArray:
+        """The control points, shape (n, ndim), in pixels or in metres."""
+        return self._control_points
+
+    @property
+    def degree(self) -> int:
+        """The polynomial degree."""
+        return self._degree
+
+    @property
+    def closed(self) -> bool:
+        """True if the curve is a loop without ends."""
+        return self._closed
+
+    @property
+    def ndim(self) -> int:
+        """2 in the image, 3 in space."""
+        return int(self._control_points.shape[1])
+
+    @cached_property
+    def spline(self) -> BSpline:
+        """The same curve as a `scipy.interpolate.BSpline`, by its own parameter ``t``: see `t_at`."""
+        extrapolate: bool | str = "periodic" if self._closed else True
+        # Copies, since scipy 1.10 does not evaluate read-only arrays.
+        return BSpline.construct_fast(self._knots.copy(), self._control_points.copy(), self._degree, extrapolate)
+
+    @cached_property
+    def _along(self) -> ArcLength:
+        return measure(self.spline, self._base)
+
+    @property
+    def _base(self) -> FloatArray:
+        """The knots from 0 to 1."""
+        return self._knots[self._degree : len(self._control_points) + 1]
+
+    @property
+    def length(self) -> float:
+        """Arc length, in the unit of the control points, to 1e-4 of it or better."""
+        return self._along.total
+
+    @property
+    def start(self) -> FloatArray:
+        """The point at ``u = 0``, shape (ndim,)."""
+        result: FloatArray = self.spline(0.0)
+        return result
+
+    @property
+    def end(self) -> FloatArray:
+        """The point at ``u = 1``, shape (ndim,); of a loop that is its start."""
+        result: FloatArray = self.spline(1.0)
+        return result
+
+    def __call__(self, u: npt.ArrayLike, derivative: int = 0, *, extrapolate: bool = False) -> FloatArray:
+        """Evaluate the curve or a derivative by ``u``.
+
+        Parameters
+        ----------
+        u : array_like, shape (...)
+            Shares of the length; a loop goes on around beyond 0..1.
+        derivative : int
+            0 for the points, 1 for the first derivative by ``u``, as long as the curve, and 2 for the second one.
+        extrapolate : bool
+            Whether an open curve goes on straight beyond its ends.
+
+        Returns
+        -------
+        numpy.ndarray, shape (..., ndim)
+
+        Raises
+        ------
+        InputError
+            If `u` is no number, or beyond the ends of an open curve, and not by rounding, unless `extrapolate`.
+        """
+        at = as_numbers("u", u)
+        derivative = check_integer("derivative", derivative, 0, _MOST_DERIVATIVES)
+        extrapolate = check_flag("extrapolate", extrapolate)
+        beyond = at - np.clip(at, 0.0, 1.0) if extrapolate and not self._closed else np.zeros(())
+        t = self.t_at(at - beyond)
+        if derivative == 0:
+            result: FloatArray = self.spline(t)
+            return result + (beyond * self.length)[..., None] * directions(self.spline, t) if beyond.any() else result
+        if derivative == 1:
+            return self.length * directions(self.spline, t)
+        return np.where((beyond == 0.0)[..., None], self.length**2 * bends(self.spline, t), 0.0)
+
+    def t_at(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the spline's own parameters ``t`` of places on the curve, shape (...): ``spline(t)`` is there.
+
+        Parameters
+        ----------
+        u : array_like, shape (...)
+            Shares of the length; a loop goes on around beyond 0..1.
+
+        Raises
+        ------
+        InputError
+            If a value is no number, or beyond the ends of an open curve, and not by rounding.
+        """
+        turns, at = self._on_curve("u", u)
+        return turns + self._along.parameters(at)
+
+    def u_at(self, t: npt.ArrayLike) -> FloatArray:
+        """Return the shares ``u`` of the length at parameters ``t`` of the spline, shape (...): the inverse of `t_at`.
+
+        Parameters
+        ----------
+        t : array_like, shape (...)
+            As the knots have them.
+
+        Raises
+        ------
+        InputError
+            As `t_at`.
+        """
+        turns, at = self._on_curve("t", t)
+        return turns + self._along.shares(at)
+
+    def _on_curve(self, name: str, values: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return the whole turns around a loop, 0 on an open curve, and the rest, in 0..1."""
+        if self._closed:
+            at = as_float_array(name, values)
+            turns = np.floor(at)
+            return turns, at - turns
+        at = as_numbers(name, values)
+        if at.size:
+            low, high = float(at.min()), float(at.max())
+            if not (low >= -ROUNDING and high <= 1.0 + ROUNDING):
+                raise InputError(
+                    f"{name} must be within 0..1 on an open curve, got {low:g} to {high:g}; "
+                    "a call with extrapolate=True goes on straight"
+                )
+        return np.zeros(()), np.clip(at, 0.0, 1.0)
+
+    def nearest(self, point: npt.ArrayLike) -> tuple[float, float]:
+        """Return the parameter of the point of the curve that is nearest to another point, and their distance.
+
+        Parameters
+        ----------
+        point : array_like, shape (ndim,)
+
+        Returns
+        -------
+        u : float
+        distance : float
+            In the unit of the control points.
+
+        Raises
+        ------
+        InputError
+            If the point has another shape, or a value is no finite number.
+        """
+        t, distance = nearest_place(self.spline, self._base, as_vector("point", point, self.ndim))
+        return float(self.u_at(t)), distance
+
+    def sample(self, n: int | None = None, *, spacing: float | None = None) -> FloatArray:
+        """Return points at equal distances along the curve, both ends included, shape (n, ndim).
+
+        Parameters
+        ----------
+        n : int, optional
+            Number of points, two or more.
+        spacing : float, optional
+            In its place, the distance from point to point along the curve, in its unit: the largest one up to this that
+            divides the length.
+
+        Raises
+        ------
+        InputError
+            If `n` is no integer of at least 2, the spacing is not positive or gives more points than fit into memory,
+            or there are both or neither.
+        """
+        if (n is None) == (spacing is None):
+            raise InputError(f"give either n or spacing, got n={shown(n)} and spacing={shown(spacing)}")
+        if spacing is not None:
+            step = check_number("spacing", spacing, self.length / (_MOST_POINTS - 1), LARGEST)
+            n = max(math.ceil(self.length / step - ROUNDING), 1) + 1 if step > 0.0 else 2
+        return self(np.linspace(0.0, 1.0, check_integer("n", n, 2, _MOST_POINTS)))
+
+    def resample(self, n: int) -> FloatArray:
+        """Return `n` points at equal distances along the curve: `sample` under the name of other packages."""
+        return self.sample(n)
+
+    def tangent(self, u: npt.ArrayLike) -> FloatArray:
+        """Return unit tangents towards growing ``u``, shape (..., ndim); zero where the curve stands still."""
+        return directions(self.spline, self.t_at(u))
+
+    def curvature(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the curvature (1 / radius), shape (...), in one over the unit of the control points.
+
+        Without sign, in the plane as in space; 0 where the curve stands still.
+        """
+        return np.linalg.norm(bends(self.spline, self.t_at(u)), axis=-1)
+
+    def reversed(self) -> BSplineCurve:
+        """Return the same curve run the other way: its ``u`` is this one's ``1 - u``."""
+        knots, control = 1.0 - self._knots[::-1], self._control_points[::-1].copy()
+        return self._unchecked(knots, control, self._degree, self._closed)
+
+    def transformed(self, matrix: npt.ArrayLike, offset: npt.ArrayLike | None = None) -> BSplineCurve:
+        """Return the curve under the affine map ``p -> matrix @ p + offset``, exactly.
+
+        Parameters
+        ----------
+        matrix : array_like, shape (m, ndim), or without an offset (ndim + 1, ndim + 1)
+            The latter is homogeneous, with the offset in its last column: 4 x 4 in space, as of poses, 3 x 3 in the
+            image.
+        offset : array_like, shape (m,), optional
+            With m of 2 or 3.
+
+        Raises
+        ------
+        InputError
+            If the shapes disagree, or a value, or a control point then, is no finite number, or the last row of a
+            homogeneous matrix is another than zeros and a one.
+        """
+        turn = as_float_array("matrix", matrix)
+        if offset is None:
+            turn, offset = self._parts_of(turn)
+        shift = as_vector("offset", offset)
+        if turn.shape != (len(shift), self.ndim):
+            raise InputError(f"matrix must have shape ({len(shift)}, {self.ndim}), got {turn.shape}")
+        control = as_points("control_points", self._control_points @ turn.T + shift)
+        return self._unchecked(self._knots, control, self._degree, self._closed)
+
+    def _parts_of(self, matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what a homogeneous matrix multiplies by and what it adds."""
+        side = self.ndim + 1
+        if matrix.shape != (side, side):
+            raise InputError(f"without an offset, matrix must have shape ({side}, {side}), got {matrix.shape}")
+        if not np.allclose(matrix[-1], np.eye(side)[-1], rtol=0.0, atol=ROUNDING):
+            last = " ".join("0" * self.ndim + "1")
+            raise InputError(f"the last row of a homogeneous matrix must be {last}, got {shown(matrix[-1].tolist())}")
+        return matrix[:-1, :-1], matrix[:-1, -1]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain lists and numbers, ready for JSON; `from_dict` takes them back without loss."""
+        return {
+            "degree": self._degree,
+            "closed": self._closed,
+            "knots": self._knots.tolist(),
+            "control_points": self._control_points.tolist(),
+            "length": self.length,
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> BSplineCurve:
+        """Build a curve from what `to_dict` gave.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "knots", "control_points", "degree", "closed"
+        knots, control_points, degree, closed = values_of("a curve", data, *keys)
+        return cls(knots, control_points, degree, closed=closed)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, BSplineCurve):
+            return NotImplemented
+        return (
+            self._degree == other._degree
+            and self._closed == other._closed
+            and np.array_equal(self._knots, other._knots)
+            and np.array_equal(self._control_points, other._control_points)
+        )
+
+    def __hash__(self) -> int:
+        # Adding 0.0 turns -0.0 into 0.0, which it equals.
+        return hash((self._degree, self._closed, (self._knots + 0.0).tobytes(), (self._control_points + 0.0).tobytes()))
+
+    def __repr__(self) -> str:
+        kind = "closed" if self._closed else "open"
+        return (
+            f"BSplineCurve({kind}, {self.ndim}D, {len(self._control_points)} control points, length {self.length:.4g})"
+        )
+
+
+def spans_by_length(curve: BSplineCurve, spans: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Return spans of a spline's own parameter as spans of the curve's ``u``."""
+    return tuple([(low, max(low, high)) for low, high in curve.u_at(spans).tolist()]) if spans else ()
+
+
+def check_curve(name: str, curve: object, ndim: int) -> None:
+    """Raise an `InputError` if a value is no curve of that number of dimensions."""
+    if not isinstance(curve, BSplineCurve) or curve.ndim != ndim:
+        raise InputError(f"{name} must be a BSplineCurve with {ndim} dimensions, got {shown(curve)}")

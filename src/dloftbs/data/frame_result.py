@@ -1,0 +1,307 @@
+"""Output of the pipeline: detections, crossings and tracks of one frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast, overload
+
+import numpy as np
+
+from dloftbs.config import Roi, read_roi
+from dloftbs.data.centerline import Centerline, Segment
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.presentation import outputs
+from dloftbs.data.tracks import Track
+from dloftbs.errors import InputError
+from dloftbs.support.arrays import LARGEST
+from dloftbs.support.text import readable
+from dloftbs.support.values import (
+    MAX_WHOLE,
+    check_all,
+    check_flag,
+    check_integer,
+    check_number,
+    check_size,
+    check_stamp,
+    check_text,
+    check_type,
+    count_of,
+    list_of,
+    set_fields,
+    shown,
+    values_of,
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrameResult:
+    """Detections, crossings and tracks of a frame; as a sequence it is its detections, and true if there are any.
+
+    Parameters
+    ----------
+    detections : tuple of Detection
+        In a fixed order: the same mask gives the same order.
+    tracks : tuple of Track
+        By id; tracks that are gone are not listed.
+    reason : str, optional
+        Reason why nothing was detected; None where something was.
+    stage_ms : mapping of str to float
+        Milliseconds that each stage took, in the order in which they ran.
+    index, stamp, name
+        As the frame has them.
+    size : (int, int)
+        ``(H, W)`` of the frame.
+    crossings : tuple of Crossing
+        Crossings of the detections with each other and themselves, by their passes.
+    dropped : tuple of Centerline
+        Detections beyond the known number of objects (`ObjectsConfig.objects`).
+    frame : Frame, optional
+        The frame itself, as `detect` keeps it and a stream does not; a notebook shows the curves over it.
+    roi : tuple, optional
+        Region of interest that alone was read, px of the frame: ``(x, y, w, h)``, or the corners ``((x, y), ...)`` of a
+        polygon. None where all of the frame was read.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
+    """
+
+    detections: tuple[Detection, ...]
+    tracks: tuple[Track, ...]
+    reason: str | None
+    size: tuple[int, int]
+    stage_ms: Mapping[str, float] = field(default_factory=dict)
+    index: int = 0
+    stamp: float | None = None
+    name: str = ""
+    crossings: tuple[Crossing, ...] = ()
+    dropped: tuple[Centerline, ...] = ()
+    frame: Frame | None = None
+    roi: Roi | None = None
+
+    def __post_init__(self) -> None:
+        set_fields(
+            self,
+            detections=check_all("detections", self.detections, Detection),
+            tracks=check_all("tracks", self.tracks, Track),
+            reason=None if self.reason is None else check_text("reason", self.reason),
+            size=check_size("size", self.size, 0),
+            index=check_integer("index", self.index, 0, MAX_WHOLE),
+            stamp=check_stamp(self.stamp),
+            name=check_text("name", self.name),
+            crossings=check_all("crossings", self.crossings, Crossing),
+            stage_ms=_stage_ms(self.stage_ms),
+            dropped=check_all("dropped", self.dropped, Centerline),
+            roi=None if self.roi is None else read_roi(self.roi),
+        )
+        if self.frame is not None:
+            check_type("frame", self.frame, Frame)
+
+    @classmethod
+    def _unchecked(
+        cls,
+        detections: tuple[Detection, ...],
+        tracks: tuple[Track, ...],
+        reason: str | None,
+        size: tuple[int, int],
+        stage_ms: dict[str, float],
+        index: int,
+        stamp: float | None,
+        name: str,
+        crossings: tuple[Crossing, ...],
+        dropped: tuple[Centerline, ...],
+        frame: Frame | None = None,
+        roi: Roi | None = None,
+    ) -> FrameResult:
+        """Make what the constructor makes, faster."""
+        result = cls.__new__(cls)
+        result.__dict__.update(
+            detections=detections,
+            tracks=tracks,
+            reason=reason,
+            size=size,
+            stage_ms=stage_ms,
+            index=index,
+            stamp=stamp,
+            name=name,
+            crossings=crossings,
+            dropped=dropped,
+            frame=frame,
+            roi=roi,
+        )
+        return result
+
+    @overload
+    def __getitem__(self, index: int) -> Detection: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Detection, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Detection | tuple[Detection, ...]:
+        return self.detections[index]
+
+    def __iter__(self) -> Iterator[Detection]:
+        return iter(self.detections)
+
+    def __len__(self) -> int:
+        return len(self.detections)
+
+    def __repr__(self) -> str:
+        parts = [count_of(len(self.detections), "detection")]
+        parts += [count_of(len(self.tracks), "track")] * bool(self.tracks)
+        parts += [count_of(len(self.crossings), "crossing")] * bool(self.crossings)
+        why = [] if self.reason is None else [shown(self.reason)]
+        return f"FrameResult(frame {self.index}: {', '.join(parts + why)})"
+
+    def _repr_png_(self) -> bytes:
+        """Return what a notebook shows: the curves over the frame, or over nothing where it was not kept."""
+        return outputs().result_png(self)
+
+    @property
+    def total_ms(self) -> float:
+        """Milliseconds of all stages together."""
+        return sum(self.stage_ms.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "index": self.index,
+            "stamp": self.stamp,
+            "name": readable(self.name),
+            "size": list(self.size),
+            "roi": None if self.roi is None else [one if isinstance(one, int) else list(one) for one in self.roi],
+            "reason": self.reason,
+            "detections": [detection.to_dict() for detection in self.detections],
+            "crossings": [crossing.to_dict() for crossing in self.crossings],
+            "dropped": [_dropped(line) for line in self.dropped],
+            "tracks": [self._track(track) for track in self.tracks],
+            "stage_ms": dict(self.stage_ms),
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> FrameResult:
+        """Build a result from what `to_dict` gave, or from a row of `sinks.read_json_lines`, without loss.
+
+        What that leaves out is not there: pixels of the centre lines, cameras, velocities, and the frame.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "index", "stamp", "name", "size", "reason", "detections", "crossings", "dropped", "tracks", "stage_ms"
+        index, stamp, name, size, reason, found, crossings, dropped, tracks, stage_ms, roi = values_of(
+            "a result", data, *keys, "roi"
+        )
+        detections = tuple(Detection.from_dict(row) for row in list_of("detections", found))
+        return cls(
+            detections,
+            tuple(_track_of(row, detections) for row in list_of("tracks", tracks)),
+            reason,
+            size,
+            stage_ms,
+            index,
+            stamp,
+            name,
+            tuple(Crossing.from_dict(row) for row in list_of("crossings", crossings)),
+            tuple(_line_of(row) for row in list_of("dropped", dropped)),
+            roi=roi,
+        )
+
+    def _track(self, track: Track) -> dict[str, Any]:
+        """Return the plain values of a track, with the number of its detection and whether it is run backwards."""
+        number, is_reversed = self._place_of(track)
+        return {**track.to_dict(), "detection": number, "reversed": is_reversed}
+
+    def _place_of(self, track: Track) -> tuple[int | None, bool]:
+        """Return which of `detections` a track holds, None for none, and whether it holds it run the other way."""
+        if track.detection is not None:
+            wanted = track.detection.curve.control_points
+            for number, detection in enumerate(self.detections):
+                control = detection.curve.control_points
+                if np.array_equal(control, wanted):
+                    return number, False
+                if np.array_equal(control[::-1], wanted):
+                    return number, True
+        return None, False
+
+    def save(self, path: str | Path, frame: Frame | None = None) -> None:
+        """Write the result into a file of the kind that its name says, as `sinks.open` opens it.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``.jsonl``, ``.npz``, ``.csv``, ``.ply``, ``.png`` and so on; an older file is replaced.
+        frame : Frame, optional
+            To draw on, where the result did not keep its own. Without either, the curves are drawn over nothing.
+
+        Raises
+        ------
+        InputError
+            If the suffix is unknown, or the file has the name of the frame, which it may be.
+        SinkError
+            If it cannot be written.
+        """
+        outputs().save(self, path, frame)
+
+    def to_dataframe(self, samples: int = 100) -> Any:
+        """Return the objects as a table of pandas, with the columns of a ``.csv``: a row for each point of each object.
+
+        Parameters
+        ----------
+        samples : int
+            Points an object, at equal distances along its curve.
+
+        Returns
+        -------
+        pandas.DataFrame
+            NaN where a frame has no stamp, or an object no curve in space. Tables of several frames are put together by
+            `pandas.concat`.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed, or `samples` is no integer of at least 2.
+        """
+        return outputs().points_table(self, samples)
+
+
+def _stage_ms(given: object) -> dict[str, float]:
+    if not isinstance(given, Mapping):
+        raise InputError(f"stage_ms must map stages to milliseconds, got {shown(given)}")
+    return {
+        check_text("a stage of stage_ms", stage): check_number("milliseconds of stage_ms", ms, 0.0, LARGEST)
+        for stage, ms in given.items()
+    }
+
+
+def _track_of(row: object, detections: tuple[Detection, ...]) -> Track:
+    number, is_reversed = values_of("a track", row, "detection", "reversed")
+    if number is None:
+        return Track.from_dict(cast("Mapping[str, Any]", row))
+    detection = detections[check_integer("the detection of a track", number, 0, len(detections) - 1)]
+    backwards = check_flag("reversed", is_reversed)
+    return Track.from_dict(cast("Mapping[str, Any]", row), detection.reversed() if backwards else detection)
+
+
+def _line_of(row: object) -> Centerline:
+    """Return the centre line of an object that was dropped, of which only the ends are known."""
+    keys = "start", "end", "closed", "width_px", "confidence"
+    start, end, closed, width, confidence = values_of("a dropped object", row, *keys)
+    radius = 0.5 * check_number("width_px", width, 0.0, LARGEST)
+    return Centerline((Segment([start, end], [radius, radius]),), (), closed, (), confidence)  # type: ignore[arg-type]
+
+
+def _dropped(line: Centerline) -> dict[str, Any]:
+    """Return a description of an object that was dropped; without a curve, the ``u`` of its joints says nothing."""
+    return {
+        "start": line.points[0].tolist(),
+        "end": line.points[-1].tolist(),
+        "closed": line.closed,
+        "width_px": line.width_px,
+        "confidence": line.confidence,
+    }

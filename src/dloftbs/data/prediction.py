@@ -1,0 +1,34 @@
+"""What a tracker expects of a frame: the curves of its tracks."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from dloftbs.data.curve import BSplineCurve
+
+
+class Prediction(NamedTuple):
+    """Predicted curve of a track.
+
+    Parameters
+    ----------
+    curve : BSplineCurve
+        In the image, px, in the track's direction.
+    confidence : float
+        The track's, in 0..1.
+    unseen : tuple of (float, float)
+        The intervals of ``u`` that no frame has shown, or too few to be kept: they say nothing about a joint.
+    id : int or None
+        None if it is nobody's.
+    width_px : float or None
+        Of the object, px; None if it was never observed.
+    apart : frozenset of int
+        Ids of objects that it is known not to hang together with: its ends are not joined with theirs.
+    """
+
+    curve: BSplineCurve
+    confidence: float
+    unseen: tuple[tuple[float, float], ...] = ()
+    id: int | None = None
+    width_px: float | None = None
+    apart: frozenset[int] = frozenset()

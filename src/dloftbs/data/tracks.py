@@ -1,0 +1,278 @@
+"""Objects through time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.data.curve import BSplineCurve, check_curve, spans_by_length
+from dloftbs.data.detection import Detection
+from dloftbs.data.u_mapping import known_in_space, to_image, to_space
+from dloftbs.errors import InputError
+from dloftbs.support.arrays import LARGEST, FloatArray, as_points, frozen
+from dloftbs.support.values import (
+    MAX_WHOLE,
+    check_integer,
+    check_number,
+    check_spans,
+    check_type,
+    extent_of,
+    kind_of,
+    list_of,
+    set_fields,
+    shown,
+    values_of,
+)
+
+
+class TrackState(str, Enum):
+    """Stage of a track's life."""
+
+    TENTATIVE = "tentative"
+    """Seen, but in too few frames to be sure."""
+    CONFIRMED = "confirmed"
+    """Seen in this frame."""
+    HIDDEN = "hidden"
+    """Nothing of it is seen in this frame; the curve is predicted."""
+
+
+class EndKind(str, Enum):
+    """Kind of an end of a track's curve."""
+
+    FREE = "free"
+    """The object ends here, and the frame shows it."""
+    BORDER = "border"
+    """The curve ends at the image's border, within about a width and a half of it: the object may go on outside."""
+    HIDDEN = "hidden"
+    """The frame does not show this end: it was inferred, or something is known to hide what may follow."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Track:
+    """One object through time, as it stands after one frame.
+
+    Parameters
+    ----------
+    id : int
+        From 1 on, never used again.
+    state : TrackState
+    curve : BSplineCurve
+        In the image, px; ``u = 0`` stays at the same end from frame to frame.
+    curve_3d : BSplineCurve, optional
+        In the camera's frame, metres, in the same direction.
+    hits : int
+        Frames in which the object was detected, in all.
+    misses : int
+        Frames since it was last detected.
+    detection : Detection, optional
+        This frame's detection, run in the track's direction; the longest one, where several are parts of the object.
+        None while hidden, and where the tracker was given bare curves.
+    inferred : tuple of (float, float)
+        The intervals of the ``u`` of `curve`, ascending, that this frame does not show.
+    confidence : float
+        Confidence in the curve, in 0..1: 1 where it is seen, and less the longer ago the inferred part of it was seen.
+    width_px : float, optional
+        Width of the object when it was last seen; None where no detection told it.
+    ends : (EndKind, EndKind), optional
+        Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not tell them.
+    velocity : numpy.ndarray, shape (n, 2), optional
+        Velocity of the curve at even ``u`` from 0 to 1, px/s: of its shape, as a cable that slides along itself looks
+        the same. None before it is known, as in an object's first frame.
+    velocity_3d : numpy.ndarray, shape (n, 3), optional
+        The same of `curve_3d`, m/s.
+    camera : PinholeCamera, optional
+        The one that `curve_3d` is in the frame of.
+
+    Raises
+    ------
+    InputError
+        If a value is of another type or out of range.
+    """
+
+    id: int
+    state: TrackState
+    curve: BSplineCurve
+    curve_3d: BSplineCurve | None
+    hits: int
+    misses: int
+    detection: Detection | None
+    inferred: tuple[tuple[float, float], ...] = field(default_factory=tuple)  # see `__getattr__`
+    confidence: float = 1.0
+    width_px: float | None = None
+    ends: tuple[EndKind, EndKind] | None = None
+    velocity: FloatArray | None = field(default_factory=lambda: None)
+    velocity_3d: FloatArray | None = field(default_factory=lambda: None)
+    camera: PinholeCamera | None = None
+
+    def __post_init__(self) -> None:
+        check_type("state", self.state, TrackState)
+        check_curve("curve", self.curve, 2)
+        if self.curve_3d is not None:
+            check_curve("curve_3d", self.curve_3d, 3)
+        if self.detection is not None:
+            check_type("detection", self.detection, Detection)
+        if self.camera is not None:
+            check_type("camera", self.camera, PinholeCamera)
+        set_fields(
+            self,
+            id=check_integer("id", self.id, 1, MAX_WHOLE),
+            hits=check_integer("hits", self.hits, 0, MAX_WHOLE),
+            misses=check_integer("misses", self.misses, 0, MAX_WHOLE),
+            inferred=check_spans("inferred", self.inferred),
+            confidence=check_number("confidence", self.confidence, 0.0, 1.0),
+            width_px=None if self.width_px is None else check_number("width_px", self.width_px, 0.0, LARGEST),
+            ends=None if self.ends is None else _check_ends(self.ends),
+            velocity=None if self.velocity is None else as_points("velocity", self.velocity, (2,)),
+            velocity_3d=None if self.velocity_3d is None else as_points("velocity_3d", self.velocity_3d, (3,)),
+        )
+
+    @classmethod
+    def _unchecked(
+        cls,
+        number: int,
+        state: TrackState,
+        curve: BSplineCurve,
+        curve_3d: BSplineCurve | None,
+        hits: int,
+        misses: int,
+        detection: Detection | None,
+        fitted_inferred: tuple[tuple[float, float], ...],
+        confidence: float,
+        width_px: float | None,
+        ends: tuple[EndKind, EndKind] | None = None,
+        fitted_velocity: FloatArray | None = None,
+        fitted_velocity_3d: FloatArray | None = None,
+        camera: PinholeCamera | None = None,
+    ) -> Track:
+        """Make what the constructor makes, faster, from intervals and velocities by the splines' own parameters."""
+        track = cls.__new__(cls)
+        track.__dict__.update(
+            id=number,
+            state=state,
+            curve=curve,
+            curve_3d=curve_3d,
+            hits=hits,
+            misses=misses,
+            detection=detection,
+            confidence=confidence,
+            width_px=width_px,
+            ends=ends,
+            camera=camera,
+            _fitted=(fitted_inferred, fitted_velocity, fitted_velocity_3d),
+        )
+        return track
+
+    if not TYPE_CHECKING:  # where it would vouch for any name
+
+        def __getattr__(self, name: str) -> Any:
+            """Measure the curves once somebody asks for what lies along their length: in most frames, nobody does."""
+            fitted = self.__dict__.get("_fitted")
+            if name not in ("inferred", "velocity", "velocity_3d") or fitted is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            inferred, velocity, velocity_3d = fitted
+            if name == "inferred":
+                value = spans_by_length(self.curve, inferred)
+            elif name == "velocity":
+                value = _by_length(self.curve, velocity)
+            else:
+                value = _by_length(self.curve_3d, velocity_3d)
+            self.__dict__[name] = value
+            return value
+
+    def __repr__(self) -> str:
+        in_space = "" if self.curve_3d is None else f", {self.curve_3d.length:.4g} m in space"
+        extent = extent_of(self.curve.length, "px", self.curve.closed)
+        return f"Track(id {self.id}, {self.state.value}, {extent}{in_space})"
+
+    def u_3d(self, u: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve_3d` of the places that have these on `curve`, in the same shape.
+
+        Each curve's ``u`` is its own arc length, and what recedes from the camera is shorter in the image than it is.
+
+        Raises
+        ------
+        InputError
+            If there is no curve in space, with the reason, or a ``u`` is not in 0..1.
+        """
+        return to_space(u, *known_in_space(self.curve_3d, self.camera))
+
+    def u_2d(self, u_3d: npt.ArrayLike) -> FloatArray:
+        """Return the ``u`` on `curve` of the places that have these on `curve_3d`, in the same shape.
+
+        Raises
+        ------
+        InputError
+            As `u_3d`.
+        """
+        return to_image(u_3d, *known_in_space(self.curve_3d, self.camera))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values, ready for JSON."""
+        return {
+            "id": self.id,
+            "state": self.state.value,
+            "hits": self.hits,
+            "misses": self.misses,
+            "curve": self.curve.to_dict(),
+            "curve_3d": None if self.curve_3d is None else self.curve_3d.to_dict(),
+            "inferred": [list(interval) for interval in self.inferred],
+            "confidence": self.confidence,
+            "width_px": self.width_px,
+            "ends": None if self.ends is None else [end.value for end in self.ends],
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], detection: Detection | None = None) -> Track:
+        """Build a track from what `to_dict` gave, without loss; it has no velocities and no camera.
+
+        Parameters
+        ----------
+        data : mapping
+        detection : Detection, optional
+            Of the same frame, run in the track's direction, which that leaves out.
+
+        Raises
+        ------
+        InputError
+            If it is no dictionary, a key is missing or a value is wrong.
+        """
+        keys = "id", "state", "hits", "misses", "curve", "curve_3d", "inferred", "confidence", "width_px", "ends"
+        number, state, hits, misses, shape, shape_3d, inferred, *rest = values_of("a track", data, *keys)
+        confidence, width, ends = rest
+        return cls(
+            number,
+            kind_of("the state of a track", TrackState, state),
+            BSplineCurve.from_dict(shape),
+            None if shape_3d is None else BSplineCurve.from_dict(shape_3d),
+            hits,
+            misses,
+            detection,
+            inferred,
+            confidence,
+            width,
+            None
+            if ends is None
+            else cast(Any, tuple(kind_of("an end of a track", EndKind, end) for end in list_of("ends", ends))),
+        )
+
+
+def _by_length(curve: BSplineCurve | None, values: FloatArray | None) -> FloatArray | None:
+    """Return values (n, d) at even parameters of a spline as they are at even ``u``, read-only."""
+    if curve is None or values is None:
+        return None
+    even = np.linspace(0.0, 1.0, len(values))
+    return frozen(np.stack([np.interp(curve.t_at(even), even, column) for column in values.T], axis=1))
+
+
+def _check_ends(ends: tuple[EndKind, EndKind]) -> tuple[EndKind, EndKind]:
+    if not isinstance(ends, (tuple, list)) or len(ends) != 2:
+        raise InputError(f"ends must be two of EndKind, got {shown(ends)}")
+    for end in ends:
+        check_type("an end", end, EndKind)
+    return ends[0], ends[1]

@@ -1,0 +1,67 @@
+"""Several pipelines on one stream, for objects that differ in colour, with ids that tell them apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+
+from dloftbs.config import Config
+from dloftbs.crossings import find_crossings
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.pipeline.pipeline import Pipeline
+
+
+class PipelineGroup:
+    """Pipelines that share a stream; each tracks its own objects, so that those of two colours are never mixed up.
+
+    Track k of pipeline j of n, both counted from 1, has the id ``(k - 1) n + j``.
+
+    Parameters
+    ----------
+    configs : sequence of Config
+        One for each pipeline, at least one. The first one's `lifting` decides which of two objects is on top.
+    """
+
+    def __init__(self, configs: Sequence[Config]) -> None:
+        self._pipelines = [Pipeline(config) for config in configs]
+        self._lifting = configs[0].lifting
+
+    def process(self, frame: Frame) -> FrameResult:
+        """Find the objects of one frame, their crossings and their tracks; the times of the pipelines add up.
+
+        Raises
+        ------
+        InputError
+            As `Pipeline.process`.
+        """
+        results = [pipeline.process(frame) for pipeline in self._pipelines]
+        detections = tuple(detection for result in results for detection in result.detections)
+        reason = None if detections else "; ".join(result.reason or "" for result in results)
+        since = perf_counter()
+        crossings = find_crossings(detections, frame, self._lifting)
+        crossings_ms = 1e3 * (perf_counter() - since)
+        tracks = tuple(
+            replace(track, id=(track.id - 1) * len(results) + number + 1)
+            for number, result in enumerate(results)
+            for track in result.tracks
+        )
+        stages = dict.fromkeys(stage for result in results for stage in result.stage_ms)
+        stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
+        stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
+        first = results[0]
+        dropped = tuple(line for result in results for line in result.dropped)
+        return FrameResult(
+            detections,
+            tracks,
+            reason,
+            first.size,
+            stage_ms,
+            first.index,
+            first.stamp,
+            first.name,
+            crossings,
+            dropped,
+            roi=first.roi,
+        )

@@ -1,0 +1,281 @@
+"""The stages on the frames of a stream, with the state that is kept from frame to frame."""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+from time import perf_counter
+
+import numpy.typing as npt
+
+from dloftbs.config import (
+    Colour,
+    Config,
+    ConfigLike,
+    NearestTrackingConfig,
+    NetworkConfig,
+    RoiLike,
+    SegmentationConfig,
+    TrackingConfig,
+    choose_config,
+    read_roi,
+)
+from dloftbs.data.frame import Frame, as_frame
+from dloftbs.data.frame_region import Region
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.stage_trace import StageTrace
+from dloftbs.data.tracks import Track
+from dloftbs.errors import InputError
+from dloftbs.evidence import OcclusionEvidence
+from dloftbs.kernels import preparation
+from dloftbs.lifting import DepthEdges
+from dloftbs.pipeline.inspection import Segments, graph_segments, trace_stages
+from dloftbs.pipeline.plausibility import doubt_mask
+from dloftbs.pipeline.stages import StageRun, kernel_rooms, run_stages
+from dloftbs.pipeline.whole_image import WholeImage
+from dloftbs.published import NearestTracker, make_segments
+from dloftbs.segmentation import FrameSegmenter, Segmenter, make_segmenter
+from dloftbs.support.arrays import AnyArray
+from dloftbs.support.values import count_of, shown
+from dloftbs.tracking import Tracker
+
+_log = logging.getLogger("dloftbs.pipeline")
+_NETWORK = ".onnx"  # suffix of a network's file
+
+
+class Pipeline:
+    """Detection and tracking: from frames to curves, with identities and directions kept.
+
+    A pipeline belongs to one thread; several pipelines are independent of each other.
+
+    Parameters
+    ----------
+    config : Config, str, path or dict, optional
+        Also a YAML file, or a dictionary as `Config.from_dict` takes it.
+    hsv : str, HsvRange or several, optional
+        Colour of the cables, such as ``"170:10,80:255,60:255"``, in the place of `SegmentationConfig.hsv`.
+    objects : int, optional
+        Number of objects, if it is known, in the place of `ObjectsConfig.objects`.
+    segmenter : callable, str or path, optional
+        From an image (H, W, 3) to a mask (H, W), in the place of a colour; or the ONNX file of a network that takes RGB
+        in 0..1, as `NetworkConfig` has it by default.
+    roi : (x, y, w, h), polygon or str, optional
+        Region of interest, in the place of `RegionConfig.roi`: the rest of the image is left out, a cable ends at the
+        region's edge as at the image's border, and results are in pixels of the whole image.
+
+    Raises
+    ------
+    InputError, ConfigError
+        If an argument is of another type or out of range, or there are both a colour and a segmenter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mask = np.zeros((100, 200), np.uint8)
+    >>> mask[48:53, 20:180] = 255
+    >>> result = Pipeline().process(mask)
+    >>> result.tracks[0].id, round(result.detections[0].width_px, 1)
+    (1, 5.0)
+    """
+
+    def __init__(
+        self,
+        config: ConfigLike | None = None,
+        *,
+        hsv: Colour | None = None,
+        objects: int | None = None,
+        segmenter: Segmenter | str | os.PathLike[str] | None = None,
+        roi: RoiLike | None = None,
+    ) -> None:
+        self._config = choose_config(config, hsv, objects, roi)
+        if segmenter is not None and hsv is not None:
+            raise InputError("give either hsv or a segmenter, got both")
+        roi = self._config.region.roi
+        self._roi = None if roi is None else read_roi(roi)
+        self._segmenter = (
+            make_segmenter(self._config.segmentation, self._roi) if segmenter is None else _as_segmenter(segmenter)
+        )
+        self._segments_images = segmenter is not None or self._config.segmentation.needs_image
+        self._tracker = make_tracker(self._config.tracking)
+        self._depth_edges = DepthEdges()
+        self._size: tuple[int, int] | None = None
+        self._region: Region | None = None
+        self._next_index = 0
+        self._doubted = False
+        self._mask: AnyArray | None = None
+        self._masked: Region | None = None  # region that the mask is of
+
+    def __repr__(self) -> str:
+        return f"Pipeline({count_of(len(self._tracker.tracks), 'track')}, {self._config!r})"
+
+    @property
+    def config(self) -> Config:
+        """The configuration."""
+        return self._config
+
+    @property
+    def segments_images(self) -> bool:
+        """True if a colour, a network or a segmenter makes masks of images; grey arrays are images then."""
+        return self._segments_images
+
+    @property
+    def mask(self) -> AnyArray | None:
+        """Mask (H, W) of the last frame that was processed, non-zero where there is cable; None before the first."""
+        return self._mask if self._mask is None or self._masked is None else self._masked.paste(self._mask)
+
+    def process(self, frame: Frame | npt.ArrayLike) -> FrameResult:
+        """Find the objects of one frame and follow them from the frames before.
+
+        Parameters
+        ----------
+        frame : Frame or array_like
+            A mask (H, W) and a BGR image (H, W, 3) are frames, too, numbered as they come; a picture of Pillow is
+            taken by its mode. With a colour or a segmenter, uint8 (H, W) is a grey image: a mask is bool then, or
+            `Frame.mask`.
+
+        Raises
+        ------
+        InputError
+            If the frame has no mask and there is neither a colour range nor a segmenter, if the segmenter returns no
+            mask of the size of what it was given, or if the region of interest does not lie within the frame.
+        """
+        whole = as_frame(frame, self._next_index, grey_as_image=self._segments_images)
+        region = self._region_in(whole)
+        if region is not None and self._size not in (None, whole.size):
+            raise InputError(
+                f"the region of interest holds for the stream's frames of {self._size} (rows, columns), got one of "
+                f"{whole.size}: reset the pipeline for another stream"
+            )
+        frame = whole if region is None else region.crop(whole)
+        self._next_index = frame.index + 1
+        preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
+        since = perf_counter()
+        predicted = self._tracker.prior(frame.stamp)
+        predicted_ms = 1e3 * (perf_counter() - since)
+        if whole.size != self._size:  # another camera
+            self._size = whole.size
+            self._depth_edges.reset()
+            if self._segmenter is not None:
+                self._segmenter.reset()
+        run = run_stages(frame, self._config, self._segmenter, predicted, self._depth_edges, region)
+        self._mask, self._masked = run.mask, region
+        self._doubted = self._doubted or _warned(run, frame)  # once in a stream
+        since = perf_counter()
+        inside, outline = (None, None) if region is None else (region.inside, region.outline)
+        occlusion = OcclusionEvidence.of(frame, run.mask, self._config.lifting, inside)
+        tracks = self._tracker.update(
+            run.detections,
+            frame.stamp,
+            frame.size,
+            occlusion=occlusion,
+            override=run.prior_override,
+            outline=outline,
+        )
+        run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)
+        result = _result(frame, run, tracks)
+        return result if region is None else WholeImage(region, whole).result(result)
+
+    def detect(self, frame: Frame | npt.ArrayLike) -> FrameResult:
+        """Find the objects of one frame by itself: the result keeps the frame, and has no tracks.
+
+        The pipeline's tracks stay as they are.
+
+        Raises
+        ------
+        InputError
+            As `process`.
+        """
+        whole = as_frame(frame, grey_as_image=self._segments_images)
+        frame, region, run = self._run_alone(whole)
+        _warned(run, frame)
+        result = _result(frame, run, (), kept=frame)
+        return result if region is None else WholeImage(region, whole).result(result)
+
+    def reset(self) -> None:
+        """Forget all tracks and what is known of the depth camera, as at the cut to another scene."""
+        self._doubted = False
+        self._mask = self._masked = self._size = None
+        self._tracker.reset()
+        self._depth_edges.reset()
+        if self._segmenter is not None:
+            self._segmenter.reset()
+
+    def trace(self, frame: Frame | npt.ArrayLike) -> StageTrace:
+        """Run the stages on a frame and keep what each of them made; the tracks stay as they are.
+
+        Raises
+        ------
+        InputError
+            As `process`.
+        """
+        whole = as_frame(frame, grey_as_image=self._segments_images)
+        frame, region, run = self._run_alone(whole)
+        trace = trace_stages(frame, run.mask, run.crop, run.skeleton, _segments(run), _result(frame, run, ()))
+        return trace if region is None else WholeImage(region, whole).trace(trace)
+
+    def _run_alone(self, whole: Frame) -> tuple[Frame, Region | None, StageRun]:
+        """Return the frame that the stages see of a whole one, the region that it is cut to, and what they found."""
+        region = self._region_in(whole)
+        frame = whole if region is None else region.crop(whole)
+        with preparation.compiling_ahead(kernel_rooms(self._config, frame)):
+            return frame, region, run_stages(frame, self._config, self._segmenter, region=region)
+
+    def _region_in(self, frame: Frame) -> Region | None:
+        """Return the region of interest in frames of a size; None reads all of them."""
+        if self._roi is None:
+            return None
+        if self._region is None or self._region.image_size != frame.size:
+            self._region = Region(self._roi, frame.size)
+        return self._region
+
+
+def _as_segmenter(given: Segmenter | str | os.PathLike[str]) -> FrameSegmenter | None:
+    """Return a function of the user's as a segmenter of frames, or the network of a file."""
+    if isinstance(given, (str, os.PathLike)) and Path(os.fsdecode(given)).suffix.lower() == _NETWORK:
+        return make_segmenter(SegmentationConfig(onnx=NetworkConfig(file=os.path.expanduser(os.fsdecode(given)))))
+    if not callable(given):
+        raise InputError(
+            f"segmenter must be a function from an image to a mask, or the path of a network (*{_NETWORK}), "
+            f"got {shown(given)}"
+        )
+    return FrameSegmenter([given])
+
+
+def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | NearestTracker:
+    """Return the tracker that a configuration asks for."""
+    return Tracker(config) if isinstance(config, TrackingConfig) else NearestTracker()
+
+
+def _warned(run: StageRun, frame: Frame) -> bool:
+    """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
+    doubt = doubt_mask(run.share, frame.name)
+    if doubt is not None:
+        _log.warning("%s See `dloftbs tune --help`", doubt)
+    return doubt is not None
+
+
+def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:
+    return FrameResult._unchecked(
+        run.detections,
+        tracks,
+        run.reason,
+        frame.size,
+        run.stage_ms,
+        frame.index,
+        frame.stamp,
+        frame.name,
+        run.crossings,
+        run.dropped,
+        kept,
+    )
+
+
+def _segments(run: StageRun) -> Segments | None:
+    """Return the segments of whichever method ran; None where the stages did not come so far."""
+    if run.crop is None:
+        return None
+    if run.walks is not None:
+        kept, short = run.walks.open + run.walks.loops, run.walks.short
+        return tuple(make_segments(run.crop, kept)), tuple(make_segments(run.crop, short))
+    return None if run.graph is None else graph_segments(run.crop, run.graph)

@@ -1,0 +1,143 @@
+"""Results that were found in a region of interest, moved into the pixels of the whole image.
+
+Everything in pixels moves by the region's top left pixel; what is in metres, and the camera, are the whole image's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from dloftbs.camera import PinholeCamera
+from dloftbs.data.centerline import Centerline, Joint, NearJoint, Segment
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_region import Region
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.data.stage_trace import StageTrace
+from dloftbs.data.tracks import Track
+from dloftbs.support.arrays import FloatArray, frozen
+
+
+@dataclass(frozen=True)
+class WholeImage:
+    """The way of results from a region of interest into the whole image.
+
+    Parameters
+    ----------
+    region : Region
+    frame : Frame
+        The whole one.
+    """
+
+    region: Region
+    frame: Frame
+    _moved: dict[int, tuple[object, object]] = field(default_factory=dict)
+
+    def result(self, found: FrameResult) -> FrameResult:
+        """Return a result as that of the whole frame."""
+        return FrameResult._unchecked(
+            tuple([self._detection(one) for one in found.detections]),
+            tuple([self._track(one) for one in found.tracks]),
+            found.reason,
+            self.region.image_size,
+            dict(found.stage_ms),
+            found.index,
+            found.stamp,
+            found.name,
+            tuple([self._crossing(one) for one in found.crossings]),
+            tuple([self._centerline(one) for one in found.dropped]),
+            None if found.frame is None else self.frame,
+            self.region.roi,
+        )
+
+    def trace(self, made: StageTrace) -> StageTrace:
+        """Return what the stages made as that of the whole frame."""
+        return StageTrace(
+            self.frame,
+            self.region.paste(made.mask),
+            self.region.paste(made.cleaned),
+            self._points(made.skeleton),
+            self._points(made.endpoints),
+            self._points(made.branch_points),
+            tuple([self._segment(one) for one in made.segments]),
+            tuple([self._segment(one) for one in made.short_segments]),
+            self.result(made.result),
+        )
+
+    @property
+    def _offset(self) -> FloatArray:
+        return np.array(self.region.origin, np.float64)
+
+    def _points(self, points: FloatArray) -> FloatArray:
+        return points + self._offset
+
+    def _detection(self, found: Detection) -> Detection:
+        """Return a detection moved; one that comes again, as that of a track, is the same one again."""
+        kept = self._moved.get(id(found))
+        if kept is None:
+            moved = Detection.__new__(Detection)
+            moved.__dict__.update(
+                {name: value for name, value in found.__dict__.items() if name != "joints"},  # made anew when asked for
+                centerline=self._centerline(found.centerline),
+                curve=self._curve(found.curve),
+                camera=self._camera(found.camera),
+            )
+            kept = self._moved[id(found)] = found, moved
+        assert isinstance(kept[1], Detection)
+        return kept[1]
+
+    def _track(self, found: Track) -> Track:
+        moved = Track.__new__(Track)
+        moved.__dict__.update(
+            found.__dict__,
+            curve=self._curve(found.curve),
+            detection=None if found.detection is None else self._detection(found.detection),
+            camera=self._camera(found.camera),
+        )
+        return moved
+
+    def _crossing(self, found: Crossing) -> Crossing:
+        (x, y), (left, top) = found.position, self.region.origin
+        moved = Crossing.__new__(Crossing)
+        moved.__dict__.update(found.__dict__, position=(x + left, y + top))
+        return moved
+
+    def _camera(self, known: PinholeCamera | None) -> PinholeCamera | None:
+        return None if known is None else self.frame.camera
+
+    def _curve(self, curve: BSplineCurve) -> BSplineCurve:
+        return BSplineCurve._unchecked(curve.knots, self._points(curve.control_points), curve.degree, curve.closed)
+
+    def _centerline(self, line: Centerline) -> Centerline:
+        forwards: Centerline | None = line.__dict__.get("_forwards")
+        if forwards is not None:
+            return self._centerline(forwards).reversed()
+        kept = self._moved.get(id(line))
+        if kept is None:
+            moved = Centerline.__new__(Centerline)
+            moved.__dict__.update(
+                {name: value for name, value in line.__dict__.items() if name != "points"},
+                segments=tuple([self._segment(one) for one in line.segments]),
+                joints=tuple([self._joint(one) for one in line.joints]),
+                near_joints=tuple([self._near_joint(one) for one in line.near_joints]),
+            )
+            kept = self._moved[id(line)] = line, moved
+        assert isinstance(kept[1], Centerline)
+        return kept[1]
+
+    def _segment(self, segment: Segment) -> Segment:
+        moved = Segment.__new__(Segment)
+        moved.__dict__.update(segment.__dict__, points=frozen(self._points(segment.points)))
+        return moved
+
+    def _joint(self, joint: Joint) -> Joint:
+        left, top = self.region.origin
+        start, stop = (None if one is None else (one[0] + left, one[1] + top) for one in joint.alternatives)
+        return replace(joint, alternatives=(start, stop))
+
+    def _near_joint(self, near: NearJoint) -> NearJoint:
+        (x, y), (left, top) = near.point, self.region.origin
+        return replace(near, point=(x + left, y + top))

@@ -1,0 +1,1 @@
+"""Checks, documents and processes that all rooms need, and that know nothing of cables."""

@@ -1,0 +1,1 @@
+"""The commands ``dloftbs demo`` and ``dloftbs evaluate``."""

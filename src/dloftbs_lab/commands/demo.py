@@ -1,0 +1,72 @@
+"""``dloftbs demo``: a generated video, tracked as a user would, and held against the truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dloftbs.cli.limits import MAX_DEMO_FRAMES, MAX_SEED, file_path, parse_size
+from dloftbs.cli.shell import Failure
+
+if TYPE_CHECKING:
+    from dloftbs_lab.synthetic import DemoSequence
+
+_FULL = (90, (720, 1280))
+_QUICK = (24, (360, 640))
+_WIDTH_PX = 12.0  # at 720 rows
+_SPACE_SHARE = 3  # so many times fewer frames in space
+
+
+@click.command(short_help="Draw a video, track it, and say how well that went.")
+@click.option("--out", "-o", type=file_path(), default="demo", show_default=True, metavar="FOLDER")
+@click.option("--frames", type=click.IntRange(2, MAX_DEMO_FRAMES), metavar="N", help=f"Of the video; {_FULL[0]}.")
+@click.option("--seed", type=click.IntRange(0, MAX_SEED), default=0, show_default=True, help="For another scene.")
+@click.option("--size", metavar="WxH", callback=parse_size, help="Of the video; 1280x720.")
+@click.option("--quick", is_flag=True, help=f"A small one: {_QUICK[0]} frames of 640x360.")
+@click.pass_context
+def demo(
+    context: click.Context, out: Path, frames: int | None, seed: int, size: tuple[int, int] | None, quick: bool
+) -> None:
+    """Draw a video of two cables, track each by its colour, and say how well that went.
+
+    The folder gets the video, the curves, the video with the curves drawn on it, a sheet of a dozen
+    frames, the figures, and a README that names each file and the command that does the same. Then
+    the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
+    """
+    from dloftbs.cli.outputs import claim_folder, config_beside, write_config
+    from dloftbs.config import Config, SegmentationConfig
+    from dloftbs_lab.commands.demo_files import describe, mark_as_demo, render, table, write_sheet, write_summary
+    from dloftbs_lab.commands.demo_run import follow
+    from dloftbs_lab.commands.demo_space import follow_in_space
+
+    default_frames, default_size = _QUICK if quick else _FULL
+    sequence = _sequence(frames or default_frames, size or default_size, seed)
+    configs = [Config(segmentation=SegmentationConfig(hsv=(colour,))) for colour in sequence.hsv]
+    context.with_resource(claim_folder(out))
+    mark_as_demo(out)
+    click.echo(f"drawing {len(sequence)} frames into {out}", err=True)
+    render(sequence, out)
+    click.echo("tracking them by colour", err=True)
+    run = follow(sequence, configs, out)
+    for cable, config in enumerate(configs, start=1):
+        write_config(config_beside([str(out / f"cable_{cable}")], config), config)
+    write_sheet(run, out)
+    click.echo("tracking a cable in space by colour and depth", err=True)
+    space = follow_in_space(max(3, len(sequence) // _SPACE_SHARE), sequence.size, seed, out)
+    text = table(run, space, sequence)
+    write_summary(run, space, sequence, out)
+    describe(text, space, out)
+    click.echo(text)
+
+
+def _sequence(frames: int, size: tuple[int, int], seed: int) -> DemoSequence:
+    from dloftbs.errors import InputError
+    from dloftbs_lab.synthetic import DemoSequence
+
+    width_px = max(_WIDTH_PX * min(size[0] / 720.0, size[1] / 1280.0), 3.0)
+    try:
+        return DemoSequence(frames=frames, size=size, seed=seed, width_px=width_px)
+    except InputError as error:
+        raise Failure(f"no demo of this size and length: {error}") from error

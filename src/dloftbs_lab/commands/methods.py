@@ -1,0 +1,184 @@
+"""Methods to be scored, by name: the package's own, with any configuration, and anybody's function."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any, cast
+
+import msgspec
+
+from dloftbs.config import Config
+from dloftbs.data.frame import Frame
+from dloftbs.data.frame_result import FrameResult
+from dloftbs.errors import ConfigError, InputError
+from dloftbs_lab.commands.method_options import MethodSettings
+from dloftbs_lab.evaluation.baselines import LENGTHS, CoherentPointDrift
+from dloftbs_lab.evaluation.runner.sequence_run import Method
+
+BUILT_IN = ("default", "paper")
+BASELINES = ("cpd",)
+BASELINE_SUITES = ("rgb", "rgbd", "rgbd-artificial")
+"""Suites of one cable whose length does not change."""
+CONFIG_SUFFIXES = (".yaml", ".yml")
+
+
+def methods_of(names: Sequence[str], settings: MethodSettings) -> list[Method]:
+    """Return methods by their names, as `method_of` does.
+
+    Raises
+    ------
+    ConfigError, InputError
+        As `method_of`; and if there are settings, but no method that takes them.
+    """
+    methods = [method_of(name, settings) for name in names]
+    if settings.options and all(config_of(name, settings) is None for name in names):
+        raise InputError(
+            f"{' and '.join(settings.options)}: none of the methods takes settings; those that do are "
+            f"{', '.join(BUILT_IN)} and YAML files, got {', '.join(names)}"
+        )
+    return methods
+
+
+def method_of(name: str, settings: MethodSettings | None = None) -> Method:
+    """Return a method by its name.
+
+    Parameters
+    ----------
+    name : str
+        "default"; "paper", in sequences of one cable the authors' form for one; the baseline "cpd"; a YAML file with a
+        configuration; or ``module:callable``: a function from a `Frame` to curves, or a class, of which an instance is
+        made for each sequence and called in this way, after its ``start(frame, truth)`` if it has one.
+    settings : MethodSettings, optional
+        Apply to all but the last.
+
+    Raises
+    ------
+    ConfigError
+        If the file or the settings are wrong.
+    InputError
+        If there is no such method, or its module cannot be imported.
+    """
+    config = config_of(name, settings or MethodSettings())
+    if config is not None:
+        one = _for_one(config) if name == "paper" else None
+        if one is None:
+            return Method(name, functools.partial(_pipeline, config), config.to_yaml())
+        settings_of_both = f"{config.to_yaml()}\n{one.to_yaml()}"
+        both = functools.partial(_pipeline, config), functools.partial(_pipeline, one)
+        return Method(name, both[0], settings_of_both, one_factory=both[1])
+    if name in BASELINES:
+        first, *others = (functools.partial(_point_drift, length) for length in LENGTHS)
+        return Method(name, first, alternatives=tuple(others), suites=BASELINE_SUITES)
+    module_name, colon, _ = name.partition(":")
+    if not colon:
+        raise InputError(
+            f"there is no method {name!r}; methods are {', '.join((*BUILT_IN, *BASELINES))}, a configuration "
+            "(FILE.yaml) and module:callable"
+        )
+    found = _imported(name)
+    if not callable(found) or (inspect.isclass(found) and "__call__" not in dir(found)):
+        raise InputError(f"method {name!r} must be a function, or a class whose instances can be called, got {found!r}")
+    return Method(name, functools.partial(_strangers, name), _digest(importlib.import_module(module_name)))
+
+
+@contextmanager
+def current_folder_importable() -> Iterator[None]:
+    """Let Python find modules in the current folder first, as ``python -m`` does, for as long as the block runs.
+
+    Processes that are started in the block find them for good. Modules may import others when they are called, so that
+    the block has to hold the calls, too.
+    """
+    here = os.getcwd()
+    if here in sys.path:
+        yield
+        return
+    sys.path.insert(0, here)
+    try:
+        yield
+    finally:
+        with suppress(ValueError):  # a stranger's module may have put the path in order itself
+            sys.path.remove(here)
+
+
+def config_of(name: str, settings: MethodSettings) -> Config | None:
+    """Return the configuration of a method by its name; None for a function or a class.
+
+    Raises
+    ------
+    ConfigError
+        If the file or the settings are wrong.
+    """
+    if name not in BUILT_IN and not name.lower().endswith(CONFIG_SUFFIXES):
+        return None
+    base = None if name in BUILT_IN else Path(os.path.expanduser(name))
+    try:
+        return settings.applied_to(base, paper=name == "paper")
+    except ConfigError as error:
+        raise ConfigError(f"method {name!r}: {error}") from error
+
+
+def _point_drift(length: float) -> Callable[[Frame], Any]:
+    return CoherentPointDrift(length)
+
+
+def _for_one(config: Config) -> Config | None:
+    """Return the authors' form for one cable, which joins all segments; None where their linking was set otherwise."""
+    if config.linking != Config.paper().linking:
+        return None
+    return msgspec.structs.replace(config, linking=Config.paper(objects=1).linking)
+
+
+def _pipeline(config: Config) -> Callable[[Frame], FrameResult]:
+    from dloftbs.pipeline import Pipeline
+
+    process = Pipeline(config).process
+    return functools.partial(_by_colour, process) if config.segmentation.is_given else process
+
+
+def _by_colour(process: Callable[[Frame], FrameResult], frame: Frame) -> FrameResult:
+    """Process the picture of a frame by the colour of its cables, in place of a mask that it has."""
+    return process(frame if frame.image is None else replace(frame, mask=None))
+
+
+def _strangers(name: str) -> Callable[[Frame], Any]:
+    found = _imported(name)
+    made = found() if inspect.isclass(found) else found
+    return cast(Callable[[Frame], Any], made)
+
+
+def _imported(name: str) -> Any:
+    module_name, _, attribute = name.partition(":")
+    try:
+        module = importlib.import_module(module_name)
+    except Exception as error:  # a stranger's module may raise anything
+        what = f"method {name!r}: cannot import {module_name!r}: {type(error).__name__}: {error}"
+        raise InputError(f"{what}{_import_hint(module_name, error)}") from error
+    try:
+        return functools.reduce(getattr, attribute.split("."), module)
+    except AttributeError as error:
+        raise InputError(f"method {name!r}: {error}") from error
+
+
+def _import_hint(module_name: str, error: Exception) -> str:
+    """Return what to do where the module itself, rather than one that it imports, is not there."""
+    if not isinstance(error, ModuleNotFoundError) or not module_name.startswith(error.name or "?"):
+        return ""
+    if module_name.endswith(".py"):
+        return "; name a module without .py"
+    return f"; modules are looked for in the current folder, {os.getcwd()}, and where Python finds others (PYTHONPATH)"
+
+
+def _digest(module: ModuleType) -> str:
+    """Return what changes when the module's file does: what it imports in turn is not watched."""
+    file = getattr(module, "__file__", None)
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:12] if file else ""

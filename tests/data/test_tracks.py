@@ -1,0 +1,45 @@
+"""Objects through time: their checks and plain values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from builders import NOT_SPANS, line, loop, through_json, wave
+
+from dloftbs.data.curve import BSplineCurve
+from dloftbs.data.tracks import Track, TrackState
+from dloftbs.errors import InputError
+
+
+class TestTrack:
+    def test_the_dictionary_is_strict_json(self):
+        curve_3d = line((0.0, 0.0, 1.0), (1.0, 0.0, 2.0))
+        data = through_json(Track(3, TrackState.HIDDEN, loop(20.0), curve_3d, 5, 2, None).to_dict())
+        assert (data["id"], data["state"], data["hits"], data["misses"]) == (3, "hidden", 5, 2)
+        assert BSplineCurve.from_dict(data["curve"]) == loop(20.0)
+        assert BSplineCurve.from_dict(data["curve_3d"]) == curve_3d
+
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [
+            *(("id", value) for value in (0, -1, 1.0, True, "1", 10**400)),
+            *(("state", value) for value in ("confirmed", None)),
+            *(("curve", value) for value in (None, line((0, 0, 0), (1, 1, 1)))),
+            *(("curve_3d", value) for value in ("x", wave())),
+            *(("hits", value) for value in (-1, 1.0)),
+            *(("misses", value) for value in (-1, None)),
+            ("detection", wave()),
+            *(("confidence", value) for value in (-0.1, 1.1, math.nan, None)),
+            *(("width_px", value) for value in (-0.1, math.inf, math.nan, "3")),
+        ],
+    )
+    def test_wrong_fields_are_refused(self, name, value):
+        with pytest.raises(InputError, match=f"{name} must be"):
+            replace(Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None), **{name: value})
+
+    @pytest.mark.parametrize("spans", NOT_SPANS)
+    def test_what_is_inferred_lies_within_the_curve(self, spans):
+        with pytest.raises(InputError, match="inferred must be"):
+            Track(1, TrackState.CONFIRMED, wave(), None, 1, 0, None, spans)

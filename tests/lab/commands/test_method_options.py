@@ -1,0 +1,91 @@
+"""Settings of the methods to be scored: of the options, of YAML files among the methods, and of both."""
+
+import pytest
+from cli.cli_inputs import mask, photo
+
+from dloftbs.config import Config, HsvRange
+from dloftbs.data.frame import Frame
+from dloftbs.errors import ConfigError, InputError
+from dloftbs_lab.commands.method_options import MethodSettings
+from dloftbs_lab.commands.methods import config_of, current_folder_importable, method_of, methods_of
+
+RED = HsvRange.parse("170:10,80:255,60:255")
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "mine.yaml").write_text("linking:\n  min_length_px: 33\nfitting:\n  knots: 20\n")
+    (tmp_path / "common.yml").write_text("linking:\n  min_length_px: 44\n")
+    return tmp_path
+
+
+def test_without_settings_a_method_is_what_its_name_says(files):
+    assert config_of("default", MethodSettings()) == Config()
+    assert config_of("paper", MethodSettings()) == Config.paper()
+    expected = Config().replace({"linking.min_length_px": 33, "fitting.knots": 20})
+    assert config_of(str(files / "mine.yaml"), MethodSettings()) == expected
+    assert method_of(str(files / "mine.yaml")).settings == expected.to_yaml()
+    assert config_of("module:callable", MethodSettings(hsv=(RED,))) is None
+
+
+@pytest.mark.parametrize("name", ["default", "paper", "mine.yaml"])
+def test_settings_apply_to_every_method_the_later_over_the_earlier(files, name, monkeypatch):
+    monkeypatch.chdir(files)
+    settings = MethodSettings(files / "common.yml", {"tracking.min_hits": 7} if name != "paper" else {}, (RED,))
+    config = config_of(name, settings)
+    assert config.linking.min_length_px == 44
+    assert config.segmentation.hsv == (RED,)
+    if name != "paper":
+        assert config.tracking.min_hits == 7
+    assert (config.fitting.knots == 20) == (name == "mine.yaml")
+    assert type(config.linking) is type((Config.paper() if name == "paper" else Config()).linking)
+    assert (
+        config_of(name, MethodSettings(files / "common.yml", {"linking.min_length_px": 55})).linking.min_length_px == 55
+    )
+
+
+def test_methods_with_other_settings_are_other_methods(files):
+    assert method_of("default", MethodSettings(hsv=(RED,))).settings != method_of("default").settings
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("default", {"linkin.max": 1}, "method 'default': unknown configuration key 'linkin.max'"),
+        ("default", {"linking.max_cost": 1}, "method 'default': unknown configuration key 'linking.max_cost'"),
+        ("gone.yaml", {}, "method 'gone.yaml': gone.yaml: cannot be read"),
+    ],
+)
+def test_wrong_settings_name_the_method(name, changes, message):
+    with pytest.raises(ConfigError, match=message):
+        method_of(name, MethodSettings(changes=changes))
+
+
+def test_settings_that_no_method_takes_are_an_error():
+    settings = MethodSettings(changes={"tracking.min_hits": 7}, hsv=(RED,))
+    with pytest.raises(InputError, match=r"--set and --hsv: none of the methods takes settings; .*got math:sin"):
+        methods_of(["math:sin"], settings)
+    assert [method.name for method in methods_of(["math:sin", "default"], settings)] == ["math:sin", "default"]
+    assert [method.name for method in methods_of(["math:sin"], MethodSettings())] == ["math:sin"]
+
+
+def test_a_colour_takes_the_place_of_the_mask_and_leaves_masks_without_a_picture():
+    frame = Frame(image=photo(y=30), mask=mask(y=70))
+    for settings, y in ((MethodSettings(), 70.0), (MethodSettings(hsv=(RED,)), 30.0)):
+        result = method_of("default", settings).factory()(frame)
+        assert result[0].curve(0.5)[1] == pytest.approx(y, abs=0.5)
+    alone = method_of("default", MethodSettings(hsv=(RED,))).factory()(Frame(mask=mask(y=70)))
+    assert alone[0].curve(0.5)[1] == pytest.approx(70.0, abs=0.5)
+
+
+def test_the_current_folder_is_on_the_path_for_as_long_as_it_is_needed(tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.chdir(tmp_path)
+    before = list(sys.path)
+    with current_folder_importable():
+        assert sys.path == [str(tmp_path), *before]
+        with current_folder_importable():  # as where `python -m` put it there
+            assert sys.path == [str(tmp_path), *before]
+        assert sys.path == [str(tmp_path), *before]
+    assert sys.path == before
