@@ -25,7 +25,7 @@ suites: Any = importlib.import_module(f"{LAB}.evaluation.suites")
 synthetic: Any = importlib.import_module(f"{LAB}.synthetic")
 
 _SIZE = (240, 426)  # small, so that ten thousand frames take minutes
-_MOST_FRAMES = 1500  # of a kind
+_MAX_FRAMES = 1500  # of a kind
 _FEWER_FRAMES = {"simulated": 200}  # its physics take a tenth of a second a frame
 _SCALES = {"several-cables": 6.0}  # single images: 62 of them at the scale of the paper
 _QUICK_FRAMES = 6
@@ -55,7 +55,7 @@ def sequences_of(name: str, quick: bool) -> Iterator[Any]:
         return
     scale = 1e-3 if quick else _SCALES.get(name, 1.0)
     suite = suites.open_suite(name, scale=scale, size=_SIZE)
-    most = _QUICK_FRAMES if quick else _FEWER_FRAMES.get(name, _MOST_FRAMES)
+    most = _QUICK_FRAMES if quick else _FEWER_FRAMES.get(name, _MAX_FRAMES)
     share, taken = min(1.0, most / suite.frames), 0
     for number, sequence in enumerate(suite.sequences, start=1):
         if taken < share * number:

@@ -29,7 +29,7 @@ from dloftbs_lab.synthetic import DemoSequence
 
 README = Path(__file__).parents[1] / "README.md"
 VIDEO = "cable.mp4"
-MOST_ACTIONS = 10
+MAX_ACTIONS = 10
 SIZE = (480, 854)
 PINK_HUE = 169.0
 CHROMIUM = ("--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -151,7 +151,7 @@ def main() -> None:
         for what, seconds in journey.actions:
             print(f"{seconds:7.2f} s  {what}")
         total = sum(seconds for _, seconds in journey.actions)
-        print(f"{total:7.2f} s  {len(journey.actions)} actions, at most {MOST_ACTIONS}")
+        print(f"{total:7.2f} s  {len(journey.actions)} actions, at most {MAX_ACTIONS}")
         print(f"frames of each track: {dict(ids(lines))} of {len(lines)}")
 
 

@@ -28,7 +28,7 @@ from dloftbs.sinks._safe_files import AppendFile
 MEGABYTE = 2**20
 COMMAND = [sys.executable, "-m", "dloftbs"]
 _IMPORT = re.compile(r"^import time:\s+(\d+) \|\s+\d+ \|\s*(\S+)$", re.MULTILINE)
-_MOST_PACKAGES = 8
+_MAX_PACKAGES = 8
 _VIDEO_SIZE = (360, 640)
 
 
@@ -78,7 +78,7 @@ def imports(mask: Path, cached: dict[str, str], starts: int) -> None:
     median = {name: float(np.median([run.get(name, 0.0) for run in runs])) for name in {*runs[0]}}
     total = sum(median.values())
     print(f"{'imports of dloftbs detect':<38}{'median s':>9}{'share':>9}")
-    for name in sorted(median, key=lambda name: -median[name])[:_MOST_PACKAGES]:
+    for name in sorted(median, key=lambda name: -median[name])[:_MAX_PACKAGES]:
         print(f"  {name:<36}{median[name]:>9.3f}{100.0 * median[name] / total:>7.1f} %")
     print(f"  {'all':<36}{total:>9.3f}\n", flush=True)
 

@@ -28,8 +28,8 @@ from dloftbs import Frame, Pipeline
 PACKAGE = Path(dloftbs.__file__).parent
 KERNEL, PYTHON, LIBRARY = "kernel", "Python of the package", "numpy, OpenCV, scipy, Python itself"
 _COLOURS = {KERNEL: "#0072B2", PYTHON: "#E69F00", LIBRARY: "#BBBBBB"}
-_MOST_ROWS = 18
-_LEAST_SHARE, _LEAST_LABEL = 0.002, 0.02
+_MAX_ROWS = 18
+_MIN_SHARE, _MIN_LABEL = 0.002, 0.02
 _DEEPEST = 12
 
 Function = tuple[str, int, str]
@@ -120,7 +120,7 @@ def print_table(title: str, stats: pstats.Stats) -> None:
         entry[1] for function, entry in found.items() if function[2] == "process" and "pipeline" in function[0]
     )
     print(f"\n  {'function':<52}{'own':>9}{'with calls':>12}{'calls/frame':>13}")
-    for function, entry in sorted(found.items(), key=lambda item: -item[1][2])[:_MOST_ROWS]:
+    for function, entry in sorted(found.items(), key=lambda item: -item[1][2])[:_MAX_ROWS]:
         _, calls, own, below, _ = entry
         mark = "*" if kind_of(function) == KERNEL else " "
         shares = f"{100.0 * own / total:>7.1f} %{100.0 * below / total:>10.1f} %"
@@ -142,7 +142,7 @@ def boxes(stats: pstats.Stats) -> Iterator[Box]:
         whole = found[function][3]
         for child, seconds in sorted(called.get(function, []), key=lambda item: -item[1]):
             width = share * min(seconds / whole, 1.0)
-            if width >= _LEAST_SHARE and child not in path and child != function and len(path) < _DEEPEST:
+            if width >= _MIN_SHARE and child not in path and child != function and len(path) < _DEEPEST:
                 yield from below(child, left, width, (*path, function))
                 left += width
 
@@ -166,7 +166,7 @@ def draw(stats: dict[str, pstats.Stats], path: Path) -> None:
             panel.barh(
                 -box.depth, box.width, left=box.left, height=0.94, color=colour, edgecolor="white", linewidth=0.5
             )
-            if box.width >= _LEAST_LABEL:
+            if box.width >= _MIN_LABEL:
                 name = name_of(box.function).rpartition(".")[2].lstrip("_")
                 text = name[: max(int(box.width * 235) - 1, 1)]
                 panel.text(box.left + 0.001, -box.depth, text, fontsize=6.5, va="center", ha="left", clip_on=True)

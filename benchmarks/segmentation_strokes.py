@@ -14,8 +14,8 @@ _STEP_PX = 7.0  # between the points that a mouse reports
 _LENGTHS_PX = 60.0, 200.0  # of a stroke
 _JITTER_WIDTHS = 0.3  # of the hand, as a share of the cable's width, and no more than
 _JITTER_PX = 3.0
-_LEAST_BLOB_PX = 60  # a person does not care for less
-_MOST_BLOBS = 3  # strokes for what is wrong, each way
+_MIN_BLOB_PX = 60  # a person does not care for less
+_MAX_BLOBS = 3  # strokes for what is wrong, each way
 
 Mask = npt.NDArray[np.bool_]
 
@@ -40,8 +40,8 @@ def _largest(wrong: Mask) -> list[Mask]:
     joined = cv2.morphologyEx(wrong.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((5, 5)))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(joined)
     areas = stats[1:, cv2.CC_STAT_AREA]
-    order = np.argsort(-areas)[:_MOST_BLOBS]
-    return [labels == 1 + k for k in order if areas[k] >= _LEAST_BLOB_PX]
+    order = np.argsort(-areas)[:_MAX_BLOBS]
+    return [labels == 1 + k for k in order if areas[k] >= _MIN_BLOB_PX]
 
 
 def _along(part: Mask, rng: Rng, near: tuple[float, float] | None = None, *, cable: bool = True) -> Stroke:

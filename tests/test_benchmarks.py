@@ -238,7 +238,7 @@ def test_constants_are_read_and_changed_where_they_are_defined(tmp_path, monkeyp
     page = tmp_path / "page.py"
     page.write_text(
         '"""A module."""\n'
-        "_REACH_WIDTHS, _MOST = 2.0, 8  # é\n"
+        "_REACH_WIDTHS, _MAX = 2.0, 8  # é\n"
         "_SLIP = (0.6, -0.5)\n"
         '"""Cost of a step;\nin turn.\n\nSource: by hand;\nno | reason.\n"""\n'
         'NAMES = ("a", 1)\n'
@@ -250,13 +250,13 @@ def test_constants_are_read_and_changed_where_they_are_defined(tmp_path, monkeyp
     found = {one.name: one for one in constants.constants(tmp_path)}
     assert {name: one.text for name, one in found.items()} == {
         "_REACH_WIDTHS": "2.0",
-        "_MOST": "8",
+        "_MAX": "8",
         "_SLIP": "(0.6, -0.5)",
         "_LIMIT": "3.0",
     }
     assert {name: one.lacks for name, one in found.items()} == {
         "_REACH_WIDTHS": "docstring",
-        "_MOST": "docstring",
+        "_MAX": "docstring",
         "_SLIP": "",
         "_LIMIT": "unit, source",
     }
@@ -264,8 +264,8 @@ def test_constants_are_read_and_changed_where_they_are_defined(tmp_path, monkeyp
     assert "| `_SLIP` | `(0.6, -0.5)` | Cost of a step; in turn. | by hand; no \\| reason. |" in constants.tables(
         found.values(), sources=True
     )
-    assert not found["_MOST"].scalable
-    assert "_REACH_WIDTHS, _MOST = 4.0, 8  # é\n" in found["_REACH_WIDTHS"].scaled(2.0)
+    assert not found["_MAX"].scalable
+    assert "_REACH_WIDTHS, _MAX = 4.0, 8  # é\n" in found["_REACH_WIDTHS"].scaled(2.0)
     assert "_SLIP = (0.3, -0.25)\n" in found["_SLIP"].scaled(0.5)
     assert "_LIMIT: float = 1.5\n" in found["_LIMIT"].scaled(0.5)
 

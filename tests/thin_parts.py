@@ -14,7 +14,7 @@ BLOCK = 9
 LONG = 4
 THIN = 6
 CHANCE = 0.001
-MOST = 1000
+MAX = 1000
 STRAIGHT = 3.0
 
 
@@ -87,7 +87,7 @@ def slow_dashes(pieces: list[np.ndarray], least: int) -> np.ndarray:
     """Which of some pieces, (n, 2) each, lie in line with others."""
     small = sorted((len(xy) for xy in pieces if len(xy) < least), reverse=True)
     large = len(pieces) - len(small)
-    sizes = [size for size in range(2, least + 1) if large + sum(n >= size for n in small) <= MOST]
+    sizes = [size for size in range(2, least + 1) if large + sum(n >= size for n in small) <= MAX]
     smallest = min(sizes, default=least)
     dashes = [d for k, xy in enumerate(pieces) if len(xy) >= smallest for d in slow_halves(xy, k, least)]
     found = np.zeros(len(pieces), bool)

@@ -28,8 +28,8 @@ from dloftbs.pipeline.stages import run_stages
 from dloftbs_lab.evaluation.runner.joint_scores import judge_joints
 
 EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
-_LEAST_OFF_PX = 5.0  # of a curve from the cable that it lies on, or its width
-_MOST_MARGIN = 50.0
+_MIN_OFF_PX = 5.0  # of a curve from the cable that it lies on, or its width
+_MAX_MARGIN = 50.0
 _ROUNDING = 1e-9  # of a probability
 _PULL = 0.1  # towards 0, nats per square of a coefficient: few gaps are wrong
 _OF_A_SOURCE = 100.0  # gaps that each source counts for
@@ -76,7 +76,7 @@ def list_claims(scenes: Iterable[Scene]) -> Iterator[Claim]:
         for detection in run.detections:
             points = detection.curve.sample(max(int(detection.curve.length / 2.0), 20))
             off = min(float(tree.query(points)[0].max()) for tree in trees)
-            right = off < max(detection.width_px, _LEAST_OFF_PX)
+            right = off < max(detection.width_px, _MIN_OFF_PX)
             yield Claim(scene.source, "cable", np.inf, 0.0, detection.confidence, right)
         joints = [joint for detection in run.detections for joint in detection.joints]
         measured = {(gap.margin, gap.cost): gap for gap in gaps}
@@ -149,8 +149,8 @@ def state(claims: Sequence[Claim], line: Floats) -> Floats:
 def _columns(claims: Sequence[Claim]) -> Floats:
     """Return the columns of crossings, or of gaps."""
     if claims[0].kind == "gap":
-        return np.array([(1.0, min(one.margin, _MOST_MARGIN), one.seen, one.taper) for one in claims])
-    return np.array([(1.0, min(one.margin, _MOST_MARGIN), one.cost) for one in claims])
+        return np.array([(1.0, min(one.margin, _MAX_MARGIN), one.seen, one.taper) for one in claims])
+    return np.array([(1.0, min(one.margin, _MAX_MARGIN), one.cost) for one in claims])
 
 
 def calibration_error(stated: Floats, right: npt.NDArray[np.bool_]) -> float:

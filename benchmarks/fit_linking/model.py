@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from benchmarks.fit_linking.readings import Choice, Floats
 
 _PRIOR_SD = 10.0  # of a weight times the root mean square of its column, nats: it keeps unused columns at 0
-_MOST_WEIGHT = 3.0  # of a choice of a small source
+_MAX_WEIGHT = 3.0  # of a choice of a small source
 _WORTH = {"hidden": 3.0, "masks": 4.0}
 """How much more some sources count: a balance, by hand, between gaps that one cable goes on behind and ends of two."""
 
@@ -47,7 +47,7 @@ def balance(names: Sequence[str]) -> Floats:
     """Return the weight of each item of a source: sources count alike, as far as they have enough."""
     counts = {name: names.count(name) for name in set(names)}
     even = len(names) / len(counts)
-    return np.array([min(even / counts[name], _MOST_WEIGHT) * _WORTH.get(name, 1.0) for name in names])
+    return np.array([min(even / counts[name], _MAX_WEIGHT) * _WORTH.get(name, 1.0) for name in names])
 
 
 def fit(choices: Sequence[Choice]) -> Fit:

@@ -19,7 +19,7 @@ from dloftbs.linking.end_matching import list_ends, list_joints
 from dloftbs.pipeline.stages import run_stages
 
 _MORE = 8.0  # nats by which a pair may cost more than two open ends and still counts as a candidate
-_MOST_READINGS = 3000
+_MAX_READINGS = 3000
 
 Floats = npt.NDArray[np.float64]
 
@@ -110,6 +110,6 @@ def _readings(pairs: list[tuple[int, int]]) -> list[tuple[tuple[int, int], ...]]
     found: list[tuple[tuple[int, int], ...]] = [()]
     for pair in pairs:
         found += [(*reading, pair) for reading in found if not any(end in pair for other in reading for end in other)]
-        if len(found) > _MOST_READINGS:
+        if len(found) > _MAX_READINGS:
             return None
     return found

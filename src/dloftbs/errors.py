@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_MOST_CHARACTERS = 4000
+_MAX_CHARACTERS = 4000
 """Length of the longest message shown: a library's error, quoted in ours, may hold a whole corrupt file."""
 
 
@@ -11,9 +11,9 @@ class DloftbsError(Exception):
 
     def __str__(self) -> str:
         text = super().__str__()
-        if len(text) <= _MOST_CHARACTERS:
+        if len(text) <= _MAX_CHARACTERS:
             return text
-        half = _MOST_CHARACTERS // 2
+        half = _MAX_CHARACTERS // 2
         return f"{text[:half]} [{len(text) - 2 * half} characters left out] {text[-half:]}"
 
 

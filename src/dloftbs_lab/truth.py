@@ -16,7 +16,7 @@ from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.values import check_all, check_integer, shown
 
-_LEAST_ID, _LARGEST_ID = -(2**63), 2**63 - 1  # as int64 has them
+_MIN_ID, _LARGEST_ID = -(2**63), 2**63 - 1  # as int64 has them
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Truth:
     def __post_init__(self) -> None:
         for name, kind in (("curves", BSplineCurve), ("visible_masks", np.ndarray), ("curves_3d", BSplineCurve)):
             object.__setattr__(self, name, check_all(name, getattr(self, name), kind))
-        ids = (check_integer("an id", number, _LEAST_ID, _LARGEST_ID) for number in check_all("ids", self.ids, object))
+        ids = (check_integer("an id", number, _MIN_ID, _LARGEST_ID) for number in check_all("ids", self.ids, object))
         object.__setattr__(self, "ids", tuple(ids))
         count = len(self.ids)
         if len(set(self.ids)) != count:

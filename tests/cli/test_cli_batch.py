@@ -228,7 +228,7 @@ def test_a_folder_that_cannot_be_written_ends_the_run(tmp_path):
 
 
 def test_of_many_inputs_the_table_has_those_alone_with_which_something_is_wrong(tmp_path, monkeypatch):
-    monkeypatch.setattr(batch_report, "MOST_ROWS", 1)
+    monkeypatch.setattr(batch_report, "MAX_ROWS", 1)
     save(tmp_path / "in" / "a" / "0.png", mask(30, SIZE))
     save(tmp_path / "in" / "b" / "0.png", mask(30, SIZE))
     save(tmp_path / "in" / "b" / "1.png", mask(30, SIZE)).write_bytes(b"no picture")

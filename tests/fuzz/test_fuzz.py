@@ -16,7 +16,7 @@ from fuzz.runner import Runner
 if sys.platform == "win32":
     pytest.skip("limits of CPU time and memory are those of POSIX", allow_module_level=True)
 
-LEAST_CASES = {
+MIN_CASES = {
     "noise": 20,
     "labyrinths": 20,
     "combs": 20,
@@ -100,7 +100,7 @@ def test_a_workers_memory_is_its_own_and_not_its_parents() -> None:
 
 
 def test_families_and_cases_only_grow() -> None:
-    assert {name: family.suite_cases for name, family in FAMILIES.items()} == LEAST_CASES
+    assert {name: family.suite_cases for name, family in FAMILIES.items()} == MIN_CASES
 
 
 def test_a_case_depends_on_its_seed_and_number_alone() -> None:

@@ -7,7 +7,7 @@ import pytest
 from linking_examples import circle, coil, detect, draw, hide, matching_of
 
 from dloftbs.data.graph import FREE, Graph
-from dloftbs.linking.loops import _MOST_EXCHANGES, _exchanges, close_rings, open_loops
+from dloftbs.linking.loops import _MAX_EXCHANGES, _exchanges, close_rings, open_loops
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.parallel_runs import separate_parallel_runs
 
@@ -118,7 +118,7 @@ def test_all_exchanges_of_a_ring_with_few_gaps_are_tried() -> None:
 def test_of_many_exchanges_those_with_the_nearest_ends_are_tried() -> None:
     matching, loop = ring_beside_others(80, 200)
     options = np.concatenate(list(_exchanges(matching, loop)))
-    assert _MOST_EXCHANGES // 2 < len(options) < 2 * _MOST_EXCHANGES
+    assert _MAX_EXCHANGES // 2 < len(options) < 2 * _MAX_EXCHANGES
     positions = matching.branches.end_states[:, :2]
     for end in loop:
         others = options[options[:, 0] == end, 1]

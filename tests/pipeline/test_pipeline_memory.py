@@ -14,7 +14,7 @@ from dloftbs.pipeline import Pipeline
 
 SIZES = ((64, 96), (96, 64), (80, 80), (48, 120))
 WARM_UP, FRAMES = 500, 1500
-MOST_BLOCKS = 1500  # one a frame; with other tracks alive than before, it is some hundreds, either way
+MAX_BLOCKS = 1500  # one a frame; with other tracks alive than before, it is some hundreds, either way
 
 
 def varied_frame(rng: np.random.Generator, number: int) -> Frame:
@@ -50,7 +50,7 @@ def test_many_varied_frames_leave_nothing_behind(caplog):
     pipeline = Pipeline()
     before = blocks_after(pipeline, rng, range(WARM_UP))
     after = blocks_after(pipeline, rng, range(WARM_UP, WARM_UP + FRAMES))
-    assert after - before < MOST_BLOCKS
+    assert after - before < MAX_BLOCKS
 
 
 def test_sizes_cameras_and_depth_may_change_in_mid_stream():

@@ -54,7 +54,7 @@ def test_tentative_tracks_are_counted_when_they_are_confirmed():
 
 
 def test_its_size_is_bounded(monkeypatch):
-    monkeypatch.setattr(module, "_MOST_IDS", 10)
+    monkeypatch.setattr(module, "_MAX_IDS", 10)
     steadiness = counted([(i + 1,) for i in range(500)])
     assert len(steadiness._lives) == 10
     assert steadiness.tracks == 500
@@ -76,7 +76,7 @@ def test_a_number_that_is_known_is_not_asked_for():
 
 
 def test_the_numbers_of_objects_are_bounded(monkeypatch):
-    monkeypatch.setattr(module, "_MOST_COUNTS", 10)
+    monkeypatch.setattr(module, "_MAX_COUNTS", 10)
     steadiness = Steadiness()
     for number in range(500):
         steadiness.add((), number)

@@ -9,7 +9,7 @@ import sink_examples as examples
 from dloftbs import sinks
 from dloftbs.errors import SinkError
 
-MOST_FRAMES = 2000
+MAX_FRAMES = 2000
 
 
 def fill(name: str) -> tuple[int, str]:
@@ -17,7 +17,7 @@ def fill(name: str) -> tuple[int, str]:
     count = 0
     try:
         with examples.open_sink(name) as sink:
-            for i in range(MOST_FRAMES):
+            for i in range(MAX_FRAMES):
                 sink.write(examples.frame(i), examples.detected(i, in_space=True))
                 count += 1
     except SinkError as error:

@@ -47,7 +47,7 @@ def save(path: Path, data: bytes) -> Path:
 @pytest.mark.parametrize(("name", "format"), [("a.png", "PNG"), ("a.webp", "WEBP")])
 @pytest.mark.parametrize("piece", [1 << 26, 40 * 60 * 2, 1], ids=["at once", "by twos", "one by one"])
 def test_every_frame_comes_with_its_time(tmp_path, monkeypatch, name, format, piece):
-    monkeypatch.setattr(animations, "_MOST_PIXELS", piece)
+    monkeypatch.setattr(animations, "_MAX_PIXELS", piece)
     path = save(tmp_path / name, animation(format))
     with sources.open(path) as source:
         assert (source.name, source.length, source.live) == (str(path), COUNT, False)

@@ -6,7 +6,7 @@ from ui.page_client import SIZE, CableSource
 
 from dloftbs import sources
 from dloftbs.errors import SourceError
-from dloftbs.ui.frame_store import MOST_SAMPLES, FrameStore
+from dloftbs.ui.frame_store import MAX_SAMPLES, FrameStore
 
 FRAME_BYTES = 3 * SIZE[0] * SIZE[1]
 
@@ -39,7 +39,7 @@ def all_samples(store):
         (12, 4, True, [0, 3, 6, 9]),
         (12, 5, True, [0, 3, 6, 9]),
         (12, 5, False, [0, 4, 8]),
-        (3 * MOST_SAMPLES, 10**4, True, list(range(0, 3 * MOST_SAMPLES, 3))),
+        (3 * MAX_SAMPLES, 10**4, True, list(range(0, 3 * MAX_SAMPLES, 3))),
     ],
 )
 def test_a_sample_is_even_and_within_memory(opened, count, budget_frames, known, expected):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.errors import InputError
-from dloftbs.ui.messages import MOST_POINTS, Draw, Save, Seek, read
+from dloftbs.ui.messages import MAX_POINTS, Draw, Save, Seek, read
 
 STROKE = {"type": "draw", "frame": 0, "points": [[1, 2.5]], "cable": True, "radius_px": 3, "done": True}
 
@@ -26,7 +26,7 @@ def test_messages_are_types():
         {"points": [[1, 2, 3]]},
         {"points": [[1e6, 0]]},
         {"points": [["a", 0]]},
-        {"points": [[0, 0]] * (MOST_POINTS + 1)},
+        {"points": [[0, 0]] * (MAX_POINTS + 1)},
         {"radius_px": 0},
         {"radius_px": -1},
         {"frame": -1},

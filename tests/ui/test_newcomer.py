@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from benchmarks.newcomer import MOST_ACTIONS, README, command_of, ids, travel
+from benchmarks.newcomer import MAX_ACTIONS, README, command_of, ids, travel
 
 
 def test_from_a_video_of_a_pink_cable_to_its_curves(chromium_path, tmp_path):
     journey, lines = travel(tmp_path, frames=30)
-    assert len(journey.actions) <= MOST_ACTIONS
+    assert len(journey.actions) <= MAX_ACTIONS
     assert len(lines) == 30
     assert ids(lines).most_common(1)[0][1] == 30
     assert (tmp_path / "overlay.mp4").stat().st_size > 1000

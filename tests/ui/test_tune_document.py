@@ -3,7 +3,7 @@ import pytest
 
 from dloftbs.errors import InputError
 from dloftbs.ui import messages as m
-from dloftbs.ui.tune_document import MOST_STROKES, DrawnStroke, History, TuneDocument, edited
+from dloftbs.ui.tune_document import MAX_STROKES, DrawnStroke, History, TuneDocument, edited
 
 LINE = DrawnStroke(2, ((10.0, 10.0), (50.0, 10.0)), True, 3.0)
 
@@ -65,7 +65,7 @@ def test_a_document_is_empty_while_nothing_says_what_is_cable(document, empty):
 
 def test_too_many_strokes_are_refused():
     with pytest.raises(InputError, match="erase some"):
-        edited(TuneDocument(strokes=(LINE,) * MOST_STROKES), draw())
+        edited(TuneDocument(strokes=(LINE,) * MAX_STROKES), draw())
 
 
 def test_history_goes_back_and_forth():

@@ -16,7 +16,7 @@ newest item does not wait."""
 PATIENCE_S = 0.05
 """Longest wait of the newest item for older ones. Transports deliver in bursts, of ten after a stall of a third of
 a second: each frame of these is answered where that takes no longer."""
-MOST_WAITING = 10
+MAX_WAITING = 10
 """Items that wait behind the newest at most, however fast they are computed: 28 MB of HD."""
 _REMEMBERED = 9
 """Computations of which the median is the time that one takes: a stall of the machine is not taken for it."""
@@ -71,7 +71,7 @@ class Newest(Generic[T]):
             if self._taken is not None:
                 self._busy_s.append((monotonic() if now is None else now) - self._taken)
                 busy_s = max(median(self._busy_s), 1e-6)
-                self._most_waiting = min(MOST_WAITING, int(PATIENCE_S / busy_s)) if busy_s <= KEEPS_UP_S else 0
+                self._most_waiting = min(MAX_WAITING, int(PATIENCE_S / busy_s)) if busy_s <= KEEPS_UP_S else 0
             self._changed.wait_for(lambda: self._closed or self._items)
             if self._closed:
                 return None

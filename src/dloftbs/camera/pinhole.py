@@ -27,7 +27,7 @@ COEFFICIENT_COUNTS = {"polynomial": (0, 4, 5, 8, 12, 14), "fisheye": (4,)}
 
 _SHORTEST_FOCAL_PX, _FARTHEST_PX = 1e-3, 1e7  # from images in units of their own to the longest lenses
 _LARGEST_COEFFICIENT = 1e6  # calibrations of long lenses have some thousands
-_MOST_TILT = 1.5  # rad; at a right angle, a tilted sensor sees nothing
+_MAX_TILT = 1.5  # rad; at a right angle, a tilted sensor sees nothing
 
 _KEYS = ("fx", "fy", "cx", "cy")
 
@@ -349,5 +349,5 @@ def _coefficients(values: Any, model: str) -> tuple[float, ...]:
         wanted = " or ".join(str(count) for count in counts)
         raise InputError(f"the {model} model has {wanted} distortion coefficients, got {len(coefficients)}")
     for angle in coefficients[12:]:
-        check_number("the tilt of the sensor", angle, -_MOST_TILT, _MOST_TILT)
+        check_number("the tilt of the sensor", angle, -_MAX_TILT, _MAX_TILT)
     return coefficients if model == "fisheye" or any(coefficients) else ()

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from dloftbs.cleaning.kernels.narrow_ground import (
     DEEPEST_HOLE_WIDTHS,
     DEEPEST_SLIT_WIDTHS,
-    LEAST_SLIT_WIDTHS,
+    MIN_SLIT_WIDTHS,
     close_round,
 )
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
@@ -40,13 +40,13 @@ _SINGLE_SHARE = 0.15
 Source: by hand; that of the ends and of frays. The less it is, the shorter may be the part in which a bundle parts.
 """
 
-_MOST_PIECES = 500
+_MAX_PIECES = 500
 """More pieces than this with narrow ground are noise, of which nothing is filled.
 
 Source: bounds the time, by hand; a small piece takes some 0.2 ms.
 """
 
-_MOST_PARTS = 2000
+_MAX_PARTS = 2000
 """More parts of narrow ground than this in a piece are noise, of which nothing is filled.
 
 Source: bounds the time, by hand; a part takes some 0.05 ms, and a phone's photograph with pin-holes has 900.
@@ -82,7 +82,7 @@ def fill_holes(pixels: _Pixels, places: npt.NDArray[np.int64], beyond: _Sides) -
     unseen, filled, pieces = pixels.copy(), pixels.copy(), 0
     while len(places):
         pieces += 1
-        if pieces > _MOST_PIECES:
+        if pieces > _MAX_PIECES:
             return None
         row, column, has_slit = places[places[:, 2].argmax()].tolist()  # those with slits first
         _, _, _, (x, y, w, h) = cv2.floodFill(unseen, None, (column, row), _SEEN, flags=8)
@@ -113,7 +113,7 @@ def _keep_within(narrow: _Pixels, solid: _Pixels, deepest: float, apart_from: _P
     """Return the narrow ground that lies within one cable, by its depth where it is filled, px, in widths."""
     found = np.zeros_like(narrow)
     outlines, _ = cv2.findContours(narrow, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    if not 0 < len(outlines) <= _MOST_PARTS:
+    if not 0 < len(outlines) <= _MAX_PARTS:
         return found
     parts = [_cut_part(outline, narrow) for outline in outlines]
     width = _mean_width(solid)
@@ -218,7 +218,7 @@ def _find_slits(sealed: _Pixels, width: float) -> _Pixels:
     """Return the long stretches of ground of a piece that hold no disc of a width, px."""
     slits = _close(sealed, round(0.5 * width)) & (1 - sealed)
     outlines, _ = cv2.findContours(slits, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    long = [outline for outline in outlines if np.hypot(*cv2.boundingRect(outline)[2:]) > LEAST_SLIT_WIDTHS * width]
+    long = [outline for outline in outlines if np.hypot(*cv2.boundingRect(outline)[2:]) > MIN_SLIT_WIDTHS * width]
     found = np.zeros_like(sealed)
     cv2.drawContours(found, long, -1, 1, cv2.FILLED)
     return found & slits

@@ -1,4 +1,4 @@
-"""Stage 2: mask to crop: morphology, holes, bounding box, orientation (paper: open and skeletonise)."""
+"""Mask to crop: morphology, holes, bounding box, orientation (paper: open and skeletonise)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dloftbs.kernels.bitmask import cut, frame
 from dloftbs.kernels.shared.bitmask_layout import WORD_BITS
 
 _WORD_BYTES = 8
-_NOISE, _MOST_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise
+_NOISE, _MAX_CHANGED = 32, 4096  # a mask of which a larger share and more pixels change is noise
 
 
 def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None = None) -> MaskCrop | None:
@@ -48,7 +48,7 @@ def clean(mask: npt.NDArray[Any], config: CleaningConfig, region: Region | None 
     polygon = None if region is None else region.inside
     grown = mask if polygon is None else _grown_beyond(mask, polygon, 2 * (opening + close))
     bitmask, inside, x0, y0, area = cut(_packed(grown), mask.shape[1], margin)
-    most = area // _NOISE + _MOST_CHANGED
+    most = area // _NOISE + _MAX_CHANGED
     if close > 0 and len(bitmask):
         bitmask = morphology.close(bitmask, inside, close, most)
     if opening > 0 and len(bitmask):

@@ -6,9 +6,9 @@ import math
 
 ACCURACY = 0.01
 """Relative error of a percentile, at most: half the width of a bin."""
-_LEAST_MS, _MOST_MS = 1e-4, 1e7
+_MIN_MS, _MAX_MS = 1e-4, 1e7
 _LOG_RATIO = math.log1p(2.0 * ACCURACY)
-_BINS = math.ceil(math.log(_MOST_MS / _LEAST_MS) / _LOG_RATIO)
+_BINS = math.ceil(math.log(_MAX_MS / _MIN_MS) / _LOG_RATIO)
 
 
 class LatencyHistogram:
@@ -31,7 +31,7 @@ class LatencyHistogram:
 
     def add(self, ms: float) -> None:
         """Count a duration, clipped to the range of the bins."""
-        index = int(math.log(max(ms, _LEAST_MS) / _LEAST_MS) / _LOG_RATIO)
+        index = int(math.log(max(ms, _MIN_MS) / _MIN_MS) / _LOG_RATIO)
         self._counts[min(index, _BINS - 1)] += 1
         self.count += 1
         self.sum_ms += ms
@@ -50,5 +50,5 @@ class LatencyHistogram:
         for index, count in enumerate(self._counts):
             seen += count
             if seen >= rank:
-                return min(_LEAST_MS * math.exp((index + 0.5) * _LOG_RATIO), self.max_ms)
+                return min(_MIN_MS * math.exp((index + 0.5) * _LOG_RATIO), self.max_ms)
         return math.nan

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-_MOST_KINDS = 20
+_MAX_KINDS = 20
 _OTHER = "other reasons"
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
@@ -24,7 +24,7 @@ class Reasons:
         """Count a reason."""
         numbers = _NUMBER.findall(reason)
         kind = tuple(_NUMBER.split(reason))
-        if kind not in self._times and len(self._times) >= _MOST_KINDS:
+        if kind not in self._times and len(self._times) >= _MAX_KINDS:
             numbers, kind = [], (_OTHER,)
         self._times[kind] += 1
         known = self._ranges.setdefault(kind, [(number, number) for number in numbers])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from dloftbs.config.section import MOST, Section, keep_integer, require
+from dloftbs.config.section import MAX, Section, keep_integer, require
 from dloftbs.support.values import as_integer
 
 
@@ -38,5 +38,5 @@ class CleaningConfig(Section, frozen=True, kw_only=True):
             valid = side is not None and 1 <= side <= 99 and side % 2 == 1
             require(valid, name, "an odd integer in 1..99", getattr(self, name))
             msgspec.structs.force_setattr(self, name, side)
-        keep_integer(self, "thin_px", 0, MOST)
+        keep_integer(self, "thin_px", 0, MAX)
         require(isinstance(self.fill_holes, bool), "fill_holes", "true or false", self.fill_holes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 
-_LEAST_LIKENESS = 0.6  # of a word that was meant; difflib's own default: a share of letters in common
+_MIN_LIKENESS = 0.6  # of a word that was meant; difflib's own default: a share of letters in common
 
 COLOUR_WORDS = {
     "red": "170:10",
@@ -38,5 +38,5 @@ def word_meant(text: str) -> str:
     words = (*COLOUR_WORDS, *_SPELLINGS)
     given = text.strip().lower()
     within = [word for word in given.replace(",", " ").split() if word in words]
-    like = within or difflib.get_close_matches(given, words, 1, _LEAST_LIKENESS)
+    like = within or difflib.get_close_matches(given, words, 1, _MIN_LIKENESS)
     return f"; did you mean {like[0]!r}?" if like else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dloftbs.config.section import LEAST, MOST, Section, keep_integer, keep_number
+from dloftbs.config.section import MAX, MIN, Section, keep_integer, keep_number
 
 
 class FittingConfig(Section, frozen=True, kw_only=True):
@@ -24,4 +24,4 @@ class FittingConfig(Section, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         if self.knots is not None:
             keep_integer(self, "knots", 2, 1000)
-        keep_number(self, "tolerance_px", LEAST, MOST)
+        keep_number(self, "tolerance_px", MIN, MAX)

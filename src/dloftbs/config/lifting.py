@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dloftbs.config.section import LEAST, MOST, Section, keep_number, require
+from dloftbs.config.section import MAX, MIN, Section, keep_number, require
 
 NEAREST_M, FARTHEST_M = 1e-30, 1e30
 """Depth that is read at all, metres: it, its reciprocal and the squares and cubes of both are numbers and not 0, the
@@ -23,8 +23,8 @@ class DepthConfig(Section, frozen=True, kw_only=True):
     max_depth_m: float = 20.0
 
     def __post_init__(self) -> None:
-        keep_number(self, "min_depth_m", 0.0, MOST)
-        keep_number(self, "max_depth_m", LEAST, MOST)
+        keep_number(self, "min_depth_m", 0.0, MAX)
+        keep_number(self, "max_depth_m", MIN, MAX)
         limits = (self.min_depth_m, self.max_depth_m)
         require(limits[0] < limits[1], "min_depth_m, max_depth_m", "numbers with min < max", limits)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dloftbs.config.section import MOST, Section, keep_integer, keep_number
+from dloftbs.config.section import MAX, Section, keep_integer, keep_number
 
 
 class ObjectsConfig(Section, frozen=True, kw_only=True):
@@ -27,9 +27,9 @@ class ObjectsConfig(Section, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         if self.objects is not None:
-            keep_integer(self, "objects", 1, MOST)
-        keep_integer(self, "min_length_px", 0, MOST)
-        keep_number(self, "min_length_widths", 0.0, MOST)
+            keep_integer(self, "objects", 1, MAX)
+        keep_integer(self, "min_length_px", 0, MAX)
+        keep_number(self, "min_length_widths", 0.0, MAX)
 
 
 class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="bending"):
@@ -52,7 +52,7 @@ class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        keep_number(self, "max_gap_widths", 0.0, MOST)
+        keep_number(self, "max_gap_widths", 0.0, MAX)
         keep_number(self, "min_gap_confidence", 0.0, 1.0)
 
 
@@ -80,8 +80,8 @@ class GreedyLinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="m
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        keep_integer(self, "min_length_px", 2, MOST)
+        keep_integer(self, "min_length_px", 2, MAX)
         keep_number(self, "distance_weight", 0.0, 1.0)
         if self.max_cost is not None:
-            keep_number(self, "max_cost", 0.0, MOST)
-        keep_integer(self, "direction_px", 2, MOST)
+            keep_number(self, "max_cost", 0.0, MAX)
+        keep_integer(self, "direction_px", 2, MAX)

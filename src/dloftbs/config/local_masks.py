@@ -9,7 +9,7 @@ _TONES = ("darker", "brighter")
 _JOINS = ("and", "or")
 """Ways in which a mask is joined with those of colours and networks."""
 
-_MOST_WIDTH_PX = 1000.0
+_MAX_WIDTH_PX = 1000.0
 _LEVELS = 255.0
 
 
@@ -37,7 +37,7 @@ class LocalConfig(Section, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         require(isinstance(self.tone, str) and self.tone in _TONES, "tone", "'darker' or 'brighter'", self.tone)
         if self.width_px is not None:
-            keep_number(self, "width_px", 1.0, _MOST_WIDTH_PX)
+            keep_number(self, "width_px", 1.0, _MAX_WIDTH_PX)
         keep_contrast(self)
         keep_join(self)
 

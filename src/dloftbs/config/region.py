@@ -8,7 +8,7 @@ import msgspec
 
 from dloftbs.config.section import Section
 from dloftbs.errors import ConfigError
-from dloftbs.support.values import MOST_PX, as_float, shown
+from dloftbs.support.values import MAX_PX, as_float, shown
 
 Rectangle: TypeAlias = tuple[int, int, int, int]
 Corner: TypeAlias = tuple[int, int]
@@ -18,7 +18,7 @@ Roi: TypeAlias = Rectangle | tuple[Corner, ...]
 RoiLike: TypeAlias = object
 """Regions as users have them: the text of the command line, a sequence of numbers or of points, or an array of them."""
 
-_MOST_CORNERS = 1000
+_MAX_CORNERS = 1000
 """Largest number of corners of a polygon; each edge is compared with each other one."""
 _FORM = "(x, y, w, h), the corners [(x, y), (x, y), (x, y), ...] of a polygon, or text: 'X,Y,W,H' or 'X,Y:X,Y:X,Y'"
 
@@ -85,8 +85,8 @@ def _polygon(corners: list[Corner], given: object) -> tuple[Corner, ...]:
     kept = [corner for place, corner in enumerate(corners) if corner != corners[place - 1]]
     if len(kept) < 3:
         raise ConfigError(f"roi must have three different corners or more as a polygon, got {shown(given)}")
-    if len(kept) > _MOST_CORNERS:
-        raise ConfigError(f"roi must have {_MOST_CORNERS} corners at most, got {len(kept)}")
+    if len(kept) > _MAX_CORNERS:
+        raise ConfigError(f"roi must have {_MAX_CORNERS} corners at most, got {len(kept)}")
     edges = list(zip(kept, kept[1:] + kept[:1], strict=True))
     for place, one in enumerate(edges):
         for other in edges[place + 1 :]:
@@ -146,6 +146,6 @@ def _listed(value: object, given: object) -> list[object]:
 
 def _number(value: object, given: object) -> float:
     number = as_float(value)
-    if number is None or abs(number) > MOST_PX:
-        raise ConfigError(f"roi must consist of finite numbers of pixels, {MOST_PX} at most, got {shown(given)}")
+    if number is None or abs(number) > MAX_PX:
+        raise ConfigError(f"roi must consist of finite numbers of pixels, {MAX_PX} at most, got {shown(given)}")
     return number

@@ -7,7 +7,7 @@ import msgspec
 from dloftbs.errors import ConfigError
 from dloftbs.support.values import abridged, as_integer, check_integer, check_number, shown
 
-LEAST, MOST = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
+MIN, MAX = 1e-9, 1_000_000_000  # of any number here: far from what is of use, and what is computed of it is finite
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -15,11 +15,11 @@ from dloftbs.support.values import as_float, as_integer, shown
 
 HUE_MAX = 179
 """Largest hue in OpenCV's 8-bit HSV (half degrees)."""
-LEAST_COLOURED = 40
+MIN_COLOURED = 40
 """Least saturation and value, of 255, where a range gives none. At both, the channels differ by 6 counts, and a count
 of noise turns the hue by 5, a third of a usual range's half: below, hue says little."""
 
-_MOST_INPUT_PX = 10_000  # of a side of a network's input
+_MAX_INPUT_PX = 10_000  # of a side of a network's input
 
 
 class HsvRange(Section, frozen=True, kw_only=True):
@@ -43,8 +43,8 @@ class HsvRange(Section, frozen=True, kw_only=True):
     """
 
     hue: tuple[int, int]
-    saturation: tuple[int, int] = (LEAST_COLOURED, 255)
-    value: tuple[int, int] = (LEAST_COLOURED, 255)
+    saturation: tuple[int, int] = (MIN_COLOURED, 255)
+    value: tuple[int, int] = (MIN_COLOURED, 255)
 
     def __post_init__(self) -> None:
         keep_range(self, "hue", HUE_MAX, wraps=True)
@@ -138,8 +138,8 @@ class NetworkConfig(Section, frozen=True, kw_only=True):
         keep_file(self, "the path of an ONNX model, in UTF-8")
         if self.size is not None:
             sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
-            valid = len(sides) == 2 and all(side is not None and 0 < side <= _MOST_INPUT_PX for side in sides)
-            require(valid, "size", f"two integers in 1..{_MOST_INPUT_PX}: rows and columns", self.size)
+            valid = len(sides) == 2 and all(side is not None and 0 < side <= _MAX_INPUT_PX for side in sides)
+            require(valid, "size", f"two integers in 1..{_MAX_INPUT_PX}: rows and columns", self.size)
         keep_integer(self, "multiple", 1, 1024)
         keep_number(self, "threshold", -1e6, 1e6)
         if self.channel is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dloftbs.config.section import MOST, Section, keep_integer
+from dloftbs.config.section import MAX, Section, keep_integer
 
 
 class SegmentsConfig(Section, frozen=True, kw_only=True):
@@ -17,4 +17,4 @@ class SegmentsConfig(Section, frozen=True, kw_only=True):
     max_segments: int = 1000
 
     def __post_init__(self) -> None:
-        keep_integer(self, "max_segments", 1, MOST)
+        keep_integer(self, "max_segments", 1, MAX)

@@ -6,10 +6,10 @@ import msgspec
 
 from dloftbs.config.section import Section, keep_number, require
 from dloftbs.errors import ConfigError
-from dloftbs.support.values import MOST_PX, as_float, as_integer, shown
+from dloftbs.support.values import MAX_PX, as_float, as_integer, shown
 
-_MOST_POINTS = 10_000  # of a stroke: an hour of a mouse's reports is none
-_MOST_PICTURES = 1000
+_MAX_POINTS = 10_000  # of a stroke: an hour of a mouse's reports is none
+_MAX_PICTURES = 1000
 _FORM = "X,Y[:X,Y...][/RADIUS], such as 330,220:360,240"
 
 
@@ -41,9 +41,9 @@ class Stroke(Section, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         given = self.points
         pairs = _items(given)
-        valid = 0 < len(pairs) <= _MOST_POINTS
+        valid = 0 < len(pairs) <= _MAX_POINTS
         points = tuple(_as_point(pair) for pair in pairs) if valid else ()
-        expected = f"1 to {_MOST_POINTS} points (x, y), in pixels"
+        expected = f"1 to {_MAX_POINTS} points (x, y), in pixels"
         require(valid and all(point is not None for point in points), "points", expected, given)
         require(isinstance(self.cable, bool), "cable", "True or False", self.cable)
         msgspec.structs.force_setattr(self, "points", points)
@@ -102,7 +102,7 @@ class ColourPicture(Section, frozen=True, kw_only=True):
         require(isinstance(self.source, str), "source", "text", self.source)
         require(isinstance(self.sample, str), "sample", "text, as `dloftbs colour` writes it", self.sample)
         sides = [as_integer(side) for side in self.size] if isinstance(self.size, (tuple, list)) else []
-        valid = len(sides) == 2 and all(side is not None and 0 < side <= MOST_PX for side in sides)
+        valid = len(sides) == 2 and all(side is not None and 0 < side <= MAX_PX for side in sides)
         require(valid, "size", "two positive integers: rows and columns", self.size)
         for name in ("cable", "ground"):
             given = getattr(self, name)
@@ -135,7 +135,7 @@ class ColourConfig(Section, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         given = self.pictures
         valid = isinstance(given, tuple) and all(isinstance(picture, ColourPicture) for picture in given)
-        require(valid and 0 < len(given) <= _MOST_PICTURES, "pictures", "a tuple of ColourPicture, at least one", given)
+        require(valid and 0 < len(given) <= _MAX_PICTURES, "pictures", "a tuple of ColourPicture, at least one", given)
         require(isinstance(self.accept_strokes, bool), "accept_strokes", "true or false", self.accept_strokes)
         strokes = any(picture.cable for picture in given)
         require(strokes, "pictures", "of which one has a stroke on a cable at least", given)
@@ -144,7 +144,7 @@ class ColourConfig(Section, frozen=True, kw_only=True):
 def _as_point(pair: object) -> tuple[float, float] | None:
     """Return two numbers as a point; None for all else."""
     numbers = [as_float(number) for number in _items(pair)]
-    known = [number for number in numbers if number is not None and abs(number) <= MOST_PX]
+    known = [number for number in numbers if number is not None and abs(number) <= MAX_PX]
     return (known[0], known[1]) if len(known) == len(numbers) == 2 else None
 
 

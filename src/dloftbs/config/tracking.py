@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from dloftbs.config.section import LEAST, MOST, Section, keep_integer, keep_number, require
+from dloftbs.config.section import MAX, MIN, Section, keep_integer, keep_number, require
 
 _SHORTEST_S = 1e-6  # from frame to frame
 
@@ -45,12 +45,12 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     on_old_stamp: Literal["reset", "error"] = "reset"
 
     def __post_init__(self) -> None:
-        keep_number(self, "gate", LEAST, MOST)
-        keep_integer(self, "min_hits", 1, MOST)
-        keep_integer(self, "override_frames", 1, MOST)
-        keep_number(self, "keep_lost_s", 0.0, MOST)
-        keep_number(self, "smoothing_s", 0.0, MOST)
-        keep_number(self, "frame_s", _SHORTEST_S, MOST)
+        keep_number(self, "gate", MIN, MAX)
+        keep_integer(self, "min_hits", 1, MAX)
+        keep_integer(self, "override_frames", 1, MAX)
+        keep_number(self, "keep_lost_s", 0.0, MAX)
+        keep_number(self, "smoothing_s", 0.0, MAX)
+        keep_number(self, "frame_s", _SHORTEST_S, MAX)
         for name in ("on_new_size", "on_old_stamp"):
             way = getattr(self, name)
             require(isinstance(way, str) and way in ("reset", "error"), name, "'reset' or 'error'", way)

@@ -1,4 +1,4 @@
-"""Stage 7: where objects cross each other and themselves, and which lies on top (not in the paper).
+"""Where objects cross each other and themselves, and which lies on top (not in the paper).
 
 The curves are intersected, not the centre lines: those run through the very same pixels where cables lie side by side,
 and so the positions lie on the published curves.
@@ -36,7 +36,7 @@ Source: fitted to 850 crossings of `rgbd_camera`, of all its errors, by logistic
 predictions are not only noise.
 """
 
-_MOST_DEPTH_ODDS = 1.6
+_MAX_DEPTH_ODDS = 1.6
 """Largest log-odds that depth is worth, nats.
 
 Source: measured on the same; with all errors at once 83 of 100 are right however clear depth is.
@@ -48,7 +48,7 @@ _IMAGE_ODDS = 15.0
 Source: as `_DEPTH_ODDS`, on 980 pictures of cables of the same and of other colours, sharp, blurred, in shadow, noisy.
 """
 
-_MOST_IMAGE_ODDS = 4.0
+_MAX_IMAGE_ODDS = 4.0
 """Largest log-odds that the image is worth, nats.
 
 Source: by hand; 0.98, as 24 of 24 in photographs and all of the clear ones of the same pictures do not contradict.
@@ -172,8 +172,8 @@ def _on_top(
         exact = np.issubdtype(frame.depth.dtype, np.floating)
         unit, seen = unit_of(frame.depth, frame.depth_unit_m), lines.widths[pairs].min(axis=1) ** 2
         agreement = order.judge_depth(stored, unit, *config.range_m, seen, 0.0 if exact else unit)
-        odds += np.minimum(np.maximum(_DEPTH_ODDS * agreement, -_MOST_DEPTH_ODDS), _MOST_DEPTH_ODDS)
+        odds += np.minimum(np.maximum(_DEPTH_ODDS * agreement, -_MAX_DEPTH_ODDS), _MAX_DEPTH_ODDS)
     if frame.image is not None:
         agreement = order.judge_image(frame.image, rows, columns)
-        odds += np.minimum(np.maximum(_IMAGE_ODDS * agreement, -_MOST_IMAGE_ODDS), _MOST_IMAGE_ODDS)
+        odds += np.minimum(np.maximum(_IMAGE_ODDS * agreement, -_MAX_IMAGE_ODDS), _MAX_IMAGE_ODDS)
     return odds

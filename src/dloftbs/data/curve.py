@@ -18,8 +18,8 @@ from dloftbs.support.values import check_flag, check_integer, check_number, show
 
 _HIGHEST_DEGREE = 9  # higher ones are of no use, and oscillate
 _SHORTEST_SPAN = 1e-12  # of knots: derivatives by shorter ones are not finite
-_MOST_POINTS = 10_000_000  # of a sample, against a number that was not meant
-_MOST_DERIVATIVES = 2  # by the length; the spline has more, by its own parameter
+_MAX_POINTS = 10_000_000  # of a sample, against a number that was not meant
+_MAX_DERIVATIVES = 2  # by the length; the spline has more, by its own parameter
 ROUNDING = 1e-9  # of a parameter that is meant to be 0 or 1
 
 
@@ -178,7 +178,7 @@ class BSplineCurve:
             If `u` is no number, or beyond the ends of an open curve, and not by rounding, unless `extrapolate`.
         """
         at = as_numbers("u", u)
-        derivative = check_integer("derivative", derivative, 0, _MOST_DERIVATIVES)
+        derivative = check_integer("derivative", derivative, 0, _MAX_DERIVATIVES)
         extrapolate = check_flag("extrapolate", extrapolate)
         beyond = at - np.clip(at, 0.0, 1.0) if extrapolate and not self._closed else np.zeros(())
         t = self.t_at(at - beyond)
@@ -278,9 +278,9 @@ class BSplineCurve:
         if (n is None) == (spacing is None):
             raise InputError(f"give either n or spacing, got n={shown(n)} and spacing={shown(spacing)}")
         if spacing is not None:
-            step = check_number("spacing", spacing, self.length / (_MOST_POINTS - 1), LARGEST)
+            step = check_number("spacing", spacing, self.length / (_MAX_POINTS - 1), LARGEST)
             n = max(math.ceil(self.length / step - ROUNDING), 1) + 1 if step > 0.0 else 2
-        return self(np.linspace(0.0, 1.0, check_integer("n", n, 2, _MOST_POINTS)))
+        return self(np.linspace(0.0, 1.0, check_integer("n", n, 2, _MAX_POINTS)))
 
     def resample(self, n: int) -> FloatArray:
         """Return `n` points at equal distances along the curve: `sample` under the name of other packages."""

@@ -32,7 +32,7 @@ from dloftbs.support.values import (
     values_of,
 )
 
-_MOST_PIXELS = 100_000
+_MAX_PIXELS = 100_000
 """Largest number of points of a segment that is laid along a curve.
 
 Source: bounds memory; only curves that leave the picture by far are so long.
@@ -239,7 +239,7 @@ def _line_along(
     edges = [0.0, *(edge for joint in joints for edge in joint.u), 1.0]
     segments = []
     for low, high in zip(edges[::2], edges[1::2], strict=True):
-        count = min(max(math.ceil(abs(high - low) * curve.length), 1), _MOST_PIXELS) + 1
+        count = min(max(math.ceil(abs(high - low) * curve.length), 1), _MAX_PIXELS) + 1
         segments.append(Segment(curve(np.linspace(low, high, count)), np.full(count, 0.5 * width)))
     own = tuple([joint._over((float(low), float(high))) for joint in joints for low, high in [curve.t_at(joint.u)]])
     course = min(certainty / known, 1.0) if known > 0.0 else 0.0

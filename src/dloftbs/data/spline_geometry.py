@@ -17,7 +17,7 @@ _NODES = 7
 Source: numerics; of a cable, nearly every knot span is then a piece by itself.
 """
 
-_MOST_SPREAD = 0.001
+_MAX_SPREAD = 0.001
 """Largest square of the spread of a piece's speeds over its fastest one, as a share of the length of the curve.
 
 Source: measured; lengths and shares of them are then right to 2e-5, on 1000 splines with control points at random.
@@ -29,13 +29,13 @@ _ROUNDING = 1e-12
 Source: numerics; some thousand times the rounding of one number.
 """
 
-_MOST_HALVINGS = 40
+_MAX_HALVINGS = 40
 """Largest number of times that a knot span is halved.
 
 Source: numerics; at a cusp, the length of the piece that holds it falls below the tolerance long before.
 """
 
-_MOST_STEPS = 6
+_MAX_STEPS = 6
 """Largest number of steps of Newton's method.
 
 Source: numerics; it takes two or three, and more only at a cusp.
@@ -107,7 +107,7 @@ class ArcLength(NamedTuple):
         piece = np.minimum(np.searchsorted(self.lengths[1:], wanted, "right"), len(self.starts) - 1)
         powers, wanted = self._powers_of(piece), wanted - self.lengths[piece]
         y = wanted / np.maximum(self.lengths[piece + 1] - self.lengths[piece], _TINY)
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             length, speed = _length_and_speed(powers, y)
             step = (length - wanted) / np.maximum(speed, _TINY)
             y = np.minimum(np.maximum(y - step, 0.0), 1.0)
@@ -129,17 +129,17 @@ def measure(spline: BSpline, knots: FloatArray) -> ArcLength:
     starts, widths = knots[:-1][spans > 0.0], spans[spans > 0.0]
     least = 0.0
     done: list[tuple[FloatArray, FloatArray, FloatArray]] = []
-    for halvings in range(_MOST_HALVINGS + 1):
+    for halvings in range(_MAX_HALVINGS + 1):
         velocity = spline(starts + widths * _AT[:, None], nu=1)
         speeds = np.sqrt(np.einsum("ijk,ijk->ij", velocity, velocity)) * widths
         if not done:
-            least = _MOST_SPREAD * float((_WEIGHTS @ speeds).sum())
+            least = _MAX_SPREAD * float((_WEIGHTS @ speeds).sum())
         fastest = speeds.max(axis=0)
         rough = (fastest - speeds.min(axis=0)) ** 2 > least * fastest
         if not done and rough.any():
             least = max(least, _ROUNDING * float(np.abs(spline.c).max()))
             rough &= fastest > least
-        if halvings == _MOST_HALVINGS or not rough.any():
+        if halvings == _MAX_HALVINGS or not rough.any():
             done.append((starts, widths, speeds))
             break
         done.append((starts[~rough], widths[~rough], speeds[:, ~rough]))

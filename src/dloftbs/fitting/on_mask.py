@@ -13,7 +13,7 @@ from dloftbs.data.centerline import Centerline, Joint, JointKind, Segment
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.mask_crop import MaskCrop
 from dloftbs.fitting.kernels.mask_contact import lie_on_mask, stays_on_mask
-from dloftbs.fitting.seen_joints import LEAST_BESIDE_PX, mark_unseen_joints, remade
+from dloftbs.fitting.seen_joints import MIN_BESIDE_PX, mark_unseen_joints, remade
 from dloftbs.fitting.spline_fit import distinct_knots, fit, fit_with_knots
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.support.arrays import AnyArray, FloatArray, frozen
@@ -94,7 +94,7 @@ def _filled(line: Centerline) -> tuple[FloatArray, FloatArray]:
         points, u = np.concatenate((points, points[:1])), np.append(u, 1.0)
     steps = np.hypot(*np.diff(points, axis=0).T)
     extra = []
-    for k in np.flatnonzero(steps > max(0.5 * line.width_px, LEAST_BESIDE_PX)).tolist():
+    for k in np.flatnonzero(steps > max(0.5 * line.width_px, MIN_BESIDE_PX)).tolist():
         middle = 0.5 * (u[k] + u[k + 1])
         if any(low <= middle <= high for low, high in _seen(line)):
             extra.append(np.linspace(u[k], u[k + 1], math.ceil(steps[k]) + 1)[1:-1])
@@ -119,7 +119,7 @@ def _seen(line: Centerline) -> list[_Span]:
 
 
 def _reach(line: Centerline) -> float:
-    return max(0.5 * line.width_px, LEAST_BESIDE_PX)
+    return max(0.5 * line.width_px, MIN_BESIDE_PX)
 
 
 def _is_seen(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> bool:

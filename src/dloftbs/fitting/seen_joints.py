@@ -14,13 +14,13 @@ from dloftbs.fitting.kernels.mask_contact import are_on_mask, leaves_mask
 from dloftbs.kernels.cubic_samples import sample_cubic
 from dloftbs.support.arrays import FloatArray
 
-_LEAST_WIDTHS = 2.0
+_MIN_WIDTHS = 2.0
 """Length from which a joint is looked at, widths.
 
 Source: geometry; on a shorter one the mask is half a width away at most, from where the points of its two sides lie.
 """
 
-_LEAST_SHARE = 0.1
+_MIN_SHARE = 0.1
 """Least share of a curve beside its joints by which its length is estimated, ratio.
 
 Source: numerics; the length that follows diverges where there is nothing but joints.
@@ -32,7 +32,7 @@ _SAMPLE_WIDTHS = 0.25
 Source: by hand; the curve leaves the mask for longer, if at all.
 """
 
-LEAST_BESIDE_PX = 1.5
+MIN_BESIDE_PX = 1.5
 """Distance beside the mask up to which a point counts as on it, px, where half a width is less.
 
 Source: numerics; an edge is known to a pixel.
@@ -59,8 +59,8 @@ def mark_unseen_joints(line: Centerline, curve: BSplineCurve, crop: MaskCrop) ->
         The same object where there is none.
     """
     spans = [joint.u[1] - joint.u[0] for joint in line.joints]
-    widths = len(line.radius) / line.width_px / max(1.0 - sum(spans), _LEAST_SHARE)  # the points are a pixel apart
-    long = [k for k, span in enumerate(spans) if span * widths > _LEAST_WIDTHS]
+    widths = len(line.radius) / line.width_px / max(1.0 - sum(spans), _MIN_SHARE)  # the points are a pixel apart
+    long = [k for k, span in enumerate(spans) if span * widths > _MIN_WIDTHS]
     joints = list(line.joints)
     for k, joint in enumerate(joints):
         if joint.kind is JointKind.GAP:
@@ -119,5 +119,5 @@ def _until_seen(u: float, step: float, last: float, line: Centerline, curve: BSp
 
 
 def _is_on(points: FloatArray, crop: MaskCrop, width: float) -> bool:
-    (x0, y0), reach = crop.origin, max(0.5 * width, LEAST_BESIDE_PX)
+    (x0, y0), reach = crop.origin, max(0.5 * width, MIN_BESIDE_PX)
     return bool(are_on_mask(points, crop.pixels, x0 - 1, y0 - 1, reach))

@@ -1,4 +1,4 @@
-"""Stage 6: centre line to cubic B-spline (paper: spline fitting)."""
+"""Centre line to cubic B-spline (paper: spline fitting)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from dloftbs.support.arrays import FloatArray
 
 _DEGREE = 3
 _FIRST_SPACING = 8.0  # from knot to knot, in widths of the object
-_LEAST_SPACING = 1.5
-_LEAST_SPACING_PX = 6.0
+_MIN_SPACING = 1.5
+_MIN_SPACING_PX = 6.0
 _PICK = 6  # while knots are counted, every so-many-th point will do, three a span or more
 
 
@@ -67,7 +67,7 @@ def fit_with_knots(points: FloatArray, u: FloatArray, closed: bool, k: int) -> B
 def needed_knots(points: FloatArray, u: FloatArray, closed: bool, tolerance_px: float, width_px: float) -> int:
     """Return how many distinct knots a centre line needs; for the parameters see `fit`."""
     n = len(points)
-    most = max(int(n / max(_LEAST_SPACING * width_px, _LEAST_SPACING_PX)), 2) + 1
+    most = max(int(n / max(_MIN_SPACING * width_px, _MIN_SPACING_PX)), 2) + 1
     count = min(max(int(n / (_FIRST_SPACING * width_px)), 1) + 3, most)
     pick = max(min(_PICK, n // (3 * most)), 1)
     window = max(round(1.5 * width_px / pick), 2)

@@ -14,8 +14,8 @@ from dloftbs.kernels.shared.polyline import polyline_length
 _NEAR_WIDTHS = 1.5  # farther from a curve, an end has nothing to do with it
 _ALONG = 0.6  # least cosine between an end and the curve
 _AHEAD_CHORDS, _AHEAD_WIDTHS = 1.6, 2.0  # a joint follows the curve for no longer
-_LEAST_SAMPLES = 8
-_MOST_CELLS = 64  # to a side
+_MIN_SAMPLES = 8
+_MAX_CELLS = 64  # to a side
 
 
 @helper
@@ -73,7 +73,7 @@ def sample_curves(
     start = 0
     for c in range(n_curves):
         about = polyline_length(control[start : start + counts[c]])  # somewhat longer than the curve, and at hand
-        count = min(max(np.ceil(about / step_px), float(_LEAST_SAMPLES)), float(most))
+        count = min(max(np.ceil(about / step_px), float(_MIN_SAMPLES)), float(most))
         first[c + 1] = first[c] + int(count)
         start += counts[c]
     points = np.empty((first[n_curves], 2))
@@ -133,7 +133,7 @@ def _lay_grid(
         if used[end]:
             x0, x1 = min(x0, states[end, X]), max(x1, states[end, X])
             y0, y1 = min(y0, states[end, Y]), max(y1, states[end, Y])
-    cell = max(near, max(x1 - x0, y1 - y0) / _MOST_CELLS)
+    cell = max(near, max(x1 - x0, y1 - y0) / _MAX_CELLS)
     columns, rows = int((x1 - x0) / cell) + 3, int((y1 - y0) / cell) + 3
     x0, y0 = x0 - cell, y0 - cell
     first = np.zeros(columns * rows + 1, dtype=np.int64)

@@ -13,7 +13,7 @@ FITS = 3
 """Number of fits, each with another number of knots."""
 
 _ERROR_ORDER = 4  # a cubic's error falls with the fourth power of the spacing
-_SLACK, _MOST_GROWTH = 1.1, 2.0
+_SLACK, _MAX_GROWTH = 1.1, 2.0
 
 ORDER = 4
 """Of a cubic: the number of basis functions that are not zero in a knot span."""
@@ -303,7 +303,7 @@ def misfit(
 @kernel(int64, float64, int64)
 def grow(count: int, excess: float, most: int) -> int:
     """Return the number of knots to try next, from the ratio of the misfit to its limit."""
-    return min(int(np.ceil(count * min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MOST_GROWTH))), most)
+    return min(int(np.ceil(count * min(_SLACK * excess ** (1.0 / _ERROR_ORDER), _MAX_GROWTH))), most)
 
 
 @kernel(read(float64, 1), read(float64, 2), int64, int64, int64, float64, int64)

@@ -1,4 +1,4 @@
-"""Stage 8: depth to the axis of each object, in metres (not in the paper, which lifts every pixel by itself)."""
+"""Depth to the axis of each object, in metres (not in the paper, which lifts every pixel by itself)."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _STEP_WIDTHS = 0.4
 Source: measured; closer sections make depth hardly more accurate.
 """
 
-_LEAST_PIXELS = 9.0
+_MIN_PIXELS = 9.0
 """Smallest number of pixels of a section.
 
 Source: by hand; a median of as many is robust.
 """
 
-_LEAST_SECTIONS = 8
+_MIN_SECTIONS = 8
 """Smallest number of sections of a curve.
 
 Source: by hand; twice the four coefficients of a cubic.
@@ -63,7 +63,7 @@ _BORDER_PX = 1.0
 Source: geometry; pixels there mix with the background.
 """
 
-_LEAST_SHARE = 0.3
+_MIN_SHARE = 0.3
 """Distance from the axis up to which a section looks at the least, radii.
 
 Source: by hand; thin cables have nothing but border.
@@ -93,19 +93,19 @@ _INFERRED_WIDTHS = 1.0
 Source: by hand.
 """
 
-_MOST_TIMES = 2.0
+_MAX_TIMES = 2.0
 """Largest ratio of an extrapolated depth to the farthest one that was seen.
 
 Source: by hand; beyond it the extrapolation has failed.
 """
 
-LEAST_SEEN = 0.3
+MIN_SEEN = 0.3
 """Least share of a curve that must have depth of its own.
 
 Source: by hand.
 """
 
-MOST_EXTRAPOLATED = 0.2
+MAX_EXTRAPOLATED = 0.2
 """Largest share of a curve's length that is extended straight beyond the last depth at an end.
 
 Source: by hand.
@@ -212,11 +212,11 @@ def lift(
 
 def _lay_sections(detection: Detection) -> _Sections:
     curve, line, width = detection.curve, detection.centerline, detection.width_px
-    half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _LEAST_SHARE * 0.5 * width)
-    step = max(_STEP_WIDTHS * width, _LEAST_PIXELS / (2 * int(half) + 1))
+    half = max(min(_SHARE * 0.5 * width, 0.5 * width - _BORDER_PX), _MIN_SHARE * 0.5 * width)
+    step = max(_STEP_WIDTHS * width, _MIN_PIXELS / (2 * int(half) + 1))
     block = int(_BLOCK_WIDTHS * width)
     u, points, tangents, radius, length = kernels.lay_sections(
-        curve.knots, curve.control_points, line.u, line.radius, curve.closed, step, _LEAST_SECTIONS, block
+        curve.knots, curve.control_points, line.u, line.radius, curve.closed, step, _MIN_SECTIONS, block
     )
     used = np.ones(len(u), dtype=np.bool_)
     margin = _MIXED_PX / max(length, 1.0)
@@ -241,7 +241,7 @@ def _lift_one(
     slenderness, spacing = sections.radius / focal_px, sections.spacing_px / focal_px
     strike_ground(surface, beside.ground_m, slenderness, beside.noise_per_m, spacing)
     most = max(round(_STRETCH_WIDTHS * width / sections.spacing_px), 2)
-    known = strike_steps(surface, slenderness, spacing, most, n if closed else int(MOST_EXTRAPOLATED * (n - 1)))
+    known = strike_steps(surface, slenderness, spacing, most, n if closed else int(MAX_EXTRAPOLATED * (n - 1)))
     if _is_too_few(known, n):
         return _too_few(known, counts > 0.0)
     spans = max(round(n / _SECTIONS), 1)
@@ -251,10 +251,10 @@ def _lift_one(
     if _is_too_few(known, n):
         return _too_few(known, counts > 0.0)
     beyond = slice(None, first) if first > n - 1 - last else slice(last + 1, None)
-    if not closed and max(first, n - 1 - last) > MOST_EXTRAPOLATED * (n - 1):
+    if not closed and max(first, n - 1 - last) > MAX_EXTRAPOLATED * (n - 1):
         return _too_far(counts[beyond] > 0.0, n)
-    if lowest * _MOST_TIMES < lowest_seen:
-        return f"where it is led on, the curve gets more than {_MOST_TIMES:.0f} times as far as depth was seen"
+    if lowest * _MAX_TIMES < lowest_seen:
+        return f"where it is led on, the curve gets more than {_MAX_TIMES:.0f} times as far as depth was seen"
     rays = kernels.find_rays(
         sections.points, sections.tangents, sections.radius, camera.fx, camera.fy, camera.cx, camera.cy
     )
@@ -291,7 +291,7 @@ def _surface(
         focal_px,
         _SHARE,
         _BORDER_PX,
-        _LEAST_SHARE,
+        _MIN_SHARE,
         *edges_px,
         beside.ground_m,
         beside.noise_per_m,
@@ -312,19 +312,19 @@ def _smooth(
 
 
 def _is_too_few(seen: int, sections: int) -> bool:
-    return seen < max(LEAST_SEEN * sections, 2)
+    return seen < max(MIN_SEEN * sections, 2)
 
 
 def _too_few(seen: int, measured: npt.NDArray[np.bool_]) -> str:
     """Say that few sections are seen, of those where depth was measured."""
-    text = f"only {seen} of {len(measured)} sections of the curve have depth, fewer than {100.0 * LEAST_SEEN:.0f} %"
+    text = f"only {seen} of {len(measured)} sections of the curve have depth, fewer than {100.0 * MIN_SEEN:.0f} %"
     others = int(measured.sum()) - seen
     return text if others <= 0 else f"{text}; in {others} more it is {_NOT_ITS_OWN}"
 
 
 def _too_far(beyond: npt.NDArray[np.bool_], sections: int) -> str:
     """Say that nothing is seen at an end, given where depth was measured beyond the last section that is."""
-    share, most = 100.0 * len(beyond) / (sections - 1), 100.0 * MOST_EXTRAPOLATED
+    share, most = 100.0 * len(beyond) / (sections - 1), 100.0 * MAX_EXTRAPOLATED
     others = int(beyond.sum())
     what = "no depth" if others == 0 else f"no depth of their own (in {others} sections it is {_NOT_ITS_OWN})"
     return f"the last {share:.0f} % of the curve have {what}, more than {most:.0f} %"

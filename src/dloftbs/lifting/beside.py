@@ -20,7 +20,7 @@ Source: by hand; ten frames count, and a camera that slowly drifts is followed.
 """
 
 
-_LEAST_PX = 0.75
+_MIN_PX = 0.75
 """Least displacement and fattening that are allowed for, px.
 
 Source: measured; a straight cable along the rows seems to be displaced by up to as much, by the grid of pixels alone.
@@ -76,13 +76,13 @@ class DepthEdges:
     def displacement_px(self) -> tuple[float, float]:
         """Displacement of depth, ``(x, y)``: 0 without evidence or below three quarters of a pixel."""
         x, y, _ = edges_of(self._sums)
-        return (x, y) if math.hypot(x, y) >= _LEAST_PX else (0.0, 0.0)
+        return (x, y) if math.hypot(x, y) >= _MIN_PX else (0.0, 0.0)
 
     @property
     def fattening_px(self) -> float:
         """Distance by which borders lie farther out in depth, on each side: 0 as for the displacement."""
         fattened = edges_of(self._sums)[2]
-        return fattened if fattened >= _LEAST_PX else 0.0
+        return fattened if fattened >= _MIN_PX else 0.0
 
     def reset(self) -> None:
         """Forget all frames, as with another camera."""

@@ -1,4 +1,4 @@
-"""Stage 5, the result: the way of a cable around a bend at which its skeleton cuts the corner."""
+"""The way of a cable around a bend at which its skeleton cuts the corner."""
 
 from __future__ import annotations
 

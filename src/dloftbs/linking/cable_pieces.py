@@ -1,4 +1,4 @@
-"""Stage 5, the result: a chain of branches cut into the pieces of a cable, around its corners."""
+"""A chain of branches cut into the pieces of a cable, around its corners."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dloftbs.linking.kernels.end_extension import is_seen
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.support.arrays import FloatArray
 
-_LEAST_JUMP_PX = 2.0
+_MIN_JUMP_PX = 2.0
 """Distance of neighbouring points between which there is room for another one, px.
 
 Source: geometry; pixels of a skeleton are at most the square root of 2 apart.
@@ -124,7 +124,7 @@ def fill_junctions(piece: Piece, points: Points, *, closed: bool = False) -> Non
             _, stop, step = before
             (ax, ay, radius), (bx, by, other) = points.at(stop - step), points.at(span[0])
             distance = math.hypot(bx - ax, by - ay)
-            if distance > max(min(2.0 * radius, 2.0 * other), _LEAST_JUMP_PX):
+            if distance > max(min(2.0 * radius, 2.0 * other), _MIN_JUMP_PX):
                 share = np.linspace(0.0, 1.0, math.ceil(distance) + 1)[1:-1, None]
                 way = (1.0 - share) * np.array((ax, ay)) + share * np.array((bx, by))
                 filled.append(points.add(way, radius))

@@ -1,4 +1,4 @@
-"""Stage 5, the result: end matching to centre lines, with free ends extended to the edge of the mask."""
+"""End matching to centre lines, with free ends extended to the edge of the mask."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from dloftbs.linking.kernels.lumps import course_confidence
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.support.arrays import FloatArray, frozen
 
-_LEAST = 2
+_MIN = 2
 """Smallest number of points of an open centre line.
 
 Source: geometry; a line has two ends.
 """
 
-_LEAST_AROUND = 8
+_MIN_AROUND = 8
 """Smallest number of points of a closed centre line.
 
 Source: by hand; twice the four points that a cubic needs.
 """
 
-_MOST_HALF_TURN = 1.4
+_MAX_HALF_TURN = 1.4
 """Largest half turn across a gap for which an arc lengthens the gap, rad.
 
 Source: by hand; the arc over its chord diverges at pi.
@@ -55,8 +55,8 @@ def assemble(crop: MaskCrop, graph: Graph, matching: EndMatching, least_widths: 
     list of Centerline
         Cables with ends first, then loops.
     """
-    least = max(least_widths * graph.width, _LEAST)
-    around = max(2.0 * least, _LEAST_AROUND)
+    least = max(least_widths * graph.width, _MIN)
+    around = max(2.0 * least, _MIN_AROUND)
     buffer = Points(matching.branches)
     lines: list[list[Piece]] = []
     loops: list[list[Piece]] = []
@@ -238,7 +238,7 @@ def _arc_over_chord(matching: EndMatching, end: int) -> float:
     cx, cy = bx - ax, by - ay
     leaves = math.atan2(ahead_x * cy - ahead_y * cx, ahead_x * cx + ahead_y * cy)
     comes = math.atan2(-cx * back_y + cy * back_x, -cx * back_x - cy * back_y)
-    half_turn = min(0.5 * abs(leaves + comes), _MOST_HALF_TURN)
+    half_turn = min(0.5 * abs(leaves + comes), _MAX_HALF_TURN)
     return half_turn / math.sin(half_turn) if half_turn > 1e-3 else 1.0
 
 

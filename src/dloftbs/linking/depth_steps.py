@@ -1,4 +1,4 @@
-"""Stage 5, with depth: joints along which two cables would step towards the camera and back exchange their cables."""
+"""With depth: joints along which two cables would step towards the camera and back exchange their cables."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _ROUNDS = 8
 Source: bounds time.
 """
 
-LEAST_GAIN = 1.0
+MIN_GAIN = 1.0
 """Least gain by depth alone that counts, nats.
 
 Source: by definition; odds of e.
 """
 
-_MOST_BRANCHES = 6
+_MAX_BRANCHES = 6
 """Number of branches along a cable, without depth of their own, over which depth is compared.
 
 Source: by hand; as many crossings in a row are dense.
@@ -145,7 +145,7 @@ class DepthSteps:
     def _next_known(self, end: int, known: npt.NDArray[np.bool_]) -> tuple[int, float]:
         """Return the first end with depth along a cable, behind the branch of an end, and how far away it is, px."""
         length = 0.0
-        for _ in range(_MOST_BRANCHES):
+        for _ in range(_MAX_BRANCHES):
             length += float(self._lengths[branch_of(end)])
             end = self._matching.partner[other_end(end)]
             if end < 0 or known[end]:
@@ -171,7 +171,7 @@ def exchange_by_depth(graph: Graph, matching: EndMatching, steps: DepthSteps) ->
         if len(ends) == 0:
             return
         by_node = np.bincount(nodes[ends], steps.costs(np.stack((ends, partner[ends]), axis=1)))
-        stepping = np.flatnonzero(by_node >= LEAST_GAIN).tolist()
+        stepping = np.flatnonzero(by_node >= MIN_GAIN).tolist()
         link_costs = _link_costs(graph, stepping) if stepping else {}
         best = 0.0
         for node in stepping:
@@ -210,7 +210,7 @@ def _exchange(
                 cost = link_costs[ids]
             joints.append((end, partner, cost))
     by_depth = steps.gain(one, other)
-    if by_depth < LEAST_GAIN:
+    if by_depth < MIN_GAIN:
         return 0.0, []
     return sum(joint[2] for joint in now) - sum(joint[2] for joint in then) + by_depth, then
 

@@ -1,4 +1,4 @@
-"""Stage 5, the result: the ends of cables, led on to where the mask shows that they end."""
+"""The ends of cables, led on to where the mask shows that they end."""
 
 from __future__ import annotations
 

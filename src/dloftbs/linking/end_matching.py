@@ -1,4 +1,4 @@
-"""Stage 5: graph to end matching: the joints at junctions, across gaps and along shared branches."""
+"""Graph to end matching: the joints at junctions, across gaps and along shared branches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 5, after the parallel runs: ends inside of shared branches, and gaps to those that a cable joins unseen."""
+"""After the parallel runs: ends inside of shared branches, and gaps to those that a cable joins unseen."""
 
 from __future__ import annotations
 

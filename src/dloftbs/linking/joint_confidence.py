@@ -1,4 +1,4 @@
-"""Stage 5: the probability that a joint is right, and the gaps that are left open because they rather are not."""
+"""The probability that a joint is right, and the gaps that are left open because they rather are not."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dloftbs.data.graph import branch_of
 from dloftbs.linking.calibration import CROSSING, GAP
 from dloftbs.linking.matched_ends import EndMatching
 
-_MOST_LOG_ODDS = 50.0
+_MAX_LOG_ODDS = 50.0
 """Largest log-odds of a joint, nats.
 
 Source: numerics; the exponential of more overflows, and beyond 37 the confidence is 1 to the last bit.
@@ -115,4 +115,4 @@ def open_doubtful_gaps(matching: EndMatching, width: float, least: float) -> Non
 
 
 def _probability(log_odds: float) -> float:
-    return 1.0 / (1.0 + math.exp(-min(log_odds, _MOST_LOG_ODDS)))
+    return 1.0 / (1.0 + math.exp(-min(log_odds, _MAX_LOG_ODDS)))

@@ -1,4 +1,4 @@
-"""Stage 5: what the frame has besides its mask, as columns of joints."""
+"""What the frame has besides its mask, as columns of joints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dloftbs.evidence import EndEvidence
 from dloftbs.linking.kernels.joint_evidence import describe_seen, list_gaps
 from dloftbs.linking.kernels.joint_features import DEPTH_SWERVE, OTHER_COLOUR
 
-_MOST_SWERVE_RAD = 0.4
+_MAX_SWERVE_RAD = 0.4
 """Most of a swerve towards the camera or away from it that counts, rad.
 
 Source: measured; of generated cables that lie over each other none of 892 right joints swerves half as much by depth,
@@ -50,7 +50,7 @@ def add_evidence(
 
 def swerve_bends(swerves: _Floats) -> _Floats:
     """Return the bend, rad^2, of swerves towards the camera or away from it: that of the same swerve beside the way."""
-    bends: _Floats = 3.0 * np.minimum(swerves, _MOST_SWERVE_RAD) ** 2
+    bends: _Floats = 3.0 * np.minimum(swerves, _MAX_SWERVE_RAD) ** 2
     return bends
 
 

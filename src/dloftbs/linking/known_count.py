@@ -1,4 +1,4 @@
-"""Stage 5, where the number of cables is known: what was left apart is joined until there are as many."""
+"""Where the number of cables is known: what was left apart is joined until there are as many."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Source: measured; of 59 generated frames of one cable in pieces 47 are right at 
 frames of several cables with a piece too many 22, 22 and 21.
 """
 
-_MOST_PAIRS = 4000
+_MAX_PAIRS = 4000
 """Number of pairs of ends that may be joined, those that cost the least.
 
 Source: bounds time; of 45 pieces it is all.
@@ -97,7 +97,7 @@ def _list_pairs(
     extra = prices(joints, JOINT) - open_cost[ends[pairs]].sum(axis=1)
     if evidence is not None:  # at best it shows that a gap is hidden all along
         extra += JOINT[GAP_HIDDEN] * joints[:, GAP_LENGTH] - JOINT[GAP_ROUND] * joints[:, GAP_ROUND]
-    kept = np.sort(np.argsort(extra, kind="stable")[:_MOST_PAIRS])
+    kept = np.sort(np.argsort(extra, kind="stable")[:_MAX_PAIRS])
     pairs, joints = pairs[kept], joints[kept]
     own = ends[pairs]
     if evidence is not None and len(own):

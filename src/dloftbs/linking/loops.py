@@ -1,4 +1,4 @@
-"""Stage 5, on whole cables: loops that come from a misread crossing."""
+"""On whole cables: loops that come from a misread crossing."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from dloftbs.data.graph import FREE, POSITION, UNAVAILABLE, Graph, branch_of, ot
 from dloftbs.linking.kernels.joint_features import turn_costs
 from dloftbs.linking.matched_ends import EndMatching
 
-_MOST_RINGS = 20
+_MAX_RINGS = 20
 """Largest number of rounds in which rings are opened.
 
 Source: bounds time; each round opens a ring.
 """
 
-_MOST_EXTRA_COST = 2.0
+_MAX_EXTRA_COST = 2.0
 """Largest extra cost of opening a ring into a cable that crosses it, nats.
 
 Source: by hand; in favour of it is that closed cables are rare.
 """
 
-_MOST_EXCHANGES = 2048
+_MAX_EXCHANGES = 2048
 """Largest number of exchanges that are tried at the gaps of one ring; of more, those with the nearest ends.
 
 Source: bounds time; it is all of a ring with 20 gaps among 25 other branches.
 """
 
-_MOST_UNDER_WIDTHS = 5.0
+_MAX_UNDER_WIDTHS = 5.0
 """Longest gap that the cable over it explains, widths.
 
 Source: geometry; the cable over it, half a width at both tips of the skeleton, and a width and a half clear on both
@@ -54,7 +54,7 @@ def open_loops(graph: Graph, matching: EndMatching) -> None:
     closed: two that cross are no single one.
     """
     closed: dict[int, set[int]] = {}  # the first end of each loop that stays closed, and its junctions
-    for _ in range(_MOST_RINGS):
+    for _ in range(_MAX_RINGS):
         changed: set[int] = set()
         for loop, is_loop in matching.chains():
             if is_loop and loop[0] not in closed:
@@ -82,8 +82,8 @@ def close_rings(graph: Graph, matching: EndMatching) -> None:
                 matching.branches.end_states, np.array([[i, j]]), np.ones(1, np.bool_), graph.width
             ).tolist()
             gain = open_cost[i] + open_cost[j] - cost
-            if gain > _MOST_EXTRA_COST:
-                matching.join(i, j, cost, gain - _MOST_EXTRA_COST)
+            if gain > _MAX_EXTRA_COST:
+                matching.join(i, j, cost, gain - _MAX_EXTRA_COST)
 
 
 def _open(graph: Graph, matching: EndMatching, loop: list[int]) -> set[int]:
@@ -93,20 +93,18 @@ def _open(graph: Graph, matching: EndMatching, loop: list[int]) -> set[int]:
     around = {nodes[end] for end in loop}
     gaps = [(_gain(matching, end), end) for end in loop if not matching.is_crossing(end)]
     gaps = [
-        (gain, end)
-        for gain, end in gaps
-        if gain < _MOST_EXTRA_COST or not _is_under(graph, matching, end, partner[end])
+        (gain, end) for gain, end in gaps if gain < _MAX_EXTRA_COST or not _is_under(graph, matching, end, partner[end])
     ]
     if gaps:
         gain, end = min(gaps)
         if exchange is None or extra_cost > gain:
             matching.open(end)
             return around
-    elif exchange is None or extra_cost > _MOST_EXTRA_COST:
+    elif exchange is None or extra_cost > _MAX_EXTRA_COST:
         return set()
     assert exchange is not None
     around |= {nodes[end] for one in exchange for end in (one, partner[one]) if end >= 0}
-    matching.exchange(*exchange, margin=max(_MOST_EXTRA_COST - extra_cost, 0.0))  # loops are rare: that speaks for it
+    matching.exchange(*exchange, margin=max(_MAX_EXTRA_COST - extra_cost, 0.0))  # loops are rare: that speaks for it
     return around
 
 
@@ -122,7 +120,7 @@ def _is_under(graph: Graph, matching: EndMatching, i: int, j: int) -> bool:
     start, stop = branches.end_states[[i, j], POSITION]
     chord = stop - start
     length = float(np.hypot(*chord))
-    if not 0.0 < length <= _MOST_UNDER_WIDTHS * graph.width:
+    if not 0.0 < length <= _MAX_UNDER_WIDTHS * graph.width:
         return False
     steps = np.stack((branches.points[:-1], branches.points[1:]), axis=1)
     steps = np.delete(steps, [first - 1 for first, _ in branches.spans if first > 0], axis=0)  # from branch to branch
@@ -176,7 +174,7 @@ def _exchanges(matching: EndMatching, loop: list[int]) -> Iterator[_Ints]:
             yield np.array([option for e in mates for option in _at_crossing(matching, end, e)], dtype=np.int64)
         else:
             (here_x, here_y), near = positions[end], joined
-            most = _MOST_EXCHANGES // len(at_gaps)
+            most = _MAX_EXCHANGES // len(at_gaps)
             if len(joined) > most:
                 apart = np.maximum(np.abs(x - here_x), np.abs(y - here_y))
                 near = joined[apart <= np.partition(apart, most)[most]]

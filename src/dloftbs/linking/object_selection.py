@@ -1,4 +1,4 @@
-"""Stage 5, the end: which of the centre lines are objects."""
+"""Which of the centre lines are objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 5, for branches that two cables share: the side of each cable, their crossings and their ends."""
+"""For branches that two cables share: the side of each cable, their crossings and their ends."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dloftbs.data.graph import (
     start_of,
     stop_of,
 )
-from dloftbs.linking.depth_steps import LEAST_GAIN, DepthSteps
+from dloftbs.linking.depth_steps import MIN_GAIN, DepthSteps
 from dloftbs.linking.kernels import parallel_runs as kernels
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.linking.temporal_prior import TemporalPrior
@@ -27,13 +27,13 @@ _REACH_WIDTHS = 3.0
 Source: as `_WINDOW` of the kernel.
 """
 
-_LEAST_REACH_PX = 24
+_MIN_REACH_PX = 24
 """Least length of these, px.
 
-Source: as `_LEAST_WINDOW_PX` of the kernel.
+Source: as `_MIN_WINDOW_PX` of the kernel.
 """
 
-_LEAST_EVIDENCE = 0.1
+_MIN_EVIDENCE = 0.1
 """Evidence, half a logarithm of a ratio of residuals, above which a cable is moved to the other side of a bundle.
 
 Source: by hand; below it the smoother of two axes is chance.
@@ -51,7 +51,7 @@ _UNCLEAR = 2.8
 Source: by hand; it is a factor of 2 between the root mean squared residuals.
 """
 
-_LEAST_LEAD = 0.3
+_MIN_LEAD = 0.3
 """Least advantage by the past, a difference of two sums of continuity, for an exchange.
 
 Source: by hand; continuity of a link is in 0 to 1.
@@ -173,7 +173,7 @@ def _separate(
         # The cable that comes in on the first side leaves on it, unless the two swap sides.
         stays = (last_side == first_side) != swapped[-1]
         gain = _gain_of_swap(branches, prior, before, after if stays else after[::-1])
-        if gain > _LEAST_LEAD:
+        if gain > _MIN_LEAD:
             swapped[weakest:] = ~swapped[weakest:]
             matching.raise_override(margin)
             margin = 0.0
@@ -212,7 +212,7 @@ def _stretch(graph: Graph, branches: Branches, ends: tuple[int, int]) -> np.ndar
 def _along(graph: Graph, branches: Branches, end: int) -> FloatArray:
     """Return the points of a branch next to one of its ends, from there on."""
     start, stop = branches.spans[branch_of(end)]
-    most = max(int(_REACH_WIDTHS * graph.width) + 4, _LEAST_REACH_PX)
+    most = max(int(_REACH_WIDTHS * graph.width) + 4, _MIN_REACH_PX)
     if is_start(end):
         return branches.points[start : min(start + most, stop)]
     return branches.points[max(stop - most, start) : stop][::-1]
@@ -269,7 +269,7 @@ def _other_one_stops(
             forwards,
             length + lone,
         )
-        if abs(gain) >= LEAST_GAIN:
+        if abs(gain) >= MIN_GAIN:
             return gain > 0.0
     middle = graph.points[at]
     shift, _, _ = kernels.offset_axes(middle, raw_radius[at], width)
@@ -278,7 +278,7 @@ def _other_one_stops(
         middle, shift = np.concatenate((middle, further)), np.concatenate((shift, np.zeros_like(further)))
     evidence = kernels.continuing_axis(middle, shift, shared, width)
     lies = side if running == 0 else -side
-    return abs(evidence) > _LEAST_EVIDENCE and (evidence > 0.0) != (lies > 0.0)
+    return abs(evidence) > _MIN_EVIDENCE and (evidence > 0.0) != (lies > 0.0)
 
 
 def _move(

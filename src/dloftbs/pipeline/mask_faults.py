@@ -16,7 +16,7 @@ from dloftbs.config import CleaningConfig
 from dloftbs.data.detection import Detection
 from dloftbs.support.arrays import AnyArray
 
-_MOST_MASKS = 5
+_MAX_MASKS = 5
 """Number of masks that are looked at.
 
 Source: bounds time; as many are cleaned in some milliseconds each.
@@ -26,12 +26,12 @@ _SIDES_PX = (3, 5, 7, 9, 11)
 
 Source: by definition, the odd numbers, up to an opening that few cables survive.
 """
-_LEAST_LEFT = 0.5
+_MIN_LEFT = 0.5
 """Largest share of the faults that a setting may leave to be worth its name.
 
 Source: by hand; most are gone.
 """
-_LEAST_KEPT = 0.9
+_MIN_KEPT = 0.9
 """Least share of the thick part of a mask that a setting must keep.
 
 Source: by hand; an opening as wide as a cable takes all of it.
@@ -57,7 +57,7 @@ class MaskSamples:
 
     def __init__(self, config: CleaningConfig) -> None:
         self._config = config
-        self._masks: deque[tuple[AnyArray, float]] = deque(maxlen=_MOST_MASKS)
+        self._masks: deque[tuple[AnyArray, float]] = deque(maxlen=_MAX_MASKS)
         self._count: int | None = None
 
     def add(self, mask: AnyArray | None, detections: Sequence[Detection], count: int) -> None:
@@ -74,7 +74,7 @@ class MaskSamples:
         seen = " and ".join(_told(*kind, len(self._masks)) for kind in zip(_KINDS, before, strict=True) if kind[1])
         for changes in self._settings(before):
             after, kept = self._measured(msgspec.structs.replace(self._config, **changes))
-            if _number(after) <= _LEAST_LEFT * _number(before) and kept >= _LEAST_KEPT * thick:
+            if _number(after) <= _MIN_LEFT * _number(before) and kept >= _MIN_KEPT * thick:
                 options = " ".join(f"--set cleaning.{name}={str(value).lower()}" for name, value in changes.items())
                 share = 100.0 * (1.0 - _number(after) / _number(before))
                 return f"in a frame, {seen}; {options} removes {share:.0f} % of them"

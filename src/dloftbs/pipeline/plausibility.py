@@ -7,12 +7,12 @@ import numpy as np
 from dloftbs.config import DepthConfig, SegmentationConfig
 from dloftbs.support.arrays import AnyArray
 
-_MOST_SET = 0.5
+_MAX_SET = 0.5
 """Largest share of a frame that cables usually cover; more is worth a warning.
 
 Source: by hand; ground shows between cables, which the method needs.
 """
-_MOST_READABLE = 0.6
+_MAX_READABLE = 0.6
 """Largest share of a frame that is read as cables.
 
 Source: measured; twice the largest share, 0.3, of 428 masks of photographs of cables.
@@ -35,7 +35,7 @@ Source: bounds time; more take longer than the grid, which has a thousand points
 _CLEARLY = 0.4
 """Largest share on the grid that is not counted again pixel by pixel.
 
-Source: numerics; a thousand points err by less than the tenth that it is below `_MOST_SET`.
+Source: numerics; a thousand points err by less than the tenth that it is below `_MAX_SET`.
 """
 
 
@@ -51,7 +51,7 @@ def share_set(mask: AnyArray) -> float:
 
 def doubt_mask(share: float, name: str = "") -> str | None:
     """Return why a mask, of which a share is set, is hardly one of cables; None if it may be."""
-    if share <= _MOST_SET:
+    if share <= _MAX_SET:
         return None
     what = f" of {name}" if name else ""
     return f"{100.0 * share:.0f} % of the mask{what} is set: inverted, a photograph, or too many colours?"
@@ -63,16 +63,14 @@ def refuse_mask(mask: AnyArray, share: float, *, segmented: bool) -> str | None:
     Cables are lines on a ground. In a mask that is mostly set the ground is what is left between, and the middle line
     of the rest is no cable's. A crop along a cable is full as well, but long, with ground on both sides.
     """
-    if share <= _MOST_READABLE or _is_along_cable(mask):
+    if share <= _MAX_READABLE or _is_along_cable(mask):
         return None
     remedy = (
         "the segmentation takes the ground for cable: narrow it (see dloftbs tune)"
         if segmented
         else "if it is inverted, turn it round (mask == 0); if it is a photograph or scores, threshold it"
     )
-    return (
-        f"{100.0 * share:.3g} % of the mask is set, and cables cover at most {100.0 * _MOST_READABLE:.0f} %: {remedy}"
-    )
+    return f"{100.0 * share:.3g} % of the mask is set, and cables cover at most {100.0 * _MAX_READABLE:.0f} %: {remedy}"
 
 
 def grey_hint(image: AnyArray, config: SegmentationConfig) -> str:

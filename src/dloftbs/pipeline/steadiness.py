@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from dloftbs.data.tracks import Track, TrackState
 
-_MOST_IDS = 10_000
+_MAX_IDS = 10_000
 """Number of tracks that are remembered: one that comes back after as many others were new counts again.
 
 Source: by hand; some hundred kilobytes.
@@ -17,7 +17,7 @@ _SHORT_FRAMES = 30
 
 Source: by hand; a second of most videos, and cables stay longer.
 """
-_LEAST_SHORT = 5
+_MIN_SHORT = 5
 """Number of short tracks below which they may be chance.
 
 Source: by hand.
@@ -27,7 +27,7 @@ _FLICKERING = 0.25
 
 Source: by hand; what comes, goes or hides does so rarely.
 """
-_LEAST_FRAMES = 10
+_MIN_FRAMES = 10
 """Number of frames with objects below which one number of objects is not yet the usual one.
 
 Source: by hand; a third of a second of most videos.
@@ -37,7 +37,7 @@ _USUAL = 0.8
 
 Source: by hand; with fewer, objects come and go.
 """
-_MOST_COUNTS = 1000
+_MAX_COUNTS = 1000
 """Largest number of objects in a frame that is told from larger ones, which bounds the memory."""
 
 
@@ -66,7 +66,7 @@ class Steadiness:
     def add(self, tracks: Sequence[Track], found: int) -> None:
         """Count the tracks of a frame, and the objects that were found in it."""
         self._frames += 1
-        self._found[min(found, _MOST_COUNTS)] += 1
+        self._found[min(found, _MAX_COUNTS)] += 1
         self._changes += self._count not in (None, len(tracks))
         self._count = len(tracks)
         self.shown = frozenset(track.id for track in tracks if track.state is not TrackState.TENTATIVE)
@@ -74,7 +74,7 @@ class Steadiness:
             if number not in self._lives:
                 self.tracks += 1
             self._lives[number] = self._lives.get(number, 0) + 1
-        while len(self._lives) > _MOST_IDS:
+        while len(self._lives) > _MAX_IDS:
             self._short += self._lives.pop(next(iter(self._lives))) < _SHORT_FRAMES
 
     def warning(self) -> str | None:
@@ -82,7 +82,7 @@ class Steadiness:
         ended = (life for number, life in self._lives.items() if number not in self.shown)
         short = self._short + sum(life < _SHORT_FRAMES for life in ended)
         signs = []
-        if short >= _LEAST_SHORT and 2 * short > self.tracks:
+        if short >= _MIN_SHORT and 2 * short > self.tracks:
             total = f"{self.tracks} tracks in {self._frames} frames"
             signs.append(f"{total}, {short} of them for less than {_SHORT_FRAMES} frames")
         if self._frames >= _SHORT_FRAMES and self._changes > _FLICKERING * self._frames:
@@ -95,7 +95,7 @@ class Steadiness:
         None where there is no such number, no frame has more, or the number is known.
         """
         frames = self._frames - self._found[0]
-        if self._is_known or frames < _LEAST_FRAMES:
+        if self._is_known or frames < _MIN_FRAMES:
             return None
         usual = max(range(1, max(self._found) + 1), key=lambda number: self._found[number])
         more = sum(count for number, count in self._found.items() if number > usual)

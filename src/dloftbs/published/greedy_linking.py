@@ -1,4 +1,4 @@
-"""Stage 5, as published: segments to centre lines, by greedy linking (paper: filter and order)."""
+"""As published: segments to centre lines, by greedy linking (paper: filter and order)."""
 
 from __future__ import annotations
 

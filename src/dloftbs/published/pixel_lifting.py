@@ -1,4 +1,4 @@
-"""Stage 8, as published: each pixel of the centre line brings its depth (paper: extension to 3D)."""
+"""As published: each pixel of the centre line brings its depth (paper: extension to 3D)."""
 
 from __future__ import annotations
 

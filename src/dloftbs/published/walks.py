@@ -1,4 +1,4 @@
-"""Stage 4, as published: branch points removed, the rest walked from end to end (paper: walk along segments)."""
+"""As published: branch points removed, the rest walked from end to end (paper: walk along segments)."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from dloftbs.support.values import shown
 _HEADER = struct.Struct("<iff")
 """Kind of compression, and the two parameters of inverse depth."""
 _RVL_SIZE = struct.Struct("<II")
-_MOST_NIBBLES = 11
+_MAX_NIBBLES = 11
 """Nibbles of an RVL number: three bits in each hold 32."""
 
 
@@ -111,7 +111,7 @@ def _numbers(words: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:
         return np.zeros(0, np.int64)
     starts = np.concatenate(([0], ends[:-1] + 1))
     lengths = ends - starts + 1
-    if lengths.max() > _MOST_NIBBLES:
+    if lengths.max() > _MAX_NIBBLES:
         raise InputError(f"the RVL code is corrupt: a number of {int(lengths.max())} nibbles")
     place = np.arange(ends[-1] + 1) - np.repeat(starts, lengths)
     return np.add.reduceat((nibbles[: ends[-1] + 1].astype(np.int64) & 7) << (3 * place), starts)

@@ -69,7 +69,7 @@ ENCODINGS: dict[str, _Layout] = {
 }
 """Layouts by the encoding's name in lower case."""
 
-_LEAST_BAYER = 3
+_MIN_BAYER = 3
 """Pixels of a side from which on a pattern of colours can be interpolated."""
 
 
@@ -159,8 +159,8 @@ def _check_shape(layout: _Layout, encoding: str, height: int, width: int) -> Non
         raise InputError(f"pixels of {encoding} come in pairs, got a width of {width}")
     if height * layout.half_rows % 2:
         raise InputError(f"rows of {encoding} come in pairs, got a height of {height}")
-    if layout.conversion and "Bayer" in layout.conversion and min(height, width) < _LEAST_BAYER:
-        raise InputError(f"{encoding} needs at least {_LEAST_BAYER} x {_LEAST_BAYER} pixels, got {width} x {height}")
+    if layout.conversion and "Bayer" in layout.conversion and min(height, width) < _MIN_BAYER:
+        raise InputError(f"{encoding} needs at least {_MIN_BAYER} x {_MIN_BAYER} pixels, got {width} x {height}")
 
 
 def _with_chroma(data: npt.NDArray[np.uint8], height: int, width: int, step: int) -> AnyArray:

@@ -16,7 +16,7 @@ _LINE_STRIP = 4
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _DIM = 0.25
 """Opacity of what the frame does not show."""
-_LEAST_WIDTH_M = 0.002
+_MIN_WIDTH_M = 0.002
 """Width of a line: thinner ones are hard to see beside a robot."""
 _NAMESPACE = "dloftbs"
 
@@ -74,7 +74,7 @@ class MarkerWriter:
         blue, green, red = (channel / 255.0 for channel in self._style.colour(sample.track.id - 1))
         bright = make("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=1.0)
         dim = make("std_msgs/msg/ColorRGBA", r=red, g=green, b=blue, a=_DIM)
-        width_m = max(_width_m(sample), _LEAST_WIDTH_M)
+        width_m = max(_width_m(sample), _MIN_WIDTH_M)
         upright = make("geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=0.0, w=1.0)
         return make(
             "visualization_msgs/msg/Marker",

@@ -39,7 +39,7 @@ _FIELD_TYPES: dict[str, tuple[str, int]] = {
 _DEPTH_ENCODINGS = {"uint16": "16UC1", "float32": "32FC1", "float64": "64FC1"}
 _PLUMB_BOB = 5
 """Most coefficients of the distortion model of that name."""
-_MOST_NS = 2**63 - 1
+_MAX_NS = 2**63 - 1
 _LAST_S = 2**31 - 1
 """Latest time of a message, in 2038."""
 _OK, _WARN = 0, 1
@@ -65,7 +65,7 @@ class Header:
     frame_id: str
 
     def __post_init__(self) -> None:
-        stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_MOST_NS, _MOST_NS)
+        stamp_ns = check_integer("stamp_ns", self.stamp_ns, -_MAX_NS, _MAX_NS)
         set_fields(self, stamp_ns=stamp_ns, frame_id=check_text("frame_id", self.frame_id))
 
     def message(self, make: MessageFactory, ending: str = "") -> Any:

@@ -27,7 +27,7 @@ _REMEDY = (
     "convert them to sensor_msgs/Image or CompressedImage, as image_transport's republish does with ffmpeg and theora, "
     "or to a video or image files"
 )
-_MOST_LISTED = 30
+_MAX_LISTED = 30
 
 
 @dataclass(frozen=True)
@@ -284,8 +284,8 @@ class _Choice:
         unused = [topic for topic in others if base_name(topic.name) != base_name(used.name)]
         if not unused:
             return
-        described = ", ".join(f"{topic.name} ({self._described(topic)})" for topic in unused[:_MOST_LISTED])
-        more = f" and {len(unused) - _MOST_LISTED} more" if len(unused) > _MOST_LISTED else ""
+        described = ", ".join(f"{topic.name} ({self._described(topic)})" for topic in unused[:_MAX_LISTED])
+        more = f" and {len(unused) - _MAX_LISTED} more" if len(unused) > _MAX_LISTED else ""
         remedy = _REMEDY if all(topic in self._foreign for topic in unused) else f"{option} takes another"
         self.remarks.append(f"{what} from {used.name}; not used: {described}{more}; {remedy}")
 
@@ -329,8 +329,8 @@ def _names(topics: Sequence[Topic]) -> str:
         f"{topic.name} ({_kind_of(topic)}{'' if topic.count is None else f', {topic.count} messages'})"
         for topic in topics
     ]
-    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
-    return ", ".join(names[:_MOST_LISTED]) + more
+    more = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
+    return ", ".join(names[:_MAX_LISTED]) + more
 
 
 def _kind_of(topic: Topic) -> str:

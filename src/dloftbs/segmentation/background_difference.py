@@ -1,4 +1,4 @@
-"""Stage 1 for a camera that stands still: the pixels that differ from the place without cables."""
+"""For a camera that stands still: the pixels that differ from the place without cables."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _SHADOW = 1.0 / 40.0
 
 Source: by hand; 12 px of 480.
 """
-_MOST_NOISE = 4.0
+_MAX_NOISE = 4.0
 """Largest noise of a smoothed frame that still shows its background, in levels.
 
 Source: derived; white noise of 20 levels, of a camera at night, leaves a median absolute deviation of 4.
@@ -126,7 +126,7 @@ class BackgroundSegmenter:
         if any(abs(factor - 1.0) > 1.0 / _WHITE for factor in gain):  # by a level of the brightest pixel
             smooth = cv2.multiply(smooth, (*(1.0 / factor for factor in gain), 0.0))
         noise = max(noise_of(*both)[1] for both in zip(_channels(smooth), _channels(self._smooth), strict=True))
-        if noise > _MOST_NOISE * LEVEL:
+        if noise > _MAX_NOISE * LEVEL:
             if not self._warned:
                 _log.warning(
                     "segmentation.background shows another place than the frames, or another light: it says nothing. "

@@ -1,4 +1,4 @@
-"""Stage 1: colour image to mask, by colours learned from strokes that somebody drew."""
+"""Colour image to mask, by colours learned from strokes that somebody drew."""
 
 from __future__ import annotations
 

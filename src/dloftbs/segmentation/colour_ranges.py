@@ -1,4 +1,4 @@
-"""Stage 1: colour image to mask, by ranges of hue, saturation and value."""
+"""Colour image to mask, by ranges of hue, saturation and value."""
 
 from __future__ import annotations
 

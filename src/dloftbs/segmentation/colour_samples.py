@@ -25,7 +25,7 @@ _STEPS = 4
 
 Source: bounds memory; a count is off by a tenth at most, and fits a byte.
 """
-_MOST_BYTES = 1 << 22
+_MAX_BYTES = 1 << 22
 """Length of an unpacked sample that is read at most, bytes.
 
 Source: bounds memory; three full histograms have half of it.
@@ -84,7 +84,7 @@ class ColourSample:
         """
         try:
             unzip = zlib.decompressobj()
-            packed = unzip.decompress(base64.b64decode(text, validate=True), _MOST_BYTES)
+            packed = unzip.decompress(base64.b64decode(text, validate=True), _MAX_BYTES)
             parts = []
             for _ in range(3):
                 counts, packed = _unpack(packed)

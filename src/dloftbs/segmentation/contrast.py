@@ -31,7 +31,7 @@ _STRONG = 2.0
 
 Source: derived; with `_NOISE`, no pixel of noise has it in a thousand images.
 """
-_LEAST_LEVELS = 3.0
+_MIN_LEVELS = 3.0
 """Least contrast where there is no noise, in levels.
 
 Source: numerics; conversions of colour round by a level on either side, and codecs leave blocks in place of noise.
@@ -74,7 +74,7 @@ def limits_of(median: float, noise: float, contrast: float | None) -> tuple[floa
     """
     if contrast is not None:
         return LEVEL * contrast, LEVEL * contrast
-    least = max(median + _NOISE * noise, _LEAST_LEVELS * LEVEL)
+    least = max(median + _NOISE * noise, _MIN_LEVELS * LEVEL)
     return least, _STRONG * least
 
 

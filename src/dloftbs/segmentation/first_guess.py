@@ -18,7 +18,7 @@ _GROUND_PX = 41
 
 Source: by hand; wider than a cable there, by far.
 """
-_LEAST_LENGTH = 8.0
+_MIN_LENGTH = 8.0
 """Least length of a part, as a multiple of its width: area over the square of the width.
 
 Source: by hand; tools on a bench have less.
@@ -66,6 +66,6 @@ def _long_parts(mask: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     distance = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
     half_width = np.zeros(number)
     np.maximum.at(half_width, labels.ravel(), distance.ravel())
-    long = stats[:, cv2.CC_STAT_AREA] > _LEAST_LENGTH * np.maximum(2.0 * half_width, 2.0) ** 2
+    long = stats[:, cv2.CC_STAT_AREA] > _MIN_LENGTH * np.maximum(2.0 * half_width, 2.0) ** 2
     long[0] = False
     return long.astype(np.uint8)[labels]

@@ -1,4 +1,4 @@
-"""Stage 1 without a colour: the pixels that are darker, or brighter, than what surrounds them."""
+"""Without a colour: the pixels that are darker, or brighter, than what surrounds them."""
 
 from __future__ import annotations
 

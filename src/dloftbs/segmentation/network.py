@@ -1,4 +1,4 @@
-"""Stage 1 by a network of the user's own, from an ONNX file."""
+"""Image to mask by a network of the user's own, from an ONNX file."""
 
 from __future__ import annotations
 

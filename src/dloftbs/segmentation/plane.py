@@ -1,4 +1,4 @@
-"""Stage 1 with depth: the pixels that stand above the plane on which most of the depth lies."""
+"""With depth: the pixels that stand above the plane on which most of the depth lies."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ Source: by hand; depth cameras leave holes about as wide as a cable.
 """
 
 
-_MOST_TOLERANCE = 5.0
+_MAX_TOLERANCE = 5.0
 """Widest tolerance of the pixels of a plane, over the height.
 
 Source: by hand; wider, a box on the table counts as table.
@@ -198,7 +198,7 @@ def _refined(directions: FloatArray, inverse: FloatArray, plane: FloatArray, tol
     for _ in range(_FITS):
         distance = _distance(directions, inverse, plane)
         noise = _MAD_TO_SIGMA * float(np.median(distance))
-        near = distance < np.clip(2.0 * noise, tolerance_m, _MOST_TOLERANCE * tolerance_m)
+        near = distance < np.clip(2.0 * noise, tolerance_m, _MAX_TOLERANCE * tolerance_m)
         if np.count_nonzero(near) < 3:
             return plane
         plane, *_ = np.linalg.lstsq(directions[:, near].T, inverse[near], rcond=None)

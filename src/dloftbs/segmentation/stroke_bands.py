@@ -31,7 +31,7 @@ _REACH = 0.25
 
 Source: by hand; wider than cables in pictures of cables.
 """
-_LEAST_PLACES = 8
+_MIN_PLACES = 8
 """Least number of places along a stroke that say something.
 
 Source: by hand; below, a standard deviation is chance.
@@ -98,7 +98,7 @@ def _mean_across(
 def _is_apart(from_left: FloatArray, from_right: FloatArray) -> bool:
     """Return True if a band differs from both sides in the same direction, of lightness or tint, nearly everywhere."""
     inside = np.isfinite(from_left).all(axis=1) & np.isfinite(from_right).all(axis=1)
-    if np.count_nonzero(inside) < _LEAST_PLACES:
+    if np.count_nonzero(inside) < _MIN_PLACES:
         return False
     sides = np.stack((from_left[inside], from_right[inside]))
     mean, least = sides.mean(axis=1), np.maximum(_CLEARLY * sides.std(axis=1), _NOTICEABLE)

@@ -25,14 +25,14 @@ _HELD = (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
 """Errors of locking that say that somebody else has the lock; all others say that there are no locks there."""
 
 
-_MOST_NAME_BYTES = 255
+_MAX_NAME_BYTES = 255
 """Of a file, on all common file systems."""
 
 
 def hidden_beside(path: Path, suffix: str) -> Path:
     """Return the name of a hidden file beside another, always the same; for a very long name, made of its digest."""
     name = f".{path.name}{suffix}"
-    if len(os.fsencode(name)) > _MOST_NAME_BYTES:
+    if len(os.fsencode(name)) > _MAX_NAME_BYTES:
         name = f".{hashlib.sha256(os.fsencode(path.name)).hexdigest()}{suffix}"
     return path.with_name(name)
 

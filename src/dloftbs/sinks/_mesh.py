@@ -17,8 +17,8 @@ IntArray = npt.NDArray[np.int32]
 SIDES = 12
 """Of a tube: its surface lies within 3.5 % of the radius from a round one."""
 _CAP_RINGS = 3
-_MOST_RINGS = 2000
-_LEAST_RINGS = 16
+_MAX_RINGS = 2000
+_MIN_RINGS = 16
 
 _VERTEX = np.dtype(
     [
@@ -129,7 +129,7 @@ def tube(curve: BSplineCurve, radius_m: float, *, caps: bool = True) -> Shape:
 
 
 def _parameters(curve: BSplineCurve, spacing_m: float) -> FloatArray:
-    count = int(np.clip(np.ceil(curve.length / spacing_m), _LEAST_RINGS, _MOST_RINGS))
+    count = int(np.clip(np.ceil(curve.length / spacing_m), _MIN_RINGS, _MAX_RINGS))
     return np.linspace(0.0, 1.0, count, endpoint=False) if curve.closed else np.linspace(0.0, 1.0, count)
 
 

@@ -21,7 +21,7 @@ from dloftbs.sinks.sink import PathSink
 from dloftbs.support.npy import BROKEN, read_members
 from dloftbs.support.values import check_path
 
-_MOST_BYTES = 1 << 30
+_MAX_BYTES = 1 << 30
 """Of a column that is read back: the control points of ten objects in each frame of an hour take half of it."""
 
 # The headers are raised in this order; `frame` is last, so that all columns hold at least the rows that it counts.
@@ -208,7 +208,7 @@ def read_npz(path: str | Path) -> list[NpzRow]:
     place = check_path("path", path)
     try:
         names = [column.name for column in _COLUMNS]
-        found, arrays = read_members(place, names, _MOST_BYTES)
+        found, arrays = read_members(place, names, _MAX_BYTES)
         if missing := [name for name in names if name not in found]:
             raise InputError(f"it lacks {', '.join(missing)}")
         return [_row(arrays, i) for i in range(len(arrays["frame"]))]

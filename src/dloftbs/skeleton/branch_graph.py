@@ -1,4 +1,4 @@
-"""Stage 4: skeleton to graph: junctions kept, spurs found, branches moved to the middle of the mask."""
+"""Skeleton to graph: junctions kept, spurs found, branches moved to the middle of the mask."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stage 3: crop to skeleton, one pixel wide (paper: open and skeletonise)."""
+"""Crop to skeleton, one pixel wide (paper: open and skeletonise)."""
 
 from __future__ import annotations
 

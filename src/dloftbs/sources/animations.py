@@ -19,7 +19,7 @@ from dloftbs.sources.source import Source, logger
 
 ANIMATED_EXTENSIONS = (".png", ".webp")
 """Endings of the image files that may hold an animation."""
-_MOST_PIXELS = 1 << 26
+_MAX_PIXELS = 1 << 26
 """Pixels that are decoded at a time, 0.3 GB with an alpha channel: OpenCV begins anew for each piece."""
 _NEEDED = "reading animations needs OpenCV 4.11 or newer: pip install -U opencv-python-headless"
 
@@ -77,7 +77,7 @@ class AnimationSource(Source):
         self._label = label
         self._kind: Kind = "mask" if kind == "mask" else "image"
         self._camera = camera
-        self._piece = max(1, _MOST_PIXELS // max(rows * columns, 1))
+        self._piece = max(1, _MAX_PIXELS // max(rows * columns, 1))
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the frames. What cannot be decoded ends the stream, and is reported.

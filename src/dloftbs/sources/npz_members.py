@@ -12,7 +12,7 @@ from dloftbs.errors import SourceError
 from dloftbs.sources.pixels import MAX_PIXELS, AnyArray
 from dloftbs.support.npy import BROKEN, File, NpyHeader, open_member, opened, read_members
 
-_MOST_WHOLE = 64 << 20
+_MAX_WHOLE = 64 << 20
 """Bytes of an array that is read whole: stamps of three days at 30 frames per second."""
 _PIECE = 1 << 20  # bytes skipped at a time
 
@@ -101,6 +101,6 @@ def read_whole(file: File, keys: tuple[str, ...]) -> tuple[list[str], dict[str, 
         If the archive cannot be read.
     """
     try:
-        return read_members(file, keys, _MOST_WHOLE)
+        return read_members(file, keys, _MAX_WHOLE)
     except BROKEN as error:
         raise SourceError(f"{file}: cannot be read as a .npz file: {error}") from error

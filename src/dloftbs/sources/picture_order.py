@@ -6,7 +6,7 @@ from collections import deque
 from fractions import Fraction
 from typing import Any
 
-_MOST_DUE = 256
+_MAX_DUE = 256
 """Packets whose pictures are waited for: more than codecs reorder (16) and any number of cores decodes at a time."""
 
 
@@ -27,7 +27,7 @@ class PictureOrder:
         self._start: int | None = None  # time of the first picture, even if that is lost
         self._unit_s = unit_s
         self._step_s = step_s
-        self._due: deque[tuple[int, int]] = deque(maxlen=_MOST_DUE)
+        self._due: deque[tuple[int, int]] = deque(maxlen=_MAX_DUE)
         self._clock = 0  # number of the clock that packets are counted by
         self._last_dts: int | None = None
         self._shown_clock = 0
@@ -66,7 +66,7 @@ class PictureOrder:
         if key is None:
             return 0, self._shown(time, self._clock)
         passed = sum(due < key for due in self._due)
-        self._due = deque((due for due in self._due if due > key), _MOST_DUE)
+        self._due = deque((due for due in self._due if due > key), _MAX_DUE)
         return passed, self._shown(time, key[0])
 
     def _shown(self, time: int, clock: int) -> float:

@@ -45,7 +45,7 @@ MAX_BYTES = 1 << 30
 HALF = 128
 """Lossy codecs ring around edges, so that in their 8-bit masks cable begins at half, not at 1."""
 
-_LEAST_GROUND = 0.25
+_MIN_GROUND = 0.25
 """Least share of the most frequent grey level in a mask.
 
 Source: geometry; cables leave 0.4 of a mask that is read, and a codec keeps the half of it that lies off their edges.
@@ -176,7 +176,7 @@ def _lacks_ground(pixels: AnyArray) -> bool:
     if pixels.dtype != np.uint8:
         return False
     some = (pixels if pixels.ndim == 2 else pixels[..., 1])[::_GRID_PX, ::_GRID_PX]
-    return bool(np.bincount(some.ravel()).max(initial=0) < _LEAST_GROUND * some.size)
+    return bool(np.bincount(some.ravel()).max(initial=0) < _MIN_GROUND * some.size)
 
 
 def load_npy(file: File) -> AnyArray:

@@ -22,7 +22,7 @@ _Kind = TypeVar("_Kind", bound=Enum)
 LONGEST_S = 1e11
 """Seconds: three thousand years. Larger values count milliseconds or less since 1970, and are no time in seconds."""
 
-MOST_PX = 1_000_000
+MAX_PX = 1_000_000
 """Pixels of an image's side, far above those of any sensor."""
 
 MILLIMETRE_M = 0.001
@@ -35,7 +35,7 @@ MAX_WHOLE = 2**53
 """Largest integer that JSON and a float64 hold exactly: no index, id or number of frames is larger."""
 
 _LONGEST_SHOWN = 200  # characters of a value in a message
-_MOST_SHOWN = 8  # numbers of an array, items of a list and keys in a message
+_MAX_SHOWN = 8  # numbers of an array, items of a list and keys in a message
 _LEVELS = 3  # of lists within lists in a message
 _PLAIN = (str, bytes, int, float, complex, type(None))
 _LONGEST_REPR = 280  # characters of a value by itself, a line or two
@@ -131,10 +131,10 @@ def check_size(name: str, value: object, least: int = 1) -> tuple[int, int]:
     """Return the size ``(H, W)`` of an image as a tuple, or raise an `InputError`; frames may be empty, cameras not."""
     if isinstance(value, (tuple, list)) and len(value) == 2:
         rows, columns = as_integer(value[0]), as_integer(value[1])
-        if rows is not None and columns is not None and least <= rows <= MOST_PX and least <= columns <= MOST_PX:
+        if rows is not None and columns is not None and least <= rows <= MAX_PX and least <= columns <= MAX_PX:
             return rows, columns
     kind = "positive integers" if least else "integers of at least 0"
-    raise InputError(f"{name} must be two {kind} (H, W), got {shown(value)}; {MOST_PX} at most")
+    raise InputError(f"{name} must be two {kind} (H, W), got {shown(value)}; {MAX_PX} at most")
 
 
 def check_pair(name: str, value: object, low: float, high: float) -> Span:
@@ -210,7 +210,7 @@ def _outlined(value: object, levels: int = _LEVELS) -> str:
     kind = type(value).__name__
     if hasattr(value, "shape") and hasattr(value, "dtype") and not isinstance(value, type):
         shape = tuple(value.shape)
-        if math.prod(shape) > _MOST_SHOWN:
+        if math.prod(shape) > _MAX_SHOWN:
             return f"{'array' if kind == 'ndarray' else kind} {shape} of {value.dtype}"
     elif isinstance(value, Mapping):
         if not all(isinstance(item, _PLAIN) for item in value.values()):
@@ -218,7 +218,7 @@ def _outlined(value: object, levels: int = _LEVELS) -> str:
     elif is_dataclass(value) and not isinstance(value, type) and value.__dataclass_params__.repr:  # type: ignore[attr-defined]
         return f"{kind}({_listed([getattr(value, field.name) for field in fields(value)], levels)})"
     elif isinstance(value, (list, tuple)) and not (
-        len(value) <= _MOST_SHOWN and all(isinstance(item, _PLAIN) for item in value)
+        len(value) <= _MAX_SHOWN and all(isinstance(item, _PLAIN) for item in value)
     ):
         listed = _listed(value, levels)
         return f"[{listed}]" if isinstance(value, list) else f"({listed}{',' * (len(value) == 1)})"
@@ -229,8 +229,8 @@ def _listed(values: Collection[object], levels: int) -> str:
     """Return the first of some values, and how many there are if those are not all."""
     if levels == 0:
         return "..."
-    more = f", ... ({len(values)} in all)" if len(values) > _MOST_SHOWN else ""
-    return ", ".join(_outlined(value, levels - 1) for value in islice(values, _MOST_SHOWN)) + more
+    more = f", ... ({len(values)} in all)" if len(values) > _MAX_SHOWN else ""
+    return ", ".join(_outlined(value, levels - 1) for value in islice(values, _MAX_SHOWN)) + more
 
 
 def count_of(number: int, what: str) -> str:

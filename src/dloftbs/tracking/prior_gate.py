@@ -8,7 +8,7 @@ _CLEAR_OVERRIDE = 1.0
 Source: by hand.
 """
 
-_MOST_OVERRIDES = 2
+_MAX_OVERRIDES = 2
 """Number of such frames in a row that the prior survives no longer.
 
 Source: by hand; one may be an accident.
@@ -37,5 +37,5 @@ class PriorGate:
         """Count a frame by the extra cost of its joints over the best ones without the prior."""
         self._frames_without = max(self._frames_without - 1, 0)
         self._overrides = self._overrides + 1 if override > _CLEAR_OVERRIDE else 0
-        if self._overrides >= _MOST_OVERRIDES:
+        if self._overrides >= _MAX_OVERRIDES:
             self._overrides, self._frames_without = 0, _FRAMES_WITHOUT_PRIOR

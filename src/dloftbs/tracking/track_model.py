@@ -37,6 +37,17 @@ MAX_WIDENING = 3.0
 Source: by hand.
 """
 
+_LENGTH_SHARE, _LENGTH_WIDTHS = 0.004, 0.3
+"""Tolerance of a length: its share of the length, and in widths.
+
+Source: by hand.
+"""
+_POSITION_SHARE, _POSITION_WIDTHS = 0.015, 1.5
+"""Tolerance of a part's position along the object: its share of the length, and in widths.
+
+Source: by hand.
+"""
+
 
 @dataclass(slots=True, eq=False)
 class TrackModel:
@@ -135,12 +146,12 @@ class TrackModel:
     @property
     def length_tolerance_px(self) -> float:
         """Largest difference from the usual length at which nothing counts as hidden or new."""
-        return 0.004 * self.length + 0.3 * self.width_or_0
+        return _LENGTH_SHARE * self.length + _LENGTH_WIDTHS * self.width_or_0
 
     @property
     def position_tolerance_px(self) -> float:
         """Uncertainty of a part's position along the object."""
-        return 0.015 * self.length + 1.5 * self.width_or_0
+        return _POSITION_SHARE * self.length + _POSITION_WIDTHS * self.width_or_0
 
     def predict(self, dt: float) -> None:
         """Predict the samples after some seconds."""

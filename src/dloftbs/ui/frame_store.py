@@ -10,7 +10,7 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import DloftbsError, SourceError
 from dloftbs.sources import Source
 
-MOST_SAMPLES = 120
+MAX_SAMPLES = 120
 """Number of frames that stand for the whole source.
 
 Source: by hand; a bar of the strip is then some ten pixels wide.
@@ -179,7 +179,7 @@ class FrameStore:
             self._samples = [kept for kept in self._samples if kept.index % self._every == 0]
 
     def _most(self, frame: Frame) -> int:
-        return max(2, min(MOST_SAMPLES, self._budget // _bytes_of(frame)))
+        return max(2, min(MAX_SAMPLES, self._budget // _bytes_of(frame)))
 
 
 def _bytes_of(frame: Frame) -> int:

@@ -11,22 +11,22 @@ from dloftbs.errors import InputError
 
 LARGEST_PX = 1e5
 """Largest coordinate of a pointer, px of the image; a stroke may leave the image."""
-MOST_POINTS = 4000
+MAX_POINTS = 4000
 """Number of points of one stroke, more than a minute of drawing."""
-MOST_RANGES = 16
-MOST_CABLES = 1000
+MAX_RANGES = 16
+MAX_CABLES = 1000
 """Largest number of cables that the page takes, far more than a frame shows."""
-MOST_BYTES = 1 << 20
+MAX_BYTES = 1 << 20
 """Size of a message, bytes."""
 
 Coordinate = Annotated[float, Meta(ge=-LARGEST_PX, le=LARGEST_PX)]
 Radius = Annotated[float, Meta(ge=0.5, le=1000.0)]
-Points = Annotated[tuple[tuple[Coordinate, Coordinate], ...], Meta(min_length=1, max_length=MOST_POINTS)]
+Points = Annotated[tuple[tuple[Coordinate, Coordinate], ...], Meta(min_length=1, max_length=MAX_POINTS)]
 Index = Annotated[int, Meta(ge=0, le=10**9)]
 Hue = Annotated[int, Meta(ge=0, le=179)]
 Level = Annotated[int, Meta(ge=0, le=255)]
-Ranges = Annotated[tuple[tuple[Hue, Hue, Level, Level, Level, Level], ...], Meta(max_length=MOST_RANGES)]
-Cables = Annotated[int, Meta(ge=1, le=MOST_CABLES)]
+Ranges = Annotated[tuple[tuple[Hue, Hue, Level, Level, Level, Level], ...], Meta(max_length=MAX_RANGES)]
+Cables = Annotated[int, Meta(ge=1, le=MAX_CABLES)]
 Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 Height = Annotated[float, Meta(gt=0.0, le=1.0)]
 

@@ -14,7 +14,7 @@ from typing import Protocol
 from aiohttp import WSMsgType, web
 
 from dloftbs.errors import DloftbsError, InputError, SourceError
-from dloftbs.ui.messages import MOST_BYTES, Ack, TuneMessage, ViewMessage, read
+from dloftbs.ui.messages import MAX_BYTES, Ack, TuneMessage, ViewMessage, read
 from dloftbs.ui.security import LOCAL, Access, security_headers
 from dloftbs.ui.viewer import Viewer
 from dloftbs.ui.wire import encode_text
@@ -109,7 +109,7 @@ def make_app(session: Session, access: Access) -> web.Application:
 
     async def socket(request: web.Request) -> web.WebSocketResponse:
         answer = web.WebSocketResponse(
-            timeout=_CLOSING_S, heartbeat=_HEARTBEAT_S, max_msg_size=MOST_BYTES, compress=False
+            timeout=_CLOSING_S, heartbeat=_HEARTBEAT_S, max_msg_size=MAX_BYTES, compress=False
         )
         await answer.prepare(request)
         sockets.add(answer)

@@ -30,9 +30,9 @@ ColourRange = tuple[int, int, int, int, int, int]
 
 STROKES, RANGES = "strokes", "ranges"
 METHODS = (STROKES, RANGES)
-MOST_STROKES = 500
+MAX_STROKES = 500
 """Number of strokes of a document: beyond it, fitting is no longer fast enough to follow the pointer."""
-_MOST_STATES = 200
+_MAX_STATES = 200
 
 
 class DrawnStroke(msgspec.Struct, frozen=True):
@@ -100,8 +100,8 @@ def edited(document: TuneDocument, message: EditMessage) -> TuneDocument:  # noq
     change = msgspec.structs.replace
     match message:
         case Draw():
-            if len(document.strokes) >= MOST_STROKES:
-                raise InputError(f"there are {MOST_STROKES} strokes, which is the most; erase some")
+            if len(document.strokes) >= MAX_STROKES:
+                raise InputError(f"there are {MAX_STROKES} strokes, which is the most; erase some")
             return document.with_stroke(DrawnStroke(message.frame, message.points, message.cable, message.radius_px))
         case AcceptStrokes():
             return change(document, accept_strokes=message.accept, method=STROKES)
@@ -185,7 +185,7 @@ class History:
         """Add a state; what was taken back is gone. The oldest states are forgotten."""
         if document == self.document:
             return
-        self._states = [*self._states[: self._at + 1], document][-_MOST_STATES:]
+        self._states = [*self._states[: self._at + 1], document][-_MAX_STATES:]
         self._at = len(self._states) - 1
 
     def undo(self) -> None:

@@ -26,7 +26,7 @@ _BRUSH_SHARE = 0.3
 
 Source: by hand; within the cable, also where its curve is off by a fifth of its width.
 """
-_MOST_POINTS = 400
+_MAX_POINTS = 400
 
 
 class Translator:
@@ -171,7 +171,7 @@ def strokes_along(index: int, result: FrameResult) -> list[DrawnStroke]:
     strokes = []
     for detection in result:
         radius = max(1.0, _BRUSH_SHARE * detection.width_px)
-        count = min(max(2, round(detection.curve.length / detection.width_px) + 1), _MOST_POINTS)
+        count = min(max(2, round(detection.curve.length / detection.width_px) + 1), _MAX_POINTS)
         u = np.linspace(0.0, 1.0, count)
         seen = np.ones(count, np.bool_)
         for low, high in detection.inferred:

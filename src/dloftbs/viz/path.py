@@ -15,9 +15,9 @@ Span = tuple[float, float]
 
 # Chords of 4 px stray from a bend of 10 px radius by 0.2 px; much shorter ones bead where their anti-aliased ends meet.
 _CHORD_PX = 4.0
-_LEAST_CHORDS, _MOST_CHORDS = 16, 20_000
+_MIN_CHORDS, _MAX_CHORDS = 16, 20_000
 # What is repeated along a line: only curves that leave the picture by far are so long.
-_MOST_REPEATS = 1_000
+_MAX_REPEATS = 1_000
 
 
 class Path:
@@ -39,8 +39,8 @@ class Path:
     @classmethod
     def of(cls, curve: BSplineCurve) -> Path:
         """Flatten a curve in the image."""
-        rough = np.linalg.norm(np.diff(curve.sample(_LEAST_CHORDS), axis=0), axis=1).sum()
-        chords = min(max(math.ceil(1.5 * rough / _CHORD_PX), _LEAST_CHORDS), _MOST_CHORDS)
+        rough = np.linalg.norm(np.diff(curve.sample(_MIN_CHORDS), axis=0), axis=1).sum()
+        chords = min(max(math.ceil(1.5 * rough / _CHORD_PX), _MIN_CHORDS), _MAX_CHORDS)
         u = np.linspace(0.0, 1.0, chords + 1)
         return cls(curve(u), u)
 
@@ -91,7 +91,7 @@ def complement(spans: Sequence[Span], length: float) -> list[Span]:
 
 def repeats(wanted: float) -> int:
     """Return how often to repeat something: the nearest whole number, at least once and within reason."""
-    return min(max(1, round(wanted)), _MOST_REPEATS)
+    return min(max(1, round(wanted)), _MAX_REPEATS)
 
 
 def dashes(span: Span, dash: float, space: float) -> list[Span]:

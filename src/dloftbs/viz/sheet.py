@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.errors import InputError
-from dloftbs.support.values import MAX_WHOLE, MOST_PX, check_integer, shown
+from dloftbs.support.values import MAX_PX, MAX_WHOLE, check_integer, shown
 from dloftbs.viz.lettering import Text
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture
 from dloftbs.viz.style import Style
 
-_LEAST_TILE_PX = 16
+_MIN_TILE_PX = 16
 
 
 def contact_sheet(
@@ -50,7 +50,7 @@ def contact_sheet(
     if titles is not None and not (isinstance(titles, Sequence) and all(isinstance(title, str) for title in titles)):
         raise InputError(f"titles must be texts, one for each picture, got {shown(titles)}")
     columns = check_integer("columns", columns, 1, MAX_WHOLE)
-    tile_width = check_integer("tile_width", tile_width, _LEAST_TILE_PX, MOST_PX)
+    tile_width = check_integer("tile_width", tile_width, _MIN_TILE_PX, MAX_PX)
     style = Style()
     tiles = [_fitted(as_picture(picture, style), tile_width) for picture in pictures]
     return arrange(tiles, titles, columns, tile_width, style)

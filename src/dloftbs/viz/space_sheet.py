@@ -25,9 +25,9 @@ from dloftbs.viz.sheet import arrange
 from dloftbs.viz.style import Colour, Style, dimmed
 
 _SAMPLES = 200
-_LEAST_ASPECT = 0.55
+_MIN_ASPECT = 0.55
 _ROOM = 1.25  # of a view, against what is in it
-_LEAST_RANGE_M = 0.05
+_MIN_RANGE_M = 0.05
 _STEPS = 8  # of the grid over the longer side, about
 _DEPTH_SHARES = (1.0, 99.0)  # percentiles that the colours span
 _HATCH_PX = 6
@@ -97,7 +97,7 @@ def draw_3d(
     check_type("style", style, Style)
     width = style.panel_px
     flat = _scaled(overlay.draw(frame, result, style=style), width)
-    height = max(flat.shape[0], round(_LEAST_ASPECT * width))
+    height = max(flat.shape[0], round(_MIN_ASPECT * width))
     title, depth = _depth_panel(frame, style)
     solids, absent = _solids_of(result, style)
     views = _views(solids, (height, width), style)
@@ -175,7 +175,7 @@ def _views(solids: Sequence[_Solid], size: tuple[int, int], style: Style) -> lis
         low, high = points.min(axis=0), points.max(axis=0)
     else:
         low, high = np.full(3, -0.5), np.full(3, 0.5)
-    extent = np.maximum(_ROOM * (high - low), _LEAST_RANGE_M)
+    extent = np.maximum(_ROOM * (high - low), _MIN_RANGE_M)
     scale = min(min(size[1] / extent[side.right], size[0] / extent[side.down]) for side in _SIDES)
     return [_view(solids, side, (low + high) / 2.0, float(scale), size, style) for side in _SIDES]
 

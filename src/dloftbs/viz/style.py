@@ -23,7 +23,7 @@ PALETTE: tuple[Colour, ...] = (
 )
 _REFERENCE_SIDE = 1280
 # Below this scale lines and letters would fall apart.
-_LEAST_SCALE = 0.6
+_MIN_SCALE = 0.6
 _LENGTHS = ("line_px", "halo_px", "dash_px", "arrow_px", "arrow_spacing_px", "marker_px", "text_px")
 
 
@@ -112,7 +112,7 @@ class Style:
     def scaled(self, size: tuple[int, ...]) -> Style:
         """Return the style with its sizes as they are in a picture of `size` ``(H, W, ...)``."""
         longer = max(check_size("size", size[:2] if isinstance(size, tuple) else size))
-        scale = max(_LEAST_SCALE, longer / _REFERENCE_SIDE)
+        scale = max(_MIN_SCALE, longer / _REFERENCE_SIDE)
         return replace(self, **{name: getattr(self, name) * scale for name in _LENGTHS})
 
 

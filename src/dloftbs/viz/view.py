@@ -13,11 +13,11 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.support.arrays import FloatArray
 from dloftbs.viz.shapes import Picture
 
-_LEAST_SIDE_PX = 24
+_MIN_SIDE_PX = 24
 _MARGIN = 0.08
 # Where the object fills more of the frame than this, the whole frame is shown.
 _WHOLE_FROM = 0.6
-_LEAST_ASPECT = 0.6
+_MIN_ASPECT = 0.6
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ def _box(mask: npt.NDArray[np.bool_]) -> tuple[int, int, int, int]:
         return 0, 0, width, height
     wide, high = int(columns[-1] - columns[0]) + 1, int(rows[-1] - rows[0]) + 1
     margin = 2.0 * _MARGIN * max(wide, high)
-    wide_room = max(wide + margin, _LEAST_ASPECT * (high + margin), _LEAST_SIDE_PX)
-    high_room = max(high + margin, _LEAST_ASPECT * (wide + margin), _LEAST_SIDE_PX)
+    wide_room = max(wide + margin, _MIN_ASPECT * (high + margin), _MIN_SIDE_PX)
+    high_room = max(high + margin, _MIN_ASPECT * (wide + margin), _MIN_SIDE_PX)
     if wide_room * high_room > _WHOLE_FROM * width * height:
         return 0, 0, width, height
     left, wide = _centred(int(columns[0]), wide, wide_room, width)

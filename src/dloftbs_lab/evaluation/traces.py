@@ -31,7 +31,7 @@ SAMPLES = 500
 
 # Chords between the points of a curve cut its corners by the square of their length: a sixteenth of that of `samples`.
 _OVERSAMPLING = 4
-_MOST_SAMPLES = 1_000_000  # against a number that was not meant
+_MAX_SAMPLES = 1_000_000  # against a number that was not meant
 _STARTS = 64  # tried around a loop before the best is refined
 
 
@@ -88,7 +88,7 @@ def trace_of(name: str, curve: CurveLike, samples: int) -> Trace:
     InputError
         If it has less than two points, a wrong shape or values that are not finite, or `samples` is less than 2.
     """
-    check_integer("samples", samples, 2, _MOST_SAMPLES)
+    check_integer("samples", samples, 2, _MAX_SAMPLES)
     if isinstance(curve, BSplineCurve):
         return Trace(curve.sample(_OVERSAMPLING * samples), curve.closed)
     points = as_points(name, curve)

@@ -29,7 +29,7 @@ MASK = "_mask_all.png"
 TOLERANCE_PX = 10.0
 """Error of the annotated points."""
 _MASK_NAME = re.compile(r".*_mask_(all|\d+)")
-_LEAST_NUMBERS = 5  # a count and two points
+_MIN_NUMBERS = 5  # a count and two points
 
 
 class AriadneImages(RecordedSequence):
@@ -77,7 +77,7 @@ def _points(number: int, line: str) -> FloatArray:
         values = np.array(line.split(), dtype=np.float64)
     except ValueError as error:
         raise InputError(f"line {number} must hold numbers: {error}") from error
-    if len(values) < _LEAST_NUMBERS or len(values) != 1 + 2 * values[0]:
+    if len(values) < _MIN_NUMBERS or len(values) != 1 + 2 * values[0]:
         raise InputError(f"line {number} must have a count n of at least 2 and 2 n numbers, got {line[:40]!r}")
     points: FloatArray = values[1:].reshape(-1, 2)
     return points

@@ -26,7 +26,7 @@ Range = tuple[float, float]
 _DYES = np.array([(20.0, 190.0, 235.0), (40.0, 40.0, 210.0), (60.0, 200.0, 70.0), (215.0, 90.0, 40.0)])
 _GROUNDS = np.array([(60.0, 56.0, 50.0), (74.0, 70.0, 76.0), (48.0, 60.0, 56.0)])
 """Colours of cables and grounds, BGR: yellow, red, green and blue plastic on dark cloth."""
-_LEAST_SATURATION, _LEAST_VALUE = 90, 110
+_MIN_SATURATION, _MIN_VALUE = 90, 110
 """Of a tolerant colour range that still tells these cables from these grounds."""
 _GRAIN = 1.0  # grey levels
 _RIM_PX = (1.2, 2.5)  # from the edge to the middle of the dark line beside it, as a lens' halo or a shadow leaves it
@@ -107,7 +107,7 @@ def filmed(rng: np.random.Generator, look: np.random.Generator, cables: Sequence
         picture[cover.pixel] += dark[:, None] * (ground - picture[cover.pixel])
     picture += rng.normal(0.0, _GRAIN, picture.shape)
     whole = picture.reshape(*size, 3).clip(0.0, 255.0).round().astype(np.uint8)
-    return thresholded(coded(whole, step), _LEAST_SATURATION, _LEAST_VALUE)
+    return thresholded(coded(whole, step), _MIN_SATURATION, _MIN_VALUE)
 
 
 @dataclass(frozen=True, eq=False)

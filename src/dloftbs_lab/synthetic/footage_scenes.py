@@ -20,7 +20,7 @@ from dloftbs_lab.synthetic.strand import Strand, integrate
 
 _CYCLE = 10.0
 """Times the length of a sequence that a cable's whole motion takes: 4 s."""
-_LEAST_WIDTH_PX = 9.0
+_MIN_WIDTH_PX = 9.0
 """Of a thick cable in a small image: fringes, highlights and rims of a pixel each need the room."""
 _STEP_PX = 0.5
 _JUNK_APART_PX, _JUNK_PX = 28.0, (5.0, 15.0)
@@ -302,7 +302,7 @@ def _moving(
 ) -> Callable[[float], Cable]:
     """Return a cable that moves slowly, by the phase of the sequence; with `out` its last end is outside the image."""
     k = proportion(size)
-    width = max(_LEAST_WIDTH_PX, float(rng.uniform(*widths_px)) * k)
+    width = max(_MIN_WIDTH_PX, float(rng.uniform(*widths_px)) * k)
     margin = width + 12.0 * k
     box = (margin, margin, size[1] - margin, size[0] - margin)
     motion: Motion = fit_motion(heading, box, length_px * k, width)

@@ -25,7 +25,7 @@ _TAPERED_TO = 0.35
 _TIP_PX = 0.75
 """Beyond the tip and to its sides, so that the mask has the pixel in which the tip lies."""
 _WIRES = (3, 6)
-_LEAST_WIRE_PX = 1.2
+_MIN_WIRE_PX = 1.2
 _WIRE = 0.16
 """Diameter of a wire, as a share of the cable's."""
 _WIRES_REACH = 2.0
@@ -139,7 +139,7 @@ def _in_wire(
     off = pixels - (tip + 0.5 * start * width * side)
     along = np.clip(off @ direction, 0.0, length * width)
     distance = np.linalg.norm(off - along[:, None] * direction, axis=1)
-    result: Mask = distance <= max(_LEAST_WIRE_PX, _WIRE * width) / 2.0
+    result: Mask = distance <= max(_MIN_WIRE_PX, _WIRE * width) / 2.0
     return result
 
 

@@ -20,7 +20,7 @@ FILES = "cable_*.npz"
 _MARKERS, _RATE = "markers", "rate_hz"
 _FEWEST_MARKERS, _FEWEST_FRAMES = 4, 4
 """A cubic spline goes through four points or more."""
-_MOST_BYTES = 1 << 28
+_MAX_BYTES = 1 << 28
 """Of the markers of a file: by hand; 256 MiB are an hour of 100 recordings."""
 _FINER = 4
 """Points on the spline for each point that is asked for, between which its length is measured by chords."""
@@ -90,7 +90,7 @@ def recordings_in(folder: Path) -> tuple[Recording, ...]:
 def _read(file: Path) -> list[Recording]:
     name = readable(str(file))
     try:
-        _, arrays = read_members(file, (_MARKERS, _RATE), _MOST_BYTES)
+        _, arrays = read_members(file, (_MARKERS, _RATE), _MAX_BYTES)
         markers, rate = arrays[_MARKERS].astype(np.float64), float(arrays[_RATE])
     except BROKEN as error:
         raise SourceError(f"cannot read recorded motion from {name}: {error}") from error

@@ -13,7 +13,7 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.support.arrays import FloatArray
 
 _STEP_PX = 2.0
-_MOST_TURNING = math.pi
+_MAX_TURNING = math.pi
 
 
 def leaves_enough(curves: Sequence[BSplineCurve], centres: FloatArray, radii: FloatArray, least_px: float) -> bool:
@@ -45,7 +45,7 @@ def _follows(curve: BSplineCurve, centres: FloatArray, radii: FloatArray, least_
     hidden = _without_specks(_inside(points, centres, radii), math.ceil(least_px / spacing))
     if hidden[0] or hidden[-1]:
         return False
-    return all(turning[stop] - turning[start] <= _MOST_TURNING for start, stop, dark in _runs(hidden) if dark)
+    return all(turning[stop] - turning[start] <= _MAX_TURNING for start, stop, dark in _runs(hidden) if dark)
 
 
 def _inside(points: FloatArray, centres: FloatArray, radii: FloatArray) -> npt.NDArray[np.bool_]:

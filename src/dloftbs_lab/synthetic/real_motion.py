@@ -30,7 +30,7 @@ from dloftbs_lab.truth import Truth
 _FPS = 30.0
 _FULL = 20
 """Sequences of a variant at scale 1, with each number of cables."""
-MOST_CABLES = 4
+MAX_CABLES = 4
 _SHIFT_M = 0.15
 _DISTANCE_M = (0.8, 1.5)
 """From the camera to the middle of the cables."""
@@ -38,7 +38,7 @@ _RADIUS_M = (0.005, 0.008)
 _NEAREST_M = 0.3
 _IN_VIEW = 0.98
 """Share of the markers of all frames that are inside of the image; four of five views that are drawn have it."""
-_MOST_VIEWS = 50
+_MAX_VIEWS = 50
 """Views drawn until one has as much in the image; if none of them has, the best of them."""
 _DENSITY = 8.0
 """Spheres a radius; see `dloftbs_lab.synthetic.space_scene`."""
@@ -142,9 +142,9 @@ class RealMotionSequence(NumberedSequence):
     ) -> None:
         check_choice("variant", variant, REAL_MOTION_VARIANTS)
         self._folder = folder
-        if not 1 <= cables <= min(MOST_CABLES, len(self._recordings)):
+        if not 1 <= cables <= min(MAX_CABLES, len(self._recordings)):
             raise InputError(
-                f"cables must be in 1..{MOST_CABLES}, with a recording each, got {cables} and {len(self._recordings)} "
+                f"cables must be in 1..{MAX_CABLES}, with a recording each, got {cables} and {len(self._recordings)} "
                 "recordings"
             )
         most = 1 + math.floor(_FPS * min(recording.seconds for recording in self._recordings))
@@ -246,7 +246,7 @@ class RealMotionSequence(NumberedSequence):
         """The first of the views that are drawn which has enough in the image, or the best of them."""
         rng = self._rng(1)
         best = self._draw_view(rng)
-        for _ in range(_MOST_VIEWS - 1):
+        for _ in range(_MAX_VIEWS - 1):
             if best.in_view >= _IN_VIEW:
                 break
             best = max(best, self._draw_view(rng), key=lambda view: view.in_view)

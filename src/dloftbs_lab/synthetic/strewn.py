@@ -14,7 +14,7 @@ from dloftbs_lab.synthetic.tangle import Table, draw_beside, is_covered
 # In px of an image of 1280 x 720, as the photographs of Ariadne have them at 640 x 480.
 _LENGTH = (360.0, 780.0)
 _MIN_RADIUS = 115.0
-_LEAST_SHOWN = 150.0
+_MIN_SHOWN = 150.0
 _BESIDE = 0.06
 """Share of the cables that run along another, touching it."""
 _ATTEMPTS = 200
@@ -63,4 +63,4 @@ def _inside(strand: Strand, table: Table) -> Strand | None:
         return None
     first, last = runs[np.argmax(runs[:, 1] - runs[:, 0])]
     shown = Strand(strand.points[first:last], strand.heading[first:last], strand.spacing)
-    return shown if shown.length >= _LEAST_SHOWN * table.scale else None
+    return shown if shown.length >= _MIN_SHOWN * table.scale else None

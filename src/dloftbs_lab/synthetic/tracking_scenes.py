@@ -19,11 +19,11 @@ from dloftbs_lab.synthetic.tracking_covers import Cover, CoverShape, Lid, Reach,
 
 FRAMES = 60
 """Frames of a whole sequence; speeds are those at this number."""
-MOST_PX = 15.0
+MAX_PX = 15.0
 """Largest motion of a point of a cable from one frame to the next, about, px in HD."""
-MOST_HIDDEN = 0.3
+MAX_HIDDEN = 0.3
 """The largest share of a cable's length that the occluders of "occluded" hide together."""
-MOST_IN_HANDS = 0.5
+MAX_IN_HANDS = 0.5
 """The same of the hands of "hands"."""
 
 Size = tuple[int, int]
@@ -93,25 +93,25 @@ def crossing(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
 
 
 def occluded(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
-    """Return free cables, over which discs and bars move that hide up to `MOST_HIDDEN` of each."""
+    """Return free cables, over which discs and bars move that hide up to `MAX_HIDDEN` of each."""
     moving = _free(rng, stage, cables)
     moments = [Play(moving).strands(phase) for phase in _PHASES]
     covers = _reaches(rng, stage, moments[0], ("bar", "disc"))
     shrink = 1.0
     while True:
         play = Play(moving, tuple(replace(cover, radius_px=shrink * cover.radius_px) for cover in covers))
-        if _most_hidden(play, moments, stage.size) <= MOST_HIDDEN:
+        if _most_hidden(play, moments, stage.size) <= MAX_HIDDEN:
             return play
         shrink *= 0.93
 
 
 def hands(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
-    """Return free cables, over which hands move that hide up to `MOST_IN_HANDS` of each."""
+    """Return free cables, over which hands move that hide up to `MAX_IN_HANDS` of each."""
     moving = _free(rng, stage, cables)
     moments = [Play(moving).strands(phase) for phase in _PHASES]
     while True:
         play = Play(moving, tuple(_reaches(rng, stage, moments[0], ("hand", "hand"))))
-        if _most_hidden(play, moments, stage.size) <= MOST_IN_HANDS:
+        if _most_hidden(play, moments, stage.size) <= MAX_IN_HANDS:
             return play
 
 
@@ -193,7 +193,7 @@ def _free(
     cables: int,
     *,
     length_px: float = 680.0,
-    most_px: float = MOST_PX,
+    most_px: float = MAX_PX,
     travel: tuple[float, float] = (0.2, 0.2),
 ) -> tuple[Moving, ...]:
     """Return cables that stay inside, evenly spread in direction so that they cross rather than cover each other."""

@@ -11,7 +11,7 @@ from thin_parts import AROUND, slow_dashes
 
 from dloftbs.cleaning.kernels.dashes import find_dashes
 
-LEAST = 20
+MIN = 20
 
 
 def pieces_of(mask: np.ndarray) -> list[np.ndarray]:
@@ -19,7 +19,7 @@ def pieces_of(mask: np.ndarray) -> list[np.ndarray]:
     return [np.argwhere(labels == number)[:, ::-1] for number in range(1, count + 1)]
 
 
-def with_kernel(mask: np.ndarray, least: int = LEAST) -> np.ndarray:
+def with_kernel(mask: np.ndarray, least: int = MIN) -> np.ndarray:
     """The mask of the pieces found."""
     pieces, rows = pieces_of(mask), mask.shape[0]
     xy = np.concatenate(pieces)
@@ -58,7 +58,7 @@ def test_what_is_found_agrees_with_comparing_each_with_each(seed: int) -> None:
     mask = strokes(seed, 30, 14.0, (120, 200)) | dashed(0.3 * seed, 8.0, 4.0)[70:190, 30:230]
     pieces = pieces_of(mask)
     found = with_kernel(mask)
-    expected = slow_dashes(pieces, LEAST)
+    expected = slow_dashes(pieces, MIN)
     assert expected.any()
     assert [bool(found[y, x]) for x, y in (piece[0] for piece in pieces)] == expected.tolist()
 

@@ -9,7 +9,7 @@ from cli.batch.batch_inputs import contents, only, settings, stack
 from cli.cli_inputs import mask, photo, run, save
 
 from dloftbs.cli.batch import input_run
-from dloftbs.cli.batch.input_run import MOST_WARNINGS, record_death, run_input
+from dloftbs.cli.batch.input_run import MAX_WARNINGS, record_death, run_input
 from dloftbs.cli.batch.status_file import State, read_status
 from dloftbs.errors import SinkError
 from dloftbs.sinks import read_json_lines, read_npz
@@ -64,12 +64,12 @@ def test_frames_that_cannot_be_read_are_skipped_with_reasons(tmp_path):
 
 
 def test_of_many_warnings_the_first_are_kept(tmp_path):
-    for i in range(MOST_WARNINGS + 20):
+    for i in range(MAX_WARNINGS + 20):
         (tmp_path / "in").mkdir(exist_ok=True)
         (tmp_path / "in" / f"{i}.png").write_bytes(b"no picture")
     save(tmp_path / "in" / "x.png", mask())
     status = run_input(only(tmp_path / "in", tmp_path / "out"), settings())
-    assert (len(status.warnings), status.skipped, status.frames) == (MOST_WARNINGS, MOST_WARNINGS + 20, 1)
+    assert (len(status.warnings), status.skipped, status.frames) == (MAX_WARNINGS, MAX_WARNINGS + 20, 1)
 
 
 @pytest.mark.parametrize(

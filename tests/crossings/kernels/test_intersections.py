@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from dloftbs.crossings.kernels.intersections import flatten, intersect, measure_arcs
 from dloftbs.data.curve import BSplineCurve
 
-MOST = 20_000
+MAX = 20_000
 
 
-def flattened(curves: list[BSplineCurve], chord_px: float, most: int = MOST) -> tuple[np.ndarray, ...]:
+def flattened(curves: list[BSplineCurve], chord_px: float, most: int = MAX) -> tuple[np.ndarray, ...]:
     """Return points, parameters, arc lengths and where each curve starts in them."""
     points, u, first = flatten(
         np.concatenate([curve.knots for curve in curves]),

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from dloftbs.errors import InputError
 from dloftbs_lab.synthetic import TRACKING_FAMILIES, TrackingSequence, known_occluders, tracking
-from dloftbs_lab.synthetic.tracking_scenes import MOST_HIDDEN
+from dloftbs_lab.synthetic.tracking_scenes import MAX_HIDDEN
 
 SIZE = (360, 640)
 SCALE = 0.5  # of an HD image
@@ -70,7 +70,7 @@ def test_occluders_move_and_hide_some_of_a_cable_but_not_more_than_they_may():
     for cables in (1, 3):
         for number in range(3):
             shares = shown_shares(TrackingSequence("occluded", cables, number, size=SIZE), 3)
-            assert (1.0 - shares).max() < MOST_HIDDEN + 0.05
+            assert (1.0 - shares).max() < MAX_HIDDEN + 0.05
             assert (1.0 - shares).max() > 0.1
             assert shares[0].min() > 0.95
 

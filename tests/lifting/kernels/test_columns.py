@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dloftbs.lifting.kernels.columns import MOST_ROWS, medians_of_columns, sort_columns
+from dloftbs.lifting.kernels.columns import MAX_ROWS, medians_of_columns, sort_columns
 
 
-@pytest.mark.parametrize("rows", range(MOST_ROWS + 1))
+@pytest.mark.parametrize("rows", range(MAX_ROWS + 1))
 def test_any_number_of_rows_comes_in_order(rows: int) -> None:
     values = np.random.default_rng(rows).integers(0, 9, (rows, 200)).astype(float)
     expected = np.sort(values, axis=0)

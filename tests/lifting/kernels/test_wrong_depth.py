@@ -14,7 +14,7 @@ from dloftbs.lifting.kernels.wrong_depth import strike_ground, strike_steps
 N = 60
 SLIM = np.full(N, 0.01)  # radius over focal length
 SPACING = 0.012
-MOST = 10
+MAX = 10
 NOISE = 0.0005  # 1 / m
 
 
@@ -33,7 +33,7 @@ def bend(steepest: float, over: float, at: int = 30, noise: float = NOISE, seed:
 
 
 def struck(
-    depth: np.ndarray, most: int = MOST, slim: np.ndarray = SLIM, spacing: float = SPACING, most_at_end: int = N
+    depth: np.ndarray, most: int = MAX, slim: np.ndarray = SLIM, spacing: float = SPACING, most_at_end: int = N
 ) -> list[int]:
     """Return which of the known sections are struck by steps; the others stay as they are."""
     left = depth.copy()

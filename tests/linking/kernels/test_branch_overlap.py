@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dloftbs.linking.kernels.branch_overlap import (
-    MOST_RUNS,
+    MAX_RUNS,
     _overlap_cost,
     changed_junctions,
     choose_paths,
@@ -110,7 +110,7 @@ def test_sharing_costs_less_where_the_mask_is_wider(length: float, ratio: float)
 def test_the_sets_of_arms_before_and_after() -> None:
     nodes, states = two_ys()
     costs = junction_costs(nodes, np.zeros(5, dtype=np.bool_), states, WIDTH)
-    paths = np.full((2, MOST_RUNS), -1)
+    paths = np.full((2, MAX_RUNS), -1)
     paths[:, 0] = 4
     sets, slots, changes = changed_junctions(paths, np.array([False, True]), nodes, *costs[:2])
     groups = [sorted(slots[a:b].tolist()) for a, b in pairwise(sets)]
@@ -161,9 +161,9 @@ def test_paths_are_chosen_by_their_gain(seed: int) -> None:
     rng = np.random.default_rng(seed)
     branches, count, sets = rng.integers(1, 9), rng.integers(1, 9), 6
     nodes = rng.integers(-2, rng.integers(1, 9), 2 * branches)
-    paths = np.full((count, MOST_RUNS), -1)
+    paths = np.full((count, MAX_RUNS), -1)
     for path in paths:
-        steps = rng.integers(1, MOST_RUNS + 1)
+        steps = rng.integers(1, MAX_RUNS + 1)
         path[:steps] = rng.integers(0, 2 * branches, steps)
     inside = rng.random(count) < 0.3
     # Whole numbers: gains are often equal, and sums exact.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from dloftbs.linking.kernels.near_ends import MOST_GAPS, near_ends
+from dloftbs.linking.kernels.near_ends import MAX_GAPS, near_ends
 
 near_ends = njit(near_ends)
 
@@ -41,7 +41,7 @@ def test_all_pairs_within_the_longest_gap_are_listed_in_ascending_order(seed: in
 def test_of_too_many_pairs_the_nearest_ones_are_listed(max_gap: float) -> None:
     positions = np.random.default_rng(3).uniform(0, 100, (1000, 2))
     pairs = listed(positions, np.arange(1000), max_gap)
-    assert 0.5 * MOST_GAPS < len(pairs) <= MOST_GAPS
+    assert 0.5 * MAX_GAPS < len(pairs) <= MAX_GAPS
     every = [(i, j) for i in range(1000) for j in range(i + 1, 1000)]
     longest = apart(positions, pairs).max()
     assert len(pairs) == (apart(positions, every) <= longest).sum()

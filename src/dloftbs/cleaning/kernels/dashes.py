@@ -35,7 +35,7 @@ _EXACT = 1e-9
 _STRAIGHT_PX = 3.0
 """Width up to which a long piece is looked at as one, px: two pixels, and one by which it is bent."""
 
-_MOST_DASHES = 1000
+_MAX_DASHES = 1000
 """Number of pieces that are looked at, the largest first; more are noise, and it bounds time."""
 
 _FIRST = 256
@@ -111,14 +111,14 @@ def _halve(pixels: _Ints, start: int, end: int, rows: int, node: _Floats) -> tup
 
 @helper
 def _smallest(ends: _Ints, least: int) -> int:
-    """Return the size from which on no more than `_MOST_DASHES` pieces are as large, or are large anyway."""
+    """Return the size from which on no more than `_MAX_DASHES` pieces are as large, or are large anyway."""
     number = np.zeros(least + 1, dtype=np.int64)  # of pieces by size
     start = 0
     for end in ends:
         number[min(end - start, least)] += 1
         start = end
     size, total = least, number[least]
-    while size > 2 and total + number[size - 1] <= _MOST_DASHES:  # a single pixel has no direction
+    while size > 2 and total + number[size - 1] <= _MAX_DASHES:  # a single pixel has no direction
         size -= 1
         total += number[size]
     return size

@@ -22,7 +22,7 @@ FIRST_QUEUE = 1024
 AROUND = 8
 """Neighbours of a pixel."""
 
-MOST_TOUCHED = 64
+MAX_TOUCHED = 64
 """Number of pixels by a piece that may be a joint; one of n pixels has up to 4 n + 4 neighbours."""
 
 
@@ -109,7 +109,7 @@ def joins_parts(queue: _Queue, start: int, size: int, rows: int, mask: _Words, t
     for i in range(start, start + size):
         for line in (queue[i] - WORD_BITS, queue[i], queue[i] + WORD_BITS):
             for q in (left_of(line, stride), line, right_of(line, stride)):
-                if not is_set(mask, q) or count == MOST_TOUCHED:
+                if not is_set(mask, q) or count == MAX_TOUCHED:
                     continue
                 row, column = (q >> 6) % rows, (q >> 6) // rows * WORD_BITS + (q & 63)
                 known = False

@@ -15,7 +15,7 @@ from dloftbs.cleaning.kernels.fringe import find_fringe
 from dloftbs.cleaning.kernels.mask_pieces import (
     AROUND,
     FIRST_QUEUE,
-    MOST_TOUCHED,
+    MAX_TOUCHED,
     clear_pixel,
     collect,
     is_set,
@@ -113,7 +113,7 @@ def close(bitmask: _Words, inside: _Words, reach: int, most: int) -> _Words:
     mask |= holes
     pieces = added & ~holes
     queue = np.empty(FIRST_QUEUE, dtype=np.int64)
-    touched = np.empty((MOST_TOUCHED, 2), dtype=np.int64)
+    touched = np.empty((MAX_TOUCHED, 2), dtype=np.int64)
     for i in non_zero(pieces):
         while pieces[i] != 0:
             size, _, queue = collect(WORD_BITS * i + lowest_one(pieces[i]), WORD_BITS * rows, pieces, mask, queue, 0)

@@ -43,13 +43,13 @@ DEEPEST_SLIT_WIDTHS = 0.6
 Source: geometry; that of a cable is at most a half deep, the corner of a crossing 0.71. This is the middle.
 """
 
-LEAST_SLIT_WIDTHS = 2.0
+MIN_SLIT_WIDTHS = 2.0
 """Least length of a slit, in widths of the cable.
 
 Source: by hand; the sides of a shorter one hardly run along each other.
 """
 
-_MOST_GROUNDS = 5_000
+_MAX_GROUNDS = 5_000
 """More parts of ground than this are noise, in which nothing is found.
 
 Source: bounds the time, by hand; a phone's photograph with pin-holes has 900.
@@ -209,7 +209,7 @@ def _find_narrow(
     for k in range(parts):
         if usable[k] and not is_hole[k]:
             length = np.hypot(float(boxes[k, 1] - boxes[k, 0]), float(boxes[k, 3] - boxes[k, 2]))
-            usable[k] = not is_mixed[k] and length + 2.0 * _ERROR > LEAST_SLIT_WIDTHS * width[owner[k]]
+            usable[k] = not is_mixed[k] and length + 2.0 * _ERROR > MIN_SLIT_WIDTHS * width[owner[k]]
     if not usable.any():
         return np.empty((0, 3), dtype=np.int64)
     first, start, end, _, _ = find_ground(closed, height, columns)
@@ -272,7 +272,7 @@ def find_narrow_ground(framed: _Words, h: int, w: int, top: int, left: int) -> _
     coarse = thin_out(framed, h + 2, top, left)
     rows, columns = coarse.shape[1], (w + 3 - left) // _STEP_PX
     first, start, end, _, pixels = find_ground(coarse, rows, columns)
-    if len(pixels) > _MOST_GROUNDS:
+    if len(pixels) > _MAX_GROUNDS:
         return np.empty((0, 3), dtype=np.int64)
     piece, pieces = label_foreground(first, start, end)
     if pieces == 0:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from dloftbs.cleaning.kernels.dashes import find_dashes
 from dloftbs.cleaning.kernels.mask_pieces import (
     FIRST_QUEUE,
-    MOST_TOUCHED,
+    MAX_TOUCHED,
     around,
     collect,
     is_set,
@@ -60,7 +60,7 @@ def list_pieces(lost: _Words, mask: _Words, kept: _Words, rows: int, least: int)
     """
     pixels = np.empty(FIRST_QUEUE, dtype=np.int64)
     ends = np.empty(FIRST_QUEUE, dtype=np.int64)
-    touched = np.empty((MOST_TOUCHED, 2), dtype=np.int64)
+    touched = np.empty((MAX_TOUCHED, 2), dtype=np.int64)
     one = np.uint64(1)
     count, start = 0, 0
     for i in non_zero(lost):
@@ -127,7 +127,7 @@ def put_back_near(lost: _Words, edge: _Words, thin: _Words, kept: _Words, rows: 
     not in its very edge.
     """
     queue = np.empty(FIRST_QUEUE, dtype=np.int64)
-    touched = np.empty((MOST_TOUCHED, 2), dtype=np.int64)
+    touched = np.empty((MAX_TOUCHED, 2), dtype=np.int64)
     for i in non_zero(lost):
         while lost[i] != 0:
             seed = WORD_BITS * i + lowest_one(lost[i])

@@ -11,7 +11,7 @@ import click
 
 from dloftbs.cli.batch.status_file import Event, State, Status
 
-MOST_ROWS = 100
+MAX_ROWS = 100
 """Inputs up to which the table has a row for each; of more, only those are shown with which something is wrong."""
 _HEADINGS = ("input", "state", "frames", "skipped", "tracks", "frames/s", "reason")
 _TEXTS = (0, 1, 6)
@@ -75,7 +75,7 @@ class BatchReport:
     def print_table(self) -> None:
         """Print a row for each input that is to be shown, to standard output, and why what failed did."""
         statuses = [self._statuses[name] for name in sorted(self._statuses)]
-        if len(statuses) > MOST_ROWS:
+        if len(statuses) > MAX_ROWS:
             statuses = [status for status in statuses if status.state is not State.DONE]
         rows = [_row(status) for status in statuses]
         if rows and sys.stdout.isatty():

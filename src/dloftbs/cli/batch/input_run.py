@@ -33,7 +33,7 @@ from dloftbs.sinks._claims import Claim, hidden_beside
 from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.support.worker_process import use_one_core
 
-MOST_WARNINGS = 100
+MAX_WARNINGS = 100
 """Warnings of an input that its status holds; `Status.skipped` counts all frames."""
 
 Shower = Callable[[RunReport], None]
@@ -176,5 +176,5 @@ class _Collector(logging.Handler):
         self._thread = threading.get_ident()
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.thread == self._thread and len(self.messages) < MOST_WARNINGS:
+        if record.thread == self._thread and len(self.messages) < MAX_WARNINGS:
             self.messages.append(record.getMessage())

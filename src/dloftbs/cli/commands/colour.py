@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from dloftbs.config import Roi, Stroke
 
 SIGNATURE = "# A colour learned by dloftbs colour; dloftbs config print explains all settings"
-_MOST_SET = 0.5  # of a picture, as in `plausibility`
+_MAX_SET = 0.5  # of a picture, as in `plausibility`
 _MISSED = 0.5  # of a stroke: more than the third that may lie beside what it means
 _MAX_RADIUS_PX = 1000.0
 
@@ -198,7 +198,7 @@ def _report(source: str, share: float, strokes: Sequence[Stroke]) -> None:
     if share == 0.0:
         drawn = any(stroke.cable and len(stroke.points) > 1 for stroke in strokes)
         hint = ": nothing" if drawn else ": nothing; draw along the cable, --at X,Y:X,Y, rather than click on it"
-    elif share > _MOST_SET:
+    elif share > _MAX_SET:
         hint = ": the ground comes in; add strokes on it with --not"
     click.echo(f"{source}: {100.0 * share:.1f} % of the picture is cable{hint}", err=True)
 

@@ -45,7 +45,7 @@ _BORDER_PX = 1.0
 Source: geometry; pixels there mix with, or are rounded to, what lies behind.
 """
 
-_LEAST_HALF = 0.15
+_MIN_HALF = 0.15
 """Distance from the axis up to which places go at the least, widths.
 
 Source: by hand; thin cables have nothing but border.
@@ -69,7 +69,7 @@ _CHORD = 0.75
 Source: as `_CHORD_WIDTHS` of `curve_crossings`.
 """
 
-_LEAST_SINE = 0.3
+_MIN_SINE = 0.3
 """Sine of the crossing angle below which the upper pass is not told.
 
 Source: by hand; more oblique crossings are too long for the sides to foretell them.
@@ -81,13 +81,13 @@ _CORE = 2
 Source: by hand; farther out depth mixes.
 """
 
-_LEAST_KNOWN = 6
+_MIN_KNOWN = 6
 """Smallest number of places with depth.
 
 Source: by hand; holes of depth are as large as crossings.
 """
 
-_LEAST_NOISE = 1e-4
+_MIN_NOISE = 1e-4
 """Least noise of depth, 1 / m: its deviation is this times the depth squared.
 
 Source: numerics; far below any camera's.
@@ -165,14 +165,14 @@ def choose_places(
     for k in range(len(curves)):
         for p in range(2):
             c = curves[k, p]
-            half = max(min(_HALF * widths[c], 0.5 * widths[c] - _BORDER_PX), _LEAST_HALF * widths[c])
+            half = max(min(_HALF * widths[c], 0.5 * widths[c] - _BORDER_PX), _MIN_HALF * widths[c])
             for i in range(ACROSS):
                 offsets[p, i] = -half + i * (2.0 * half / (ACROSS - 1))
             tx, ty = _direction(points, arc, first[c], first[c + 1], closed[c], at[k, p], _CHORD * widths[c])
             direction[p, 0], direction[p, 1] = tx, ty
         sine = direction[0, 0] * direction[1, 1] - direction[0, 1] * direction[1, 0]
         cosine = abs(direction[0, 0] * direction[1, 0] + direction[0, 1] * direction[1, 1])
-        if not abs(sine) >= _LEAST_SINE:
+        if not abs(sine) >= _MIN_SINE:
             continue
         a = curves[k, 0]
         x, y = _point(points, arc, first[a], first[a + 1], closed[a], at[k, 0])
@@ -304,7 +304,7 @@ def judge_depth(
             for j in range(low, high):
                 core[n] = values[i * ACROSS + j]
                 n += 1
-        measured = _median(core, _LEAST_KNOWN)
+        measured = _median(core, _MIN_KNOWN)
         variance = resolution_m**2 / 12.0
         for p in range(2):
             _read_sides(values, p, sides)
@@ -314,13 +314,13 @@ def judge_depth(
                     pairs[n] = 0.5 * (sides[0, row, i] + sides[1, row, i])
                     known += not np.isnan(pairs[n])
                     n += 1
-            predicted[p] = _median(pairs, _LEAST_KNOWN)
+            predicted[p] = _median(pairs, _MIN_KNOWN)
             # A median's variance is pi / 2 times that of the mean, and a pair's is half that of one.
             share = 1.0 / min(max(pixels[k], 1.0), float(max(known, 1)))
             variance += share * (np.pi / 4.0) * _roughness(sides, low, high) ** 2
         miss = np.abs(predicted - measured)
         if not np.isnan(miss[0] + miss[1]):
-            result[k] = (miss[1] - miss[0]) / max(np.sqrt(variance), _LEAST_NOISE * measured * measured)
+            result[k] = (miss[1] - miss[0]) / max(np.sqrt(variance), _MIN_NOISE * measured * measured)
     return result
 
 

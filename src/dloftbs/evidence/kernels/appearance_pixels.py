@@ -10,7 +10,7 @@ from dloftbs.evidence.kernels.colours import BLOCK_WIDTHS, block_mean
 from dloftbs.kernels.compiler import kernel, read
 from dloftbs.kernels.shared.selection import median_of
 
-_MOST_SAMPLES = 24
+_MAX_SAMPLES = 24
 """Largest number of places along a cable where it is sampled.
 
 Source: bounds time and memory.
@@ -40,10 +40,10 @@ def sample_appearance(
         The median colour; NaN without samples.
     """
     half = int(BLOCK_WIDTHS * width) if width > 0.0 else 0
-    cable, cables = np.empty((_MOST_SAMPLES, 3)), 0
-    step = max((len(points) - 1) // _MOST_SAMPLES + 1, 1)
+    cable, cables = np.empty((_MAX_SAMPLES, 3)), 0
+    step = max((len(points) - 1) // _MAX_SAMPLES + 1, 1)
     for k in range(step // 2, len(points), step):
-        if seen[k] and cables < _MOST_SAMPLES:
+        if seen[k] and cables < _MAX_SAMPLES:
             cables += block_mean(image, points[k, 0], points[k, 1], half, cable[cables])
     colour = np.full(3, np.nan)
     if cables > 0:

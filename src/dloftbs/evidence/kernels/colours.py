@@ -38,7 +38,7 @@ BLOCK_WIDTHS = 0.2
 Source: by hand; the square lies within the cable, and averages noise.
 """
 
-LEAST_REFERENCES = 6
+MIN_REFERENCES = 6
 """Number of ground samples below which nothing is told.
 
 Source: by hand; the same number as `AGREE`, so that one sample must agree.
@@ -58,7 +58,7 @@ Source: by hand; a few times the noise of a camera's 8-bit image.
 """
 
 
-_LEAST_LIGHT = 0.35
+_MIN_LIGHT = 0.35
 """Least brightness of ground in a shadow, as a share of that in the light.
 
 Source: by hand; what one lamp of two and the sky leave.
@@ -144,6 +144,6 @@ def is_in_other_light(colour: npt.NDArray[np.float64], ground: npt.NDArray[np.fl
             dot += ground[k, c] * colour[c]
         share = dot / square if square > 0.0 else 1.0
         least = max(FLOOR, FLOOR * share)
-        if _LEAST_LIGHT <= share <= 1.0 / _LEAST_LIGHT and colour_distance(colour, share * ground[k]) <= least:
+        if _MIN_LIGHT <= share <= 1.0 / _MIN_LIGHT and colour_distance(colour, share * ground[k]) <= least:
             return True
     return False

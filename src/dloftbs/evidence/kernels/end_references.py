@@ -42,13 +42,13 @@ _APART_WIDTHS = 1.0
 Source: by hand; squares of `BLOCK_WIDTHS` do not overlap at this distance.
 """
 
-_MOST_SAMPLES = 24
+_MAX_SAMPLES = 24
 """Largest number of samples of a reference.
 
 Source: bounds time and memory.
 """
 
-_LEAST_SAMPLES = 3
+_MIN_SAMPLES = 3
 """Least number of samples before an end that tell a cable's colour.
 
 Source: geometry; the fewest of which a median leaves out one that is off.
@@ -159,23 +159,23 @@ def sample_cables(
     Returns
     -------
     colours : (e, 3) float64
-        The median before each end; NaN with fewer than `_LEAST_SAMPLES` samples.
+        The median before each end; NaN with fewer than `_MIN_SAMPLES` samples.
     samples : (k, 3) float64
         End after end.
     offsets : (e + 1,) int64
         First sample of each end, and the last end's last one.
     """
     half, count = int(BLOCK_WIDTHS * width), 0
-    colours, samples = np.full((len(ends), 3), np.nan), np.empty((len(ends) * _MOST_SAMPLES, 3))
+    colours, samples = np.full((len(ends), 3), np.nan), np.empty((len(ends) * _MAX_SAMPLES, 3))
     offsets = np.zeros(len(ends) + 1, dtype=np.int64)
     for e in range(len(ends)):
-        for k in range(_MOST_SAMPLES):
+        for k in range(_MAX_SAMPLES):
             at, x, y, _, _ = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
             if at < 0:
                 break
             count += block_mean(image, x, y, half, samples[count])
         offsets[e + 1] = count
-        if count - offsets[e] >= _LEAST_SAMPLES:
+        if count - offsets[e] >= _MIN_SAMPLES:
             for c in range(3):
                 colours[e, c] = median_of(samples[offsets[e] : count, c])
     return colours, samples[:count].copy(), offsets
@@ -225,13 +225,13 @@ def sample_references(
     """
     half = int(BLOCK_WIDTHS * width)
     clear = CLEAR_WIDTHS * width + CLEAR_PX
-    ground = np.empty((len(ends), 2 * _MOST_SAMPLES, 3))
-    cable = np.empty((len(ends), _MOST_SAMPLES, 3))
+    ground = np.empty((len(ends), 2 * _MAX_SAMPLES, 3))
+    cable = np.empty((len(ends), _MAX_SAMPLES, 3))
     spread = np.zeros((len(ends), 2))
     grounds, cables = np.zeros(len(ends), dtype=np.int64), np.zeros(len(ends), dtype=np.int64)
-    sides = np.empty(2 * _MOST_SAMPLES)
+    sides = np.empty(2 * _MAX_SAMPLES)
     for e in range(len(ends)):
-        for k in range(_MOST_SAMPLES):
+        for k in range(_MAX_SAMPLES):
             at, x, y, dx, dy = place_before(points, spans, ends[e], BACK_WIDTHS * width, k, width)
             if at < 0:
                 break

@@ -20,19 +20,19 @@ EDGE_PX = 4.0
 Source: geometry; depth cameras displace edges by 2 to 4 px.
 """
 
-_LEAST_DEPTHS = 5
+_MIN_DEPTHS = 5
 """Least number of pixels of a place with depth, of nine.
 
 Source: by definition; the majority.
 """
 
-_LEAST_STANDING = 2.0
+_MIN_STANDING = 2.0
 """Least height of a cable over the ground beside it for heights to be compared, times three deviations of a place.
 
 Source: by definition; half the height is then more than noise.
 """
 
-_LEAST_SWERVE = 0.2
+_MIN_SWERVE = 0.2
 """Swerve towards the camera or away from it that tells nothing, rad.
 
 Source: measured; of generated cables that lie on a table and over each other .95 swerve less at crossings.
@@ -98,7 +98,7 @@ def _metres_of(
             found[count] = metres
             count += 1
     if count < 9:
-        return _median(found[:count]) if count >= _LEAST_DEPTHS else np.nan
+        return _median(found[:count]) if count >= _MIN_DEPTHS else np.nan
     for k in range(len(_EXCHANGES)):
         i, j = _EXCHANGES[k, 0], _EXCHANGES[k, 1]
         a, b = found[i], found[j]
@@ -296,7 +296,7 @@ def judge_ways(
                 told[p, k] = IS_GROUND
             elif (
                 stands
-                and height >= _LEAST_STANDING * deviation / 3.0  # a place is the median of nine pixels
+                and height >= _MIN_STANDING * deviation / 3.0  # a place is the median of nine pixels
                 and _is_clear(mask, x - aside * dy, y + aside * dx)
                 and _is_clear(mask, x + aside * dy, y - aside * dx)
             ):
@@ -309,7 +309,7 @@ def judge_ways(
 @helper
 def _may_be_ground(known: npt.NDArray[np.float64], deviation: float, radius: float) -> bool:
     """Return True if what an end shows does not stand out from the ground beside it: a cable does by its width."""
-    return known[1] < max(_LEAST_STANDING * deviation, radius)
+    return known[1] < max(_MIN_STANDING * deviation, radius)
 
 
 @kernel(read(float64, 2), read(int64, 2), read(float64, 1), float64, float64, float64)
@@ -360,5 +360,5 @@ def measure_swerves(
         length = max(lengths[p], width)
         jump = abs(other[0] - one[0] - 0.5 * (one[2] - other[2]) * length)
         explained = deviation * np.sqrt(one[3] * one[3] + other[3] * other[3])
-        angles[p] = max(np.arctan2(max(jump - explained, 0.0) * focal, length * mean) - _LEAST_SWERVE, 0.0)
+        angles[p] = max(np.arctan2(max(jump - explained, 0.0) * focal, length * mean) - _MIN_SWERVE, 0.0)
     return angles

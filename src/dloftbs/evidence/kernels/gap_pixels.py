@@ -12,8 +12,8 @@ from dloftbs.evidence.kernels.colours import (
     CLEAR_PX,
     CLEAR_WIDTHS,
     FLOOR,
-    LEAST_REFERENCES,
     LENIENT,
+    MIN_REFERENCES,
     block_mean,
     colour_distance,
     distance_of_one_in,
@@ -37,7 +37,7 @@ _STEP_WIDTHS = 0.5
 Source: by hand; squares of `BLOCK_WIDTHS` barely leave a gap at this distance.
 """
 
-_MOST_SAMPLES = 24
+_MAX_SAMPLES = 24
 """Largest number of samples of a gap.
 
 Source: bounds time and memory.
@@ -140,13 +140,13 @@ def lay_ways(
     steps : (k,) int64
         Number of steps between the places of each way, less than `s`.
     """
-    ways = np.zeros((len(pairs), _MOST_SAMPLES + 1, 4))
+    ways = np.zeros((len(pairs), _MAX_SAMPLES + 1, 4))
     steps = np.empty(len(pairs), dtype=np.int64)
     for p in range(len(pairs)):
         i, j = pairs[p]
         cx, cy = states[j, X] - states[i, X], states[j, Y] - states[i, Y]
         length = np.sqrt(cx * cx + cy * cy)
-        steps[p] = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 2), _MOST_SAMPLES)
+        steps[p] = min(max(int(length / max(_STEP_WIDTHS * width, 1.0)), 2), _MAX_SAMPLES)
         for k in range(steps[p] + 1):
             _along(states, i, j, k / steps[p], ways[p, k])
     return ways, steps
@@ -255,7 +255,7 @@ def look_across(
     colour = np.empty(3)
     for n in range(len(asked)):
         p, i, j = asked[n], pairs[n, 0], pairs[n, 1]
-        if grounds[i] + grounds[j] < LEAST_REFERENCES or cables[i] == 0 or cables[j] == 0:
+        if grounds[i] + grounds[j] < MIN_REFERENCES or cables[i] == 0 or cables[j] == 0:
             continue
         own = _together(ground[i, : grounds[i]], ground[j, : grounds[j]])
         like_ground = max(FLOOR, LENIENT * max(spread[i, 0], spread[j, 0]))

@@ -10,7 +10,7 @@ from numba import float32, float64, int64, uint8, uint16
 
 from dloftbs.kernels.compiler import helper, kernel, read
 
-_LEAST_DEPTHS = 3
+_MIN_DEPTHS = 3
 """Least number of pixels of a place with depth, of five, that tell that it is in plain sight.
 
 Source: by definition; the majority.
@@ -67,7 +67,7 @@ def _judge_depths(
                 farther += metres > expected[n] + limit
         if 2 * nearer > known:
             told[n] = hidden
-        elif farther == known and known >= _LEAST_DEPTHS:
+        elif farther == known and known >= _MIN_DEPTHS:
             told[n] = in_sight
 
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from dloftbs.kernels.compiler import helper
 
-MOST_ROWS = 16
+MAX_ROWS = 16
 """Largest number of values in a column.
 
 Source: by definition; a power of two, for which Batcher's network is made.
@@ -20,12 +20,12 @@ def _network() -> npt.NDArray[np.int64]:
     """Return the pairs (k, 2) that Batcher's odd-even mergesort compares."""
     pairs = []
     run = 1
-    while run < MOST_ROWS:
+    while run < MAX_ROWS:
         reach = run
         while reach >= 1:
             pairs += [
                 (low, low + reach)
-                for start in range(reach % run, MOST_ROWS - reach, 2 * reach)
+                for start in range(reach % run, MAX_ROWS - reach, 2 * reach)
                 for low in range(start, start + reach)
                 if low // (2 * run) == (low + reach) // (2 * run)
             ]
@@ -39,7 +39,7 @@ _NETWORK = _network()
 
 @helper
 def sort_columns(values: _Floats) -> None:
-    """Sort each column of values (k, n), in place; none is NaN, and there are no more than `MOST_ROWS` rows."""
+    """Sort each column of values (k, n), in place; none is NaN, and there are no more than `MAX_ROWS` rows."""
     for k in range(len(_NETWORK)):
         if _NETWORK[k, 1] >= len(values):  # rows that are not there hold infinity, and nothing changes places with it
             continue

@@ -48,7 +48,7 @@ _AROUND = 4
 Source: by hand; up to four wrong ones in a row are told, and a slope is none.
 """
 
-_LEAST_REACH = 2
+_MIN_REACH = 2
 """Least number of known values to either side whose median tells what is usual.
 
 Source: by definition; a single wrong one of three is the median of none.
@@ -203,7 +203,7 @@ def _miss_neighbours(value: _Floats, prior: _Floats, root: _Floats, misses: _Flo
         reach = min(_AROUND, k, known - 1 - k)
         if reach == _AROUND:
             usual = inner[_AROUND, k - _AROUND]
-        elif reach >= _LEAST_REACH:
+        elif reach >= _MIN_REACH:
             for j in range(2 * reach + 1):
                 near[j] = value[own[k - reach + j]]
             usual = median(near[: 2 * reach + 1], few)

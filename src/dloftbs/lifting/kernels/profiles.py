@@ -38,19 +38,19 @@ PLACES = 2 * int(_INSIDE_PX + _EDGE_PX + _GROUND_PLACES)
 Source: by definition; about a pixel apart.
 """
 
-_LEAST_GROUND = 3
+_MIN_GROUND = 3
 """Smallest number of places with depth that show the ground on a side.
 
 Source: by definition; a median is robust from three on.
 """
 
-_LEAST_CONTRAST = 6.0
+_MIN_CONTRAST = 6.0
 """Height over the ground, as a multiple of the noise's deviation, from which edges of depth are told.
 
 Source: by hand; half of it, where the edge is taken, is three deviations.
 """
 
-_LEAST_NOISE = 1e-4
+_MIN_NOISE = 1e-4
 """Least noise of depth, 1 / m: its deviation is this times the depth squared.
 
 Source: numerics; far below any camera's.
@@ -171,7 +171,7 @@ def _grounds_beside(metres: _Floats, on: _Flags, low: int) -> _Floats:
             places[k, i] = np.inf if on[i, low + k] or np.isnan(value) else value
     grounds = medians_of_columns(places)
     for i in range(n):
-        if places[_LEAST_GROUND - 1, i] == np.inf:
+        if places[_MIN_GROUND - 1, i] == np.inf:
             grounds[i] = np.nan
     return grounds
 
@@ -193,14 +193,14 @@ def _noise_of(metres: _Floats, on: _Flags) -> float:
                     changes[count] = abs(a - b) / (a * b)
                     count += 1
     if count == 0:
-        return _LEAST_NOISE
+        return _MIN_NOISE
     changes = changes[:count]
     usual = nth_least(changes, count // 2) / (np.sqrt(2.0) * MEDIAN_DEVIATION)
     first = 0
     for k in range(count):
         first += changes[k] == 0.0
     step = nth_least(changes, first + (count - first) // 4) if first < count else 0.0
-    return float(max(usual, step, _LEAST_NOISE))
+    return float(max(usual, step, _MIN_NOISE))
 
 
 @helper
@@ -263,7 +263,7 @@ def read_profiles(
     aside, wider = np.full(n, np.nan), np.full(n, np.nan)
     for i in range(n):
         level = _third_nearest(metres[i], offsets[i], radius[i] + _EDGE_PX)
-        if not min(sides[i, 0], sides[i, 1]) - level > _LEAST_CONTRAST * noise * level * level:  # not: NaN too
+        if not min(sides[i, 0], sides[i, 1]) - level > _MIN_CONTRAST * noise * level * level:  # not: NaN too
             continue
         step = offsets[i, 1] - offsets[i, 0]
         between = offsets[i, PLACES // 2] - offsets[i, PLACES // 2 - 1] - step  # not looked at, all of it the object's

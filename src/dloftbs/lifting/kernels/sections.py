@@ -11,7 +11,7 @@ from dloftbs.kernels.shared.cubic import point_and_slope
 from dloftbs.kernels.shared.polyline import polyline_length
 from dloftbs.kernels.shared.selection import median_of
 
-_MOST_IN_BLOCK = 20
+_MAX_IN_BLOCK = 20
 """Largest number of points that tell the radius of a block.
 
 Source: bounds time.
@@ -31,7 +31,7 @@ def _level_radius(u: _Floats, radius: _Floats, at: _Floats, block: int) -> _Floa
     for b in range(blocks):
         low, high = b * m // blocks, (b + 1) * m // blocks
         middle[b] = 0.5 * (u[low] + u[high - 1])
-        level[b] = median_of(radius[low : high : max((high - low) // _MOST_IN_BLOCK, 1)])
+        level[b] = median_of(radius[low : high : max((high - low) // _MAX_IN_BLOCK, 1)])
     out = np.empty(len(at))
     b = 0
     for i in range(len(at)):

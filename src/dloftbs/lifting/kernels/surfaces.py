@@ -12,7 +12,7 @@ from dloftbs.kernels.compiler import helper, kernel, read
 from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.lifting.kernels.columns import sort_columns
 
-_MOST_ACROSS = 2
+_MAX_ACROSS = 2
 """Largest number of pixels to either side of the axis.
 
 Source: bounds time.
@@ -21,7 +21,7 @@ Source: bounds time.
 _ENOUGH = 15
 """Largest number of pixels of a section.
 
-Source: bounds time; five across by three along, no more than `MOST_ROWS` of `columns`.
+Source: bounds time; five across by three along, no more than `MAX_ROWS` of `columns`.
 """
 
 _WIDEST = 0.95
@@ -36,13 +36,13 @@ _CROWD = 3
 Source: by hand.
 """
 
-_LEAST_CONTRAST = 6.0
+_MIN_CONTRAST = 6.0
 """Height over the ground, as a multiple of the noise's deviation, from which an object stands out.
 
 Source: by hand; halfway, where the ground's pixels are told from the object's, is three deviations.
 """
 
-_LEAST_ABOVE = 2
+_MIN_ABOVE = 2
 """Smallest number of pixels that stand out from the ground as an object.
 
 Source: by hand; noise hardly makes two of a section's.
@@ -67,7 +67,7 @@ _KEEP_RADII = 0.1
 Source: by hand.
 """
 
-_LEAST_SHARE = 0.25
+_MIN_SHARE = 0.25
 """Share of a section's pixels that must have depth.
 
 Source: by hand.
@@ -104,9 +104,9 @@ def _lay_places(
         dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
         spacing = np.sqrt(dx * dx + dy * dy) / max(b - a, 1)
         half = max(min(share * radius[i], radius[i] - border), least * radius[i])
-        side = min(int(half), _MOST_ACROSS)
+        side = min(int(half), _MAX_ACROSS)
         lines = min(max(int(np.rint(spacing)), 1), _ENOUGH // (2 * side + 1))
-        stride = half / _MOST_ACROSS if half > _MOST_ACROSS + 1.0 else 1.0
+        stride = half / _MAX_ACROSS if half > _MAX_ACROSS + 1.0 else 1.0
         tx, ty = tangents[i, 0], tangents[i, 1]
         place = 0
         for j in range(lines):
@@ -146,9 +146,9 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
     between the surface and the ground behind it, and those of other objects are thinly spread. They are left out of the
     mean, so that they do not bias it.
     """
-    if known >= _LEAST_ABOVE:
-        height = ground - values[_LEAST_ABOVE - 1]
-        if height > max(slenderness * ground, _LEAST_CONTRAST * noise * ground * ground):  # not, where it is NaN
+    if known >= _MIN_ABOVE:
+        height = ground - values[_MIN_ABOVE - 1]
+        if height > max(slenderness * ground, _MIN_CONTRAST * noise * ground * ground):  # not, where it is NaN
             above = 0
             while above < known and values[above] < ground - 0.5 * height:
                 above += 1
@@ -223,7 +223,7 @@ def _judge(
     sort_columns(values)
     few = np.empty(_ENOUGH)
     for i in range(n):
-        if known[i] > 0.0 and known[i] >= _LEAST_SHARE * asked[i]:
+        if known[i] > 0.0 and known[i] >= _MIN_SHARE * asked[i]:
             copy_to(few, values[:, i])
             surface[i], counts[i] = _level(few, int(known[i]), slenderness[i], ground[i], noise)
     return surface, counts, moved.sum() / max(known.sum(), 1.0)

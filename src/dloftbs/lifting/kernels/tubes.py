@@ -9,7 +9,7 @@ from numba import boolean, float64, int64
 from dloftbs.kernels.compiler import helper, kernel, read, write
 from dloftbs.kernels.shared.selection import median_of
 
-_LEAST_SINE = 0.2
+_MIN_SINE = 0.2
 """Smallest sine of the angle between ray and axis by which a radius is divided.
 
 Source: by hand; a tube that points at the camera shows its end, not its side.
@@ -87,7 +87,7 @@ def surface_to_axis(
     for i in range(n):
         _tangent(rays, depth_m, i, closed, tangent)
         length = np.sqrt(rays[i, 0] ** 2 + rays[i, 1] ** 2 + rays[i, 2] ** 2)
-        sines[i] = max(_cross(rays[i], tangent, normal) / length, _LEAST_SINE)
+        sines[i] = max(_cross(rays[i], tangent, normal) / length, _MIN_SINE)
         if not seen[i]:
             continue
         share = 0.0  # distance of the rays at the borders, for each metre of depth

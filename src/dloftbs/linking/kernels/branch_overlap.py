@@ -16,25 +16,25 @@ from dloftbs.kernels.shared.copying import copy_to
 from dloftbs.kernels.shared.graph_ends import branch_of, other_end
 from dloftbs.kernels.shared.selection import falling_order
 
-MOST_RUNS = 6
+MAX_RUNS = 6
 """Largest number of branches of a path that two cables share.
 
 Source: bounds time and memory.
 """
 
-_MOST_TRIALS = 32
+_MAX_TRIALS = 32
 """Largest number of paths tried from each branch end.
 
 Source: bounds time.
 """
 
-_MOST_SLOTS = 64
+_MAX_SLOTS = 64
 """Largest number of paths and of branch ends of a junction kept at a time.
 
 Source: bounds memory.
 """
 
-_MOST_ARMS = 14
+_MAX_ARMS = 14
 """Largest number of branch ends of a junction that a path may lead through.
 
 Source: bounds time; all ways to pair them are compared.
@@ -77,7 +77,7 @@ _INNER_END_COST = 0.8
 Source: by hand; less than an end left open anywhere, since the mask gets narrow there.
 """
 
-_LEAST_WIDE_WIDTHS = 0.75
+_MIN_WIDE_WIDTHS = 0.75
 """Least length for which a branch must be wide, where a cable ends inside, widths.
 
 Source: by hand; a junction widens the mask for half a width.
@@ -132,7 +132,7 @@ def list_paths(
 
     Returns
     -------
-    paths : (k, MOST_RUNS) int64
+    paths : (k, MAX_RUNS) int64
         The ends at which each branch is entered, in order; -1 after the last one.
     inside : (k,) bool
         Whether a cable ends inside the last one.
@@ -145,22 +145,22 @@ def list_paths(
     has_spur = np.zeros(count, dtype=np.bool_)
     for node in range(count):
         ends = members[first[node] : first[node + 1]]
-        may_share[node] = unresolved[node] and len(ends) <= _MOST_ARMS
+        may_share[node] = unresolved[node] and len(ends) <= _MAX_ARMS
         for end in ends:
             has_spur[node] = has_spur[node] or spur[branch_of(end)]  # it may be the tip of the second cable
     room = 2 * len(nodes) + 64
-    paths = np.full((room, MOST_RUNS), -1, dtype=np.int64)
+    paths = np.full((room, MAX_RUNS), -1, dtype=np.int64)
     inside = np.zeros(room, dtype=np.bool_)
     overlap_cost = np.empty(room)
     found = 0
-    stack = np.full((_MOST_SLOTS, MOST_RUNS), -1, dtype=np.int64)
-    depth = np.empty(_MOST_SLOTS, dtype=np.int64)
+    stack = np.full((_MAX_SLOTS, MAX_RUNS), -1, dtype=np.int64)
+    depth = np.empty(_MAX_SLOTS, dtype=np.int64)
     for start in range(len(nodes)):
         if nodes[start] < 0 or spur[branch_of(start)] or not may_share[nodes[start]]:
             continue
         stack[0, 0], depth[0] = start, 1
         height, trials = 1, 0
-        while height > 0 and trials < _MOST_TRIALS and found + 2 < room:
+        while height > 0 and trials < _MAX_TRIALS and found + 2 < room:
             height -= 1
             trials += 1
             steps = depth[height]
@@ -176,7 +176,7 @@ def list_paths(
             if blocked:
                 continue
             drops = reach[end] + 0.5 * width < lengths[branch] and lengths[branch] > width
-            if drops and reach[end] >= _LEAST_WIDE_WIDTHS * width:
+            if drops and reach[end] >= _MIN_WIDE_WIDTHS * width:
                 copy_to(paths[found], path[:steps])
                 inside[found] = True
                 overlap_cost[found] = so_far + _INNER_END_COST + _COST_PER_WIDTH * reach[end] / width
@@ -191,14 +191,14 @@ def list_paths(
             if may_stop:
                 continue
             size = first[node + 1] - first[node]
-            if steps == MOST_RUNS or size > _MOST_ARMS:
+            if steps == MAX_RUNS or size > _MAX_ARMS:
                 continue
             here = 0
             while members[first[node] + here] != other_end(end):
                 here += 1
             for k in range(size):
                 onward = members[first[node] + k]
-                if branch_of(onward) == branch or spur[branch_of(onward)] or height == _MOST_SLOTS:
+                if branch_of(onward) == branch or spur[branch_of(onward)] or height == _MAX_SLOTS:
                     continue
                 if costs[starts[node] + here * size + k] < _STRAIGHT_ON:
                     copy_to(stack[height], path)
@@ -232,22 +232,22 @@ def changed_junctions(
     changes : (k, 3) int64
         For each junction on each path: the set before, the set after, and the path.
     """
-    most = len(paths) * (MOST_RUNS + 1)
+    most = len(paths) * (MAX_RUNS + 1)
     sets = np.zeros(2 * most + 1, dtype=np.int64)
-    slots = np.empty(2 * most * _MOST_SLOTS, dtype=np.int64)
+    slots = np.empty(2 * most * _MAX_SLOTS, dtype=np.int64)
     changes = np.empty((most, 3), dtype=np.int64)
     before = np.full(len(first), -1, dtype=np.int64)  # the set of each junction
     with_one = np.full(len(nodes), -1, dtype=np.int64)  # that of its junction with one end more
     count, found = 0, 0
     for p in range(len(paths)):
         steps = 0
-        while steps < MOST_RUNS and paths[p, steps] >= 0:
+        while steps < MAX_RUNS and paths[p, steps] >= 0:
             steps += 1
         # The first and the last junction get one end more, those between two.
         for s in range(steps if inside[p] else steps + 1):
             node = nodes[paths[p, s]] if s < steps else nodes[other_end(paths[p, s - 1])]
             if before[node] < 0:
-                size = min(first[node + 1] - first[node], _MOST_SLOTS - 2)
+                size = min(first[node + 1] - first[node], _MAX_SLOTS - 2)
                 slots[sets[found] : sets[found] + size] = members[first[node] : first[node] + size]
                 sets[found + 1] = sets[found] + size
                 before[node] = found
@@ -311,7 +311,7 @@ def choose_paths(
     for node in nodes:
         count = max(count, node + 1)
     touched = np.zeros(count, dtype=np.bool_)
-    duplicates = np.empty(len(paths) * MOST_RUNS, dtype=np.int64)
+    duplicates = np.empty(len(paths) * MAX_RUNS, dtype=np.int64)
     partial = np.full(len(duplicates), -1, dtype=np.int64)
     gains = np.empty(len(duplicates))
     found = 0
@@ -320,7 +320,7 @@ def choose_paths(
         if not gain_of[p] > 0.0:
             break
         steps, is_free = 0, True
-        while steps < MOST_RUNS and paths[p, steps] >= 0:
+        while steps < MAX_RUNS and paths[p, steps] >= 0:
             for end in (paths[p, steps], other_end(paths[p, steps])):
                 is_free = is_free and (nodes[end] < 0 or not touched[nodes[end]])
             steps += 1

@@ -27,7 +27,7 @@ _FIT_RADII = 4.0
 Source: by hand; two widths, as for all branch ends.
 """
 
-_LEAST_FIT_PX = 6.0
+_MIN_FIT_PX = 6.0
 """Least length over which direction and bending are fitted, px.
 
 Source: by hand; thin cables are as coarse as their pixels.
@@ -45,7 +45,7 @@ _PULL = 3.0
 Source: by hand; wide cables have smoother edges and need less.
 """
 
-_MOST_PULL = 0.5
+_MAX_PULL = 0.5
 """Largest share of the way to the middle made per step.
 
 Source: by hand.
@@ -180,7 +180,7 @@ _SEEN_PX = 2.25
 Source: by hand; one and a half times `_UNSEEN_PX`.
 """
 
-_MOST_AHEAD = 0.5
+_MAX_AHEAD = 0.5
 """Largest correction of an end along the axis, radii.
 
 Source: by hand; a ragged tip is no longer.
@@ -325,7 +325,7 @@ def _beyond_axis(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy:
     share = 1.0 - ramp_down((middle - longer) / (fall * radius), _FLAT, _ROUND)
     share *= 1.0 - ramp_down(radius, _UNSEEN_PX, _SEEN_PX)
     ahead = middle - _BACK * radius  # the middle is less ragged than the edge at the tip
-    return share * height * radius - min(max(ahead, -_MOST_AHEAD * radius), _MOST_AHEAD * radius)
+    return share * height * radius - min(max(ahead, -_MAX_AHEAD * radius), _MAX_AHEAD * radius)
 
 
 @helper
@@ -400,7 +400,7 @@ def extend_end(
     while stop > 1 and arc[stop - 1] < tail - _TIE:
         stop -= 1
     start = stop - 1
-    while start > 0 and arc[start - 1] <= arc[stop - 1] + max(_FIT_RADII * radius, _LEAST_FIT_PX) + _TIE:
+    while start > 0 and arc[start - 1] <= arc[stop - 1] + max(_FIT_RADII * radius, _MIN_FIT_PX) + _TIE:
         start -= 1
     if stop - start < 4:
         return 0, nothing
@@ -409,7 +409,7 @@ def extend_end(
     bending = min(max(bending, -tightest), tightest)
 
     x, y = points[stop - 1]
-    pull = min(_PULL / radius, _MOST_PULL)
+    pull = min(_PULL / radius, _MAX_PULL)
     too_far = 2.0 * radius + 2.0
     narrow = int(_STRAND_RADII * radius) + 1
     limit = int(_LONGEST_RADII * radius) + 4

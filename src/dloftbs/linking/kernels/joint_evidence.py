@@ -12,7 +12,7 @@ from dloftbs.kernels.compiler import kernel, read, write
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_ROUND
 
-_MOST_GROUND = 0.5
+_MAX_GROUND = 0.5
 """Most ground in sight across a gap that counts, widths.
 
 Source: fitted; of a half, one and two widths a half tells the most in all sources: more is no clearer.
@@ -92,7 +92,7 @@ def describe_seen(
         length = max(lengths[k] / width, 1e-9)
         ground = 0.0 if seen[g, 0] < _STRAY_GROUND * length else seen[g, 0]
         hidden = min(seen[g, 1] + seen[g, 2], length)
-        joints[k, GAP_GROUND], joints[k, GAP_HIDDEN] = min(ground, _MOST_GROUND), hidden
+        joints[k, GAP_GROUND], joints[k, GAP_HIDDEN] = min(ground, _MAX_GROUND), hidden
         for end in pairs[k]:
             covered[end] = max(covered[end], max(hidden - ground, 0.0) / length)
     for k in range(len(pairs)):

@@ -35,13 +35,13 @@ _TIP_WIDTHS = 0.5
 Source: geometry; what cuts a cable at a slant leaves a tip at its edge, half a width from the axis.
 """
 
-_LEAST_TIP_PX = 1.0
+_MIN_TIP_PX = 1.0
 """The same, px, for a cable of less than two.
 
 Source: geometry; each of the two ends is known to half a pixel.
 """
 
-_LEAST_WIDTH_PX = 3.0
+_MIN_WIDTH_PX = 3.0
 """Width, px, as of which a cable counts that is thinner where a gap may be a break of its mask.
 
 Source: published; the square of the opening, which breaks what is thinner.
@@ -117,7 +117,7 @@ def bend_between(states: npt.NDArray[np.float64], i: int, j: int, width: float) 
         return turn + swerve, length
     mx, my = mx / norm, my / norm
     aside = mx * cy - my * cx
-    tip = max(_TIP_WIDTHS * width, _LEAST_TIP_PX)
+    tip = max(_TIP_WIDTHS * width, _MIN_TIP_PX)
     less = min(max(aside, -tip), tip)
     tip_turn, tip_swerve, _ = _bend_parts(states, i, j, cx + my * less, cy - mx * less, width)
     return min(turn + swerve, tip_turn + tip_swerve), length
@@ -138,7 +138,7 @@ def describe_gap(
     """Write the columns of a gap between two free ends whose roundness is given in sum."""
     bend, length = bend_between(states, i, j, width)
     row[:] = 0.0
-    longer = min(max(length / (_BREAK_WIDTHS * max(width, _LEAST_WIDTH_PX)) - 1.0, 0.0), 1.0)
+    longer = min(max(length / (_BREAK_WIDTHS * max(width, _MIN_WIDTH_PX)) - 1.0, 0.0), 1.0)
     row[GAP_ENERGY] = bend * width / max(length, width)
     row[GAP_LENGTH], row[GAP_ROUND] = length / width, roundness * longer
 

@@ -9,7 +9,7 @@ from dloftbs.kernels.compiler import helper
 from dloftbs.kernels.shared.graph_ends import X, Y
 from dloftbs.kernels.shared.selection import falling_order
 
-MOST_GAPS = 50_000
+MAX_GAPS = 50_000
 """Largest number of pairs of ends between which a gap is sought; of more, the nearest ones.
 
 Source: bounds time; it is all pairs of 300 ends.
@@ -27,7 +27,7 @@ _Floats = npt.NDArray[np.float64]
 
 @helper
 def _longest_gap(x: _Floats, y: _Floats, max_gap: float) -> float:
-    """Return the length up to which gaps are sought, px: `max_gap`, or less where more than `MOST_GAPS` pairs are near.
+    """Return the length up to which gaps are sought, px: `max_gap`, or less where more than `MAX_GAPS` pairs are near.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def _longest_gap(x: _Floats, y: _Floats, max_gap: float) -> float:
         px.
     """
     m = len(x)
-    if m * (m - 1) // 2 <= MOST_GAPS:
+    if m * (m - 1) // 2 <= MAX_GAPS:
         return max_gap
     longest = min(max_gap, max(x[0] - x[m - 1], y.max() - y.min()))
     counts = np.zeros(_STEPS + 1, dtype=np.int64)
@@ -52,7 +52,7 @@ def _longest_gap(x: _Floats, y: _Floats, max_gap: float) -> float:
     total = 0
     for step in range(_STEPS + 1):
         total += counts[step]
-        if total > MOST_GAPS:
+        if total > MAX_GAPS:
             return longest * step / _STEPS
     return max_gap
 
@@ -67,7 +67,7 @@ def near_ends(states: _Floats, ends: _Ints, max_gap: float) -> tuple[_Ints, _Int
     ends : (m,) int64
         Ascending.
     max_gap : float
-        Longest gap along rows and columns, px; less where more than `MOST_GAPS` pairs are so near.
+        Longest gap along rows and columns, px; less where more than `MAX_GAPS` pairs are so near.
 
     Returns
     -------

@@ -235,7 +235,7 @@ def pair_costs(
     corners : (n,) int64
         Equal for two ends that meet in one sharp bend; else -1.
     max_gap : float
-        Longest gap, px; where more than `near_ends.MOST_GAPS` pairs of ends are so near, only shorter ones are sought.
+        Longest gap, px; where more than `near_ends.MAX_GAPS` pairs of ends are so near, only shorter ones are sought.
     asked : bool
         Whether evidence will be asked: it may show that a gap is hidden all along.
     more : float

@@ -46,7 +46,7 @@ _STRAIGHT_WIDTHS = 1.0
 Source: by hand; over less, noise bends a parabola more than cables do.
 """
 
-_LEAST_POINTS = 3
+_MIN_POINTS = 3
 """Smallest number of points of a fit.
 
 Source: by definition; a parabola has three coefficients.
@@ -353,9 +353,9 @@ def describe_ends(
         else:
             skip = int(_BLUNT_WIDTHS * width)
         blunt = int(_BLUNT_WIDTHS * width) if far < 0 else 0
-        most = int(max(_REACH_WIDTHS * width, _LEAST_POINTS + 1))
+        most = int(max(_REACH_WIDTHS * width, _MIN_POINTS + 1))
         usable = min(count - skip - blunt, most)
-        if usable >= max(0.75 * width, _LEAST_POINTS):
+        if usable >= max(0.75 * width, _MIN_POINTS):
             _fit_end(points, first + step * skip, step, usable, width, states[end], -skip)
             continue
         # Too short for that: straight from one end to the other, junctions counted from their centres.
@@ -431,7 +431,7 @@ def measure_roundness(
         step = inward(end)
         at = (start if step == 1 else stop - 1) + step * back
         along = min(chord, stop - start - back - 1)
-        if nodes[end] != FREE or along < max(radius, _LEAST_POINTS) or stop - start < _TOLD_WIDTHS * width:
+        if nodes[end] != FREE or along < max(radius, _MIN_POINTS) or stop - start < _TOLD_WIDTHS * width:
             continue
         dx, dy = points[at, 0] - points[at + step * along, 0], points[at, 1] - points[at + step * along, 1]
         length = max(np.sqrt(dx * dx + dy * dy), 1e-9)

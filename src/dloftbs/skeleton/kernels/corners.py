@@ -22,7 +22,7 @@ _ALONG = 0.85
 Source: by hand; 32 degrees, as short mitres are ragged.
 """
 
-_LEAST_ANGLE = 0.1
+_MIN_ANGLE = 0.1
 """Smallest angle between two branches that is told from parallel ones, rad.
 
 Source: numerics; the length of a mitre diverges at 0.
@@ -115,7 +115,7 @@ def _mitre_length(states: npt.NDArray[np.float64], a: int, b: int, width: float)
     There a disc touches both outer sides and the inner corner.
     """
     cosine = states[a, TANGENT_X] * states[b, TANGENT_X] + states[a, TANGENT_Y] * states[b, TANGENT_Y]
-    sine = np.sin(0.5 * max(np.arccos(min(cosine, 1.0)), _LEAST_ANGLE))
+    sine = np.sin(0.5 * max(np.arccos(min(cosine, 1.0)), _MIN_ANGLE))
     return 0.5 * width * (1.0 - sine) / (sine * (1.0 + sine))
 
 

@@ -22,7 +22,7 @@ _REACH = 2.5
 Source: by hand; noise is as long as some pixels, bends are as long as some widths.
 """
 
-_LEAST_REACH_PX = 4
+_MIN_REACH_PX = 4
 """Number of points to either side that tell the direction for a first radius, px.
 
 Source: by hand.
@@ -102,7 +102,7 @@ def _march(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 def _rough_radius(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], around: int) -> float:
     """Return the median of half the mask's width across a run, at some of its points; a loop comes `around` to one."""
     n = len(points)
-    reach = min(_LEAST_REACH_PX, (around - 1) // 2)
+    reach = min(_MIN_REACH_PX, (around - 1) // 2)
     count = min(n, _ROUGH_SITES)
     most = max(mask.shape[0], mask.shape[1]) / _WIDEST
     half = count // 2 + 1

@@ -20,7 +20,7 @@ _MAX_ITERATIONS = 100
 Source: bounds time.
 """
 
-_LEAST = 1e-300
+_MIN = 1e-300
 """Least length of a step by which is divided.
 
 Source: numerics.
@@ -100,7 +100,7 @@ def _bend(old: _Floats, new: _Floats, left: int, right: int, by_left: _Floats, b
             for d in range(dims):
                 steps[k, d] += shares[k] * missing[d]
                 squared += steps[k, d] * steps[k, d]
-            stretch = lengths[k] / max(math.sqrt(squared), _LEAST)
+            stretch = lengths[k] / max(math.sqrt(squared), _MIN)
             for d in range(dims):
                 steps[k, d] *= stretch
                 rest[d] -= steps[k, d]

@@ -5,7 +5,7 @@ import { drawCurves } from "./curves.js";
 import { paintRuns } from "./mask.js";
 import { paintRegion } from "./region.js";
 
-const MOST_ZOOM = 40;
+const MAX_ZOOM = 40;
 
 export class Stage {
   /** @param {HTMLCanvasElement} canvas */
@@ -85,7 +85,7 @@ export class Stage {
     const box = this.canvas.getBoundingClientRect();
     const about = place ?? { clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 };
     const [x, y] = this.pixelAt(about);
-    this.zoom = Math.min(Math.max(this.zoom * factor, 1), MOST_ZOOM);
+    this.zoom = Math.min(Math.max(this.zoom * factor, 1), MAX_ZOOM);
     this.moveTo([x, y], about);
   }
 

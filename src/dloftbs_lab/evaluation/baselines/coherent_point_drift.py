@@ -25,7 +25,7 @@ STRETCH = 1.05
 """Largest length of an edge, as a share of its length at rest. Source: by hand."""
 _GRID = 1.0 / 100.0  # of the length: a cell for each point that is registered. Source: bounds time
 _VISIBILITY = 30.0  # per metre behind what is seen and pixel off the mask. Source: by hand
-_LEAST_SEEN = 1e-6  # weight of a node that is covered. Source: by hand; no node is left without any
+_MIN_SEEN = 1e-6  # weight of a node that is covered. Source: by hand; no node is left without any
 _OUTPUT_POINTS = 200  # Source: by hand; four to a node
 
 
@@ -159,8 +159,8 @@ def visibility(nodes: FloatArray, frame: Frame) -> FloatArray:
     rows, columns = rows[inside], columns[inside]
     behind = np.where(depth[rows, columns] > 0.0, np.maximum(nodes[inside, 2] - depth[rows, columns], 0.0), 0.0)
     away, _ = cKDTree(np.argwhere(frame.mask)).query(np.stack((rows, columns), axis=1))
-    seen = np.full(len(nodes), _LEAST_SEEN)
-    seen[inside] = np.maximum(np.exp(-_VISIBILITY * behind * away), _LEAST_SEEN)
+    seen = np.full(len(nodes), _MIN_SEEN)
+    seen[inside] = np.maximum(np.exp(-_VISIBILITY * behind * away), _MIN_SEEN)
     return seen
 
 

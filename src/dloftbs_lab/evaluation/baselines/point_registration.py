@@ -22,7 +22,7 @@ from dloftbs.support.arrays import FloatArray
 
 _NEIGHBOURS = 2  # on each side, along the chain
 _CONDITION = 1e-3  # of the Gram matrices of neighbours, which are singular on a straight line
-_LEAST_VARIANCE = 1e-8
+_MIN_VARIANCE = 1e-8
 _SWEEPS = 100
 _SLACK = 1e-9
 
@@ -87,7 +87,7 @@ def register(nodes: FloatArray, points: FloatArray, weights: Weights, seen: Floa
         shares = responsibilities(moved, points, variance, weights.outliers, prior)
         before = moved
         moved = nodes + kernel @ solve_motion(nodes, points, shares, kernel, local, variance, weights)
-        variance = max(_variance(moved, points, shares), _LEAST_VARIANCE)
+        variance = max(_variance(moved, points, shares), _MIN_VARIANCE)
         if np.linalg.norm(moved - before, axis=1).max() < weights.tolerance:
             break
     return moved

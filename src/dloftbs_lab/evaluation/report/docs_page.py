@@ -26,7 +26,7 @@ from dloftbs_lab.evaluation.runner.finished_parts import write
 PAGE, FOLDER, PICTURES, PHOTOGRAPHS = "results.md", "results", "images/results", "photographs.md"
 README = "README.md"
 BEGIN, END = "<!-- made by `make results` -->\n", "<!-- end -->\n"
-MOST_BYTES = 300_000
+MAX_BYTES = 300_000
 
 _BLOCK = re.compile(f"({re.escape(BEGIN)}).*?({re.escape(END)})", re.DOTALL)
 _LINK = re.compile(r"!\[([^]]*)\]\(([^)]+)\)")
@@ -115,7 +115,7 @@ def small(picture: Path) -> tuple[str, bytes]:
     if pixels is None:
         raise SourceError(f"cannot read the picture {str(picture)!r}")
     data, suffix = picture.read_bytes(), picture.suffix
-    while len(data) > MOST_BYTES:
+    while len(data) > MAX_BYTES:
         encoded = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1]
         data, suffix = encoded.tobytes(), ".jpg"
         pixels = cv2.resize(pixels, None, fx=_SHRINK, fy=_SHRINK, interpolation=cv2.INTER_AREA)

@@ -9,7 +9,7 @@ from dloftbs_lab.evaluation.report.summary import DAGGER, Summary, marked
 from dloftbs_lab.evaluation.report.table import Cell, Estimate, Table, shown
 
 OURS, PUBLISHED = "default", "paper"
-_MOST_LOSSES = 3
+_MAX_LOSSES = 3
 
 
 def first_page(summary: Summary) -> str:
@@ -91,7 +91,7 @@ def _sentences(summary: Summary) -> Iterator[str]:
             f"{shown(_value(theirs['l3_surface_mm_median']))} mm from the line on the surface; its paper prints means "
             "of 1.59 to 4.22."
         )
-    worst = sorted(suites, key=lambda name: _clean(suites, name, OURS))[:_MOST_LOSSES]
+    worst = sorted(suites, key=lambda name: _clean(suites, name, OURS))[:_MAX_LOSSES]
     if worst and all(OURS in suites[name]["methods"] for name in worst):
         yield (
             "**Where the default loses most:** "

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dloftbs_lab.evaluation.report.table import mean
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 
-_MOST = 3  # of a suite
+_MAX = 3  # of a suite
 _BAD_BELOW = 0.9
 
 
@@ -29,7 +29,7 @@ def losses(parts: Sequence[Part]) -> list[str]:
             f"{_BAD_BELOW:.0%} of the frames are clean; the worst:"
         )
         for suite in dict.fromkeys(suite for (suite, _), _ in bad):
-            lines += [f"{method}, {', '.join(name)}: {_line(rows)}" for name, rows in bad if name[0] == suite][:_MOST]
+            lines += [f"{method}, {', '.join(name)}: {_line(rows)}" for name, rows in bad if name[0] == suite][:_MAX]
     return lines
 
 

@@ -22,8 +22,8 @@ from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _BAD = "#B00020"
 _LINES = ("-", "--", ":")  # so that two methods that agree are both seen
-_MOST_PANELS, _LEAST_FRAMES = 16, 12
-_LEAST_L3 = 0.05  # px or mm
+_MAX_PANELS, _MIN_FRAMES = 16, 12
+_MIN_L3 = 0.05  # px or mm
 _IN_METRES = ("rgbd-noisy",)
 _RC: Any = {
     "font.size": 9,
@@ -82,7 +82,7 @@ def _frames(parts: Sequence[Part], error: str, colours: dict[str, str], path: Pa
     """
     panels = [[part for part in parts if part.key.sequence == n] for n in dict.fromkeys(p.key.sequence for p in parts)]
     # A few frames are not worth a panel of their own.
-    together = len(panels) > _MOST_PANELS or max(len(part.rows) for part in parts) < _LEAST_FRAMES
+    together = len(panels) > _MAX_PANELS or max(len(part.rows) for part in parts) < _MIN_FRAMES
     panels = [list(parts)] if together else panels
     known = existing(getattr(row, error) for part in parts for row in part.rows)
     highest = max([*known, 10.0])
@@ -95,7 +95,7 @@ def _frames(parts: Sequence[Part], error: str, colours: dict[str, str], path: Pa
                 )
             key = of_panel[0].key
             axis.set_title(key.suite if together else f"{key.suite}: {key.sequence}")
-            axis.set(yscale="log", ylim=(_LEAST_L3, 1.3 * highest), ylabel=f"L3, {error[-2:]}")
+            axis.set(yscale="log", ylim=(_MIN_L3, 1.3 * highest), ylabel=f"L3, {error[-2:]}")
             axis.yaxis.set_major_formatter("{x:g}")
             axis.xaxis.get_major_locator().set_params(integer=True)
         axes[-1].set_xlabel("frame; marks on the axis: something is missing (|) or redundant (x)")
@@ -105,7 +105,7 @@ def _frames(parts: Sequence[Part], error: str, colours: dict[str, str], path: Pa
 
 def _draw_frames(axis: Any, rows: Sequence[FrameRow], error: str, style: dict[str, Any]) -> None:
     x = np.arange(len(rows))
-    values = _values([getattr(row, error) for row in rows]).clip(min=_LEAST_L3)
+    values = _values([getattr(row, error) for row in rows]).clip(min=_MIN_L3)
     axis.plot(x, values, linewidth=1.0, marker=".", ms=3, **style)
     for name, marker in (("missing", "|"), ("redundant", "x")):
         bad = np.array([getattr(row, name) > 0 for row in rows], dtype=bool)

@@ -40,7 +40,7 @@ class FoundTrack:
     seen: bool
 
 
-_LEAST_SAMPLES, _MOST_SAMPLES = 200, 4000
+_MIN_SAMPLES, _MAX_SAMPLES = 200, 4000
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +109,8 @@ def found_in(output: Any, frame: Frame) -> Found:
 def samples(curve: Curve) -> FloatArray:
     """Return points along a curve in the image, at most about 1 px apart, shape (n, 2)."""
     if isinstance(curve, BSplineCurve):
-        return curve.sample(min(max(math.ceil(curve.length) + 1, _LEAST_SAMPLES), _MOST_SAMPLES))
-    steps = np.ceil(np.linalg.norm(np.diff(curve, axis=0), axis=1)).clip(1, _MOST_SAMPLES).astype(int)
+        return curve.sample(min(max(math.ceil(curve.length) + 1, _MIN_SAMPLES), _MAX_SAMPLES))
+    steps = np.ceil(np.linalg.norm(np.diff(curve, axis=0), axis=1)).clip(1, _MAX_SAMPLES).astype(int)
     at = np.concatenate([start + np.arange(count) / count for start, count in enumerate(steps)] + [[len(steps)]])
     return np.stack([np.interp(at, np.arange(len(curve)), values) for values in curve.T], axis=1)
 
@@ -146,7 +146,7 @@ def _both(value: Any, camera: PinholeCamera | None) -> tuple[Curve, Curve | None
     curve: Curve = value if isinstance(value, BSplineCurve) else as_points("a curve", value)
     if not isinstance(curve, BSplineCurve) and len(curve) < 2:
         raise InputError(f"a curve must have two points or more, got {len(curve)}")
-    points = curve.sample(_LEAST_SAMPLES) if isinstance(curve, BSplineCurve) else curve
+    points = curve.sample(_MIN_SAMPLES) if isinstance(curve, BSplineCurve) else curve
     if points.shape[1] == 2:
         return curve, None
     if camera is None:

@@ -21,12 +21,12 @@ from dloftbs_lab.evaluation.runner.finished_parts import JointRow
 from dloftbs_lab.evaluation.runner.found import samples
 from dloftbs_lab.truth import Truth
 
-LEAST_GATE = 1.0 / 256.0
+MIN_GATE = 1.0 / 256.0
 """Of the image's longer side: within this of a true curve, or a width if that is more, a place is on it; 5 px in HD."""
 
 _SLACK_WIDTHS = 0.5  # a curve that is further away than the nearest one by more is not the one that was followed
 _COS_ALONG = math.cos(math.radians(50.0))
-_LEAST_CHORD_PX = 3.0  # of which the direction says something
+_MIN_CHORD_PX = 3.0  # of which the direction says something
 _LENGTH_WIDTHS, _LENGTH_SHARE = 2.0, 0.3
 _PIECES = 32  # of a joint whose length is measured
 
@@ -83,7 +83,7 @@ def judge_joints(index: int, detections: Sequence[Detection], truth: Truth, size
     if not truth.curves or not any(detection.joints for detection in detections):
         return []
     known = [_known(samples(curve), curve.closed) for curve in truth.curves]
-    gate_px = LEAST_GATE * max(size)
+    gate_px = MIN_GATE * max(size)
     return [
         JointRow(index, joint.kind, joint.confidence, _is_right(detection, number, known, gate_px))
         for detection in detections
@@ -132,7 +132,7 @@ def _probe(segment: Segment, width: float, along: float) -> _Probe:
     point, far = (np.array([np.interp(s, arc, axis) for axis in points.T]) for s in (reach, 2.0 * reach))
     chord = along * (far - points[0])
     length = float(np.linalg.norm(chord))
-    return _Probe(point, chord / length if length >= _LEAST_CHORD_PX else None, reach)
+    return _Probe(point, chord / length if length >= _MIN_CHORD_PX else None, reach)
 
 
 def _places(probe: _Probe, known: Sequence[_Known], gate_px: float, width: float) -> Iterator[_Place]:

@@ -20,7 +20,7 @@ from dloftbs_lab.evaluation.traces import SAMPLES, Trace, trace_of
 from dloftbs_lab.truth import Truth
 
 _SAMPLES = 1000
-_LEAST_SINE = 1e-3  # between a curve and the line of sight, below which the surface in front has no place beside it
+_MIN_SINE = 1e-3  # between a curve and the line of sight, below which the surface in front has no place beside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def surface_line(axis: FloatArray, radius_m: float) -> FloatArray:
     towards = -axis / np.linalg.norm(axis, axis=1, keepdims=True)
     across = towards - (towards * tangents).sum(axis=1, keepdims=True) * tangents
     sine = np.linalg.norm(across, axis=1, keepdims=True)
-    line: FloatArray = axis + radius_m * np.where(sine > _LEAST_SINE, across / np.maximum(sine, _LEAST_SINE), towards)
+    line: FloatArray = axis + radius_m * np.where(sine > _MIN_SINE, across / np.maximum(sine, _MIN_SINE), towards)
     return line
 
 

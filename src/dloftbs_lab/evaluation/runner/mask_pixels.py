@@ -14,7 +14,7 @@ from dloftbs_lab.evaluation.kernels.nearest_points import measure_nearest
 
 _CELL_PX = 8.0
 """Length of a cell in which the points of curves are looked up: by hand; half a cable's width fits in two of them."""
-_MOST_CELLS = 1 << 20  # by hand: 8 MiB; a curve that leaves the image for good has no grid
+_MAX_CELLS = 1 << 20  # by hand: 8 MiB; a curve that leaves the image for good has no grid
 
 
 class MaskPixels:
@@ -105,7 +105,7 @@ def nearest_distances(points: FloatArray, others: FloatArray) -> FloatArray:
     columns, rows = ((others - (left, top)) // _CELL_PX).astype(np.intp).T
     across, down = int(columns.max()) + 1, int(rows.max()) + 1
     distances = np.full(len(points), np.inf)
-    if across * down <= _MOST_CELLS:
+    if across * down <= _MAX_CELLS:
         cells = rows * across + columns
         first = np.concatenate(([0], np.cumsum(np.bincount(cells, minlength=across * down))))
         order = np.argsort(cells, kind="stable")

@@ -109,7 +109,7 @@ def test_a_picture_becomes_small(tmp_path):
     cv2.imwrite(str(tmp_path / "noise.png"), noise)
     name, data = docs_page.small(tmp_path / "noise.png")
     assert name.endswith("-noise.jpg")
-    assert len(data) <= docs_page.MOST_BYTES
+    assert len(data) <= docs_page.MAX_BYTES
 
 
 def test_what_readme_and_the_first_page_quote_are_the_last_results():
