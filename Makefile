@@ -26,9 +26,12 @@ lint: .venv/installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-# Hostile input until the minutes are over, new with every seed; or one case again: make fuzz FAMILY=combs SEED=7 CASE=12.
+# All properties with ten times as many examples, then hostile input until the minutes are over, new with every seed;
+# or one case again: make fuzz FAMILY=combs SEED=7 CASE=12.
 # What is found stays in build/fuzz. See docs/fuzzing.md.
 fuzz: .venv/installed-dev
+	$(if $(FAMILY),,HYPOTHESIS_PROFILE=thorough $(BIN)/python -m pytest --quiet -m hypothesis \
+		--numprocesses logical --maxprocesses 8 --dist worksteal)
 	PYTHONPATH=tests:. $(BIN)/python -m fuzz --minutes $(MINUTES) --seed $(SEED) \
 		$(if $(FAMILY),--family $(FAMILY)) $(if $(CASE),--case $(CASE))
 

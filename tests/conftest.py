@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-settings.register_profile("dloftbs", derandomize=True, deadline=None, max_examples=200, database=None)
-settings.load_profile("dloftbs")
+for profile, examples in (("dloftbs", 50), ("thorough", 500)):
+    settings.register_profile(profile, derandomize=True, deadline=None, max_examples=examples, database=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dloftbs"))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of hostile input, so that ``-m "not fuzz"`` leaves them out."""
+    fuzz = Path(__file__).parent / "fuzz"
+    for item in items:
+        if item.path.is_relative_to(fuzz):
+            item.add_marker(pytest.mark.fuzz)
 
 
 def pytest_runtest_setup() -> None:

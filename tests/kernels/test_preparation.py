@@ -59,7 +59,8 @@ def test_a_block_that_ends_early_waits_for_nothing(tmp_path):
     code = (
         "import time; preparation._start = lambda start=preparation._start: started.append(start()) or started[-1]\n"
         "started = []\n"
-        "with preparation.compiling_ahead(['segmentation', 'evaluation']): pass\n"
+        "preparation._MIN_KERNELS = 3\n"
+        "with preparation.compiling_ahead(['segmentation']): pass\n"
         "print(len(started), *(process.returncode for process in started))"
     )
     count, *codes = run(code, tmp_path)[0]
@@ -132,7 +133,7 @@ def test_rooms_that_are_loaded_are_not_looked_at_again(monkeypatch):
 @pytest.mark.parametrize(
     ("room", "modules"),
     [
-        ("evaluation", {"dloftbs_lab.evaluation.kernels.nearest_points"}),
+        ("segmentation", {f"dloftbs.segmentation.kernels.{name}" for name in ("colour_table", "plane_heights")}),
         ("segmentation.kernels.colour_table", {"dloftbs.segmentation.kernels.colour_table"}),
         ("kernels", set()),
         ("segment", set()),

@@ -16,7 +16,10 @@ MIN = 20
 
 def pieces_of(mask: np.ndarray) -> list[np.ndarray]:
     labels, count = ndimage.label(mask, AROUND)
-    return [np.argwhere(labels == number)[:, ::-1] for number in range(1, count + 1)]
+    rows, columns = np.nonzero(labels)
+    order = np.argsort(labels[rows, columns], kind="stable")
+    xy = np.stack((columns, rows), axis=1)[order]
+    return np.split(xy, np.cumsum(np.bincount(labels[rows, columns], minlength=count + 1)[1:-1]))
 
 
 def with_kernel(mask: np.ndarray, least: int = MIN) -> np.ndarray:
