@@ -42,10 +42,11 @@ LONG_GAPS = {"003.png": 19, "005.png": 12, "009.png": 15}
 """In widths: nothing tells that the cable goes on beyond; in 005 it leaves the image."""
 
 
+@pytest.mark.xfail(reason="12 to 19 widths: a mask alone does not show that the cable goes on", raises=AssertionError)
 @pytest.mark.parametrize("name", LONG_GAPS)
-def test_the_default_method_leaves_long_gaps_open(shared_data: Path, name: str) -> None:
+def test_a_cable_goes_on_across_a_long_gap(shared_data: Path, name: str) -> None:
     mask = cv2.imread(str(shared_data / "masks" / name), cv2.IMREAD_GRAYSCALE)
-    assert len(dloftbs.detect(mask)) == 2
+    assert len(dloftbs.detect(mask)) == 1
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in LONG_GAPS])
