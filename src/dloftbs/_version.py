@@ -14,7 +14,7 @@ def code_version(without: tuple[str, ...], beside: str | None = None) -> str:
     Parameters
     ----------
     without : tuple of str
-        Beginnings of paths below a package, of what makes no difference to whom this is told.
+        Beginnings of paths below a package, of what makes no difference to the caller.
     beside : str, optional
         Folder of another package, whose code counts as well.
     """

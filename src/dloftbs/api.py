@@ -53,9 +53,9 @@ def detect(
     hsv : str, HsvRange or several, optional
         Colour of the cables in an image, such as ``"170:10,80:255,60:255"`` for red: hue, saturation and value.
     image : array_like, shape (H, W, 3), uint8, or path, optional
-        BGR, beside a mask; tells what lies in gaps of the mask, and which cable is on top.
+        BGR, beside a mask; shows what lies in gaps of the mask, and which cable is on top.
     depth : array_like, shape (H, W), or path, optional
-        See `Frame`; tells what hides gaps of the mask, or shows the ground in them, and with a camera gives curves in
+        See `Frame`; shows what hides gaps of the mask, or shows the ground in them, and with a camera gives curves in
         space. A file as `sources.open` reads it, or beside the file of a picture a naming rule such as
         ``"{stem}_depth.png"``.
     depth_unit_m : float, optional

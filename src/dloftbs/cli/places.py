@@ -152,7 +152,7 @@ def _check_places(outputs: Iterable[tuple[str, str]], inputs: InputFiles) -> Non
 
 
 def _checked_ending(option: str, folder: str, inputs: InputFiles) -> str:
-    """Return what tells pictures from the inputs in their folder, nothing where there is none."""
+    """Return what distinguishes pictures from the inputs in their folder, nothing where there is none."""
     there = inputs.within(folder)
     if not there:
         return ""
@@ -167,7 +167,7 @@ def _checked_ending(option: str, folder: str, inputs: InputFiles) -> str:
 
 
 def _standard_output() -> Identity:
-    """Return what tells the file that standard output goes to from others; its name where it is no file."""
+    """Return what distinguishes the file that standard output goes to; its name where it is no file."""
     try:
         found = os.fstat(sys.stdout.fileno())
     except (AttributeError, OSError, ValueError):  # None where it was closed, or not of the system

@@ -1,4 +1,4 @@
-"""Where objects cross each other and themselves, and which lies on top (not in the paper).
+"""Crossings of objects with each other and with themselves, and which lies on top (not in the paper).
 
 The curves are intersected, not the centre lines: those run through the very same pixels where cables lie side by side,
 and so the positions lie on the published curves.

@@ -60,7 +60,7 @@ class Detection:
     no_3d_reason : str, optional
         Reason why there is no `curve_3d`.
     inferred_3d : tuple of (float, float)
-        The intervals of the ``u`` of `curve_3d`, ascending, that no depth tells of: under another cable or an occluder,
+        The intervals of the ``u`` of `curve_3d`, ascending, that no depth shows: under another cable or an occluder,
         in holes of the depth image, where depth was not to be believed, and beyond the last depth at an end.
     camera : PinholeCamera, optional
         The one that `curve_3d` is in the frame of.
@@ -355,7 +355,7 @@ def curves_of(found: Sequence[Detection | BSplineCurve]) -> list[BSplineCurve]:
     InputError
         If an item is neither a detection nor a curve in the image.
     """
-    if not isinstance(found, (tuple, list, Sequence)):  # the first two are told at once
+    if not isinstance(found, (tuple, list, Sequence)):  # the first two are recognised at once
         raise InputError(f"expected a sequence of Detection or BSplineCurve, got {shown(found)}")
     curves = []
     for item in found:

@@ -127,7 +127,7 @@ def canonical_orientation(pixels: npt.NDArray[np.uint8], moments: tuple[int, ...
     """Choose the orientation of a mask: all eight versions of a mask look the same in theirs.
 
     Moments of the border pixels about the middle of the box decide: the wider side becomes the columns, the heavier
-    half the high coordinates. Where they do not tell the sides apart, the remaining orientations are compared pixel by
+    half the high coordinates. Where they do not distinguish the sides, the remaining orientations are compared pixel by
     pixel; those that are equal even then show the same mask, so any will do.
 
     Parameters

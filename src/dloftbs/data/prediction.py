@@ -1,4 +1,4 @@
-"""What a tracker expects of a frame: the curves of its tracks."""
+"""The curves of tracks, as a tracker expects them in a frame."""
 
 from __future__ import annotations
 

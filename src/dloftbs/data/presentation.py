@@ -1,4 +1,4 @@
-"""How results show and write themselves: by functions that the rooms of pictures and files provide."""
+"""Functions by which results show and write themselves; the rooms of pictures and files provide them."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class Track:
     width_px : float, optional
         Width of the object when it was last seen; None where no detection told it.
     ends : (EndKind, EndKind), optional
-        Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not tell them.
+        Kinds of the curve's ends at ``u = 0`` and ``u = 1``; None for a loop, and where the tracker does not know them.
     velocity : numpy.ndarray, shape (n, 2), optional
         Velocity of the curve at even ``u`` from 0 to 1, px/s: of its shape, as a cable that slides along itself looks
         the same. None before it is known, as in an object's first frame.

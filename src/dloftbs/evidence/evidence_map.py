@@ -37,7 +37,7 @@ _Ints = npt.NDArray[np.int64]
 class EvidenceMap:
     """Evidence of a frame beside its mask, asked about gaps: depth first, then occluders, then the image.
 
-    Depth tells what is nearer than the cables, and where the ground is seen; occluders hide what they cover, and say
+    Depth shows what is nearer than the cables, and where the ground is seen; occluders hide what they cover, and say
     nothing of other places, where something else may hide a cable.
 
     Parameters
@@ -50,7 +50,7 @@ class EvidenceMap:
     occluders : numpy.ndarray, shape (H, W), bool or any integer type, optional
         See `Frame`.
     camera : PinholeCamera, optional
-        Without one, depth does not tell how steep a cable is.
+        Without one, depth does not show how steep a cable is.
     config : DepthConfig, optional
         Range of the depth.
     depth_unit_m : float
@@ -97,7 +97,7 @@ class EndEvidence:
 
     @property
     def tells_swerves(self) -> bool:
-        """True if there is depth, and a camera that tells how steep it is."""
+        """True if there is depth, and a camera that shows how steep it is."""
         return self.frame.depth is not None and self.frame.camera is not None
 
     def swerves(self, pairs: _Ints, lengths: FloatArray) -> FloatArray:
@@ -113,7 +113,7 @@ class EndEvidence:
         Returns
         -------
         numpy.ndarray, shape (k,)
-            rad; 0 where depth tells nothing.
+            rad; 0 where depth shows nothing.
         """
         if self.frame.camera is None or self._depths is None:
             return np.zeros(len(pairs))
@@ -139,7 +139,7 @@ class EndEvidence:
         Returns
         -------
         numpy.ndarray, shape (k,), or None
-            rad; None where the points are too few to tell how they go on.
+            rad; None where the points are too few to show how they go on.
         """
         if self.frame.camera is None or self._depths is None:
             return None
@@ -153,7 +153,7 @@ class EndEvidence:
 
     @property
     def has_depth(self) -> npt.NDArray[np.bool_]:
-        """True for each end where depth tells how it goes on."""
+        """True for each end where depth shows how it goes on."""
         depths = self._depths
         known: npt.NDArray[np.bool_] = (
             np.zeros(len(self.graph.nodes), np.bool_) if depths is None else ~np.isnan(depths[:, 2])

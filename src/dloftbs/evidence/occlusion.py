@@ -29,7 +29,7 @@ Source: by definition.
 """
 
 DEPTH_TOLERANCE_M = 0.01
-"""Least difference of depths that tells what is in front, metres.
+"""Least difference of depths that shows what is in front, metres.
 
 Source: geometry; half of a thick cable, whose surface is nearer than its axis.
 """
@@ -79,7 +79,7 @@ class OcclusionEvidence:
 
     Depth comes first: something nearer than the cable hides it; a place where only farther things are seen is in plain
     sight. Where depth says neither, a place under the occluders is hidden, and one clear of them is in plain sight,
-    unless the mask has a cable there: it may lie over another. The image has the colours of cables, and tells
+    unless the mask has a cable there: it may lie over another. The image has the colours of cables, and shows
     nothing of a place where none is seen: what hides a cable may look like the ground.
 
     Parameters
@@ -89,7 +89,7 @@ class OcclusionEvidence:
     mask : array_like, shape (H, W), bool or any integer type, optional
         Of the cables.
     depth : array_like, shape (H, W), optional
-        See `Frame`. It tells only of objects with a curve in space.
+        See `Frame`. It judges only objects with a curve in space.
     image : numpy.ndarray, shape (H, W, 3), uint8, optional
         BGR.
     camera : PinholeCamera, optional
@@ -186,7 +186,7 @@ class OcclusionEvidence:
         return Appearance(*sample_appearance(self._image, points, seen, width_px))
 
     def look(self, points: FloatArray, width_px: float, depth_m: FloatArray | None = None) -> npt.NDArray[np.int64]:
-        """Return what depth, occluders and the image's border tell of places.
+        """Return what depth, occluders and the image's border show of places.
 
         Parameters
         ----------

@@ -123,7 +123,7 @@ def _reach(line: Centerline) -> float:
 
 
 def _is_seen(line: Centerline, curve: BSplineCurve, mask: AnyArray) -> bool:
-    """Tell, by few points, whether all that is said to be seen surely lies on the mask or beside it."""
+    """Return, by few points, whether all that is said to be seen surely lies on the mask or beside it."""
     step, reach, seen = max(_STEP_WIDTHS * line.width_px, 1.0), _reach(line), _seen(line)
     per_u = len(line.points) / step / max(sum(high - low for low, high in seen), 0.1)
     for low, high in seen:

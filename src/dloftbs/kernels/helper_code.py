@@ -55,7 +55,7 @@ class _LinkedCode(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
 
     @property
     def codegen(self) -> _LinkedCode:
-        """Itself, to be told of the helper's environment."""
+        """Itself, which is handed the helper's environment."""
         return self
 
     def set_env(self, env_name: str, env: object) -> None:

@@ -57,7 +57,7 @@ def _basis(span: _Span, u: float) -> _Four:
 
 @kernel(read(float64, 1))
 def is_ascending(u: npt.NDArray[np.float64]) -> bool:
-    """Tell whether each parameter is larger than the one before."""
+    """Return whether each parameter is larger than the one before."""
     for i in range(1, len(u)):
         if not u[i] > u[i - 1]:
             return False

@@ -173,7 +173,7 @@ def measure_radius(
 def are_covered(
     mask: npt.NDArray[np.uint8], starts: npt.NDArray[np.float64], ends: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.bool_]:
-    """Tell whether straight lines run over foreground only, looked at every half pixel.
+    """Return whether straight lines run over foreground only, looked at every half pixel.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ class Lifted(NamedTuple):
     u : numpy.ndarray, shape (n,)
         Their normalised arc length in space.
     inferred : tuple of (float, float)
-        The intervals of `u` that no depth tells of.
+        The intervals of `u` that no depth shows.
     radius_m : float
     depth_freedom : float
         Effective number of parameters of the depth along the object: 2 is straight.
@@ -181,7 +181,7 @@ def lift(
     depth : ReadableDepth
     camera : PinholeCamera
     depth_edges : DepthEdges, optional
-        What earlier frames of the same camera tell of it; this frame adds to it.
+        What earlier frames of the same camera show of it; this frame adds to it.
 
     Returns
     -------

@@ -67,7 +67,7 @@ class DepthEdges:
         self._sums = np.zeros(7)
 
     def add(self, beside: Sequence[Beside]) -> None:
-        """Learn from the objects of a frame; those that do not stand out tell nothing."""
+        """Learn from the objects of a frame; those that do not stand out show nothing."""
         if len(beside) > 0:
             tangents, aside, wider = (np.concatenate(each) for each in zip(*(one[2:] for one in beside), strict=True))
             self._sums = add_edges(tangents, aside, wider, self._sums, _MEMORY)

@@ -221,7 +221,7 @@ def _line(
 
 
 def _is_shared(matching: EndMatching, end: int) -> bool:
-    """Tell whether a joint at a junction leads along a branch that two cables share.
+    """Return whether a joint at a junction leads along a branch that two cables share.
 
     Then the best alternative often is the same cable, by the branch's other copy.
     """

@@ -42,7 +42,7 @@ Source: by hand; on 96 generated frames of five cables 4 and 10 are alike, and 1
 """
 
 _SURE_DEVIATIONS = 3.0
-"""Difference of two cables' depths that tells nothing, standard deviations; twice as much tells all.
+"""Difference of two cables' depths that shows nothing, standard deviations; twice as much shows all.
 
 Source: by definition.
 """

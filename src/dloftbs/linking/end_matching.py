@@ -87,7 +87,7 @@ def match_ends(
         Predicted curves: pairs of ends that continue each other along one of them get a discount, and those of two
         that are known not to hang together are none.
     evidence : EndEvidence, optional
-        What the frame tells of the stretch between the ends of a gap.
+        What the frame shows of the stretch between the ends of a gap.
 
     Returns
     -------

@@ -63,7 +63,7 @@ def link_hidden_ends(graph: Graph, matching: EndMatching, max_gap_widths: float)
 def lead_straightest_through(graph: Graph, matching: EndMatching, max_gap_widths: float) -> None:
     """Let the straighter of two cables run on where the other one ends inside of a branch that they share.
 
-    Both enter the branch by the same end, so that the matching cannot tell which one runs on. Where the cable that
+    Both enter the branch by the same end, so that the matching cannot decide which one runs on. Where the cable that
     would end then could go on over a gap to its own other end, nothing changes: it is rather one cable than a ring.
 
     Parameters

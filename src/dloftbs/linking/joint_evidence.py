@@ -1,4 +1,4 @@
-"""What the frame has besides its mask, as columns of joints."""
+"""Columns of joints from evidence in the frame besides its mask."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the number of cables is known: what was left apart is joined until there are as many."""
+"""A known number of cables: pieces that were left apart are joined until there are as many."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def merge_to_count(graph: Graph, matching: EndMatching, objects: int, evidence: 
     objects : int
         Number of cables that count. Where no more were found, they stay as they are.
     evidence : EndEvidence, optional
-        What the frame tells of the gaps.
+        What the frame shows of the gaps.
     """
     chains = matching.chains()
     if len(chains) + len(graph.loops) <= objects:

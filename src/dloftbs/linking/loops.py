@@ -115,7 +115,7 @@ def _gain(matching: EndMatching, end: int) -> float:
 
 
 def _is_under(graph: Graph, matching: EndMatching, i: int, j: int) -> bool:
-    """Tell whether the gap between two ends leads under a cable, which hides as much as the gap is long."""
+    """Return whether the gap between two ends leads under a cable, which hides as much as the gap is long."""
     branches = matching.branches
     start, stop = branches.end_states[[i, j], POSITION]
     chord = stop - start

@@ -178,11 +178,11 @@ class EndMatching:
         return all(end < 0 or partner[end] < 0 or (partner[partner[end]] == end != partner[end]) for end in ends)
 
     def is_open(self, end: int) -> bool:
-        """Tell whether an end has no partner."""
+        """Return whether an end has no partner."""
         return self._partner[end] < 0
 
     def is_crossing(self, end: int) -> bool:
-        """Tell whether the joint at an end runs through a junction."""
+        """Return whether the joint at an end runs through a junction."""
         nodes = self.branches.nodes
         return nodes[end] >= 0 and nodes[self._partner[end]] == nodes[end]
 

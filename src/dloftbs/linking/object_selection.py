@@ -1,4 +1,4 @@
-"""Which of the centre lines are objects."""
+"""Selection of the centre lines that are objects."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ Source: by hand; below it the smoother of two axes is chance.
 """
 
 _UNDER_WIDTHS = 2.0
-"""Length beyond the end of a cable, as the width of the mask tells it, where it may still lie over the other, widths.
+"""Length beyond the end of a cable, as the width of the mask shows it, where it may still lie over the other, widths.
 
 Source: by hand; at small angles two cables look like one before they end.
 """
@@ -234,9 +234,9 @@ def _other_one_stops(
     side: float,
     steps: DepthSteps | None,
 ) -> bool:
-    """Tell whether of two cables that share branches the one that seems to run on ends, and the other one runs on.
+    """Return whether of two cables that share branches the one that seems to run on ends, and the other one runs on.
 
-    Both enter the branches by the same end, so that the matching cannot tell. Depth decides where it tells.
+    Both enter the branches by the same end, so that the matching cannot decide. Depth decides where there is any.
 
     Parameters
     ----------

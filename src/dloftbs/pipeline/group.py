@@ -1,4 +1,4 @@
-"""Several pipelines on one stream, for objects that differ in colour, with ids that tell them apart."""
+"""Several pipelines on one stream, for objects that differ in colour, with ids that distinguish them."""
 
 from __future__ import annotations
 

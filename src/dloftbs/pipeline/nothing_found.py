@@ -1,4 +1,4 @@
-"""Why a frame has no objects, in words."""
+"""Reasons, in words, for a frame without objects."""
 
 from __future__ import annotations
 

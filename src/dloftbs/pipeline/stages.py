@@ -98,7 +98,7 @@ def run_stages(
 ) -> StageRun:
     """Take one frame through all stages but tracking.
 
-    Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames tell
+    Ambiguous links of the default method follow the predicted curves, and depth is read with what earlier frames show
     of its edges, to which this one adds. A frame that was cut to a region of interest has no cable outside of it.
 
     Raises

@@ -38,7 +38,7 @@ _USUAL = 0.8
 Source: by hand; with fewer, objects come and go.
 """
 _MAX_COUNTS = 1000
-"""Largest number of objects in a frame that is told from larger ones, which bounds the memory."""
+"""Largest number of objects in a frame that is distinguished from larger ones, which bounds the memory."""
 
 
 class Steadiness:

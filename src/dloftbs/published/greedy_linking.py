@@ -23,7 +23,7 @@ def link_segments(crop: MaskCrop, segments: list[Segment], config: GreedyLinking
     Parameters
     ----------
     crop : MaskCrop
-        Its mask tells whether a joint runs over foreground.
+        Its mask shows whether a joint runs over foreground.
     segments : list of Segment
         Open ones, in the order of the crop, so that of equal costs the same one wins in every orientation.
     config : GreedyLinkingConfig

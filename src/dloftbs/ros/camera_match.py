@@ -20,7 +20,7 @@ _INFRARED = re.compile(r"(^|[/_])(ir|infra(red)?)(?![a-z])", re.IGNORECASE)
 _ALIGNED_TO = re.compile(r"depth_to_([a-z0-9]+)")
 _COLOUR = ("color", "colour", "rgb")
 _REGISTERED = ("aligned", "registered")
-"""Parts of the names by which drivers tell depth in the pixels of the colour image."""
+"""Parts of the names by which drivers show depth in the pixels of the colour image."""
 _SAME_INTRINSICS = 0.01
 """Largest difference between intrinsics of one camera, as a share of the focal length; two sensors differ by more."""
 

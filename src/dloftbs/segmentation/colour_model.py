@@ -54,7 +54,7 @@ _GROWN = 0.3
 Source: by hand, as `_CABLE_SCALES`.
 """
 _ROUNDS = 2
-"""Times that cable and ground are told apart anew.
+"""Times that cable and ground are distinguished anew.
 
 Source: by hand; more rounds gain nothing.
 """

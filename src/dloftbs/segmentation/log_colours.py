@@ -27,7 +27,7 @@ BINS = np.array([0.14, 0.06, 0.06])
 Source: by hand; no wider than the finest smoothing.
 """
 CELLS = 64
-"""Levels of each channel that are told apart where colours are counted: 4 counts each.
+"""Levels of each channel that are distinguished where colours are counted: 4 counts each.
 
 Source: bounds time; a table of as many colours is made in 20 ms.
 """

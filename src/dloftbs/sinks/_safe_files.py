@@ -144,7 +144,7 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Find out whether a file can be replaced as a whole, as far as a try beside it tells; the file is left as it is.
+    """Find out whether a file can be replaced as a whole, as far as a try beside it shows; the file is left as it is.
 
     Raises
     ------

@@ -24,7 +24,7 @@ SinkType = TypeVar("SinkType", bound="Sink")
 
 
 def identity_of(path: str | Path) -> Identity:
-    """Return what tells files and folders apart whatever links lead to them: device and inode, or else the whole path.
+    """Return what distinguishes files and folders whatever links lead to them: device and inode, or the whole path.
 
     The path, with links followed, is for what does not exist yet.
     """

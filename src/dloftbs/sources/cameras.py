@@ -39,7 +39,7 @@ def camera_index(path: str) -> int | None:
 
 
 def why_not(index: int) -> str:
-    """Say why a camera cannot be opened, as far as the system tells."""
+    """Say why a camera cannot be opened, as far as the system shows."""
     if sys.platform != "linux":
         return "there is none of that index, or another program uses it"
     device = f"/dev/video{index}"

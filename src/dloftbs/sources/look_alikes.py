@@ -1,4 +1,4 @@
-"""Images and their label images in one folder, which are all frames unless a naming rule tells them apart."""
+"""Images and their label images in one folder, which are all frames unless a naming rule distinguishes them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PICTURES = (".jpg", ".jpeg")
 
 
 def warn_of_labels(paths: Sequence[Path], where: str) -> None:
-    """Report images that lie beside what their names say is their label image, with the rule that tells them apart.
+    """Report images that lie beside what their names say is their label image, with the rule that distinguishes them.
 
     Parameters
     ----------

@@ -181,7 +181,7 @@ def from_file(
 ) -> ArraySource:
     """Open a .npy file as `from_array`, or a .npz file with the arrays of `NPZ_KEYS`; an explicit camera comes first.
 
-    On disk the suffix tells them apart, in memory the content.
+    On disk the suffix distinguishes them, in memory the content.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Standard input as a source: an image, an animation, or an array, told apart by its content."""
+"""Standard input as a source: an image, an animation, or an array, distinguished by its content."""
 
 from __future__ import annotations
 

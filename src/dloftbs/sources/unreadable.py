@@ -95,7 +95,7 @@ def check_format(path: Path) -> None:
 
 
 def why_unreadable(data: bytes) -> str:
-    """Say why an image file is not decoded, as far as its header tells."""
+    """Say why an image file is not decoded, as far as its header shows."""
     named = name_format(data)
     if named is not None:
         return f"it is {named[0]}, which is not read; {named[1]}"

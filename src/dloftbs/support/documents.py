@@ -203,7 +203,7 @@ def _scalar(event: Any) -> Any:
 
 @functools.cache
 def _scalar_ways() -> tuple[Any, dict[str, Callable[[Any], Any]]]:
-    """Return what tells the tag of a scalar, and what makes a value of it, by its tag."""
+    """Return what gives the tag of a scalar, and what makes a value of it, by its tag."""
     import yaml
 
     make = yaml.constructor.SafeConstructor()

@@ -3,7 +3,7 @@
 `tracker` has the order of the steps and owns the tracks; `track_model` is the state of one, with `sight`,
 `length_record`, `track_motion` and `conflict` as its parts. `association` matches tracks, where they are predicted,
 with observations: as a whole by `assignment`, and span by span by `routing`, with `sample_graph` and `localization`.
-`frame_view` tells what may hide a cable, `resolution` hidden spans from absent ones, and `separation` that an object
+`frame_view` shows what may hide a cable, `resolution` hidden spans from absent ones, and `separation` that an object
 was cut. `track_update`, with `reconstruction` and `curve_in_space`, makes whole curves of visible parts and the last
 shape; `publication` says what is published, and `motion_filter` smooths it.
 """

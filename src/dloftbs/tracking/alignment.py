@@ -67,7 +67,7 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
     """Return the match with the whole object of an observation that shows one track alone; None if that is not known.
 
     It is the whole track, whatever its length, tilt and bend, unless the image's border or an occluder cuts it. Where
-    no evidence tells, an end may have been cut off or added, which shows in the rest keeping its shape; what came
+    no evidence decides, an end may have been cut off or added, which shows in the rest keeping its shape; what came
     nearer or went away is as long in widths as before.
 
     Parameters
@@ -85,11 +85,11 @@ def find_whole_view(model: TrackModel, observation: Observation, start: float, v
     if model.is_short(whole) and any(end.hidden for end in view.ends(whole, model.width)):
         first, last = view.ends(whole, model.width)
         share = whole.length / model.length_in_view(whole)
-        told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres tells how much is hidden
+        told = first.hidden != last.hidden and not math.isnan(share)  # the length in metres shows how much is hidden
         return PartialMatch(whole, (1.0 - share, 1.0) if first.hidden else (0.0, share), WHOLE) if told else None
     length = float(arc_lengths(model.predicted)[-1])
     if abs(whole.length - length) < model.position_tolerance_px:
-        return match_whole(model, whole)  # all of it tells the direction better than a small part
+        return match_whole(model, whole)  # all of it shows the direction better than a small part
     first, last = view.ends(whole, model.width)
     if not whole.contiguous or first.is_cut or last.is_cut:
         return None

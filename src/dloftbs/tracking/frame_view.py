@@ -52,7 +52,7 @@ class EndView(NamedTuple):
     at_border : bool
         True if the image's border may cut it.
     hidden : bool
-        True if the frame tells that something may hide the rest.
+        True if the frame shows that something may hide the rest.
     in_sight : bool
         True if there is evidence that nothing hides a continuation.
     """
@@ -76,7 +76,7 @@ class View:
     size : (int, int) or None
         ``(H, W)`` of the image, px.
     occlusion : OcclusionEvidence or None
-        None if the frame tells nothing of what hides cables.
+        None if the frame shows nothing of what hides cables.
     outline : numpy.ndarray, shape (n, 2), or None
         Corners of the polygon that alone is seen of the image, px: its edges act as the image's border.
     """
@@ -98,7 +98,7 @@ class View:
         return [one or far < margin for one, far in zip(beside, distances_to(self.outline, ends).tolist(), strict=True)]
 
     def ends(self, observation: Observation, width: float) -> tuple[EndView, EndView]:
-        """Return what the frame tells beyond the two ends of an observation of a track of some width, px."""
+        """Return what the frame shows beyond the two ends of an observation of a track of some width, px."""
         key = id(observation), width
         if key not in self._looked:
             told = self.look_beyond(observation.points, width, observation.curve_3d, observation.curve_span)
@@ -125,7 +125,7 @@ class View:
         return EndView(first, hidden[0], in_sight[0]), EndView(last, hidden[1], in_sight[1])
 
     def look(self, points: FloatArray, width: float, curve_3d: BSplineCurve | None) -> npt.NDArray[np.int64] | None:
-        """Return what the frame tells of the samples of a curve; None if it tells nothing."""
+        """Return what the frame shows of the samples of a curve; None if it shows nothing."""
         if self.occlusion is None:
             return None
         depth_m = None if curve_3d is None else self.occlusion.depth_along(curve_3d)

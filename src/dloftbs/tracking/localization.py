@@ -108,7 +108,7 @@ def _extend_to_ends(graph: SampleGraph, intervals: Sequence[Interval], model: Tr
 
 
 def _fit_length(graph: SampleGraph, interval: Interval, model: TrackModel) -> Interval:
-    """Return an interval as long as its track where the detection goes on beyond: only the length tells its end.
+    """Return an interval as long as its track where the detection goes on beyond: only the length shows its end.
 
     It is extended no further than to the samples of other tracks.
     """

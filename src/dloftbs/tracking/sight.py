@@ -138,7 +138,7 @@ def samples_within(spans: Spans) -> npt.NDArray[np.bool_]:
 
 
 def _in_sight(told: Told, widths: float) -> npt.NDArray[np.bool_]:
-    """Return the samples in plain sight, but for stretches that are too short to tell."""
+    """Return the samples in plain sight, but for stretches that are too short to decide."""
     result = np.zeros(SAMPLES, dtype=np.bool_)
     for first, end in () if told is None else find_runs(told == IN_SIGHT).tolist():
         result[first:end] = (end - first) * widths >= _MIN_IN_SIGHT_WIDTHS * SAMPLES

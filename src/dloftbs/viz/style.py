@@ -10,7 +10,7 @@ from dloftbs.support.values import MAX_WHOLE, abridged, as_float, check_integer,
 Colour = tuple[int, int, int]
 """Blue, green, red, each in 0..255, as OpenCV takes them."""
 
-# Okabe and Ito's colours, told apart by colour-blind readers too; the dark ones lightened, for dark photographs.
+# Okabe and Ito's colours, distinguished by colour-blind readers too; the dark ones lightened, for dark photographs.
 PALETTE: tuple[Colour, ...] = (
     (233, 180, 86),  # sky blue
     (0, 159, 230),  # orange

@@ -49,7 +49,7 @@ class VectorPicture:
 def show(result: FrameResult, image_or_frame: Frame | npt.ArrayLike | None = None) -> VectorPicture:
     """Return the curves of a result over its picture, for a notebook.
 
-    The signs are those of `draw`. Pointing at a curve tells its id, length, width and confidence.
+    The signs are those of `draw`. Pointing at a curve shows its id, length, width and confidence.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 The authors' form was read off their public repository (PPI-PUT/cable_observer): the script that writes ``spline.csv``,
 and the one such file in it. A row is a frame; the unnamed first column is its number. ``control_points_x`` and so on
 hold the 25 coefficients of a cubic fit without its knots, so that only ``points_on_curve_x`` and so on, 256 points,
-tell the curve. Two things to know:
+show the curve. Two things to know:
 
 - What such a table holds is what their method found in each frame: a reference, but no truth by hand.
 - Tables without z come from an older version, which wrote the row of the image as x and the column as y. In those with

@@ -46,7 +46,7 @@ def curve_through(points: npt.ArrayLike) -> BSplineCurve:
 def truth_of(
     polylines: Sequence[npt.ArrayLike], ids: Sequence[int] | None = None, camera: PinholeCamera | None = None
 ) -> Truth:
-    """Return the truth that annotated points tell.
+    """Return the truth that annotated points show.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class Degradation:
         Of these discs; they are scaled to cut out the exact share.
     discs : int
         Number of occluding discs centred anywhere on the cables, but where they would hide an end, or more of a
-        cable than its course can be told from: see `leaves_enough`.
+        cable than its course can be known from: see `leaves_enough`.
     disc_radius_px : (float, float)
     specks, pinholes : int
         Number of small blobs of foreground anywhere, and of background on the cables.

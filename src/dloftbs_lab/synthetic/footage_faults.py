@@ -27,7 +27,7 @@ _DYES = np.array([(20.0, 190.0, 235.0), (40.0, 40.0, 210.0), (60.0, 200.0, 70.0)
 _GROUNDS = np.array([(60.0, 56.0, 50.0), (74.0, 70.0, 76.0), (48.0, 60.0, 56.0)])
 """Colours of cables and grounds, BGR: yellow, red, green and blue plastic on dark cloth."""
 _MIN_SATURATION, _MIN_VALUE = 90, 110
-"""Of a tolerant colour range that still tells these cables from these grounds."""
+"""Of a tolerant colour range that still shows these cables from these grounds."""
 _GRAIN = 1.0  # grey levels
 _RIM_PX = (1.2, 2.5)  # from the edge to the middle of the dark line beside it, as a lens' halo or a shadow leaves it
 _RIM_STRENGTH = (0.3, 1.5)

@@ -56,7 +56,7 @@ class Table:
         return self.scale * float(rng.uniform(*_LENGTH))
 
     def holds(self, strand: Strand) -> bool:
-        """Tell whether a cable lies inside and does not bend too tightly."""
+        """Return whether a cable lies inside and does not bend too tightly."""
         inside = (strand.points >= self.margin_px).all() and (
             strand.points <= np.array(self.size[::-1]) - 1.0 - self.margin_px
         ).all()
@@ -99,7 +99,7 @@ def _draw_until_it_fits(
 
 
 def is_covered(strand: Strand, others: Sequence[Strand], width_px: float) -> bool:
-    """Tell whether a cable lies on others for more than an eighth of its length: nobody could tell it from them."""
+    """Return whether a cable lies on others for more than an eighth of its length: nobody could follow it."""
     tree = cKDTree(np.concatenate([other.points[::_THINNING] for other in others]))
     distance, _ = tree.query(strand.points[::_THINNING])
     return float((distance < 0.7 * width_px).mean()) > 0.12

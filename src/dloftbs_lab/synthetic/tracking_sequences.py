@@ -23,7 +23,7 @@ from dloftbs_lab.synthetic.tracking_scenes import FRAMES, Mask, Play, Stage
 from dloftbs_lab.truth import Truth
 
 Evidence = Literal["occluders", "depth", "image"]
-"""Fields of a frame that tell what hides cables."""
+"""Fields of a frame that show what hides cables."""
 
 _FPS = 30.0
 _GROUND_M, _CABLES_M, _COVERS_M = 1.0, 0.9, 0.7  # distances along the optical axis
@@ -201,7 +201,7 @@ def known_occluders(
     size: tuple[int, int] = (720, 1280),
     evidence: Collection[Evidence] = ("occluders", "depth"),
 ) -> list[TrackingSequence]:
-    """Return the sequences of `tracking` with one and three cables and occluders, whose frames tell of them.
+    """Return the sequences of `tracking` with one and three cables and occluders, whose frames show them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Small pieces of a mask that lie in line with others: the dashes of a thin cable, told from salt.
+"""Small pieces of a mask that lie in line with others: the dashes of a thin cable, distinguished from salt.
 
 It is decided a contrario (Desolneux, Moisan and Morel, 2000): how many such lines would chance make of as many pieces,
 strewn and turned at random? What chance makes in one mask of a thousand at most is a line.

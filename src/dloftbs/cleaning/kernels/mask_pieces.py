@@ -28,7 +28,7 @@ MAX_TOUCHED = 64
 
 @inlined
 def is_set(words: _Words, p: int) -> bool:
-    """Tell whether a pixel is set."""
+    """Return whether a pixel is set."""
     return (words[p >> 6] >> np.uint64(p & 63)) & np.uint64(1) != 0
 
 
@@ -103,7 +103,7 @@ def collect(seed: int, stride: int, pieces: _Words, kept: _Words, queue: _Queue,
 
 @helper
 def joins_parts(queue: _Queue, start: int, size: int, rows: int, mask: _Words, touched: npt.NDArray[np.int64]) -> bool:
-    """Tell whether a small piece is all that joins parts of a mask: it touches two sets of pixels or more."""
+    """Return whether a small piece is all that joins parts of a mask: it touches two sets of pixels or more."""
     count = 0
     stride = WORD_BITS * rows
     for i in range(start, start + size):
@@ -172,7 +172,7 @@ def around(words: _Words, i: int, rows: int) -> int:
 
 @inlined
 def touches_any(piece: _Queue, size: int, stride: int, mask: _Words) -> bool:
-    """Tell whether a piece has a neighbour in a mask."""
+    """Return whether a piece has a neighbour in a mask."""
     for i in range(size):
         for line in (piece[i] - WORD_BITS, piece[i], piece[i] + WORD_BITS):
             for q in (left_of(line, stride), line, right_of(line, stride)):

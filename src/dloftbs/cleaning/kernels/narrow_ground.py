@@ -1,6 +1,6 @@
 """Ground in a mask that is so narrow that it may be a highlight on one cable.
 
-Every other pixel tells: most ground within a piece is wide, and this is soon seen.
+Every other pixel shows: most ground within a piece is wide, and this is soon seen.
 """
 
 from __future__ import annotations
@@ -125,13 +125,13 @@ def _piece_at(first: _Ints, start: _Ints, end: _Ints, piece: _Ints, r: int, c: i
 
 @inlined
 def _is_set(bitmask: _Words, r: int, c: int) -> bool:
-    """Tell whether a pixel is set."""
+    """Return whether a pixel is set."""
     return (bitmask[(c >> 6) + 1, r] >> np.uint64(c & 63)) & np.uint64(1) != 0
 
 
 @inlined
 def _holds_any(bitmask: _Words, r: int, low: int, high: int) -> bool:
-    """Tell whether some pixel of a row is set, from a column to the one before another."""
+    """Return whether some pixel of a row is set, from a column to the one before another."""
     for c in range(low, high):
         if _is_set(bitmask, r, c):
             return True

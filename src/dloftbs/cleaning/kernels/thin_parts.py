@@ -83,7 +83,7 @@ def list_pieces(lost: _Words, mask: _Words, kept: _Words, rows: int, least: int)
 
 @helper
 def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDArray[np.bool_]:
-    """Tell which pieces are large, or lie in line with others."""
+    """Return which pieces are large, or lie in line with others."""
     found = np.zeros(len(ends), dtype=np.bool_)
     large, start = 0, 0
     for piece in range(len(ends)):
@@ -97,7 +97,7 @@ def find_cables(pixels: _Queue, ends: _Queue, rows: int, least: int) -> npt.NDAr
 
 @helper
 def any_within(pixels: _Queue, ends: _Queue, found: npt.NDArray[np.bool_], mask: _Words) -> bool:
-    """Tell whether any of some pieces has a pixel in a mask."""
+    """Return whether any of some pieces has a pixel in a mask."""
     start = 0
     for piece in range(len(ends)):
         if found[piece]:

@@ -1,4 +1,4 @@
-"""Settings that all inputs of a batch have in common, and the digest that tells them from others."""
+"""Settings that all inputs of a batch have in common, and the digest that distinguishes them from others."""
 
 from __future__ import annotations
 

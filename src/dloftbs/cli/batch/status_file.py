@@ -38,7 +38,7 @@ class State(str, Enum):
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """Names, sizes and times of change of the files of an input, which tell whether it has changed."""
+    """Names, sizes and times of change of the files of an input, which show whether it has changed."""
 
     files: int
     bytes: int
@@ -184,7 +184,7 @@ def reason_to_run(item: BatchInput, settings: BatchSettings, status: Status | No
 
 
 def fingerprint_of(item: BatchInput, settings: BatchSettings) -> Fingerprint:
-    """Return what tells whether an input, or what goes with its frames by a naming rule, has changed."""
+    """Return what shows whether an input, or what goes with its frames by a naming rule, has changed."""
     digest, count, size = hashlib.sha256(), 0, 0
     partners = (file for rule in settings.options.inputs.rules for file in _partners(item.path, rule))
     for path in sorted({*_files(item.path), *partners}):

@@ -1,6 +1,6 @@
 """Selection of the intersections of curves that are crossings of objects.
 
-Two curves that share a stretch weave around each other there at random: their intersections along it tell only
+Two curves that share a stretch weave around each other there at random: their intersections along it show only
 whether they leave it on other sides than they entered it, that is, whether their number is odd.
 """
 
@@ -160,7 +160,7 @@ def _find_hits(lines: _Lines, chords: _Ints, shares: _Floats) -> _Hits:
 
 @helper
 def _are_close(lines: _Lines, hits: _Hits, i: int, j: int, near: float) -> bool:
-    """Tell whether two intersections of the same curves lie close together along both passes."""
+    """Return whether two intersections of the same curves lie close together along both passes."""
     a, b = hits.curves[i]
     limit = near * (lines.widths[a] + lines.widths[b]) / 2.0
     if _way(lines, a, hits.at[i, 0] - hits.at[j, 0]) >= limit:
@@ -241,7 +241,7 @@ def select_crossings(
     near: float,
     reach: float,
 ) -> tuple[_Ints, _Floats, _Floats, _Floats]:
-    """Tell which intersections stand for crossings: the middle one of each odd group that no pass ends in.
+    """Return which intersections stand for crossings: the middle one of each odd group that no pass ends in.
 
     Intersections of the same two passes belong together where they lie close, or where one of the passes stays near the
     other from the one to the other.

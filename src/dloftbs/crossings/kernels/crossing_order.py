@@ -70,13 +70,13 @@ Source: as `_CHORD_WIDTHS` of `curve_crossings`.
 """
 
 _MIN_SINE = 0.3
-"""Sine of the crossing angle below which the upper pass is not told.
+"""Sine of the crossing angle below which the upper pass is not known.
 
 Source: by hand; more oblique crossings are too long for the sides to foretell them.
 """
 
 _CORE = 2
-"""Number of places to either side of the axis that tell the depth.
+"""Number of places to either side of the axis that show the depth.
 
 Source: by hand; farther out depth mixes.
 """
@@ -266,7 +266,7 @@ def _read_sides(values: _Floats, p: int, sides: _Floats) -> None:
 def judge_depth(
     stored: _Floats, unit_m: float, low_m: float, high_m: float, pixels: _Floats, resolution_m: float
 ) -> _Floats:
-    """Tell from depth which pass is on top.
+    """Find from depth which pass is on top.
 
     For each pass the depth at the crossing is predicted from its two sides, from places that are as far from it on the
     one as on the other, so that a slope does not matter, whatever is missing. The one that the depth measured there
@@ -289,7 +289,7 @@ def judge_depth(
     -------
     (k,) float64
         By how much better it agrees with the first pass than with the second, as a multiple of the noise's deviation:
-        below 0 where the second is on top, 0 where it cannot be told.
+        below 0 where the second is on top, 0 where it cannot be decided.
     """
     result, values = np.zeros(len(stored)), np.empty(PLACES)
     low, high = ACROSS // 2 - _CORE, ACROSS // 2 + _CORE + 1
@@ -326,7 +326,7 @@ def judge_depth(
 
 @kernel(read(uint8, 3), read(int64, 2), read(int64, 2))
 def judge_image(image: npt.NDArray[np.uint8], rows: _Ints, columns: _Ints) -> _Floats:
-    """Tell from colours which pass is on top.
+    """Find from colours which pass is on top.
 
     For each pass its look across is predicted from its two sides: its colour, its shading and its darker borders. At
     the crossing only the one on top looks like that. So where the two differ in colour, the colour decides, and where
@@ -336,12 +336,12 @@ def judge_image(image: npt.NDArray[np.uint8], rows: _Ints, columns: _Ints) -> _F
     ----------
     image : (H, W, 3) uint8
     rows, columns : (k, PLACES) int64
-        Pixels of the places; -1 where there is none: then nothing is told.
+        Pixels of the places; -1 where there is none: then nothing is known.
 
     Returns
     -------
     (k,) float64
-        The share by which the first pass agrees better than the second: from -1 to 1, 0 where it cannot be told.
+        The share by which the first pass agrees better than the second: from -1 to 1, 0 where it cannot be decided.
     """
     result, values = np.zeros(len(rows)), np.empty((3, PLACES))
     look, sides, few = np.empty((2, ACROSS, 3)), np.empty((3, 2, ALONG, ACROSS)), np.empty(ALONG)

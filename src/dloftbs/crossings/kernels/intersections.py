@@ -114,13 +114,13 @@ def _bound(points: _Floats, low: int, high: int, boxes: _Floats, k: int) -> None
 
 @helper
 def _apart(a: _Floats, i: int, b: _Floats, j: int) -> bool:
-    """Tell whether box `i` of the one array and box `j` of the other have nothing in common."""
+    """Return whether box `i` of the one array and box `j` of the other have nothing in common."""
     return a[i, 0] > b[j, 2] or b[j, 0] > a[i, 2] or a[i, 1] > b[j, 3] or b[j, 1] > a[i, 3]
 
 
 @helper
 def _runs_on(points: _Floats, low: int, high: int) -> bool:
-    """Tell whether all chords from `low` to `high` go the same way as the whole, so that none meets another."""
+    """Return whether all chords from `low` to `high` go the same way as the whole, so that none meets another."""
     dx, dy = points[high, 0] - points[low, 0], points[high, 1] - points[low, 1]
     for i in range(low, high):
         if not (points[i + 1, 0] - points[i, 0]) * dx + (points[i + 1, 1] - points[i, 1]) * dy > 0.0:
@@ -130,7 +130,7 @@ def _runs_on(points: _Floats, low: int, high: int) -> bool:
 
 @helper
 def _side(dx: float, dy: float, px: float, py: float, sign: float) -> bool:
-    """Tell on which side of the direction (dx, dy) a point lies, seen from the direction's start.
+    """Return on which side of the direction (dx, dy) a point lies, seen from the direction's start.
 
     What lies on the line is decided as if the second chord were shifted by an infinitely small (e, e^2), so that curves
     that share points or whole chords cross as often as curves right beside them; `sign` is 1 for points of the second
@@ -144,7 +144,7 @@ def _side(dx: float, dy: float, px: float, py: float, sign: float) -> bool:
 
 @helper
 def _meet(points: _Floats, i: int, j: int, shares: _Floats) -> bool:
-    """Tell whether chord `i` crosses chord `j`, and write how far along each."""
+    """Return whether chord `i` crosses chord `j`, and write how far along each."""
     ax, ay, bx, by = points[i, 0], points[i, 1], points[j, 0], points[j, 1]
     cx, cy, dx, dy = points[i + 1, 0], points[i + 1, 1], points[j + 1, 0], points[j + 1, 1]
     if max(ax, cx) < min(bx, dx) or max(bx, dx) < min(ax, cx):
@@ -166,7 +166,7 @@ def _meet(points: _Floats, i: int, j: int, shares: _Floats) -> bool:
 
 @helper
 def _meets_box(points: _Floats, i: int, boxes: _Floats, k: int) -> bool:
-    """Tell whether the box of chord `i` and box `k` have anything in common."""
+    """Return whether the box of chord `i` and box `k` have anything in common."""
     ax, ay, bx, by = points[i, 0], points[i, 1], points[i + 1, 0], points[i + 1, 1]
     if (ax < boxes[k, 0] and bx < boxes[k, 0]) or (ax > boxes[k, 2] and bx > boxes[k, 2]):
         return False

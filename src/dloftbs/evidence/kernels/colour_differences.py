@@ -33,7 +33,7 @@ the resolution for colours, and between two grounds by up to 26 (H.264 at crf 30
 
 @helper
 def _differ(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
-    """Tell whether two colours differ clearly, in hue or in brightness."""
+    """Return whether two colours differ clearly, in hue or in brightness."""
     dot = one = other = 0.0
     for c in range(3):
         own, found = a[c] + _DARK, b[c] + _DARK
@@ -45,7 +45,7 @@ def _differ(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
 
 @helper
 def _are_unlike(colour: npt.NDArray[np.float64], samples: npt.NDArray[np.float64]) -> bool:
-    """Tell whether a colour differs clearly from all samples but one in `AGREE`."""
+    """Return whether a colour differs clearly from all samples but one in `AGREE`."""
     alike = 0
     for k in range(len(samples)):
         alike += not _differ(colour, samples[k])
@@ -59,7 +59,7 @@ def _all_differ(
     found: npt.NDArray[np.float64],
     found_samples: npt.NDArray[np.float64],
 ) -> bool:
-    """Tell whether two medians differ clearly, and each from nearly all samples of the other object."""
+    """Return whether two medians differ clearly, and each from nearly all samples of the other object."""
     return _differ(own, found) and _are_unlike(own, found_samples) and _are_unlike(found, own_samples)
 
 
@@ -72,7 +72,7 @@ def compare_colours(
     found_samples: npt.NDArray[np.float64],
     found_offsets: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.bool_]:
-    """Tell which objects differ clearly in colour from which others: by their medians, and by nearly all samples.
+    """Return which objects differ clearly in colour from which others: by their medians, and by nearly all samples.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def compare_pairs(
     offsets: npt.NDArray[np.int64],
     pairs: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.bool_]:
-    """Tell which pairs of some objects differ clearly in colour, as `compare_colours` does.
+    """Return which pairs of some objects differ clearly in colour, as `compare_colours` does.
 
     Parameters
     ----------

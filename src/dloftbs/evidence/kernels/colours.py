@@ -39,7 +39,7 @@ Source: by hand; the square lies within the cable, and averages noise.
 """
 
 MIN_REFERENCES = 6
-"""Number of ground samples below which nothing is told.
+"""Number of ground samples below which nothing is given.
 
 Source: by hand; the same number as `AGREE`, so that one sample must agree.
 """
@@ -67,7 +67,7 @@ Source: by hand; what one lamp of two and the sky leave.
 
 @helper
 def is_on_mask(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
-    """Tell whether the mask has any of five points: the given one, and those `reach` px beside it."""
+    """Return whether the mask has any of five points: the given one, and those `reach` px beside it."""
     for dx, dy in ((0.0, 0.0), (-reach, 0.0), (reach, 0.0), (0.0, -reach), (0.0, reach)):
         row, column = int(np.floor(y + dy + 0.5)), int(np.floor(x + dx + 0.5))
         if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0:
@@ -116,7 +116,7 @@ def count_alike(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64
 
 @helper
 def is_like(colour: npt.NDArray[np.float64], colours: npt.NDArray[np.float64], alike: float) -> bool:
-    """Tell whether more than one in `AGREE` of some colours lie within a distance, as `distance_of_one_in` would."""
+    """Return whether more than one in `AGREE` of some colours lie within a distance, as `distance_of_one_in` would."""
     return count_alike(colour, colours, alike) > len(colours) // AGREE
 
 

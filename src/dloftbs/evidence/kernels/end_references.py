@@ -49,7 +49,7 @@ Source: bounds time and memory.
 """
 
 _MIN_SAMPLES = 3
-"""Least number of samples before an end that tell a cable's colour.
+"""Least number of samples before an end that show a cable's colour.
 
 Source: geometry; the fewest of which a median leaves out one that is off.
 """
@@ -107,7 +107,7 @@ def _keep_agreeing(ground: npt.NDArray[np.float64], sides: npt.NDArray[np.float6
     int
         Their number.
     float
-        How far apart they are, as `spread_of` tells it.
+        How far apart they are, as `spread_of` shows it.
     """
     count, agreeing = len(ground), 0
     if count == 0:

@@ -33,7 +33,7 @@ Source: by definition; half the height is then more than noise.
 """
 
 _MIN_SWERVE = 0.2
-"""Swerve towards the camera or away from it that tells nothing, rad.
+"""Swerve towards the camera or away from it that shows nothing, rad.
 
 Source: measured; of generated cables that lie on a table and over each other .95 swerve less at crossings.
 """
@@ -242,7 +242,7 @@ def judge_ways(
     noise: float,
     told: npt.NDArray[np.uint8],
 ) -> None:
-    """Tell which places of the ways between ends are ground, cable, or hidden by something nearer than the cable.
+    """Find which places of the ways between ends are ground, cable, or hidden by something nearer than the cable.
 
     Where a cable stands out from the ground beside it, by more than noise, a place is cable if it stands out from what
     lies beside by half as much or more, and ground if by less. Else only what is clearly farther is ground.
@@ -260,11 +260,11 @@ def judge_ways(
     width : float
         px.
     tolerance : float
-        Largest difference of depth that tells nothing, m, at no distance.
+        Largest difference of depth that shows nothing, m, at no distance.
     noise : float
         The same in addition, m at a distance of one, growing with its square.
     told : (k, s) uint8
-        `IS_GROUND`, `IS_CABLE` or `IS_NEITHER`, written where depth tells.
+        `IS_GROUND`, `IS_CABLE` or `IS_NEITHER`, written where depth decides.
     """
     reach, aside = max(BLOCK_WIDTHS * width, 1.0), BESIDE_WIDTHS * width + EDGE_PX
     counts, nine = np.empty((ways.shape[1], 3, 9), dtype=np.float32), np.empty(9)
@@ -342,7 +342,7 @@ def measure_swerves(
     -------
     (k,) float64
         Angle between the way and the mean of the directions at both ends, rad, less what noise and a cable that lies
-        over another one explain; 0 where depth tells no direction, scatters before an end by more than noise, or may
+        over another one explain; 0 where depth shows no direction, scatters before an end by more than noise, or may
         be the ground's.
     """
     angles = np.zeros(len(pairs))

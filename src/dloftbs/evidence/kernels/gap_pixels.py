@@ -226,10 +226,10 @@ def look_across(
     width: float,
     told: npt.NDArray[np.uint8],
 ) -> None:
-    """Tell which places of the ways between ends look like ground, like cable, and like neither.
+    """Find which places of the ways between ends look like ground, like cable, and like neither.
 
     A sample looks like the ground, or the cables, where it is as near to one of their samples as these are to each
-    other. Where both are near it tells nothing; what is like neither, nor like the ground in whatever light, hides the
+    other. Where both are near it shows nothing; what is like neither, nor like the ground in whatever light, hides the
     place.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Pixels around places of the image: depth and occluders, which tell what hides a cable there, and other cables."""
+"""Pixels around places of the image: depth and occluders, which show what hides a cable there, and other cables."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numba import float32, float64, int64, uint8, uint16
 from dloftbs.kernels.compiler import helper, kernel, read
 
 _MIN_DEPTHS = 3
-"""Least number of pixels of a place with depth, of five, that tell that it is in plain sight.
+"""Least number of pixels of a place with depth, of five, that show that it is in plain sight.
 
 Source: by definition; the majority.
 """
@@ -50,7 +50,7 @@ def _judge_depths(
     in_sight: int,
     told: npt.NDArray[np.int64],
 ) -> None:
-    """Write what the depths tell: a place is hidden if most known ones are nearer than the cable."""
+    """Write what the depths show: a place is hidden if most known ones are nearer than the cable."""
     counts = np.empty((len(points), len(_CROSS)))
     for n in range(len(points)):
         for k in range(len(_CROSS)):
@@ -93,7 +93,7 @@ def look_at_pixels(
     hidden: int,
     in_sight: int,
 ) -> npt.NDArray[np.int64]:
-    """Tell what hides a cable in places: by their depth, then by the occluders and the mask.
+    """Find what hides a cable in places: by their depth, then by the occluders and the mask.
 
     Parameters
     ----------
@@ -112,9 +112,9 @@ def look_at_pixels(
     nearest_m, farthest_m : float
         Depths outside of these are missing, and so are those that are not finite.
     expected : (n,) float64
-        That of the cable, m; NaN where it is unknown, (0,) if it is everywhere: depth tells nothing there.
+        That of the cable, m; NaN where it is unknown, (0,) if it is everywhere: depth shows nothing there.
     tolerance : float
-        Largest difference that tells nothing, m, at no distance.
+        Largest difference that shows nothing, m, at no distance.
     noise : float
         The same in addition, at a distance of one metre; it grows with the square.
     hidden, in_sight : int

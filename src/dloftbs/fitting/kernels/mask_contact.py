@@ -11,7 +11,7 @@ from dloftbs.kernels.compiler import helper, kernel, read
 
 @helper
 def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> bool:
-    """Tell whether a place lies on the mask, or no farther beside it than `reach`, px."""
+    """Return whether a place lies on the mask, or no farther beside it than `reach`, px."""
     rows, columns = mask.shape
     column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
     if 0 <= row < rows and 0 <= column < columns and mask[row, column] != 0:
@@ -29,7 +29,7 @@ def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float, reach: float) -> b
 def are_on_mask(
     points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], left: int, top: int, reach: float
 ) -> bool:
-    """Tell whether every point lies on the mask, or no farther beside it than `reach`.
+    """Return whether every point lies on the mask, or no farther beside it than `reach`.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def are_on_mask(
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
 def stays_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], reach: float) -> bool:
-    """Tell whether a curve surely lies on the mask, or no farther beside it than `reach`, between its points, too.
+    """Return whether a curve surely lies on the mask, or no farther beside it than `reach`, between its points, too.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def stays_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], 
 
 @kernel(read(float64, 2), read(uint8, 2), float64)
 def lie_on_mask(points: npt.NDArray[np.float64], mask: npt.NDArray[np.uint8], reach: float) -> npt.NDArray[np.bool_]:
-    """Tell which points (n,) lie on the mask, or no farther beside it than `reach`; as `stays_on_mask` takes them."""
+    """Return which points (n,) lie on the mask, or no farther beside it than `reach`; as `stays_on_mask` takes them."""
     on = np.empty(len(points), dtype=np.bool_)
     for k in range(len(points)):
         on[k] = _is_near(mask, points[k, 0], points[k, 1], reach)

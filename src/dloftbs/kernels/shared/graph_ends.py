@@ -41,7 +41,7 @@ def branch_of(end: Number) -> Number:
 
 @inlined
 def is_start(end: int) -> bool:
-    """Tell whether an end lies at the first point of its branch."""
+    """Return whether an end lies at the first point of its branch."""
     return (end & 1) == 0
 
 

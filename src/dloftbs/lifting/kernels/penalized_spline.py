@@ -43,13 +43,13 @@ Source: by hand; the middle of those that are chosen.
 """
 
 _AROUND = 4
-"""Number of known values to either side that tell what is usual.
+"""Number of known values to either side that show what is usual.
 
-Source: by hand; up to four wrong ones in a row are told, and a slope is none.
+Source: by hand; up to four wrong ones in a row are given, and a slope is none.
 """
 
 _MIN_REACH = 2
-"""Least number of known values to either side whose median tells what is usual.
+"""Least number of known values to either side whose median shows what is usual.
 
 Source: by definition; a single wrong one of three is the median of none.
 """

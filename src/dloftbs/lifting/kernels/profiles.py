@@ -45,7 +45,7 @@ Source: by definition; a median is robust from three on.
 """
 
 _MIN_CONTRAST = 6.0
-"""Height over the ground, as a multiple of the noise's deviation, from which edges of depth are told.
+"""Height over the ground, as a multiple of the noise's deviation, from which edges of depth are given.
 
 Source: by hand; half of it, where the edge is taken, is three deviations.
 """
@@ -57,7 +57,7 @@ Source: numerics; far below any camera's.
 """
 
 _HUBER_PX = 0.5
-"""Distance of a profile's edges from where the others tell from which it counts less, px.
+"""Distance of a profile's edges from where the others show from which it counts less, px.
 
 Source: by hand; half a pixel is what sampling alone does.
 """
@@ -232,7 +232,7 @@ def _middle_of_three(before: float, own: float, after: float) -> float:
 def read_profiles(
     metres: _Floats, offsets: _Floats, on: _Flags, radius: _Floats
 ) -> tuple[_Floats, float, _Floats, _Floats]:
-    """Tell the ground beside an object, its noise, and where the object's edges of depth lie against the mask's.
+    """Measure the ground beside an object, its noise, and where the object's edges of depth lie against the mask's.
 
     Between an object's depth and the ground's lies the edge of depth, to both sides: halfway between these two edges
     is the object's middle in the depth image, and half their distance is its radius there.
@@ -248,11 +248,11 @@ def read_profiles(
     -------
     ground : (n,) float64
         Depth of the ground under the middle line, m: the mean of both sides, or the median of this and what the
-        profiles before and after tell; NaN where it is not known.
+        profiles before and after show; NaN where it is not known.
     noise : float
         Of the ground, 1 / m: the deviation over the depth squared.
     aside : (n,) float64
-        Distance from the middle line of the mask to that of depth, px, as `offsets`; NaN where the edges are not told.
+        Distance from the middle line of the mask to that of depth, px, as `offsets`; NaN where the edges are not known.
     wider : (n,) float64
         How much farther from the middle the edges of depth lie than those of the mask, px; NaN where `aside` is.
     """
@@ -347,7 +347,7 @@ def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, 
         What is known already: the sums xx, xy, yy of the normals' products, x, y of these with `aside`, of weights, and
         of these with `wider`.
     memory : float
-        Share of it that stays, if this frame tells something.
+        Share of it that stays, if this frame shows something.
 
     Returns
     -------
@@ -379,7 +379,7 @@ def add_edges(tangents: _Floats, aside: _Floats, wider: _Floats, past: _Floats, 
 
 @kernel(read(float64, 1))
 def edges_of(sums: _Floats) -> tuple[float, float, float]:
-    """Return the displacement ``(x, y)`` and by how much edges are farther out, px, that the sums of `add_edges` tell.
+    """Return the displacement ``(x, y)`` and by how much edges are farther out, px, that the sums of `add_edges` show.
 
     Without evidence they are 0: as much is expected by `_PRIOR_PX`.
     """

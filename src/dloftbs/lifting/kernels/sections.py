@@ -12,7 +12,7 @@ from dloftbs.kernels.shared.polyline import polyline_length
 from dloftbs.kernels.shared.selection import median_of
 
 _MAX_IN_BLOCK = 20
-"""Largest number of points that tell the radius of a block.
+"""Largest number of points that show the radius of a block.
 
 Source: bounds time.
 """

@@ -39,7 +39,7 @@ Source: by hand.
 _MIN_CONTRAST = 6.0
 """Height over the ground, as a multiple of the noise's deviation, from which an object stands out.
 
-Source: by hand; halfway, where the ground's pixels are told from the object's, is three deviations.
+Source: by hand; halfway, where the ground's pixels are distinguished from the object's, is three deviations.
 """
 
 _MIN_ABOVE = 2

@@ -65,7 +65,7 @@ def surface_to_axis(
         Share of the radius by which the surface was moved towards the camera, seen at a right angle, see
         `find_surface`.
     seen : (n,) bool
-        Sections that tell the radius; one or more.
+        Sections that show the radius; one or more.
     closed : bool
         Whether the last section is next to the first.
 

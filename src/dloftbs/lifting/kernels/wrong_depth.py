@@ -13,7 +13,7 @@ from dloftbs.kernels.shared.selection import median_of
 from dloftbs.lifting.kernels.columns import medians_of_columns
 
 _AROUND = 4
-"""Number of changes of depth to either side that tell the usual one.
+"""Number of changes of depth to either side that show the usual one.
 
 Source: by hand; over one and a half widths.
 """

@@ -2,7 +2,7 @@
 
 A cable that is cut off, by a cutter, by an occluder or by the image's border, goes on to the mask's edge. One with a
 round cap is the union of discs about its axis, which ends one radius before the tip of the mask. The shape of the cap
-tells which it is: so a cable ends in the middle of a ball, and at the face of a plug. The axis of a frayed cable ends
+shows which it is: so a cable ends in the middle of a ball, and at the face of a plug. The axis of a frayed cable ends
 where the mask parts into strands.
 """
 
@@ -153,7 +153,7 @@ _DIRECTIONS = (
 )
 """Unit vectors in which the mask about a point is measured.
 
-Source: geometry; of a stretch without a knob the first two tell most.
+Source: geometry; of a stretch without a knob the first two show most.
 """
 
 _FLAT = 0.35
@@ -226,7 +226,7 @@ def _heading(points: npt.NDArray[np.float64], arc: npt.NDArray[np.float64]) -> t
 
 @helper
 def _is_inside(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
-    """Tell whether the pixel at a point is foreground; beyond the image there is none."""
+    """Return whether the pixel at a point is foreground; beyond the image there is none."""
     column, row = int(np.floor(x + 0.5)), int(np.floor(y + 0.5))
     return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
 
@@ -387,7 +387,7 @@ def extend_end(
     drop : int
         Number of last points to leave out.
     added : (m, 2) float64
-        Points in their place, about 1 px apart. Both are nothing where the points are too few to tell a direction,
+        Points in their place, about 1 px apart. Both are nothing where the points are too few to show a direction,
         or the mask does not end within reach.
     """
     nothing = np.empty((0, 2))
@@ -450,7 +450,7 @@ def extend_end(
 
 @kernel(read(uint8, 2), read(float64, 2), int64, int64, float64)
 def is_seen(mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], i: int, j: int, width: float) -> bool:
-    """Tell whether a cable can be seen all the way between two points: the mask has no long break.
+    """Return whether a cable can be seen all the way between two points: the mask has no long break.
 
     Parameters
     ----------

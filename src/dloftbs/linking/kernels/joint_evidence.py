@@ -15,7 +15,7 @@ from dloftbs.linking.kernels.joint_features import GAP_GROUND, GAP_HIDDEN, GAP_R
 _MAX_GROUND = 0.5
 """Most ground in sight across a gap that counts, widths.
 
-Source: fitted; of a half, one and two widths a half tells the most in all sources: more is no clearer.
+Source: fitted; of a half, one and two widths a half shows the most in all sources: more is no clearer.
 """
 
 _STRAY_GROUND = 0.15
@@ -70,7 +70,7 @@ def describe_seen(
     """Write what is seen across gaps into the columns of joints.
 
     The shape of an end does not count before a gap that is shown to be hidden, by as much as is hidden, whichever end
-    it is joined with: what is told of one gap and not of another one must not decide between them.
+    it is joined with: what is known of one gap and not of another one must not decide between them.
 
     Parameters
     ----------

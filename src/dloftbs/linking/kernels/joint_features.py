@@ -18,7 +18,7 @@ LINK_TURN, LINK_SWERVE, GAP_ENERGY, GAP_LENGTH, GAP_ROUND, GAP_GROUND, GAP_HIDDE
 """Columns of a joint: the turn and the swerve of a link through a junction, rad^2; the bend of a gap over its length,
 rad^2 a width; its length, widths; the roundness of its ends, if it is no break of the mask; how many widths of it are
 ground in sight, and how many are shown to be hidden; the bend of a swerve towards the camera or away from it, as depth
-tells it, rad^2; 1 if the cables before both ends differ clearly in colour."""
+shows it, rad^2; 1 if the cables before both ends differ clearly in colour."""
 
 OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = range(3)
 """Columns of an end that stays open: 1 at a junction; 1 at a sharp turn where nothing else meets; 1 for a free end."""

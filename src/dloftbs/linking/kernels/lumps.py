@@ -17,7 +17,7 @@ Source: geometry; the disc in a crossing at a right angle reaches the corners of
 _PASSES = 2.0
 """Number of passes, side by side in a disc, of which linking knows.
 
-Source: by definition; two cables that touch are told apart, of more the middle one has no edge.
+Source: by definition; two cables that touch are distinguished, of more the middle one has no edge.
 """
 
 _SAMPLE = 0.125

@@ -158,7 +158,7 @@ def _find_decided(
     costs: npt.NDArray[np.float64],
     spur: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.bool_]:
-    """Tell which ends have a mutual, nearly straight junction link: they take part in no gap."""
+    """Return which ends have a mutual, nearly straight junction link: they take part in no gap."""
     n = 2 * len(spur)
     best = np.full(n, -1, dtype=np.int64)
     best_cost = np.full(n, _CHEAP_LINK)

@@ -295,7 +295,7 @@ def offset_axes(
 
 @kernel(read(float64, 2), read(float64, 2), int64, float64)
 def continuing_axis(middle: npt.NDArray[np.float64], shift: npt.NDArray[np.float64], end: int, width: float) -> float:
-    """Tell which of two axes continues beyond the end of the other cable: the one with the smoother curve.
+    """Return which of two axes continues beyond the end of the other cable: the one with the smoother curve.
 
     Parameters
     ----------
@@ -312,7 +312,7 @@ def continuing_axis(middle: npt.NDArray[np.float64], shift: npt.NDArray[np.float
     -------
     float
         Above 0 for the first axis, below for the other: half the logarithm of the ratio of the mean squared residuals.
-        0 where too little is left beyond the end to tell.
+        0 where too little is left beyond the end to show.
     """
     low, high = max(end - int(_BEFORE_END * width), 0), min(end + int(_AFTER_END * width), len(middle))
     points = np.empty((high - low, 2))

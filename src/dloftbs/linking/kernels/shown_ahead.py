@@ -27,7 +27,7 @@ Source: geometry; inside of its edge by more than a pixel's noise, and by so muc
 """
 
 _CLEAR_WIDTHS = 0.1
-"""Margin around the other cables in which mask tells nothing, widths; half a pixel is added.
+"""Margin around the other cables in which mask shows nothing, widths; half a pixel is added.
 
 Source: by hand; more than the noise of an edge.
 """
@@ -41,7 +41,7 @@ Source: derived; beyond it nothing is near enough to what is looked at.
 
 @helper
 def _is_on(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
-    """Tell whether a point lies on the mask."""
+    """Return whether a point lies on the mask."""
     column, row = int(np.rint(x)), int(np.rint(y))
     return 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and mask[row, column] != 0
 

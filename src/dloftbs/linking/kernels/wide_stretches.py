@@ -12,7 +12,7 @@ from dloftbs.kernels.shared.graph_ends import branch_of, inward
 _WIDE = 1.3
 """Width of the mask, in widths of a cable, above which two cables lie side by side.
 
-Source: by hand; cables that overlap by more cannot be told apart.
+Source: by hand; cables that overlap by more cannot be distinguished.
 """
 
 _NARROW = 1.2

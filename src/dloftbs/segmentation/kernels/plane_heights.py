@@ -14,7 +14,7 @@ QUANTUM_M = 2e-5
 Source: derived; a fiftieth of the noise of a depth camera, and 16 bits reach farther than a hand.
 """
 ON_PLANE = 20_000
-"""Integer height of the plane itself, steps: 0.4 m below it and 0.9 m above it can be told.
+"""Integer height of the plane itself, steps: 0.4 m below it and 0.9 m above it can be known.
 
 Source: derived from `QUANTUM_M`.
 """

@@ -98,7 +98,7 @@ Source: by hand; past the part that thinning bends.
 """
 
 _TOLD_WIDTHS = 3.0
-"""Least length of a branch for its end's roundness to tell anything, widths.
+"""Least length of a branch for its end's roundness to show anything, widths.
 
 Source: by hand; shorter pieces have ends of their own rather than a cable's.
 """
@@ -116,7 +116,7 @@ Source: by hand; two pixels.
 """
 
 _DUMB_PX = 4.0
-"""Width up to which an end's shape tells nothing, px; at twice that it tells all.
+"""Width up to which an end's shape shows nothing, px; at twice that it shows all.
 
 Source: by hand; the cap of a thinner cable is two rows of pixels.
 """
@@ -149,7 +149,7 @@ def _is_clear(
     radii: npt.NDArray[np.float64],
     more: float,
 ) -> bool:
-    """Tell whether a point lies outside of a junction, by `more` px."""
+    """Return whether a point lies outside of a junction, by `more` px."""
     if node < 0:
         return True
     away = np.sqrt((points[i, 0] - centres[node, 0]) ** 2 + (points[i, 1] - centres[node, 1]) ** 2)

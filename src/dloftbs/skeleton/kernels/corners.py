@@ -23,7 +23,7 @@ Source: by hand; 32 degrees, as short mitres are ragged.
 """
 
 _MIN_ANGLE = 0.1
-"""Smallest angle between two branches that is told from parallel ones, rad.
+"""Smallest angle between two branches that is distinguished from parallel ones, rad.
 
 Source: numerics; the length of a mitre diverges at 0.
 """
@@ -148,7 +148,7 @@ def _reach(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float
 
 @helper
 def _is_straight(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], stop: npt.NDArray[np.float64]) -> bool:
-    """Tell whether the line between two points lies on the mask."""
+    """Return whether the line between two points lies on the mask."""
     dx, dy = stop[0] - start[0], stop[1] - start[1]
     length = max(np.sqrt(dx * dx + dy * dy), 1e-9)
     return _reach(mask, start[0], start[1], dx / length, dy / length, length) >= length
@@ -156,7 +156,7 @@ def _is_straight(mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], st
 
 @helper
 def _is_round(mask: npt.NDArray[np.uint8], x: float, y: float, dx: float, dy: float, width: float) -> bool:
-    """Tell whether the mask ends round ahead of a point, rather than where something cuts it off."""
+    """Return whether the mask ends round ahead of a point, rather than where something cuts it off."""
     if width < _SHAPELESS_PX:
         return True
     ahead, aside = _reach(mask, x, y, dx, dy, 2.0 * width), 0.0
@@ -179,7 +179,7 @@ def _width_behind(end: int, radius: npt.NDArray[np.float64], offsets: npt.NDArra
 def _is_fold(
     mask: npt.NDArray[np.uint8], start: npt.NDArray[np.float64], stop: npt.NDArray[np.float64], side: float
 ) -> bool:
-    """Tell whether two sides of a bend, `side` px wide, lie in the mask from a point up to a tip.
+    """Return whether two sides of a bend, `side` px wide, lie in the mask from a point up to a tip.
 
     It is wider than one of them up to a width before the tip, where a cable that ends there alone is as wide as it is.
     """

@@ -427,7 +427,7 @@ def _is_inner(
     alive: npt.NDArray[np.bool_],
     least: float,
 ) -> bool:
-    """Tell whether a branch between two junctions is too short to have a direction of its own."""
+    """Return whether a branch between two junctions is too short to have a direction of its own."""
     return alive[branch] and nodes[start_of(branch)] >= 0 and nodes[stop_of(branch)] >= 0 and clear[branch] < least
 
 

@@ -18,7 +18,7 @@ from dloftbs.kernels.shared.graph_ends import (
 )
 
 _CHORD_WIDTHS = 1.5
-"""Length of the chords before and behind a point that tell its turn, widths.
+"""Length of the chords before and behind a point that show its turn, widths.
 
 Source: by hand; together three widths, more than a mitre's rounding.
 """
@@ -72,7 +72,7 @@ def _list_free_ends(
 def _is_faced(
     x: float, y: float, branch: int, ends: npt.NDArray[np.int64], rays: npt.NDArray[np.float64], most: float
 ) -> bool:
-    """Tell whether a free end of another branch lies near a point and points at it."""
+    """Return whether a free end of another branch lies near a point and points at it."""
     for k in range(len(ends)):
         dx, dy = x - rays[k, 0], y - rays[k, 1]
         far = np.sqrt(dx * dx + dy * dy)

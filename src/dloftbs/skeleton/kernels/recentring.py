@@ -23,7 +23,7 @@ Source: by hand; noise is as long as some pixels, bends are as long as some widt
 """
 
 _MIN_REACH_PX = 4
-"""Number of points to either side that tell the direction for a first radius, px.
+"""Number of points to either side that show the direction for a first radius, px.
 
 Source: by hand.
 """
@@ -246,7 +246,7 @@ def _wall(
 
 @inlined
 def _is_near(mask: npt.NDArray[np.uint8], x: float, y: float) -> bool:
-    """Tell whether a point lies on the mask or on one of the eight pixels beside it."""
+    """Return whether a point lies on the mask or on one of the eight pixels beside it."""
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     if 0 <= row < mask.shape[0] and 0 <= column < mask.shape[1] and _at(mask, row, column) != 0:
         return True
@@ -267,7 +267,7 @@ def _recentre_run(
     reach = max(int(_REACH * np.sqrt(rough) + 0.5), 3)
     points = _smooth(_smooth(run, reach), reach)
     kernel_reach = 2.0 * reach + 1.0  # of the two means, one after the other
-    # A piece so short has a middle that is clear of its ends, whose walls tell where it lies.
+    # A piece so short has a middle that is clear of its ends, whose walls show where it lies.
     sites = max(1 + (n - 1) // reach, 3 if (n - 1) // 2 >= rough else 2)
     spread = 0.5 * reach + 0.5
     index = np.empty(sites, dtype=np.int64)

@@ -16,7 +16,7 @@ _Ints = npt.NDArray[np.int64]
 _Bools = npt.NDArray[np.bool_]
 
 _STRIDE = 4
-"""Step between the samples that tell whether two curves are alike as they stand.
+"""Step between the samples that show whether two curves are alike as they stand.
 
 Source: bounds time.
 """

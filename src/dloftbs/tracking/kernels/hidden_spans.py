@@ -60,7 +60,7 @@ def find_runs(mask: npt.NDArray[np.bool_]) -> _Ints:
 def _fit_rotation(old: _Floats, new: _Floats, noise: float) -> _Floats:
     """Return the rotation (d, d) from points, known to `noise`, to where they are now (Kabsch, 1976).
 
-    A short part tells little, and a straight one nothing about its own axis: what is not told is no rotation.
+    A short part shows little, and a straight one nothing about its own axis: what is not known is no rotation.
     """
     count, dims = old.shape
     before, after = old - old.sum(axis=0) / count, new - new.sum(axis=0) / count

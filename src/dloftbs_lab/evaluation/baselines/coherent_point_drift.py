@@ -46,7 +46,7 @@ class CoherentPointDrift:
     self-intersection, obstacles and grippers, no recovery of a lost cable, and no prediction of a gripper's motion. Its
     weights were chosen here, on sequences of another seed than those in the tables.
 
-    Unlike the package's methods, it is told where the cable is in the first frame and how long it is, and it knows that
+    Unlike the package's methods, it is given the cable's place in the first frame and its length, and it knows that
     there is exactly one. In space it follows the surface that depth shows, half a cable's width before the axis.
 
     Parameters

@@ -18,7 +18,7 @@ from dloftbs_lab.evaluation.report.joint_tables import KINDS, binned, joints_by_
 from dloftbs_lab.evaluation.report.table import existing, mean, percent
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 
-# Okabe and Ito's colours, told apart by colour-blind readers too; a method has the same one in every plot.
+# Okabe and Ito's colours, distinguished by colour-blind readers too; a method has the same one in every plot.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _BAD = "#B00020"
 _LINES = ("-", "--", ":")  # so that two methods that agree are both seen

@@ -88,7 +88,7 @@ class MaskPixels:
 
 
 def shows(mask: npt.NDArray[np.bool_], points: FloatArray) -> npt.NDArray[np.bool_]:
-    """Tell at which points (n, 2) px a mask (H, W) is set; outside of the image, and at points of no place, it is not.
+    """Return at which points (n, 2) px a mask (H, W) is set; those outside of the image, or without a place, are not.
 
     Beyond the field of a lens model, points have no place in the image.
     """

@@ -57,7 +57,7 @@ class Method:
         Without arguments; returns a function from a `Frame` to what `found_in` takes. Called for each sequence,
         so that what the function remembers ends with it. Must be picklable. Where the function is an object with a
         method ``start(frame, truth)``, that is called before the first frame, with its truth: for trackers that have to
-        be told where objects are, of whom nothing is scored frame by frame alone.
+        be given where objects are, of whom nothing is scored frame by frame alone.
     settings : str
         Settings that its results depend on, besides the name: its configuration, or a digest of its code.
     one_factory : callable, optional
@@ -148,7 +148,7 @@ class _Run:
         self._joints: list[JointRow] = []
         self._curves: dict[int, tuple[Curve, ...]] = {}
         self._identities: IdentityScorer | None = None
-        # What is told where a track begins has no reading of a frame alone to be compared with.
+        # What is given where a track begins has no reading of a frame alone to be compared with.
         self._following = None if self._is_told_the_start else _following(sequence)
 
     def add(self, index: int, known: KnownFrame) -> None:
@@ -225,7 +225,7 @@ def _warm_up(method: Method, sequence: KnownFrames) -> None:
 
 
 def _start(call: Any, frame: Frame, truth: Truth) -> str | None:
-    """Tell a method the truth of the first frame, and return what went wrong."""
+    """Give a method the truth of the first frame, and return what went wrong."""
     try:
         call.start(frame, truth)
     except Exception as error:  # noqa: BLE001  a stranger's code may raise anything, and other methods must go on
