@@ -9,15 +9,13 @@ import sink_examples as examples
 from dloftbs import sinks
 from dloftbs.errors import SinkError
 
-MAX_FRAMES = 2000
-
 
 def fill(name: str) -> tuple[int, str]:
     """Return how many frames were written, and the error that ended it."""
     count = 0
     try:
         with examples.open_sink(name) as sink:
-            for i in range(MAX_FRAMES):
+            for i in range(examples.MAX_FRAMES):
                 sink.write(examples.frame(i), examples.detected(i, in_space=True))
                 count += 1
     except SinkError as error:

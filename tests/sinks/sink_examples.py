@@ -15,6 +15,9 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track, TrackState
 
+MAX_FRAMES = 2000
+"""That are written where nothing goes wrong before."""
+
 
 def curve(ndim: int = 2, n: int = 8, seed: int = 0) -> BSplineCurve:
     inner = np.linspace(0.0, 1.0, n - 2)[1:-1]

@@ -1,4 +1,4 @@
-"""Whatever ends the process, what the sinks wrote can be read."""
+"""Whatever ends the process, what the sinks wrote can be read; only arrays are written at the end."""
 
 from __future__ import annotations
 
@@ -43,12 +43,7 @@ def test_after_a_kill_every_frame_written_can_be_read(killed):
     assert [record["index"] for record in records] == list(range(len(records)))
     assert count <= len(records) <= count + 1
 
-    with np.load(folder / "a.npz") as arrays:
-        assert len(arrays["frame"]) >= 2 * count
-        assert len(arrays["offsets"]) >= 2 * count + 1
-    rows = sinks.read_npz(folder / "a.npz")
-    assert [row.frame for row in rows] == [i // 2 for i in range(len(rows))]
-    assert rows[2 * count - 1].curve == examples.detected(count - 1).detections[1].curve
+    assert not (folder / "a.npz").exists()
 
     table = (folder / "a.csv").read_text().splitlines()
     assert len(table) - 1 >= 200 * count

@@ -10,7 +10,7 @@ import sinks.sink_examples as examples
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError, SourceError
-from dloftbs.sinks import NpzSink, _growing, read_npz
+from dloftbs.sinks import NpzSink, npz_curves, read_npz
 
 
 def write(path, results):
@@ -83,35 +83,17 @@ def test_without_any_object_the_arrays_are_empty(tmp_path):
         assert arrays["offsets"].tolist() == [0]
 
 
-def test_readable_between_any_two_writes_to_the_disk(tmp_path, monkeypatch):
-    path, copy, put = tmp_path / "a.npz", tmp_path / "copy.npz", _growing._put
-    monkeypatch.setattr(_growing, "SPARE_BYTES", 1 << 13)  # so that the room is used up several times
-    counts = []
-
-    def put_and_look(file, offset, data):
-        put(file, offset, data)
-        shutil.copy(path, copy)
-        counts.append(len(read_npz(copy)))
-
+def test_nothing_is_written_before_closing(tmp_path):
+    older, path = [examples.detected(7)], tmp_path / "a.npz"
+    write(path, older)
     with NpzSink(path) as sink:
-        for i in range(8):
-            sink.write(examples.frame(), examples.detected(i))
-        monkeypatch.setattr(_growing, "_put", put_and_look)
-        for i in range(8, 16):
-            sink.write(examples.frame(), examples.detected(i, in_space=True))
-    assert counts == sorted(counts)
-    assert set(counts) == set(range(16, 33, 2))
+        sink.write(examples.frame(), examples.detected(8))
+        assert [row.frame for row in read_npz(path)] == [7, 7]
+    assert [row.frame for row in read_npz(path)] == [8, 8]
+    assert [child.name for child in tmp_path.iterdir()] == ["a.npz"]
 
 
-def test_long_streams_cost_in_proportion_and_end_without_slack(tmp_path, monkeypatch):
-    copied = []
-    copy_column = _growing.GrowingNpz._copy_column
-
-    def counting(npz, archive, number, room):
-        copied.append(npz._rows[number] * npz._columns[number].row_bytes)
-        copy_column(npz, archive, number, room)
-
-    monkeypatch.setattr(_growing.GrowingNpz, "_copy_column", counting)
+def test_a_long_stream_is_whole_for_other_readers_of_zip_files(tmp_path):
     results = [examples.detected(i, in_space=i >= 1500) for i in range(2000)]
     write(tmp_path / "a.npz", results)
     rows = read_npz(tmp_path / "a.npz")
@@ -119,32 +101,36 @@ def test_long_streams_cost_in_proportion_and_end_without_slack(tmp_path, monkeyp
     assert rows[3999].curve_3d == results[1999].detections[1].curve_3d
     with zipfile.ZipFile(tmp_path / "a.npz") as archive:
         assert archive.testzip() is None
-        content = sum(info.file_size for info in archive.infolist())
-    size = (tmp_path / "a.npz").stat().st_size
-    assert size - content < 18 * 200
-    assert sum(copied) < 5 * size
-    assert len(copied) < 10 * 18
-    assert [child.name for child in tmp_path.iterdir()] == ["a.npz"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
+def test_what_ends_the_block_leaves_the_frames_before_it(tmp_path, error):
+    def work():
+        with NpzSink(tmp_path / "a.npz") as sink:
+            for i in range(3):
+                sink.write(examples.frame(), examples.detected(i))
+            raise error
+
+    with pytest.raises(error):
+        work()
+    assert [row.frame for row in read_npz(tmp_path / "a.npz")] == [0, 0, 1, 1, 2, 2]
 
 
 def test_ctrl_c_in_the_middle_of_a_frame_leaves_that_frame_out(tmp_path, monkeypatch):
-    put, path = _growing._put, tmp_path / "a.npz"
-    for interrupted in range(0, 36, 7):
-        with NpzSink(path) as sink:
-            sink.write(examples.frame(), examples.detected(0))
-            calls = iter(range(100))
+    real = npz_curves.object_rows
 
-            def put_or_stop(file, offset, data, calls=calls, interrupted=interrupted):
-                if next(calls) == interrupted:
-                    raise KeyboardInterrupt
-                put(file, offset, data)
+    def interrupted(result):
+        yield next(real(result))
+        raise KeyboardInterrupt
 
-            with monkeypatch.context() as patch:
-                patch.setattr(_growing, "_put", put_or_stop)
-                with pytest.raises(KeyboardInterrupt):
-                    sink.write(examples.frame(), examples.detected(1, in_space=True))
-            sink.write(examples.frame(), examples.detected(2))
-        assert [row.frame for row in read_npz(path)] == [0, 0, 2, 2]
+    with NpzSink(tmp_path / "a.npz") as sink:
+        sink.write(examples.frame(), examples.detected(0))
+        with monkeypatch.context() as patch:
+            patch.setattr(npz_curves, "object_rows", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                sink.write(examples.frame(), examples.detected(1, in_space=True))
+        sink.write(examples.frame(), examples.detected(2))
+    assert [row.frame for row in read_npz(tmp_path / "a.npz")] == [0, 0, 2, 2]
 
 
 def test_what_is_no_such_file_is_a_source_error(tmp_path):

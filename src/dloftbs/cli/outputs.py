@@ -19,7 +19,6 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks import MultiSink, Sink
-from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._safe_files import sink_errors, write_whole
 from dloftbs.support.json_text import encode_line
 from dloftbs.support.text import readable
@@ -113,19 +112,6 @@ def open_all_pictures(
             yield open_pictures(path, ending, draw=lambda frame, _: viz.draw_stages(pipeline.trace(frame)))
         else:
             yield open_pictures(path, ending, fps=fps)
-
-
-def claim_folder(folder: Path) -> Claim:
-    """Make a folder, and keep all others from writing there for as long as the claim is held.
-
-    Raises
-    ------
-    SinkError
-        If it cannot be made, or somebody else writes there.
-    """
-    with sink_errors(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        return Claim(folder)
 
 
 def config_beside(paths: Sequence[str | None], config: Config) -> Path | None:

@@ -1,6 +1,7 @@
 """Outputs: JSON lines, arrays, tables, geometry, videos, pictures and recordings of ROS.
 
-Every sink is a context manager, and what it has written stays readable whatever ends the process::
+Every sink is a context manager; what it has written stays readable whatever ends the process, but for arrays, which a
+`NpzSink` writes when it is closed::
 
     with sinks.open("cable.jsonl") as sink:
         for frame in frames:

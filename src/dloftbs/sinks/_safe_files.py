@@ -33,6 +33,49 @@ def _check_replaceable(path: Path) -> None:
         raise OSError("it is a pipe, a socket or a device, and this kind of result must be a file")
 
 
+def claim_file(path: Path) -> Claim:
+    """Make a file's folder, and keep all others from writing the file for as long as the claim is held.
+
+    Raises
+    ------
+    SinkError
+        If the folder cannot be made, or somebody else writes the file.
+    """
+    with sink_errors(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return Claim(path)
+
+
+def claim_folder(folder: Path) -> Claim:
+    """Make a folder, and keep all others from writing there for as long as the claim is held.
+
+    Raises
+    ------
+    SinkError
+        If it cannot be made, or somebody else writes there.
+    """
+    with sink_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        return Claim(folder)
+
+
+def claim_replaceable(path: Path) -> Claim:
+    """Claim a file that is replaced as a whole later, and find out now whether it can be, as `check_writable` does.
+
+    Raises
+    ------
+    SinkError
+        If it cannot, or somebody else writes it; an older file of the name is left as it was.
+    """
+    claim = claim_file(path)
+    try:
+        check_writable(path)
+    except BaseException:
+        claim.release()
+        raise
+    return claim
+
+
 class AppendFile:
     """A new file that grows by whole pieces, each handed to the system before `append` returns.
 
@@ -48,14 +91,13 @@ class AppendFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._size = 0
-        with sink_errors(path):
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._claim = Claim(path)
-            try:
+        self._claim = claim_file(path)
+        try:
+            with sink_errors(path):
                 self._file = path.open("wb", buffering=0)
-            except BaseException:
-                self._claim.release()
-                raise
+        except BaseException:
+            self._claim.release()
+            raise
 
     @property
     def size(self) -> int:

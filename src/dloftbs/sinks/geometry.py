@@ -17,9 +17,8 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SinkError
 from dloftbs.sinks import _mesh
-from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
-from dloftbs.sinks._safe_files import UnusedNames, check_writable, sink_errors, write_whole
+from dloftbs.sinks._safe_files import UnusedNames, claim_replaceable, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
 
 logger = logging.getLogger("dloftbs.sinks")
@@ -84,14 +83,7 @@ class GeometrySink(PathSink):
         self._waiting = deque[Path]()  # files of the frames before the first object in space
         self._frames = self._written = self._objects = self._left_out = 0
         self._first_reason = ""
-        with sink_errors(self._path):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._claim = Claim(self._path)
-        try:
-            check_writable(self._path)
-        except BaseException:
-            self._claim.release()
-            raise
+        self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         items = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,44 +13,37 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sinks._claims import Claim
-from dloftbs.sinks._growing import Column, GrowingNpz
 from dloftbs.sinks._rows import ObjectRow, object_rows
-from dloftbs.sinks._safe_files import sink_errors
+from dloftbs.sinks._safe_files import claim_replaceable, replacing, sink_errors
 from dloftbs.sinks.sink import PathSink
+from dloftbs.support.arrays import FloatArray
 from dloftbs.support.npy import BROKEN, read_members
 from dloftbs.support.values import check_path
 
 _MAX_BYTES = 1 << 30
 """Of a column that is read back: the control points of ten objects in each frame of an hour take half of it."""
 
-# The headers are raised in this order; `frame` is last, so that all columns hold at least the rows that it counts.
-_COLUMNS = (
-    Column("knots", "<f8"),
-    Column("knot_offsets", "<i8"),
-    Column("control_points", "<f8", (2,)),
-    Column("offsets", "<i8"),
-    Column("knots_3d", "<f8"),
-    Column("knot_offsets_3d", "<i8"),
-    Column("control_points_3d", "<f8", (3,)),
-    Column("offsets_3d", "<i8"),
-    Column("n_control", "<i8"),
-    Column("degree", "<i8"),
-    Column("closed", "|b1"),
-    Column("width_px", "<f8"),
-    Column("confidence", "<f8"),
-    Column("state", "<U12"),
-    Column("stamp", "<f8"),
-    Column("detection", "<i8"),
-    Column("track_id", "<i8"),
-    Column("frame", "<i8"),
-)
-_OFFSETS = {
-    "knots": "knot_offsets",
-    "control_points": "offsets",
-    "knots_3d": "knot_offsets_3d",
-    "control_points_3d": "offsets_3d",
+_SPANS = {
+    "knots": ("knot_offsets", ()),
+    "control_points": ("offsets", (2,)),
+    "knots_3d": ("knot_offsets_3d", ()),
+    "control_points_3d": ("offsets_3d", (3,)),
 }
+"""Arrays of which each row has a span, with the array of where the spans begin and the shape of an element."""
+_VALUES = {
+    "n_control": "<i8",
+    "degree": "<i8",
+    "closed": "|b1",
+    "width_px": "<f8",
+    "confidence": "<f8",
+    "state": "<U12",
+    "stamp": "<f8",
+    "detection": "<i8",
+    "track_id": "<i8",
+    "frame": "<i8",
+}
+"""Arrays with a value of each row, with their types."""
+_NO_KNOTS, _NO_POINTS = np.empty(0), np.empty((0, 3))
 
 
 class NpzSink(PathSink):
@@ -75,12 +68,9 @@ class NpzSink(PathSink):
     control_points_3d    (sum, 3) m   likewise with ``offsets_3d``
     ==================== ============ =====================================================================
 
-    The file can be read by `numpy.load` at any moment, while it is written and whenever the process dies, with every
-    frame for which `write` returned. (Killed within the microseconds in which a frame is made visible, columns may
-    have that frame's rows already while ``frame``, always the last, has not: ``len(frame)`` counts the whole rows, and
-    `read_npz` keeps to it.) The arrays grow in place in a file with spare room, which is copied to twice the room
-    when it is used up: the cost is linear in the stream's length, and memory stays constant. `close` gives the room
-    back and makes the checksums right, which numpy does not look at and ``unzip`` does.
+    All rows stay in memory until `close` writes the file, as a whole or not at all, also where an exception ends the
+    block. A process that is killed before leaves no file, or the older one as it was: for streams of many hours, and
+    where every frame must survive, take JSON lines.
 
     Parameters
     ----------
@@ -90,68 +80,70 @@ class NpzSink(PathSink):
     Raises
     ------
     SinkError
-        If the file cannot be opened.
+        If the file cannot be written.
     """
 
     def __init__(self, path: str | Path) -> None:
         super().__init__(path)
-        self._ends = dict.fromkeys(_OFFSETS, 0)
-        with sink_errors(self._path):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._claim = Claim(self._path)
-            try:
-                self._npz = GrowingNpz(self._path, _COLUMNS)
-                empty = {column.name: np.empty((0, *column.row_shape), column.dtype) for column in _COLUMNS}
-                self._npz.append(empty | {name: np.zeros(1, np.int64) for name in _OFFSETS.values()})
-            except BaseException:
-                self._claim.release()
-                raise
+        self._rows: list[_Row] = []
+        self._claim = claim_replaceable(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
-        rows = list(object_rows(result))
-        if not rows:
-            return
-        arrays = _flat_arrays(rows, result)
-        ends = dict(self._ends)
-        for name, parts in _curve_arrays(rows).items():
-            arrays[name] = np.concatenate(parts)
-            arrays[_OFFSETS[name]] = ends[name] + np.cumsum([len(part) for part in parts])
-            ends[name] += len(arrays[name])
-        with sink_errors(self._path):
-            self._npz.append(arrays)
-        self._ends = ends
+        self._rows += [_row_of(row, result) for row in object_rows(result)]  # the whole frame, or nothing after Ctrl-C
 
     def _close(self) -> None:
-        with self._claim, sink_errors(self._path):
-            self._npz.close()
+        with self._claim, sink_errors(self._path), replacing(self._path) as temporary, temporary.open("wb") as file:
+            np.savez(file, **_arrays(self._rows))
 
 
-def _flat_arrays(rows: list[ObjectRow], result: FrameResult) -> dict[str, npt.NDArray[Any]]:
-    stamp = np.nan if result.stamp is None else result.stamp
-    detections = [row.detection for row in rows]
-    return {
-        "frame": np.full(len(rows), result.index),
-        "stamp": np.full(len(rows), stamp),
-        "track_id": np.array([row.track_id for row in rows]),
-        "detection": np.array([row.number for row in rows]),
-        "state": np.array([row.state for row in rows]),
-        "width_px": np.array([np.nan if d is None else d.width_px for d in detections]),
-        "confidence": np.array([np.nan if d is None else d.confidence for d in detections]),
-        "degree": np.array([row.curve.degree for row in rows]),
-        "closed": np.array([row.curve.closed for row in rows]),
-        "n_control": np.array([len(row.curve.control_points) for row in rows]),
-    }
+class _Row(NamedTuple):
+    """An object in a frame, in the terms of the arrays."""
+
+    knots: FloatArray
+    control_points: FloatArray
+    knots_3d: FloatArray
+    control_points_3d: FloatArray
+    n_control: int
+    degree: int
+    closed: bool
+    width_px: float
+    confidence: float
+    state: str
+    stamp: float
+    detection: int
+    track_id: int
+    frame: int
 
 
-def _curve_arrays(rows: list[ObjectRow]) -> dict[str, list[npt.NDArray[np.float64]]]:
-    none, none_3d = np.empty(0), np.empty((0, 3))
-    in_space = [row.curve_3d for row in rows]
-    return {
-        "knots": [row.curve.knots for row in rows],
-        "control_points": [row.curve.control_points for row in rows],
-        "knots_3d": [none if curve is None else curve.knots for curve in in_space],
-        "control_points_3d": [none_3d if curve is None else curve.control_points for curve in in_space],
-    }
+def _row_of(row: ObjectRow, result: FrameResult) -> _Row:
+    curve, in_space, detection = row.curve, row.curve_3d, row.detection
+    return _Row(
+        knots=curve.knots,
+        control_points=curve.control_points,
+        knots_3d=_NO_KNOTS if in_space is None else in_space.knots,
+        control_points_3d=_NO_POINTS if in_space is None else in_space.control_points,
+        n_control=len(curve.control_points),
+        degree=curve.degree,
+        closed=curve.closed,
+        width_px=np.nan if detection is None else detection.width_px,
+        confidence=np.nan if detection is None else detection.confidence,
+        state=row.state,
+        stamp=np.nan if result.stamp is None else result.stamp,
+        detection=row.number,
+        track_id=row.track_id,
+        frame=result.index,
+    )
+
+
+def _arrays(rows: list[_Row]) -> dict[str, Any]:
+    arrays: dict[str, Any] = {}
+    for name, (offsets, shape) in _SPANS.items():
+        parts = [getattr(row, name) for row in rows]
+        arrays[name] = np.concatenate([np.empty((0, *shape)), *parts])
+        arrays[offsets] = np.cumsum([0, *map(len, parts)], dtype="<i8")
+    for name, kind in _VALUES.items():
+        arrays[name] = np.array([getattr(row, name) for row in rows], kind)
+    return arrays
 
 
 @dataclass(frozen=True)
@@ -207,7 +199,7 @@ def read_npz(path: str | Path) -> list[NpzRow]:
     """
     place = check_path("path", path)
     try:
-        names = [column.name for column in _COLUMNS]
+        names = [*_SPANS, *(offsets for offsets, _ in _SPANS.values()), *_VALUES]
         found, arrays = read_members(place, names, _MAX_BYTES)
         if missing := [name for name in names if name not in found]:
             raise InputError(f"it lacks {', '.join(missing)}")

@@ -15,10 +15,9 @@ import numpy.typing as npt
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.sinks._claims import Claim
 from dloftbs.sinks._images import Fitter, encode
 from dloftbs.sinks._mp4 import H264Mp4
-from dloftbs.sinks._safe_files import AppendFile, UnusedNames, sink_errors, write_whole
+from dloftbs.sinks._safe_files import AppendFile, UnusedNames, claim_file, claim_folder, write_whole
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.arrays import check_image
 
@@ -124,9 +123,7 @@ class OverlayPictureSink(PathSink):
             raise InputError(f"a picture's name must end in {', '.join(IMAGE_SUFFIXES)}, got {str(path)!r}")
         self._draw = draw
         self._written = False
-        with sink_errors(self._path):
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._claim = Claim(self._path)
+        self._claim = claim_file(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         if self._written:
@@ -177,9 +174,7 @@ class OverlayImagesSink(PathSink):
         self._format = suffix
         self._suffix = f"{ending}{suffix}"
         self._unused = UnusedNames()
-        with sink_errors(self._path):
-            self._path.mkdir(parents=True, exist_ok=True)
-            self._claim = Claim(self._path)
+        self._claim = claim_folder(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         data = encode(check_image(self._draw(frame, result)), self._format)

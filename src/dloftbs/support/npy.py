@@ -173,8 +173,7 @@ def read_member(archive: zipfile.ZipFile, key: str, most_bytes: int) -> npt.NDAr
         if header.n_bytes > most_bytes:
             raise ValueError(f"{key!r} must take at most {most_bytes} bytes, got {header.shape} of {header.dtype}")
         data = stream.read(header.n_bytes)
-        if header.start + header.n_bytes == header.size:
-            stream.read(1)  # its sum is checked where it ends; what is being written has room behind, and no sum yet
+        stream.read(1)  # its sum is checked where it ends
     if len(data) != header.n_bytes:
         raise ValueError(f"{key!r} is cut off: it must hold {header.n_bytes} bytes, got {len(data)}")
     return _shaped(np.frombuffer(data, header.dtype), header)

@@ -35,8 +35,9 @@ def demo(
     frames, the figures, and a README that names each file and the command that does the same. Then
     the same for a cable in space, with the noise of a depth camera: its curves in metres, and a figure.
     """
-    from dloftbs.cli.outputs import claim_folder, config_beside, write_config
+    from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
+    from dloftbs.sinks._safe_files import claim_folder
     from dloftbs_lab.commands.demo_files import describe, mark_as_demo, render, table, write_sheet, write_summary
     from dloftbs_lab.commands.demo_run import follow
     from dloftbs_lab.commands.demo_space import follow_in_space
