@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import logging
-
 import numpy as np
 import numpy.typing as npt
 
 from dloftbs.errors import SinkError
 
 BgrImage = npt.NDArray[np.uint8]
-
-logger = logging.getLogger("dloftbs.sinks")
 
 JPEG_QUALITY = 85
 """0..100; lines stay clean, and a frame of 1280 x 720 takes about 0.15 MB."""
@@ -37,37 +33,16 @@ def encode(image: BgrImage, suffix: str) -> bytes:
     return data.tobytes()
 
 
-class Fitter:
-    """Brings every picture to the size of the first one, by scaling and black bars where it differs.
+def fitted(image: BgrImage, size: tuple[int, int]) -> BgrImage:
+    """Return a picture (H, W, 3) scaled into the size ``(H, W)``, with black bars where its sides differ."""
+    import cv2
 
-    Parameters
-    ----------
-    size : (int, int)
-        ``(H, W)`` that all shall have.
-    """
-
-    def __init__(self, size: tuple[int, int]) -> None:
-        self.size = size
-        self._warned = False
-
-    def __call__(self, image: BgrImage) -> BgrImage:
-        """Return the picture, of shape (H, W, 3)."""
-        if image.shape[:2] == self.size:
-            return np.ascontiguousarray(image)
-        if not self._warned:
-            self._warned = True
-            logger.warning("a picture of %s in a video of %s (rows, columns): scaled", image.shape[:2], self.size)
-        return self._scaled(image)
-
-    def _scaled(self, image: BgrImage) -> BgrImage:
-        import cv2
-
-        height, width = self.size
-        scale = min(height / image.shape[0], width / image.shape[1])
-        rows = min(height, max(1, round(image.shape[0] * scale)))
-        columns = min(width, max(1, round(image.shape[1] * scale)))
-        canvas: BgrImage = np.zeros((height, width, 3), np.uint8)
-        top, left = (height - rows) // 2, (width - columns) // 2
-        method = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
-        canvas[top : top + rows, left : left + columns] = cv2.resize(image, (columns, rows), interpolation=method)
-        return canvas
+    height, width = size
+    scale = min(height / image.shape[0], width / image.shape[1])
+    rows = min(height, max(1, round(image.shape[0] * scale)))
+    columns = min(width, max(1, round(image.shape[1] * scale)))
+    canvas: BgrImage = np.zeros((height, width, 3), np.uint8)
+    top, left = (height - rows) // 2, (width - columns) // 2
+    method = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
+    canvas[top : top + rows, left : left + columns] = cv2.resize(image, (columns, rows), interpolation=method)
+    return canvas

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +30,7 @@ _VERTEX = np.dtype(
     ]
 )
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+_FRAME = "camera frame, metres: x right, y down, z forward"
 _TYPES = {"f4": "float", "i4": "int", "u1": "uchar"}
 
 
@@ -130,27 +132,24 @@ def tube(curve: BSplineCurve, radius_m: float, *, caps: bool = True) -> Shape:
 
 def _parameters(curve: BSplineCurve, spacing_m: float) -> FloatArray:
     count = int(np.clip(np.ceil(curve.length / spacing_m), _MIN_RINGS, _MAX_RINGS))
-    return np.linspace(0.0, 1.0, count, endpoint=False) if curve.closed else np.linspace(0.0, 1.0, count)
+    return np.linspace(0.0, 1.0, count, endpoint=not curve.closed)
 
 
 def _strips(rings: int, closed: bool) -> IntArray:
     """Return the triangles between neighbouring rings."""
     low = np.arange(rings if closed else rings - 1)[:, None] * SIDES
     high = (low + SIDES) % (rings * SIDES)
-    here = np.arange(SIDES)
-    there = (here + 1) % SIDES
+    here, there = np.arange(SIDES), np.roll(np.arange(SIDES), -1)
     a, b, c, d = low + here, low + there, high + here, high + there
     return np.stack((a, b, c, b, d, c), axis=-1).reshape(-1, 3).astype(np.int32)
 
 
 def _fans(rings: int) -> IntArray:
     """Return the triangles from the first and the last ring to the poles, the last two points."""
-    here = np.arange(SIDES)
-    there = (here + 1) % SIDES
-    last = (rings - 1) * SIDES
-    first_pole, last_pole = np.full(SIDES, rings * SIDES), np.full(SIDES, rings * SIDES + 1)
-    fans = (np.stack((first_pole, there, here), 1), np.stack((last_pole, last + here, last + there), 1))
-    return np.concatenate(fans).astype(np.int32)
+    here, there = np.arange(SIDES), np.roll(np.arange(SIDES), -1)
+    last, pole = (rings - 1) * SIDES, np.full(SIDES, rings * SIDES)
+    fans = ((pole, there, here), (pole + 1, last + here, last + there))
+    return np.concatenate([np.column_stack(fan) for fan in fans]).astype(np.int32)
 
 
 def _transported(points: FloatArray, tangents: FloatArray, closed: bool) -> FloatArray:
@@ -159,23 +158,23 @@ def _transported(points: FloatArray, tangents: FloatArray, closed: bool) -> Floa
     By double reflection (Wang, Juettler, Zheng, Liu, Computation of rotation minimizing frames, 2008). What a loop has
     turned by when it comes back to its start is spread evenly along it.
     """
-    count = len(points)
-    order = [*range(count), 0] if closed else list(range(count))
-    across = np.empty((len(order), 3))
+    if closed:
+        points, tangents = np.concatenate((points, points[:1])), np.concatenate((tangents, tangents[:1]))
+    across = np.empty_like(points)
     axis = np.eye(3)[int(np.abs(tangents[0]).argmin())]
     first = np.cross(tangents[0], axis)
     across[0] = first / np.linalg.norm(first)
-    for i in range(len(order) - 1):
-        here, there = order[i], order[i + 1]
-        chord = points[there] - points[here]
-        normal, tangent = _mirrored(across[i], chord), _mirrored(tangents[here], chord)
-        across[i + 1] = _mirrored(normal, tangents[there] - tangent)
+    for i in range(len(points) - 1):
+        chord = points[i + 1] - points[i]
+        normal, tangent = _mirrored(across[i], chord), _mirrored(tangents[i], chord)
+        across[i + 1] = _mirrored(normal, tangents[i + 1] - tangent)
     if not closed:
         return across
+    across, last = across[:-1], across[-1]
     left = np.cross(tangents[0], across[0])
-    turn = np.arctan2(across[-1] @ left, across[-1] @ across[0])
-    back = -turn * np.arange(count) / count
-    return np.cos(back)[:, None] * across[:-1] + np.sin(back)[:, None] * np.cross(tangents, across[:-1])
+    turn = np.arctan2(last @ left, last @ across[0])
+    back = -turn * np.arange(len(across)) / len(across)
+    return np.cos(back)[:, None] * across + np.sin(back)[:, None] * np.cross(tangents[:-1], across)
 
 
 def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
@@ -185,35 +184,32 @@ def _mirrored(vector: FloatArray, normal: FloatArray) -> FloatArray:
 
 def ply(items: Sequence[Item]) -> bytes:
     """Return objects as the content of a binary PLY file: points with normals, colours, object and inferred."""
-    vertices = np.concatenate([np.empty(0, _VERTEX), *(_vertices(item) for item in items)])
-    starts = _starts(items)
-    faces = np.concatenate([np.empty((0, 3), np.int32), *_moved([item.shape.faces for item in items], starts)])
-    edges = np.concatenate([np.empty((0, 2), np.int32), *_moved([item.shape.edges for item in items], starts)])
-    triangles = np.empty(len(faces), _FACE)
-    triangles["count"], triangles["corners"] = 3, faces
-    header = ["ply", "format binary_little_endian 1.0", "comment camera frame, metres: x right, y down, z forward"]
-    header += [f"element vertex {len(vertices)}"]
+    vertices = np.concatenate([np.empty(0, _VERTEX), *map(_vertices, items)])
+    numbered = list(zip(items, _starts(items), strict=True))
+    corners = np.concatenate([np.empty((0, 3)), *(item.shape.faces + start for item, start in numbered)])
+    edges = np.concatenate([np.empty((0, 2)), *(item.shape.edges + start for item, start in numbered)])
+    faces = np.empty(len(corners), _FACE)
+    faces["count"], faces["corners"] = 3, corners
+    header = ["ply", "format binary_little_endian 1.0", f"comment {_FRAME}", f"element vertex {len(vertices)}"]
     header += [f"property {_TYPES[_VERTEX[name].str[1:]]} {name}" for name in _VERTEX.names or ()]
-    header += [f"element face {len(triangles)}", "property list uchar int vertex_indices"]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
     if len(edges):
         header += [f"element edge {len(edges)}", "property int vertex1", "property int vertex2"]
     text = "\n".join([*header, "end_header\n"]).encode()
-    return text + vertices.tobytes() + triangles.tobytes() + edges.astype("<i4").tobytes()
+    return text + vertices.tobytes() + faces.tobytes() + edges.astype("<i4").tobytes()
 
 
 def _vertices(item: Item) -> npt.NDArray[np.void]:
     vertices = np.empty(len(item.shape.points), _VERTEX)
-    for i, axis in enumerate("xyz"):
-        vertices[axis], vertices[f"n{axis}"] = item.shape.points[:, i], item.shape.normals[:, i]
-    for name, value in zip(("red", "green", "blue"), item.colour, strict=True):
-        vertices[name] = value
-    vertices["object"], vertices["inferred"] = item.name, item.inferred
+    columns = (*item.shape.points.T, *item.shape.normals.T, *item.colour, item.name, item.inferred)
+    for name, column in zip(_VERTEX.names or (), columns, strict=True):
+        vertices[name] = column
     return vertices
 
 
 def obj(items: Sequence[Item]) -> bytes:
     """Return objects as the content of an OBJ file, each a named object; colours stand behind the coordinates."""
-    parts = ["# camera frame, metres: x right, y down, z forward\n"]
+    parts = [f"# {_FRAME}\n"]
     for item, start in zip(items, _starts(items), strict=True):
         red, green, blue = (value / 255.0 for value in item.colour)
         parts.append(f"o object_{item.name}\n")
@@ -226,9 +222,5 @@ def obj(items: Sequence[Item]) -> bytes:
 
 
 def _starts(items: Sequence[Item]) -> list[int]:
-    counts = [len(item.shape.points) for item in items]
-    return [sum(counts[:i]) for i in range(len(counts))]
-
-
-def _moved(indices: Sequence[IntArray], starts: Sequence[int]) -> list[IntArray]:
-    return [part + np.int32(start) for part, start in zip(indices, starts, strict=True)]
+    """Return the number of each object's first point."""
+    return [0, *accumulate(len(item.shape.points) for item in items)][:-1]

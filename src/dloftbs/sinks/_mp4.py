@@ -43,6 +43,7 @@ class H264Mp4:
         self._file = file
         self._whole = file.size
         self._output = _Output(file)
+        self.size = size
         height, width = size
         self._padding = ((0, height % 2), (0, width % 2), (0, 0))
         with self._sink_errors():

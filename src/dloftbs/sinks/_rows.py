@@ -32,25 +32,21 @@ class ObjectRow:
     detection: Detection | None
     camera: PinholeCamera | None
 
+    @property
+    def name(self) -> int:
+        """The track's id, or the detection's number."""
+        return self.track_id or self.number
+
 
 def object_rows(result: FrameResult) -> Iterator[ObjectRow]:
     """Yield the rows of a result, in its order."""
-    if result.tracks:
-        for track in result.tracks:
-            number = result._place_of(track)[0]
-            shape = track.curve, track.curve_3d
-            yield ObjectRow(
-                track.id,
-                NO_DETECTION if number is None else number,
-                track.state.value,
-                *shape,
-                track.detection,
-                track.camera,
-            )
-    else:
-        for number, detection in enumerate(result.detections):
-            shape = detection.curve, detection.curve_3d
-            yield ObjectRow(NO_TRACK, number, "", *shape, detection, detection.camera)
+    for track in result.tracks:
+        place = result._place_of(track)[0]
+        number, state = NO_DETECTION if place is None else place, track.state.value
+        yield ObjectRow(track.id, number, state, track.curve, track.curve_3d, track.detection, track.camera)
+    if not result.tracks:
+        for number, found in enumerate(result.detections):
+            yield ObjectRow(NO_TRACK, number, "", found.curve, found.curve_3d, found, found.camera)
 
 
 def inside(u: FloatArray, spans: Sequence[tuple[float, float]]) -> npt.NDArray[np.bool_]:

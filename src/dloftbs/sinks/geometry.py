@@ -129,7 +129,7 @@ class GeometrySink(PathSink):
             shape = _mesh.tube(curve, self._radius_m or _radius_m(detection, curve, camera), caps=self._caps)
         blue, green, red = Style().colour(row.track_id - 1 if row.track_id else row.number)
         seen_not = inside(shape.u, detection.inferred_3d)
-        return _mesh.Item(row.track_id or row.number, shape, (red, green, blue), seen_not)
+        return _mesh.Item(row.name, shape, (red, green, blue), seen_not)
 
     def _leave_out(self, row: ObjectRow, detection: Detection, result: FrameResult) -> None:
         self._left_out += 1
@@ -138,7 +138,7 @@ class GeometrySink(PathSink):
             logger.warning(
                 "frame %d: object %d is not in %s, since it has no curve in space: %s",
                 result.index,
-                row.track_id or row.number,
+                row.name,
                 self._path.name,
                 self._first_reason,
             )

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
-from dloftbs.sinks._images import Fitter, encode
+from dloftbs.sinks._images import encode, fitted
 from dloftbs.sinks._mp4 import H264Mp4
 from dloftbs.sinks._safe_files import AppendFile, UnusedNames, claim_file, claim_folder, write_whole
 from dloftbs.sinks.sink import PathSink
@@ -75,15 +75,20 @@ class OverlayVideoSink(PathSink):
         self._rate = Fraction(fps).limit_denominator(1001)
         self._draw = draw
         self._video: H264Mp4 | None = None
-        self._fit = Fitter((0, 0))
+        self._warned = False
         self._file = AppendFile(self._path)
 
     def _write(self, frame: Frame, result: FrameResult) -> None:
         image = check_image(self._draw(frame, result))
         if self._video is None:
-            self._fit = Fitter((image.shape[0], image.shape[1]))
-            self._video = H264Mp4(self._file, self._fit.size, self._rate, self._suffix[1:])
-        self._video.add(self._fit(image))
+            self._video = H264Mp4(self._file, (image.shape[0], image.shape[1]), self._rate, self._suffix[1:])
+        size = self._video.size
+        if image.shape[:2] != size:
+            if not self._warned:
+                logger.warning("a picture of %s in a video of %s (rows, columns): scaled", image.shape[:2], size)
+                self._warned = True
+            image = fitted(image, size)
+        self._video.add(np.ascontiguousarray(image))
 
     def _close(self) -> None:
         if self._video is None:

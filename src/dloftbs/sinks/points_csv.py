@@ -104,7 +104,7 @@ def points_table(result: FrameResult, samples: int) -> Any:
     of_objects = (
         np.full(len(rows), result.index),
         np.full(len(rows), np.nan if result.stamp is None else result.stamp),
-        np.array([row.track_id or row.number for row in rows], np.int64),
+        np.array([row.name for row in rows], np.int64),
         np.array([row.state for row in rows], object),
     )
     points = [_points(row, u) for row in rows] or [dict.fromkeys(_OF_POINTS, np.empty(0))]
@@ -119,7 +119,7 @@ def _even(samples: int) -> FloatArray:
 
 
 def _object_text(moment: str, row: ObjectRow, u: FloatArray) -> str:
-    start = f"{moment},{row.track_id or row.number},{row.state}"
+    start = f"{moment},{row.name},{row.state}"
     points = _points(row, u)
     columns = [[_text(value, form) for value in points[name].tolist()] for name, form in _OF_POINTS.items()]
     return "".join([f"{start},{','.join(line)}\n" for line in zip(*columns, strict=True)])
