@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -18,7 +19,7 @@ SCAN_BYTES = 1 << 28
 """Bytes from the beginning in which topics are looked for, where nothing at the end of the file lists them."""
 _ZSTD = b"\x28\xb5\x2f\xfd"
 """Begin of a message that rosbag2 compressed by itself; one of CDR begins with two bytes of at most 1."""
-_PIECE = 1 << 16  # bytes that are unpacked at a time
+_PIECE = 1 << 16  # bytes of a damaged chunk that are unpacked at a time
 
 
 @dataclass(frozen=True)
@@ -178,27 +179,34 @@ def decompressed(kind: str, data: bytes | memoryview, size: int) -> tuple[bytes 
 
 
 def _unpacked(kind: str, data: bytes | memoryview, size: int) -> bytes:
-    """Return what can be unpacked, at most one byte more than it should be; nothing where it is corrupt."""
-    if kind == "zstd":
-        decompressor = needed("zstandard").ZstdDecompressor().decompressobj()
-    elif kind == "lz4":
-        decompressor = needed("lz4.frame").LZ4FrameDecompressor()
-    elif kind == "bz2":
-        decompressor = needed("bz2").BZ2Decompressor()
-    else:
-        raise CutError(f"a chunk with the unknown compression {kind!r}")
-    parts: list[bytes] = []
-    total = 0
-    # In pieces, since a decompressor that fails gives nothing of what it was given at once.
-    for at in range(0, len(data), _PIECE):
-        try:
-            parts.append(decompressor.decompress(bytes(data[at : at + _PIECE])))
-        except Exception:  # noqa: BLE001 - three libraries, each with errors of its own, that all say: corrupt
-            break
-        total += len(parts[-1])
-        if total > size:
-            break
+    """Return what can be unpacked, at most one byte more than it should be; of what is corrupt, what stands before."""
+    begun = _decompressor(kind)
+    with suppress(Exception):  # three libraries, each with errors of its own, that all say: corrupt
+        if kind == "zstd":  # whose other way has no limit
+            return bytes(needed("zstandard").ZstdDecompressor().stream_reader(data).read(size + 1))
+        return bytes(begun.decompress(data, max_length=size + 1))
+    begun, parts = _decompressor(kind), []
+    with suppress(Exception):  # in pieces, since one that fails gives nothing of what it was given at once
+        for at in range(0, len(data), _PIECE):
+            parts.append(begun.decompress(bytes(data[at : at + _PIECE])))
     return b"".join(parts)
+
+
+def _decompressor(kind: str) -> Any:
+    """Return an object whose `decompress` takes what is packed piece by piece.
+
+    Raises
+    ------
+    CutError
+        If the kind is unknown.
+    """
+    if kind == "zstd":
+        return needed("zstandard").ZstdDecompressor().decompressobj()
+    if kind == "lz4":
+        return needed("lz4.frame").LZ4FrameDecompressor()
+    if kind == "bz2":
+        return needed("bz2").BZ2Decompressor()
+    raise CutError(f"a chunk with the unknown compression {kind!r}")
 
 
 def unpack(form: struct.Struct, data: bytes | memoryview, at: int = 0) -> tuple[Any, ...]:
@@ -219,6 +227,8 @@ def _plain(data: bytes | memoryview) -> bytes | memoryview:
     """Return a message as it was before it was compressed; what is corrupt stays, and fails when it is read."""
     zstandard = needed("zstandard")
     try:
-        return bytes(zstandard.ZstdDecompressor().decompressobj().decompress(bytes(data)))
+        stated = zstandard.frame_content_size(data)
+        size = MAX_RECORD_BYTES if stated < 0 else min(stated, MAX_RECORD_BYTES)
+        return bytes(zstandard.ZstdDecompressor().stream_reader(data).read(size))
     except zstandard.ZstdError:
         return data
