@@ -103,14 +103,8 @@ class EdgeCaseSequence(GeneratedSequence):
         check_choice("kind", kind, EDGE_CASES)
         super().__init__(kind, frames, size, seed, None)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask, shape (H, W) bool, and the image, shape (H, W, 3), where the kind has any.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the mask, shape (H, W) bool, and the image, shape (H, W, 3), where the kind has any."""
         mask = self.truth(index).mask
         assert mask is not None  # all truths here have masks
         image = None

@@ -25,7 +25,7 @@ HD_WIDTH_PX = 12.0
 class GeneratedSequence(KnownSequence):
     """A sequence whose frames are functions of a seed and their index.
 
-    A subclass gives `_make_truth`, and `frame` where it has more than a mask. It keeps expensive values in cached
+    A subclass gives `_make_truth`, and `_make_frame` where it has more than a mask. It keeps expensive values in cached
     properties: pickles leave them out.
 
     Parameters
@@ -65,14 +65,15 @@ class GeneratedSequence(KnownSequence):
         return {**kept, "_latest": None}
 
     def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
+        """Return one frame.
 
         Raises
         ------
         InputError
             If there is no such frame.
         """
-        return Frame(mask=self.truth(index).mask, **self._labels(index))
+        self._check(index)
+        return self._make_frame(index)
 
     def truth(self, index: int) -> Truth:
         """Return the truth of a frame.
@@ -88,6 +89,10 @@ class GeneratedSequence(KnownSequence):
         if latest is None or latest[0] != index:
             self._latest = latest = (index, self._make_truth(index))
         return latest[1]
+
+    def _make_frame(self, index: int) -> Frame:
+        """Return a frame that there is: with the mask of all cables, shape (H, W) bool, and no image."""
+        return Frame(mask=self.truth(index).mask, **self._labels(index))
 
     @abstractmethod
     def _make_truth(self, index: int) -> Truth:

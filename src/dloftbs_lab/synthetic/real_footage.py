@@ -70,15 +70,8 @@ class RealFootageSequence(NumberedSequence):
         """Number of cables in the sequence."""
         return len(self._shot(0).cables)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the faulty mask, shape (H, W) bool, and the image, shape (H, W, 3), where there is one.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the faulty mask, shape (H, W) bool, and the image, shape (H, W, 3), where there is one."""
         shot = self._shot(index)
         return Frame(image=shot.image, mask=shot.mask, **self._labels(index))
 

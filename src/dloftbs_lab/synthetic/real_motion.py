@@ -156,15 +156,9 @@ class RealMotionSequence(NumberedSequence):
         self.camera: PinholeCamera = hd_camera(size)
         self._variant = _VARIANTS[variant]
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and what the variant has.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        frame = super().frame(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the mask of all cables, shape (H, W) bool, and what the variant has."""
+        frame = super()._make_frame(index)
         if not (self._variant.depth or self._variant.image):
             return frame
         seen, _ = self._render(index)

@@ -76,15 +76,8 @@ class RgbSequence(GeneratedSequence):
         """The colour of the cable: what `SegmentationConfig.hsv` takes."""
         return (HSV[self._color],)
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame: image (H, W, 3) BGR and mask (H, W) bool.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame: image (H, W, 3) BGR and mask (H, W) bool."""
         strand = self._strand(index)
         actors = self._scene.actors(strand, index / self._frames)
         image = self._studio.shoot((strand,), (DYES[self._color],), actors, index)

@@ -23,7 +23,9 @@ class RgbdSequence(GeneratedSequence):
 
     Every frame is a function of the arguments and its index alone, bit for bit. A frame's `mask`, bool, is the cable as
     far as it is visible; its `depth`, float32, is metres along z to the nearest surface, 0 where it was not measured.
-    What happens once in a scene is spread over the frames, whatever their number; what swings keeps its speed.
+    What happens once in a scene is spread over the frames, whatever their number; what swings keeps its speed. The true
+    curve in the image is the projection of the one in space, each with a ``u`` of its own: the normalised arc length
+    there, in px or metres.
 
     Parameters
     ----------
@@ -71,15 +73,8 @@ class RgbdSequence(GeneratedSequence):
         self._seconds = 1.0 / fps
         self._with_image = with_image
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame."""
         seen = self._render(index)
         mask = seen.mask
         rng = np.random.default_rng([self.seed, 1, index])
@@ -90,19 +85,6 @@ class RgbdSequence(GeneratedSequence):
             camera=self.camera,
             **self._labels(index),
         )
-
-    def truth(self, index: int) -> Truth:
-        """Return the truth of a frame.
-
-        The curve in the image is the projection of the curve in space, each with a ``u`` of its own: the normalised arc
-        length in the image, in px, and in space, in metres.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return super().truth(index)
 
     def _make_truth(self, index: int) -> Truth:
         seen = self._render(index)

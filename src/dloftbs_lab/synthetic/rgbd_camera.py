@@ -80,15 +80,8 @@ class DepthCameraSequence(GeneratedSequence):
         self.errors = depth_camera(errors)
         self.camera: PinholeCamera = hd_camera(size)
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame."""
         scene, rng = self._scene(index), np.random.default_rng([self.seed, 7, self._number, index])
         seen, _, _ = _render(scene, self.camera, self.size)
         dx, dy = self.errors.displacement(rng).tolist()

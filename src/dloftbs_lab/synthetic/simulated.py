@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -74,15 +75,8 @@ class SimulatedSequence(NumberedSequence):
         self.tolerance_px = _TOLERANCE_PX * self._scale
         self.width_px = max(1.0, float(self._rng(0).uniform(*_WIDTHS_PX)) * self._scale)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask, shape (H, W) bool, and no image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame, or MuJoCo is not installed.
-        """
-        return Frame(mask=self.truth(index).mask, camera=self._camera, **self._labels(index))
+    def _make_frame(self, index: int) -> Frame:
+        return replace(super()._make_frame(index), camera=self._camera)
 
     def _make_truth(self, index: int) -> Truth:
         nodes = self._nodes[index]

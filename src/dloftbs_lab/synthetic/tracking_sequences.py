@@ -113,15 +113,9 @@ class TrackingSequence(NumberedSequence, MaskSequence):
         self.width_px = width_at(size, width_px, _WIDEST_PX)
         self._evidence = frozenset(evidence)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and the evidence asked for.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        frame = super().frame(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the mask of all cables, shape (H, W) bool, and the evidence asked for."""
+        frame = super()._make_frame(index)
         if "occluders" in self._evidence:
             frame = replace(frame, occluders=self.covered(index))
         if "depth" in self._evidence:
