@@ -89,6 +89,7 @@ class DepthNoise:
         return cv2.sepFilter2D(white, -1, weights, weights, borderType=cv2.BORDER_REFLECT_101)
 
 
+PERFECT_DEPTH = DepthNoise()
 TYPICAL_NOISE = DepthNoise(depth_noise=1.0, hole_share=0.05, flying=0.5)
 """Of a depth camera on cables: sigma as `depth_sigma`, holes over 5 % of the cable, flying pixels."""
 

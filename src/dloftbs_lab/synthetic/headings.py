@@ -100,6 +100,11 @@ def drifting(rng: np.random.Generator) -> Heading:
     return heading
 
 
+def tilted(heading: Heading, angle: float) -> Heading:
+    """Return a cable turned by an angle, radians."""
+    return lambda along, phase: heading(along, phase) + angle
+
+
 def _turned(along: FloatArray, centre: float, share: float) -> FloatArray:
     """Rise from 0 to 1 over `share` of the length around `centre`, evenly but for soft ends."""
     ease = _EASE * share

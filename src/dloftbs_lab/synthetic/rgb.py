@@ -107,19 +107,5 @@ def segment(image: Image, hsv: HsvRange) -> npt.NDArray[np.bool_]:
 
 
 def rgb(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[RgbSequence]:
-    """Return a sequence of each of the `RGB_SCENARIOS`, 900 frames in all.
-
-    Parameters
-    ----------
-    scale : float
-        Multiplies the numbers of frames; none has less than 3.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return a sequence of each of the `RGB_SCENARIOS`, 900 frames in all, by the scale; none has less than 3."""
     return [RgbSequence(name, count_at(scale, full, 3), size, seed) for name, full in _FRAMES.items()]

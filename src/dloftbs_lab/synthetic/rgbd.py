@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs_lab.synthetic.depth_noise import DepthNoise
+from dloftbs_lab.synthetic.depth_noise import PERFECT_DEPTH, DepthNoise
 from dloftbs_lab.synthetic.generated import GeneratedSequence
 from dloftbs_lab.synthetic.signals import Moment
 from dloftbs_lab.synthetic.space_axis import axis_curve, image_curve
@@ -37,8 +37,8 @@ class RgbdSequence(GeneratedSequence):
         ``(H, W)`` px. The camera's field of view is that of an HD image with 900 px of focal length.
     seed : int
         Of the depth's noise, not negative.
-    depth_noise, hole_share, flying, grain_px, quantum_m : float
-        See `DepthNoise`; 0 is perfect depth.
+    noise : DepthNoise
+        Errors of depth; perfect by default.
     with_image : bool
         Whether frames have a shaded colour image too.
     fps : float
@@ -56,12 +56,8 @@ class RgbdSequence(GeneratedSequence):
         frames: int | None = None,
         size: tuple[int, int] = (720, 1280),
         seed: int = 0,
+        noise: DepthNoise = PERFECT_DEPTH,
         *,
-        depth_noise: float = 0.0,
-        hole_share: float = 0.0,
-        flying: float = 0.0,
-        grain_px: float = 0.0,
-        quantum_m: float = 0.0,
         with_image: bool = False,
         fps: float = 30.0,
     ) -> None:
@@ -69,7 +65,7 @@ class RgbdSequence(GeneratedSequence):
         self.scene = scene
         self.radius_m = scene.radius_m
         self.camera: PinholeCamera = hd_camera(size)
-        self.noise = DepthNoise(depth_noise, hole_share, flying, grain_px, quantum_m)
+        self.noise = noise
         self._seconds = 1.0 / fps
         self._with_image = with_image
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -158,6 +159,11 @@ class Rendering:
         result: npt.NDArray[np.bool_] = self.sample.view(np.uint32) < self.cable
         return result
 
+    def owner(self, axes: Sequence[FloatArray]) -> npt.NDArray[np.intp]:
+        """Return the number of the cable in each pixel (H, W), -1 where there is none, by the cables' spheres."""
+        ends = np.cumsum([len(axis) for axis in axes])
+        return np.where(self.mask, np.searchsorted(ends, self.sample, side="right"), -1)
+
 
 def render(
     scene: SpaceScene, view: View, camera: PinholeCamera, moment: Moment, background: npt.NDArray[np.float32]
@@ -167,7 +173,14 @@ def render(
     hands = [hand.spheres(axis, scene.radius_m, moment) for hand in scene.hands]
     centers = view.to_camera(np.concatenate([axis, *(hand[0] for hand in hands)]))
     radius = np.concatenate([np.full(len(axis), scene.radius_m), *(hand[1] for hand in hands)])
+    return draw_spheres(centers, radius, len(axis), camera, background)
+
+
+def draw_spheres(
+    centers: FloatArray, radius: FloatArray, cable: int, camera: PinholeCamera, background: npt.NDArray[np.float32]
+) -> Rendering:
+    """Draw spheres before a background (H, W) m; the arguments are those of `Rendering`."""
     depth = background.copy()
     sample = np.full(depth.shape, -1, np.int32)
     splat_spheres(centers, radius, camera.fx, camera.fy, camera.cx, camera.cy, depth, sample)
-    return Rendering(depth, sample, centers, radius, len(axis))
+    return Rendering(depth, sample, centers, radius, cable)

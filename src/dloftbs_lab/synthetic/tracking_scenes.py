@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.generated import proportion
-from dloftbs_lab.synthetic.headings import drifting, untying
+from dloftbs_lab.synthetic.headings import drifting, tilted, untying
 from dloftbs_lab.synthetic.motion import Heading, Sway, fit_motion, looping, smoothstep, window
 from dloftbs_lab.synthetic.strand import Strand, integrate
 from dloftbs_lab.synthetic.tracking_covers import Cover, CoverShape, Lid, Reach, middle
@@ -202,7 +202,7 @@ def _free(
         _paced(
             rng,
             stage,
-            _tilted(drifting(rng), math.pi * (number + rng.uniform(-0.2, 0.2)) / cables + lean),
+            tilted(drifting(rng), math.pi * (number + rng.uniform(-0.2, 0.2)) / cables + lean),
             _part_of(rng, stage.box) if cables > 1 else stage.box,
             (length_px, most_px),
             travel,
@@ -242,10 +242,6 @@ def _paced(
     fastest = float(np.linalg.norm(np.diff(moments, axis=0), axis=2).max()) * (len(_PHASES) - 1) / FRAMES
     rate = min(1.0, most_px / fastest)
     return lambda phase: motion.strand((start + rate * phase) % 1.0)
-
-
-def _tilted(heading: Heading, angle: float) -> Heading:
-    return lambda along, phase: heading(along, phase) + angle
 
 
 def _reaches(
@@ -325,7 +321,7 @@ def _out(rng: np.random.Generator, stage: Stage, side: int, wholly: bool) -> Mov
     angle = across + (math.pi / 2.0 if wholly else rng.uniform(-0.5, 0.5)) + (math.pi if rng.random() < 0.5 else 0.0)
     sway = Sway.draw(rng, 3, 0.25, 0.12)
     length = (450.0, 2.0) if wholly else (float(rng.uniform(260.0, 420.0)), 2.0)
-    calm = _paced(rng, stage, _tilted(sway, angle), boxes[side], length, (0.02, 0.02))
+    calm = _paced(rng, stage, tilted(sway, angle), boxes[side], length, (0.02, 0.02))
     delay = float(rng.uniform(0.0, 0.06))
 
     def moving(phase: float) -> Strand:
