@@ -73,8 +73,7 @@ def along_noise(rng: np.random.Generator, length_px: float, correlation_px: floa
 
 def at_arc(values: FloatArray, arc: FloatArray) -> FloatArray:
     """Return what `values` (n,), one for each px, are at arc lengths (m,)."""
-    result: FloatArray = values[np.clip(arc.round(), 0, len(values) - 1).astype(np.intp)]
-    return result
+    return values[np.clip(arc.round(), 0, len(values) - 1).astype(np.intp)]
 
 
 def filmed(rng: np.random.Generator, look: np.random.Generator, cables: Sequence[Cable], size: Size) -> Mask:

@@ -128,8 +128,7 @@ class PlainSightSequence(NumberedSequence):
         if self.family != "drops":
             return np.arange(self._frames) / self._frames
         times = np.cumsum(self._rng(3).uniform(*_DROPPED_S, self._frames))
-        result: FloatArray = (times - times[0]) / times[-1]
-        return result
+        return (times - times[0]) / times[-1]
 
     @cached_property
     def _parts(self) -> list[Part]:

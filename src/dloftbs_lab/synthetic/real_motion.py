@@ -227,8 +227,7 @@ class RealMotionSequence(NumberedSequence):
 
     @cached_property
     def _chosen(self) -> list[int]:
-        chosen: list[int] = self._rng(0).choice(len(self._recordings), self.cables, replace=False).tolist()
-        return chosen
+        return self._rng(0).choice(len(self._recordings), self.cables, replace=False).tolist()
 
     @cached_property
     def _view(self) -> _View:

@@ -56,8 +56,7 @@ class View:
 
     def to_camera(self, points: FloatArray) -> FloatArray:
         """Return points (n, 3) given as X, Y, H in the camera's frame, metres."""
-        result: FloatArray = (points + np.array([*self.shift, 0.0])) @ self.axes + (0.0, 0.0, self.distance_m)
-        return result
+        return (points + np.array([*self.shift, 0.0])) @ self.axes + (0.0, 0.0, self.distance_m)
 
     def background(self, camera: PinholeCamera, size: tuple[int, int]) -> npt.NDArray[np.float32]:
         """Return the depth of the background, shape (H, W) m."""
@@ -156,8 +155,7 @@ class Rendering:
     def mask(self) -> npt.NDArray[np.bool_]:
         """Mask of the visible cable, shape (H, W)."""
         # As unsigned numbers, the background's -1 is the largest.
-        result: npt.NDArray[np.bool_] = self.sample.view(np.uint32) < self.cable
-        return result
+        return self.sample.view(np.uint32) < self.cable
 
     def owner(self, axes: Sequence[FloatArray]) -> npt.NDArray[np.intp]:
         """Return the number of the cable in each pixel (H, W), -1 where there is none, by the cables' spheres."""

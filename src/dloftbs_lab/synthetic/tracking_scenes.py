@@ -146,8 +146,7 @@ def ends_pass(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
         def heading(along: FloatArray, phase: float) -> FloatArray:
             turns = least + (most - least) * window(phase, (0.04, 0.52), back)
             bent = side * 2.0 * math.pi * turns * (along + tightening * (along * along - along))
-            result: FloatArray = turn + 0.4 * phase + bent + sway(along, phase)
-            return result
+            return turn + 0.4 * phase + bent + sway(along, phase)
 
         return heading
 
@@ -167,8 +166,7 @@ def loop_opens(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
     sign = -1.0 if mirrored else 1.0
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
-        result: FloatArray = turned + sign * inner(along, phase)
-        return result
+        return turned + sign * inner(along, phase)
 
     motion = fit_motion(heading, stage.box, length * stage.scale, stage.width_px)
     return Play((lambda phase: motion.strand(first + (last - first) * phase),))
@@ -280,8 +278,7 @@ def _beside(rng: np.random.Generator, stage: Stage, first: Moving) -> Moving:
     def leave(length: float, turn: float, bend: float) -> FloatArray:
         arc = np.arange(1.0, round(length / _SAMPLE_PX)) * _SAMPLE_PX
         fade = 40.0 * k
-        result: FloatArray = bend * fade * (1.0 - np.exp(-arc / fade)) + turn * smoothstep(arc / spread)
-        return result
+        return bend * fade * (1.0 - np.exp(-arc / fade)) + turn * smoothstep(arc / spread)
 
     def moving(phase: float) -> Strand:
         other = first(phase)
