@@ -9,7 +9,14 @@ import numpy as np
 
 from benchmarks.scenes import cables
 from dloftbs import Frame
-from dloftbs_lab.synthetic import NETWORK, DegradedSequence, KindSequence, TrackingSequence, rgbd_artificial
+from dloftbs_lab.synthetic import (
+    NETWORK,
+    TYPICAL_NOISE,
+    DegradedSequence,
+    KindSequence,
+    TrackingSequence,
+    rgbd_artificial,
+)
 
 
 def write_scenes(folder: Path, *, quick: bool = False) -> list[str]:
@@ -25,7 +32,7 @@ def write_scenes(folder: Path, *, quick: bool = False) -> list[str]:
     scenes["five cables, a network's mask"] = list(DegradedSequence(KindSequence("five cables", frames, size), NETWORK))
     for family, number in (("crossing", 5), ("occluded", 3), ("hidden", 1)):
         scenes[f"tracking: {family}"] = list(TrackingSequence(family, number, frames=frames, size=size))
-    depth = rgbd_artificial(0.1, size=size, depth_noise=1.0, hole_share=0.05, flying=0.5)
+    depth = rgbd_artificial(0.1, size=size, noise=TYPICAL_NOISE)
     scenes["depth"] = [frame for sequence in depth[:2] for frame in islice(sequence, frames // 2)]
     for name, drawn in scenes.items():
         _write(folder / f"{name}.npz", drawn)

@@ -26,7 +26,7 @@ from benchmarks.timing import Table, interleaved
 from dloftbs import Config, Frame, FrameResult, HsvRange, Pipeline
 from dloftbs.config import SegmentationConfig
 from dloftbs.segmentation import HsvSegmenter
-from dloftbs_lab.synthetic import rgbd_artificial
+from dloftbs_lab.synthetic import TYPICAL_NOISE, rgbd_artificial
 
 
 def main() -> None:
@@ -113,7 +113,7 @@ def compare_lifting(rounds: int) -> None:
     """Time depth to curves in space against all that the image alone takes."""
     lifted: dict[str, list[float]] = {}
     flat: list[float] = []
-    for sequence in rgbd_artificial(0.05, depth_noise=1.0, hole_share=0.05, flying=0.5):
+    for sequence in rgbd_artificial(0.05, noise=TYPICAL_NOISE):
         pipeline, frames = Pipeline(), [sequence.frame(i) for i in range(0, len(sequence), 3)]
         frame = cycle(frames)
         for _ in range(max(rounds // 4, 2 * len(frames))):

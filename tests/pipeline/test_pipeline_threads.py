@@ -21,8 +21,7 @@ ROUNDS = 2
 def frames_of(kind):
     """Two streams that are not the same, of generated masks, with depth where it is asked for."""
     if kind == "depth":
-        noise = {"depth_noise": TYPICAL_NOISE.depth_noise, "hole_share": 0.05, "flying": 0.5}
-        return [list(sequence)[:20] for sequence in rgbd_artificial(0.1, size=SIZE, **noise)[:2]]
+        return [list(sequence)[:20] for sequence in rgbd_artificial(0.1, size=SIZE, noise=TYPICAL_NOISE)[:2]]
     return [
         list(TrackingSequence("crossing", 3, frames=20, size=SIZE)),
         list(TrackingSequence("occluded", 5, number=1, frames=20, size=SIZE)),

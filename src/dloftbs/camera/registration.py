@@ -160,8 +160,7 @@ def _turned_rays(registration: DepthRegistration, columns: int, rows: int, first
     """Return the rays (rows, columns, 3) through a grid of depth pixels, in the colour camera's directions."""
     pixels = np.stack(np.meshgrid(first + np.arange(columns), first + np.arange(rows)), axis=-1)
     rays = registration.depth_camera.deproject(pixels, np.ones(pixels.shape[:-1]))
-    turned: FloatArray = rays @ np.array(registration.rotation).T
-    return turned
+    return rays @ np.array(registration.rotation).T
 
 
 def _seen_far_off(camera: PinholeCamera, rays: FloatArray) -> FloatArray:

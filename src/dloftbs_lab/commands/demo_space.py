@@ -134,7 +134,7 @@ def follow_in_space(frames: int, size: tuple[int, int], seed: int, folder: Path)
     SinkError
         If a file cannot be written.
     """
-    sequence = rgbd_artificial(frames / _SCENE_FRAMES, seed, size, with_image=True, **asdict(TYPICAL_NOISE))[_SCENE]
+    sequence = rgbd_artificial(frames / _SCENE_FRAMES, seed, size, TYPICAL_NOISE, with_image=True)[_SCENE]
     config = Config(segmentation=SegmentationConfig(hsv=(_BLUE,)))
     run, pipeline = SpaceRun(sequence), Pipeline(config)
     with open_outputs([str(folder / name) for name in CURVES]) as sink:

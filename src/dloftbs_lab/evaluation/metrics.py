@@ -189,8 +189,7 @@ def distances_to_sides(x: FloatArray, y: FloatArray, k: npt.NDArray[np.intp]) ->
     squared = (side**2).sum(axis=1)
     along = (from_start * side).sum(axis=1)
     part = np.clip(np.divide(along, squared, out=np.zeros_like(along), where=squared > _TINY), 0.0, 1.0)
-    distances: FloatArray = np.linalg.norm(from_start - part[:, None] * side, axis=1)
-    return distances
+    return np.linalg.norm(from_start - part[:, None] * side, axis=1)
 
 
 def _arc(points: FloatArray) -> FloatArray:

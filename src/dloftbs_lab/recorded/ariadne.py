@@ -79,8 +79,7 @@ def _points(number: int, line: str) -> FloatArray:
         raise InputError(f"line {number} must hold numbers: {error}") from error
     if len(values) < _MIN_NUMBERS or len(values) != 1 + 2 * values[0]:
         raise InputError(f"line {number} must have a count n of at least 2 and 2 n numbers, got {line[:40]!r}")
-    points: FloatArray = values[1:].reshape(-1, 2)
-    return points
+    return values[1:].reshape(-1, 2)
 
 
 def _fits(folder: Path) -> bool:

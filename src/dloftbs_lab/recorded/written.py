@@ -143,8 +143,7 @@ class WrittenSequence(RecordedSequence):
         pixels = self._pixels(stored.file)
         if pixels.dtype.str == stored.type:
             return pixels
-        metres: AnyArray = (pixels / PER_METRE).astype(_type(stored))
-        return metres
+        return (pixels / PER_METRE).astype(_type(stored))
 
     def _pixels(self, name: str) -> AnyArray:
         path = self._folder / name

@@ -1,4 +1,9 @@
-"""Generated sequences: cables on a workbench, rendered with the truth beside them."""
+"""Generated sequences: cables on a workbench, rendered with the truth beside them.
+
+All functions that make a suite, such as `kinds`, take the same arguments: `scale`, more than 0, which multiplies the
+number of sequences or that of their frames; `seed`, not negative, of which another one gives other scenes; `size`,
+``(H, W)`` px. They raise `InputError` where a value is out of range.
+"""
 
 from __future__ import annotations
 

@@ -77,24 +77,11 @@ class StrewnSequence(_ImagesOfCables):
 
 
 def several_cables(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[DegradedSequence]:
-    """Return images of 2 to 8 cables, a sequence for each number, with masks as a network leaves them.
+    """Return 62 images of 2 to 8 cables by the scale, a sequence for each number, with masks as a network leaves them.
 
     The cables lie as in the photographs of the paper's Table II: smooth arcs over a table, some of which cross, are cut
     by the border, or run side by side. The masks have the `NETWORK` faults: soft edges that wander, neighbours that
     merge, lost ends and gaps, blobs at connectors; a stray stroke in one image of four.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the 62 images; at least one for each number of cables.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
     """
     degradation = NETWORK.scaled(proportion(size))
     images = [StrewnSequence(cables, count_at(scale, full, 1), size, seed) for cables, full in _GROUPS.items()]

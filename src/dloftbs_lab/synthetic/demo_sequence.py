@@ -66,15 +66,8 @@ class DemoSequence(GeneratedSequence):
         """The colour of each cable: what `SegmentationConfig.hsv` takes."""
         return HSV[: self.cables]
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame, shape (H, W, 3) BGR.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame, shape (H, W, 3) BGR."""
         phase = index / self._frames
         strands = self._scene.strands(phase)
         image = self._studio.shoot(strands, DYES[: len(strands)], self._scene.actors(strands, phase), index)

@@ -89,6 +89,7 @@ class DepthNoise:
         return cv2.sepFilter2D(white, -1, weights, weights, borderType=cv2.BORDER_REFLECT_101)
 
 
+PERFECT_DEPTH = DepthNoise()
 TYPICAL_NOISE = DepthNoise(depth_noise=1.0, hole_share=0.05, flying=0.5)
 """Of a depth camera on cables: sigma as `depth_sigma`, holes over 5 % of the cable, flying pixels."""
 
@@ -118,5 +119,4 @@ def holes(mask: npt.NDArray[np.bool_], share: float, rng: np.random.Generator) -
     cell = max(3.0, _HOLE_PX * mask.shape[0] / 720.0)
     coarse = tuple(math.ceil(side / cell) + 1 for side in mask.shape)
     field = cv2.resize(rng.standard_normal(coarse, dtype=np.float32), mask.shape[::-1], interpolation=cv2.INTER_CUBIC)
-    result: npt.NDArray[np.bool_] = field > np.quantile(field[mask], 1.0 - share)
-    return result
+    return field > np.quantile(field[mask], 1.0 - share)

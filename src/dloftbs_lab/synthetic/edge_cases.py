@@ -14,7 +14,7 @@ from dloftbs.data.frame import Frame
 from dloftbs_lab.synthetic import edge_case_drawings as drawings
 from dloftbs_lab.synthetic.edge_case_drawings import Drawn, Sheet
 from dloftbs_lab.synthetic.free_ends import END_STYLES, EndStyle, draw_cable_mask
-from dloftbs_lab.synthetic.generated import GeneratedSequence, check_choice, count_at
+from dloftbs_lab.synthetic.generated import GeneratedSequence, check_choice, count_at, truth_of
 from dloftbs_lab.synthetic.sketch import smooth_noise
 from dloftbs_lab.synthetic.workbench import draw_wood
 from dloftbs_lab.truth import Truth
@@ -103,14 +103,8 @@ class EdgeCaseSequence(GeneratedSequence):
         check_choice("kind", kind, EDGE_CASES)
         super().__init__(kind, frames, size, seed, None)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask, shape (H, W) bool, and the image, shape (H, W, 3), where the kind has any.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the mask, shape (H, W) bool, and the image, shape (H, W, 3), where the kind has any."""
         mask = self.truth(index).mask
         assert mask is not None  # all truths here have masks
         image = None
@@ -122,9 +116,7 @@ class EdgeCaseSequence(GeneratedSequence):
 
     def _make_truth(self, index: int) -> Truth:
         cables, width = self._draw(index)
-        owner = self._owners(cables, width)
-        masks = tuple(owner == number for number in range(len(cables)))
-        return Truth(tuple(cable.curve() for cable in cables), masks, tuple(range(len(cables))))
+        return truth_of((cable.curve() for cable in cables), self._owners(cables, width))
 
     def _draw(self, index: int) -> tuple[list[Drawn], float]:
         """Draw one image: its cables, and their width, px."""
@@ -162,19 +154,5 @@ def paint_picture(rng: np.random.Generator, mask: npt.NDArray[np.bool_]) -> npt.
 
 
 def edge_cases(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[EdgeCaseSequence]:
-    """Return 24 images of each of the `EDGE_CASES`.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the images of each kind; at least three.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return 24 images of each of the `EDGE_CASES`, by the scale; at least three."""
     return [EdgeCaseSequence(kind, count_at(scale, _FULL, 3), size, seed) for kind in EDGE_CASES]

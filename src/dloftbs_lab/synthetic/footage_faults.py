@@ -61,10 +61,7 @@ class Cable:
 
 def visible_masks(cables: Sequence[Cable], size: Size) -> tuple[Mask, ...]:
     """Return the visible part of each cable as perfect masks, shapes (H, W); a later one lies over an earlier one."""
-    owner = np.full(size, -1, np.int16)
-    for number, cable in enumerate(cables):
-        owner[visible_tubes([cable.strand], cable.width_px, size)[0]] = number
-    return tuple(owner == number for number in range(len(cables)))
+    return visible_tubes([cable.strand for cable in cables], [cable.width_px for cable in cables], size)
 
 
 def along_noise(rng: np.random.Generator, length_px: float, correlation_px: float) -> FloatArray:
@@ -76,8 +73,7 @@ def along_noise(rng: np.random.Generator, length_px: float, correlation_px: floa
 
 def at_arc(values: FloatArray, arc: FloatArray) -> FloatArray:
     """Return what `values` (n,), one for each px, are at arc lengths (m,)."""
-    result: FloatArray = values[np.clip(arc.round(), 0, len(values) - 1).astype(np.intp)]
-    return result
+    return values[np.clip(arc.round(), 0, len(values) - 1).astype(np.intp)]
 
 
 def filmed(rng: np.random.Generator, look: np.random.Generator, cables: Sequence[Cable], size: Size) -> Mask:

@@ -14,7 +14,7 @@ from dloftbs_lab.synthetic.blemishes import jitter_edges
 from dloftbs_lab.synthetic.edge_cases import paint_picture
 from dloftbs_lab.synthetic.footage_faults import Cable, Highlight, Image, Mask, Size
 from dloftbs_lab.synthetic.generated import proportion
-from dloftbs_lab.synthetic.headings import calm
+from dloftbs_lab.synthetic.headings import calm, tilted
 from dloftbs_lab.synthetic.motion import Heading, Motion, fit_motion
 from dloftbs_lab.synthetic.strand import Strand, integrate
 
@@ -65,7 +65,7 @@ def video_crossing(rng: Rng, size: Size, number: int) -> Scene:
     """Draw two cables of one colour that cross in a coded video."""
     del number
     tilt, width = float(rng.uniform(0.35, 0.7)), float(rng.uniform(12.0, 22.0))
-    pair = [_moving(rng, size, _tilted(calm(rng), side * tilt), (width, width), 800.0) for side in (-1.0, 1.0)]
+    pair = [_moving(rng, size, tilted(calm(rng), side * tilt), (width, width), 800.0) for side in (-1.0, 1.0)]
     seed = int(rng.integers(2**31))
 
     def scene(phase: float, noise: Rng) -> Shot:
@@ -316,10 +316,6 @@ def _moving(
         return Cable(motion.strand(start + phase / _CYCLE).moved(shift), width)
 
     return cable
-
-
-def _tilted(heading: Heading, angle: float) -> Heading:
-    return lambda along, phase: heading(along, phase) + angle
 
 
 def _tube(cable: Cable, size: Size) -> Mask:

@@ -139,10 +139,8 @@ def _in_wire(
     off = pixels - (tip + 0.5 * start * width * side)
     along = np.clip(off @ direction, 0.0, length * width)
     distance = np.linalg.norm(off - along[:, None] * direction, axis=1)
-    result: Mask = distance <= max(_MIN_WIRE_PX, _WIRE * width) / 2.0
-    return result
+    return distance <= max(_MIN_WIRE_PX, _WIRE * width) / 2.0
 
 
 def _unit(vector: FloatArray) -> FloatArray:
-    result: FloatArray = vector / np.linalg.norm(vector)
-    return result
+    return vector / np.linalg.norm(vector)

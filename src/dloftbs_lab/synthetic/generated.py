@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs_lab.known_sequence import KnownSequence
@@ -18,6 +19,8 @@ from dloftbs_lab.synthetic.strand import Strand
 from dloftbs_lab.synthetic.tube import footprint
 from dloftbs_lab.truth import Truth
 
+_NUMBERS = 20
+"""Sequences of each family of a suite at scale 1."""
 HD_WIDTH_PX = 12.0
 """Width of a cable in an image of 1280 x 720."""
 
@@ -25,7 +28,7 @@ HD_WIDTH_PX = 12.0
 class GeneratedSequence(KnownSequence):
     """A sequence whose frames are functions of a seed and their index.
 
-    A subclass gives `_make_truth`, and `frame` where it has more than a mask. It keeps expensive values in cached
+    A subclass gives `_make_truth`, and `_make_frame` where it has more than a mask. It keeps expensive values in cached
     properties: pickles leave them out.
 
     Parameters
@@ -65,14 +68,15 @@ class GeneratedSequence(KnownSequence):
         return {**kept, "_latest": None}
 
     def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and no image.
+        """Return one frame.
 
         Raises
         ------
         InputError
             If there is no such frame.
         """
-        return Frame(mask=self.truth(index).mask, **self._labels(index))
+        self._check(index)
+        return self._make_frame(index)
 
     def truth(self, index: int) -> Truth:
         """Return the truth of a frame.
@@ -88,6 +92,10 @@ class GeneratedSequence(KnownSequence):
         if latest is None or latest[0] != index:
             self._latest = latest = (index, self._make_truth(index))
         return latest[1]
+
+    def _make_frame(self, index: int) -> Frame:
+        """Return a frame that there is: with the mask of all cables, shape (H, W) bool, and no image."""
+        return Frame(mask=self.truth(index).mask, **self._labels(index))
 
     @abstractmethod
     def _make_truth(self, index: int) -> Truth:
@@ -110,6 +118,8 @@ class NumberedSequence(GeneratedSequence):
     name : str
         Without the number.
     family : str
+    key : tuple of int
+        Tells what has random numbers of its own from the others, besides the number and the seed.
     number : int
         Not negative.
     frames, size, seed, fps
@@ -122,13 +132,25 @@ class NumberedSequence(GeneratedSequence):
     """
 
     def __init__(
-        self, name: str, family: str, number: int, frames: int, size: tuple[int, int], seed: int, fps: float
+        self,
+        name: str,
+        family: str,
+        key: tuple[int, ...],
+        number: int,
+        frames: int,
+        size: tuple[int, int],
+        seed: int,
+        fps: float,
     ) -> None:
         if number < 0:
             raise InputError(f"number must not be negative, got {number}")
         super().__init__(f"{name}, {number}", frames, size, seed, fps)
         self.family = family
         self.number = number
+        self._key = (seed, *key, number)
+
+    def _rng(self, *purpose: int) -> np.random.Generator:
+        return np.random.default_rng([*self._key, *purpose])
 
 
 class MaskSequence(GeneratedSequence):
@@ -138,7 +160,7 @@ class MaskSequence(GeneratedSequence):
 
     def _make_truth(self, index: int) -> Truth:
         strands = self._strands(index)
-        masks = visible_tubes(strands, self.width_px, self.size)
+        masks = visible_tubes(strands, [self.width_px] * len(strands), self.size)
         return Truth(tuple(strand.curve() for strand in strands), masks, tuple(range(len(strands))))
 
     @abstractmethod
@@ -146,12 +168,21 @@ class MaskSequence(GeneratedSequence):
         """Return the cables of a frame, the lowest first."""
 
 
+def truth_of(
+    curves: Iterable[BSplineCurve], owner: npt.NDArray[np.integer[Any]], curves_3d: Iterable[BSplineCurve] = ()
+) -> Truth:
+    """Return the truth of cables by the number of the uppermost at each pixel, shape (H, W), negative for none."""
+    curves = tuple(curves)
+    numbers = tuple(range(len(curves)))
+    return Truth(curves, tuple(owner == number for number in numbers), numbers, tuple(curves_3d))
+
+
 def visible_tubes(
-    strands: Sequence[Strand], width_px: float, size: tuple[int, int]
+    strands: Sequence[Strand], widths_px: Sequence[float], size: tuple[int, int]
 ) -> tuple[npt.NDArray[np.bool_], ...]:
     """Return the visible part of each tube, shapes (H, W); a later one lies over an earlier one."""
     owner = np.full(size[0] * size[1], -1, np.int16)
-    for number, strand in enumerate(strands):
+    for number, (strand, width_px) in enumerate(zip(strands, widths_px, strict=True)):
         owner[footprint(strand, width_px / 2.0, size).pixel] = number
     return tuple((owner == number).reshape(size) for number in range(len(strands)))
 
@@ -207,3 +238,14 @@ def count_at(scale: float, full: int, least: int) -> int:
     if not 0.0 < scale < math.inf:
         raise InputError(f"scale must be positive, got {scale}")
     return max(least, round(full * scale))
+
+
+def numbers_at(scale: float) -> range:
+    """Return the numbers of the sequences of a family at a scale: 20 at scale 1, and always one.
+
+    Raises
+    ------
+    InputError
+        If the scale is not positive.
+    """
+    return range(count_at(scale, _NUMBERS, 1))

@@ -23,8 +23,7 @@ def high_curvature(rng: np.random.Generator) -> Heading:
     def heading(along: FloatArray, phase: float) -> FloatArray:
         amplitude = depth + 0.3 * math.sin(4.0 * math.pi * phase + start)
         travelling = 2.0 * math.pi * (waves * along + drift * phase) + start
-        result: FloatArray = amplitude * np.cos(travelling) + sway(along, phase)
-        return result
+        return amplitude * np.cos(travelling) + sway(along, phase)
 
     return heading
 
@@ -40,8 +39,7 @@ def one_loop(rng: np.random.Generator) -> Heading:
         radius = tight * (1.6 - 0.6 * math.cos(4.0 * math.pi * phase + start))
         share = 2.0 * math.pi * turn * radius / (1.0 - _EASE)
         loop = 2.0 * math.pi * turn * (_turned(along, centre, share) - 0.5)
-        result: FloatArray = side * loop + sway(along, phase)
-        return result
+        return side * loop + sway(along, phase)
 
     return heading
 
@@ -58,8 +56,7 @@ def untying(rng: np.random.Generator) -> Heading:
         # Short of a full turn both arms leave at an angle, as those of a loop on a table do.
         turn = 1.9 * math.pi * _turned(along, centre, share)
         bent = turn[::-1] if back else turn
-        result: FloatArray = tilt + side * bent + sway(along, phase)
-        return result
+        return tilt + side * bent + sway(along, phase)
 
     return heading
 
@@ -70,8 +67,7 @@ def calm(rng: np.random.Generator) -> Heading:
     lean, start = rng.uniform(0.3, 0.6), rng.uniform(0.0, 2.0 * math.pi)
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
-        result: FloatArray = lean * np.cos(2.0 * math.pi * along + start) + sway(along, phase)
-        return result
+        return lean * np.cos(2.0 * math.pi * along + start) + sway(along, phase)
 
     return heading
 
@@ -82,8 +78,7 @@ def whipping(rng: np.random.Generator) -> Heading:
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
         beat = 10.0 * math.pi * phase + start
-        result: FloatArray = swing * math.sin(beat) + wave * np.cos(2.0 * math.pi * 1.2 * along - beat)
-        return result
+        return swing * math.sin(beat) + wave * np.cos(2.0 * math.pi * 1.2 * along - beat)
 
     return heading
 
@@ -94,10 +89,14 @@ def drifting(rng: np.random.Generator) -> Heading:
     turning, start = rng.uniform(0.15, 0.35), rng.uniform(0.0, 2.0 * math.pi)
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
-        result: FloatArray = turning * math.sin(2.0 * math.pi * phase + start) + sway(along, phase)
-        return result
+        return turning * math.sin(2.0 * math.pi * phase + start) + sway(along, phase)
 
     return heading
+
+
+def tilted(heading: Heading, angle: float) -> Heading:
+    """Return a cable turned by an angle, radians."""
+    return lambda along, phase: heading(along, phase) + angle
 
 
 def _turned(along: FloatArray, centre: float, share: float) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 from dloftbs_lab.known_sequence import KnownSequence
 from dloftbs_lab.synthetic.degrade import NOISY, OCCLUDED, Degradation, DegradedSequence
 from dloftbs_lab.synthetic.generated import HD_WIDTH_PX, MaskSequence, check_choice, count_at, proportion
-from dloftbs_lab.synthetic.headings import calm, drifting, high_curvature, one_loop, untying, whipping
+from dloftbs_lab.synthetic.headings import calm, drifting, high_curvature, one_loop, tilted, untying, whipping
 from dloftbs_lab.synthetic.motion import Heading, Motion, fit_motion
 from dloftbs_lab.synthetic.strand import Strand
 
@@ -126,7 +126,7 @@ class KindSequence(MaskSequence):
         heading = kind.heading(rng)
         if kind.cables > 1:
             # Evenly spread directions, so that cables cross rather than cover each other.
-            heading = _tilted(heading, math.pi * (number + rng.uniform(-0.2, 0.2)) / kind.cables + self._lean)
+            heading = tilted(heading, math.pi * (number + rng.uniform(-0.2, 0.2)) / kind.cables + self._lean)
         travel = np.multiply(kind.travel, self.size[::-1]) * rng.choice((-1.0, 1.0), 2)
         start = 0.0 if kind.cables == 1 else rng.uniform(0.0, 2.0 * math.pi)
         return fit_motion(
@@ -150,27 +150,11 @@ class KindSequence(MaskSequence):
         return margin, margin, width - margin, height - margin
 
 
-def _tilted(heading: Heading, angle: float) -> Heading:
-    return lambda along, phase: heading(along, phase) + angle
-
-
 def kinds(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[KnownSequence]:
     """Return a sequence of each of the `KINDS`, clean and, of some, noisy or occluded; masks only.
 
-    Noise and occluders are those of an image of 1280 x 720 and go in proportion with `size`.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the 120 frames that each has; at least 3.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
+    Each has 120 frames by the scale, at least 3. Noise and occluders are those of an image of 1280 x 720 and go in
+    proportion with `size`.
     """
     clean = {kind: KindSequence(kind, count_at(scale, _FRAMES, 3), size, seed) for kind in KINDS}
     return [

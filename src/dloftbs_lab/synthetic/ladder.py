@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 from dloftbs.errors import InputError
 from dloftbs_lab.known_sequence import KnownSequence
@@ -60,7 +60,7 @@ _BASES = {
     ),
     "rgbd artificial": LadderBase(
         lambda frames, size, seed: rgbd_artificial(frames / 280, seed, size)[0],
-        make_noisy=lambda frames, size, seed, noise: rgbd_artificial(frames / 280, seed, size, **asdict(noise))[0],
+        make_noisy=lambda frames, size, seed, noise: rgbd_artificial(frames / 280, seed, size, noise)[0],
     ),
     "rgbd": LadderBase(lambda frames, size, seed: rgbd_manipulation(frames / 250, seed, size)[0]),
 }
@@ -116,26 +116,13 @@ def noise_ladder(
     """Return ladders of salt-and-pepper, edge jitter, missing stretches, widths, depth and image sizes.
 
     Those of depth let one of noise, holes, flying pixels and grain grow, and leave the others as `TYPICAL_NOISE` has
-    them.
+    them. A rung has 10 frames by the scale, at least 2.
 
     All rungs of a base show the same motion, but that several cables lie as their width and the image allow. Lengths
     in px are those in an image of 1280 x 720 and go in proportion with `size`, which does not concern the ladder of
     sizes.
 
-    Parameters
-    ----------
-    scale : float
-        Multiplies the 10 frames of each rung; none has less than 2.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-    bases : sequence of str, or dict of str to LadderBase
-        Sequences to make harder: some of `LADDER_BASES`, or factories by name.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range, or there is no such base.
+    The `bases` are the sequences to make harder: some of `LADDER_BASES`, or factories by name.
     """
     frames = count_at(scale, _FRAMES, 2)
     found = bases if isinstance(bases, dict) else {name: _base(name) for name in bases}

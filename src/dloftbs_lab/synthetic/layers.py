@@ -126,13 +126,11 @@ def _sleeve(arc: FloatArray, offset: FloatArray, tangent: FloatArray, dye: Float
     pale = 0.30 * np.clip(4.0 * (tracer - 0.62), 0.0, 1.0)[:, None]
     tint = 0.45 * dye.max() + 0.62 * dye
     surface = dye + pale * (tint - dye)
-    result: FloatArray = surface * light[:, None] + 46.0 * shine[:, None]
-    return result
+    return surface * light[:, None] + 46.0 * shine[:, None]
 
 
 def _contact_light(offset: FloatArray, tangent: FloatArray, width_px: float) -> FloatArray:
     """Return the light (m,) left beside a cable: least right at it, on the side away from the lamp."""
     away = np.sign(offset) * (tangent[:, 0] * SHADOW_SIDE[1] - tangent[:, 1] * SHADOW_SIDE[0])
     beside = np.clip((np.abs(offset) / width_px - 0.5) / _CONTACT, 0.0, 1.0)
-    result: FloatArray = 1.0 - (0.36 + 0.24 * away) * (1.0 - beside) ** 2
-    return result
+    return 1.0 - (0.36 + 0.24 * away) * (1.0 - beside) ** 2

@@ -23,8 +23,7 @@ _FIT_SAMPLES = 401
 def smoothstep(x: FloatArray) -> FloatArray:
     """Rise from 0 at 0 to 1 at 1 with two continuous derivatives, flat outside."""
     x = np.clip(x, 0.0, 1.0)
-    result: FloatArray = x * x * x * (x * (6.0 * x - 15.0) + 10.0)
-    return result
+    return x * x * x * (x * (6.0 * x - 15.0) + 10.0)
 
 
 def window(phase: float, rise: tuple[float, float], fall: tuple[float, float]) -> float:
@@ -62,8 +61,7 @@ class Sway:
         """Return the heading's share, shape of `along`."""
         gain = self.rest + self.swing * np.sin(2.0 * np.pi * phase + self.start)
         order = np.arange(1, len(gain) + 1)
-        result: FloatArray = gain @ np.cos(np.pi * order[:, None] * along)
-        return result
+        return gain @ np.cos(np.pi * order[:, None] * along)
 
 
 def looping(rng: np.random.Generator) -> Heading:
@@ -77,8 +75,7 @@ def looping(rng: np.random.Generator) -> Heading:
         ease = 0.1
         bend = smoothstep((along - start) / ease) * smoothstep((end - along) / ease)
         ramp = np.concatenate(([0.0], np.cumsum(0.5 * (bend[1:] + bend[:-1]))))
-        result: FloatArray = -2.0 * np.pi * turn * ramp / ramp[-1] + sway(along, phase)
-        return result
+        return -2.0 * np.pi * turn * ramp / ramp[-1] + sway(along, phase)
 
     return heading
 
@@ -90,8 +87,7 @@ def waving(rng: np.random.Generator) -> Heading:
     lean = rng.uniform(0.45, 0.65)
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
-        result: FloatArray = tilt + lean * np.cos(2.0 * np.pi * along) + sway(along, phase)
-        return result
+        return tilt + lean * np.cos(2.0 * np.pi * along) + sway(along, phase)
 
     return heading
 

@@ -50,8 +50,7 @@ def _follows(curve: BSplineCurve, centres: FloatArray, radii: FloatArray, least_
 
 def _inside(points: FloatArray, centres: FloatArray, radii: FloatArray) -> npt.NDArray[np.bool_]:
     distance = np.linalg.norm(points[:, None] - centres[None], axis=2)
-    inside: npt.NDArray[np.bool_] = (distance <= radii).any(axis=1)
-    return inside
+    return (distance <= radii).any(axis=1)
 
 
 def _without_specks(hidden: npt.NDArray[np.bool_], least: int) -> npt.NDArray[np.bool_]:

@@ -12,15 +12,13 @@ from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic import plain_sight_scenes as scenes
 from dloftbs_lab.synthetic.free_ends import FreeEnd, draw_cable_mask
-from dloftbs_lab.synthetic.generated import NumberedSequence, check_choice, count_at, proportion
+from dloftbs_lab.synthetic.generated import NumberedSequence, check_choice, numbers_at, proportion
 from dloftbs_lab.synthetic.plain_sight_scenes import FRAMES, Camera, Part, Stage
 from dloftbs_lab.synthetic.space_axis import curve_through_samples
 from dloftbs_lab.truth import Truth
 
 _FPS = 30.0
 _TOLERANCE_PX = 5.0
-_FULL = 20
-"""Sequences of a kind at scale 1."""
 _WIDTHS_PX = (6.0, 16.0)  # HD, in the plane
 
 _SCENES: Mapping[str, Callable[[np.random.Generator, Stage], list[Part]]] = {
@@ -94,7 +92,8 @@ class PlainSightSequence(NumberedSequence):
         width_px: float | None = None,
     ) -> None:
         check_choice("kind", kind, PLAIN_SIGHT_KINDS)
-        super().__init__(kind, kind, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
+        key = (PLAIN_SIGHT_KINDS.index(kind),)
+        super().__init__(kind, kind, key, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
         self.cables = _CABLES.get(kind, 1)
         widest = 2.0 * _WIDTHS_PX[1] * proportion(size)
         if width_px is not None and not 1.0 <= width_px <= widest:
@@ -129,8 +128,7 @@ class PlainSightSequence(NumberedSequence):
         if self.family != "drops":
             return np.arange(self._frames) / self._frames
         times = np.cumsum(self._rng(3).uniform(*_DROPPED_S, self._frames))
-        result: FloatArray = (times - times[0]) / times[-1]
-        return result
+        return (times - times[0]) / times[-1]
 
     @cached_property
     def _parts(self) -> list[Part]:
@@ -141,28 +139,11 @@ class PlainSightSequence(NumberedSequence):
         rng = self._rng(2)
         return [(FreeEnd.draw(rng), FreeEnd.draw(rng)) for _ in self._parts]
 
-    def _rng(self, purpose: int) -> np.random.Generator:
-        return np.random.default_rng([self.seed, PLAIN_SIGHT_KINDS.index(self.family), self.number, purpose])
-
 
 def plain_sight(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[PlainSightSequence]:
-    """Return 20 sequences of each of the `PLAIN_SIGHT_KINDS`, 80 frames each.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the sequences of each kind; at least one.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return 20 sequences of each of the `PLAIN_SIGHT_KINDS`, by the scale, 80 frames each."""
     return [
         PlainSightSequence(kind, number, FRAMES, size, seed)
         for kind in PLAIN_SIGHT_KINDS
-        for number in range(count_at(scale, _FULL, 1))
+        for number in numbers_at(scale)
     ]

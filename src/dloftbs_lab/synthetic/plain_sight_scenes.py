@@ -57,14 +57,12 @@ class Camera:
 
     def magnification(self, points: FloatArray) -> FloatArray:
         """Return how much larger things are at points (n, 3) than in the plane, shape (n,)."""
-        result: FloatArray = self.focal_px / (self.focal_px - points[:, 2])
-        return result
+        return self.focal_px / (self.focal_px - points[:, 2])
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return points (n, 3) in the image, shape (n, 2) px."""
         middle = (np.array(self.size[::-1]) - 1.0) / 2.0
-        result: FloatArray = middle + points[:, :2] * self.magnification(points)[:, None]
-        return result
+        return middle + points[:, :2] * self.magnification(points)[:, None]
 
 
 @dataclass(frozen=True)
@@ -275,8 +273,7 @@ def _integrated(heading: FloatArray, up: FloatArray, length_px: float) -> FloatA
     directions = np.stack((level * np.cos(heading), level * np.sin(heading), np.sin(up)), axis=1)
     steps = 0.5 * (directions[1:] + directions[:-1]) * length_px / (len(heading) - 1)
     points = np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
-    result: FloatArray = points - points.mean(axis=0)
-    return result
+    return points - points.mean(axis=0)
 
 
 def _fitted(body: Body, stage: Stage, box: Box, nearer: Callable[[float], float] = lambda _: 0.0) -> Body:

@@ -17,8 +17,7 @@ def _round(across: FloatArray, colour: tuple[float, float, float], gloss: float 
     q = np.clip(across, -1.0, 1.0)
     light = 0.45 + 0.65 * np.sqrt(1.0 - q * q) - 0.28 * q
     shine = gloss * 255.0 * np.exp(-(((q + 0.38) / 0.16) ** 2))
-    result: FloatArray = light[..., None] * np.asarray(colour) + shine[..., None]
-    return result
+    return light[..., None] * np.asarray(colour) + shine[..., None]
 
 
 def screwdriver(scale: float) -> Sprite:

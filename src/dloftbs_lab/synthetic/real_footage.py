@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from functools import cached_property
 
-import numpy as np
-
 from dloftbs.data.frame import Frame
 from dloftbs_lab.synthetic.footage_faults import visible_masks
 from dloftbs_lab.synthetic.footage_scenes import FOOTAGE_SCENES, Scene, Shot
-from dloftbs_lab.synthetic.generated import NumberedSequence, check_choice, count_at
+from dloftbs_lab.synthetic.generated import NumberedSequence, check_choice, numbers_at
 from dloftbs_lab.truth import Truth
 
 _FPS = 30.0
 _FRAMES = 12
-_FULL = 20
-"""Sequences of a family at scale 1."""
 _TOLERANCE_PX = 5.0
 
 FOOTAGE_FAMILIES = tuple(FOOTAGE_SCENES)
@@ -62,7 +58,7 @@ class RealFootageSequence(NumberedSequence):
         self, family: str, number: int = 0, frames: int = _FRAMES, size: tuple[int, int] = (480, 640), seed: int = 0
     ) -> None:
         check_choice("family", family, FOOTAGE_FAMILIES)
-        super().__init__(family, family, number, frames, size, seed, _FPS)
+        super().__init__(family, family, (FOOTAGE_FAMILIES.index(family),), number, frames, size, seed, _FPS)
         self._shot_of: tuple[int, Shot] | None = None
 
     @property
@@ -70,15 +66,8 @@ class RealFootageSequence(NumberedSequence):
         """Number of cables in the sequence."""
         return len(self._shot(0).cables)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the faulty mask, shape (H, W) bool, and the image, shape (H, W, 3), where there is one.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the faulty mask, shape (H, W) bool, and an image, shape (H, W, 3), if there is one."""
         shot = self._shot(index)
         return Frame(image=shot.image, mask=shot.mask, **self._labels(index))
 
@@ -91,40 +80,21 @@ class RealFootageSequence(NumberedSequence):
         # A frame and its truth are asked for one after the other, and each needs the same drawing.
         latest = self._shot_of
         if latest is None or latest[0] != index:
-            noise = np.random.default_rng([*self._key, 1, index])
-            self._shot_of = latest = (index, self._scene(index / self._frames, noise))
+            self._shot_of = latest = (index, self._scene(index / self._frames, self._rng(1, index)))
         return latest[1]
 
     @cached_property
     def _scene(self) -> Scene:
-        return FOOTAGE_SCENES[self.family](np.random.default_rng([*self._key, 0]), self.size, self.number)
-
-    @property
-    def _key(self) -> tuple[int, int, int]:
-        return self.seed, FOOTAGE_FAMILIES.index(self.family), self.number
+        return FOOTAGE_SCENES[self.family](self._rng(0), self.size, self.number)
 
     def __getstate__(self) -> dict[str, object]:
         return {**super().__getstate__(), "_shot_of": None}
 
 
 def real_footage(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[RealFootageSequence]:
-    """Return 20 sequences of each of the `FOOTAGE_FAMILIES`, 12 frames each.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the sequences of each family; at least one.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return 20 sequences of each of the `FOOTAGE_FAMILIES`, by the scale, 12 frames each."""
     return [
         RealFootageSequence(family, number, _FRAMES, size, seed)
         for family in FOOTAGE_FAMILIES
-        for number in range(count_at(scale, _FULL, 1))
+        for number in numbers_at(scale)
     ]

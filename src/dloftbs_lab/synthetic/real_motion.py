@@ -18,18 +18,22 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.depth_noise import TYPICAL_NOISE
-from dloftbs_lab.synthetic.generated import HD_WIDTH_PX, NumberedSequence, check_choice, count_at, proportion
-from dloftbs_lab.synthetic.kernels.splatting import splat_spheres
+from dloftbs_lab.synthetic.generated import (
+    HD_WIDTH_PX,
+    NumberedSequence,
+    check_choice,
+    numbers_at,
+    proportion,
+    truth_of,
+)
 from dloftbs_lab.synthetic.motion import smoothstep, window
 from dloftbs_lab.synthetic.motion_capture import FILES, Recording, recordings_in
 from dloftbs_lab.synthetic.space_axis import axis_curve, image_curve
 from dloftbs_lab.synthetic.space_paint import CABLE_BGR, SKIN_BGR, paint_spheres
-from dloftbs_lab.synthetic.space_scene import Rendering, hd_camera
+from dloftbs_lab.synthetic.space_scene import Rendering, draw_spheres, hd_camera
 from dloftbs_lab.truth import Truth
 
 _FPS = 30.0
-_FULL = 20
-"""Sequences of a variant at scale 1, with each number of cables."""
 MAX_CABLES = 4
 _SHIFT_M = 0.15
 _DISTANCE_M = (0.8, 1.5)
@@ -151,20 +155,15 @@ class RealMotionSequence(NumberedSequence):
         if frames is not None and frames > most:
             raise InputError(f"these recordings last {most} frames at {_FPS:g} a second, got {frames}")
         name = f"{variant}, {cables} cable{'' if cables == 1 else 's'}"
-        super().__init__(name, variant, number, most if frames is None else frames, size, seed, _FPS)
+        key = (REAL_MOTION_VARIANTS.index(variant), cables)
+        super().__init__(name, variant, key, number, most if frames is None else frames, size, seed, _FPS)
         self.cables = cables
         self.camera: PinholeCamera = hd_camera(size)
         self._variant = _VARIANTS[variant]
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and what the variant has.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        frame = super().frame(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the mask of all cables, shape (H, W) bool, and what the variant has."""
+        frame = super()._make_frame(index)
         if not (self._variant.depth or self._variant.image):
             return frame
         seen, _ = self._render(index)
@@ -180,12 +179,7 @@ class RealMotionSequence(NumberedSequence):
     def _make_truth(self, index: int) -> Truth:
         axes = self._axes(index)
         _, owner = self._render(index)
-        return Truth(
-            tuple(image_curve(axis, self.camera) for axis in axes),
-            tuple(owner == number for number in range(self.cables)),
-            tuple(range(self.cables)),
-            tuple(axis_curve(axis) for axis in axes),
-        )
+        return truth_of((image_curve(axis, self.camera) for axis in axes), owner, map(axis_curve, axes))
 
     @cached_property
     def _recordings(self) -> tuple[Recording, ...]:
@@ -197,14 +191,9 @@ class RealMotionSequence(NumberedSequence):
         centers = np.concatenate((*axes, discs[:, :3]))
         cable = len(centers) - len(discs)
         radius = np.concatenate((np.full(cable, self._radius_m), discs[:, 3]))
-        depth = np.full(self.size, self._view.farthest_m + _BEHIND_M, np.float32)
-        sample = np.full(self.size, -1, np.int32)
-        c = self.camera
-        splat_spheres(centers, radius, c.fx, c.fy, c.cx, c.cy, depth, sample)
-        ends = np.cumsum([len(axis) for axis in axes])
-        is_cable = (sample >= 0) & (sample < cable)
-        owner = np.where(is_cable, np.searchsorted(ends, sample, side="right"), -1)
-        return Rendering(depth, sample, centers, radius, cable), owner
+        background = np.full(self.size, self._view.farthest_m + _BEHIND_M, np.float32)
+        seen = draw_spheres(centers, radius, cable, self.camera, background)
+        return seen, seen.owner(axes)
 
     def _axes(self, index: int) -> list[FloatArray]:
         """Return the axes of the cables in a frame, in the camera's frame, each (n, 3) m."""
@@ -238,8 +227,7 @@ class RealMotionSequence(NumberedSequence):
 
     @cached_property
     def _chosen(self) -> list[int]:
-        chosen: list[int] = self._rng(0).choice(len(self._recordings), self.cables, replace=False).tolist()
-        return chosen
+        return self._rng(0).choice(len(self._recordings), self.cables, replace=False).tolist()
 
     @cached_property
     def _view(self) -> _View:
@@ -286,10 +274,6 @@ class RealMotionSequence(NumberedSequence):
             for _ in range(_DISCS)
         ]
 
-    def _rng(self, purpose: int) -> np.random.Generator:
-        variant = REAL_MOTION_VARIANTS.index(self.family)
-        return np.random.default_rng([self.seed, variant, self.cables, self.number, purpose])
-
 
 def missing_recordings(folder: Path) -> str | None:
     """Return what is missing where a folder has no recordings, in words, or None."""
@@ -301,17 +285,9 @@ def missing_recordings(folder: Path) -> str | None:
 def real_motion(
     folder: Path, scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)
 ) -> list[RealMotionSequence]:
-    """Return 20 sequences of each of the `REAL_MOTION_VARIANTS` with each number of cables, as long as the recordings.
+    """Return 20 sequences of each of the `REAL_MOTION_VARIANTS` with each number of cables, by the scale.
 
-    Parameters
-    ----------
-    folder : Path
-        Recordings.
-    scale : float
-        Share of the sequences; at least one of each.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
+    They are as long as the recordings of a folder.
 
     Raises
     ------
@@ -324,5 +300,5 @@ def real_motion(
         RealMotionSequence(folder, cables, name, number, None, size, seed)
         for name, variant in _VARIANTS.items()
         for cables in variant.cables
-        for number in range(count_at(scale, _FULL, 1))
+        for number in numbers_at(scale)
     ]

@@ -76,15 +76,8 @@ class RgbSequence(GeneratedSequence):
         """The colour of the cable: what `SegmentationConfig.hsv` takes."""
         return (HSV[self._color],)
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame: image (H, W, 3) BGR and mask (H, W) bool.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame: image (H, W, 3) BGR and mask (H, W) bool."""
         strand = self._strand(index)
         actors = self._scene.actors(strand, index / self._frames)
         image = self._studio.shoot((strand,), (DYES[self._color],), actors, index)
@@ -114,19 +107,5 @@ def segment(image: Image, hsv: HsvRange) -> npt.NDArray[np.bool_]:
 
 
 def rgb(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[RgbSequence]:
-    """Return a sequence of each of the `RGB_SCENARIOS`, 900 frames in all.
-
-    Parameters
-    ----------
-    scale : float
-        Multiplies the numbers of frames; none has less than 3.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return a sequence of each of the `RGB_SCENARIOS`, 900 frames in all, by the scale; none has less than 3."""
     return [RgbSequence(name, count_at(scale, full, 3), size, seed) for name, full in _FRAMES.items()]

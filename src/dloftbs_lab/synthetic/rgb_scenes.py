@@ -77,8 +77,7 @@ def led(rng: np.random.Generator) -> Heading:
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
         depth = lean + swing * math.sin(2.0 * math.pi * phase + start)
-        result: FloatArray = depth * np.cos(2.0 * math.pi * along) + sway(along, phase)
-        return result
+        return depth * np.cos(2.0 * math.pi * along) + sway(along, phase)
 
     return heading
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
-from dloftbs_lab.synthetic.depth_noise import DepthNoise
+from dloftbs_lab.synthetic.depth_noise import PERFECT_DEPTH, DepthNoise
 from dloftbs_lab.synthetic.generated import GeneratedSequence
 from dloftbs_lab.synthetic.signals import Moment
 from dloftbs_lab.synthetic.space_axis import axis_curve, image_curve
@@ -23,7 +23,9 @@ class RgbdSequence(GeneratedSequence):
 
     Every frame is a function of the arguments and its index alone, bit for bit. A frame's `mask`, bool, is the cable as
     far as it is visible; its `depth`, float32, is metres along z to the nearest surface, 0 where it was not measured.
-    What happens once in a scene is spread over the frames, whatever their number; what swings keeps its speed.
+    What happens once in a scene is spread over the frames, whatever their number; what swings keeps its speed. The true
+    curve in the image is the projection of the one in space, each with a ``u`` of its own: the normalised arc length
+    there, in px or metres.
 
     Parameters
     ----------
@@ -35,8 +37,8 @@ class RgbdSequence(GeneratedSequence):
         ``(H, W)`` px. The camera's field of view is that of an HD image with 900 px of focal length.
     seed : int
         Of the depth's noise, not negative.
-    depth_noise, hole_share, flying, grain_px, quantum_m : float
-        See `DepthNoise`; 0 is perfect depth.
+    noise : DepthNoise
+        Errors of depth; perfect by default.
     with_image : bool
         Whether frames have a shaded colour image too.
     fps : float
@@ -54,12 +56,8 @@ class RgbdSequence(GeneratedSequence):
         frames: int | None = None,
         size: tuple[int, int] = (720, 1280),
         seed: int = 0,
+        noise: DepthNoise = PERFECT_DEPTH,
         *,
-        depth_noise: float = 0.0,
-        hole_share: float = 0.0,
-        flying: float = 0.0,
-        grain_px: float = 0.0,
-        quantum_m: float = 0.0,
         with_image: bool = False,
         fps: float = 30.0,
     ) -> None:
@@ -67,19 +65,12 @@ class RgbdSequence(GeneratedSequence):
         self.scene = scene
         self.radius_m = scene.radius_m
         self.camera: PinholeCamera = hd_camera(size)
-        self.noise = DepthNoise(depth_noise, hole_share, flying, grain_px, quantum_m)
+        self.noise = noise
         self._seconds = 1.0 / fps
         self._with_image = with_image
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame."""
         seen = self._render(index)
         mask = seen.mask
         rng = np.random.default_rng([self.seed, 1, index])
@@ -90,19 +81,6 @@ class RgbdSequence(GeneratedSequence):
             camera=self.camera,
             **self._labels(index),
         )
-
-    def truth(self, index: int) -> Truth:
-        """Return the truth of a frame.
-
-        The curve in the image is the projection of the curve in space, each with a ``u`` of its own: the normalised arc
-        length in the image, in px, and in space, in metres.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        return super().truth(index)
 
     def _make_truth(self, index: int) -> Truth:
         seen = self._render(index)

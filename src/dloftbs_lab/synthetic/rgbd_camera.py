@@ -14,12 +14,11 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.depth_camera import DEPTH_CAMERAS, depth_camera
-from dloftbs_lab.synthetic.generated import GeneratedSequence
-from dloftbs_lab.synthetic.kernels.splatting import splat_spheres
+from dloftbs_lab.synthetic.generated import GeneratedSequence, check_choice, truth_of
 from dloftbs_lab.synthetic.motion import smoothstep
 from dloftbs_lab.synthetic.space_axis import axis_curve, image_curve
 from dloftbs_lab.synthetic.space_paint import paint_spheres
-from dloftbs_lab.synthetic.space_scene import Rendering, hd_camera
+from dloftbs_lab.synthetic.space_scene import Rendering, draw_spheres, hd_camera
 from dloftbs_lab.truth import Truth
 
 _FRAMES = 32
@@ -71,8 +70,7 @@ class DepthCameraSequence(GeneratedSequence):
     def __init__(
         self, kind: str, errors: str = "all", frames: int = _FRAMES, size: tuple[int, int] = (720, 1280), seed: int = 0
     ) -> None:
-        if kind not in _SCENES:
-            raise InputError(f"kind must be one of {', '.join(_SCENES)}, got {kind!r}")
+        check_choice("kind", kind, DEPTH_SCENES)
         super().__init__(f"{kind}, {errors}", frames, size, seed, None)
         if hd_camera(size).fx * max(_DIAMETERS_M) < _THINNEST_PX * _DISTANCE_M[0]:
             raise InputError(f"in an image of {size} every cable is thinner than {_THINNEST_PX:g} px: make it larger")
@@ -80,15 +78,8 @@ class DepthCameraSequence(GeneratedSequence):
         self.errors = depth_camera(errors)
         self.camera: PinholeCamera = hd_camera(size)
 
-    def frame(self, index: int) -> Frame:
-        """Render one frame.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        self._check(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Render one frame."""
         scene, rng = self._scene(index), np.random.default_rng([self.seed, 7, self._number, index])
         seen, _, _ = _render(scene, self.camera, self.size)
         dx, dy = self.errors.displacement(rng).tolist()
@@ -108,12 +99,7 @@ class DepthCameraSequence(GeneratedSequence):
     def _make_truth(self, index: int) -> Truth:
         scene = self._scene(index)
         _, _, which = _render(scene, self.camera, self.size)
-        return Truth(
-            tuple(image_curve(axis, self.camera) for axis in scene.axes),
-            tuple(which == number for number in range(len(scene.axes))),
-            tuple(range(len(scene.axes))),
-            tuple(axis_curve(axis) for axis in scene.axes),
-        )
+        return truth_of((image_curve(axis, self.camera) for axis in scene.axes), which, map(axis_curve, scene.axes))
 
     @property
     def _number(self) -> int:
@@ -247,21 +233,17 @@ DEPTH_SCENES = tuple(_SCENES)
 
 def _render(
     scene: _Scene, camera: PinholeCamera, size: tuple[int, int]
-) -> tuple[Rendering, npt.NDArray[np.float32], npt.NDArray[np.int64]]:
+) -> tuple[Rendering, npt.NDArray[np.float32], npt.NDArray[np.intp]]:
     """Return what the camera sees, the depth of the table (H, W), and the number of the cable, -1 for the table."""
     rows, columns = np.mgrid[: size[0], : size[1]]
     rays = np.stack(((columns - camera.cx) / camera.fx, (rows - camera.cy) / camera.fy, np.ones(size)), axis=2)
     background = (scene.level_m / (rays @ scene.normal)).astype(np.float32)
     centers = np.concatenate(scene.axes)
-    radius = np.full(len(centers), scene.radius_m)
-    depth, sample = background.copy(), np.full(size, -1, np.int32)
-    splat_spheres(centers, radius, camera.fx, camera.fy, camera.cx, camera.cy, depth, sample)
-    first = np.cumsum([len(axis) for axis in scene.axes])
-    which = np.where(sample >= 0, np.searchsorted(first, sample, side="right"), -1)
-    return Rendering(depth, sample, centers, radius, len(centers)), background, which
+    seen = draw_spheres(centers, np.full(len(centers), scene.radius_m), len(centers), camera, background)
+    return seen, background, seen.owner(scene.axes)
 
 
-def _arc_widths(scene: _Scene, seen: Rendering, which: npt.NDArray[np.int64]) -> npt.NDArray[np.float32]:
+def _arc_widths(scene: _Scene, seen: Rendering, which: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
     """Return the arc length of the cable that each pixel (H, W) shows, widths, counted on from cable to cable."""
     steps = np.linalg.norm(np.diff(seen.centers, axis=0, prepend=seen.centers[:1]), axis=1)
     steps[np.cumsum([len(axis) for axis in scene.axes])[:-1]] = 0.0
@@ -270,22 +252,7 @@ def _arc_widths(scene: _Scene, seen: Rendering, which: npt.NDArray[np.int64]) ->
 
 
 def rgbd_camera(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[DepthCameraSequence]:
-    """Return each kind of scene before cameras with each error by itself, with all and with none: 1600 frames.
-
-    Parameters
-    ----------
-    scale : float
-        Multiplies the numbers of frames; none has less than one.
-    seed : int
-        Not negative; another seed gives other scenes.
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return each kind of scene before cameras with each error by itself, with all and with none: 1600 frames."""
     if not 0.0 < scale <= 100.0 or seed < 0:
         raise InputError(f"expected 0 < scale <= 100 and seed >= 0, got {scale} and {seed}")
     frames = max(1, round(scale * _FRAMES))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 
 from dloftbs.errors import InputError
-from dloftbs_lab.synthetic.depth_noise import TYPICAL_NOISE, DepthNoise
+from dloftbs_lab.synthetic.depth_noise import PERFECT_DEPTH, TYPICAL_NOISE, DepthNoise
 from dloftbs_lab.synthetic.generated import proportion
 from dloftbs_lab.synthetic.rgbd import RgbdSequence
 from dloftbs_lab.synthetic.rgbd_artificial_scenes import ARTIFICIAL
@@ -26,38 +26,16 @@ def rgbd_artificial(
     scale: float = 1.0,
     seed: int = 0,
     size: tuple[int, int] = (720, 1280),
+    noise: DepthNoise = PERFECT_DEPTH,
     *,
-    depth_noise: float = 0.0,
-    hole_share: float = 0.0,
-    flying: float = 0.0,
-    grain_px: float = 0.0,
-    quantum_m: float = 0.0,
     with_image: bool = False,
 ) -> list[RgbdSequence]:
-    """Return five sequences of a cable of 8 to 10 mm at 0.6 to 1.2 m, 1400 frames at full scale, with perfect depth.
+    """Return five sequences of a cable of 8 to 10 mm at 0.6 to 1.2 m, 1400 frames at full scale, none less than 3.
 
     0 bends it tightly, 1 lays it over itself as well, 2 opens a loop, 3 and 4 shake and whip it. In 0 to 2 it moves by
-    up to about 15 px a frame at full scale and size, in 3 and 4 by up to about 60.
-
-    Parameters
-    ----------
-    scale : float
-        Multiplies the numbers of frames; none has less than 3.
-    seed : int
-        Not negative; another seed gives other shapes and motions.
-    size : (int, int)
-        ``(H, W)`` px. The view stays the same, so that the cable's width goes with the size.
-    depth_noise, hole_share, flying, grain_px, quantum_m : float
-        Errors of depth, see `DepthNoise`.
-    with_image : bool
-        Whether frames have a shaded colour image too.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
+    up to about 15 px a frame at full scale and size, in 3 and 4 by up to about 60. The view stays the same in all
+    sizes, so that the cable's width goes with them. With an image, frames have a shaded colour image too.
     """
-    noise = DepthNoise(depth_noise, hole_share, flying, grain_px, quantum_m)
     return _sequences(ARTIFICIAL, scale, seed, size, noise, with_image)
 
 
@@ -69,16 +47,6 @@ def rgbd_noisy(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 
     its own in each pixel, and as a stereo camera does, with noise that goes together over some pixels and depth in
     steps of 2 mm at 1 m. All have the noise of `depth_sigma`, holes over 5 % of the cable, and flying pixels on half of
     the edges.
-
-    Parameters
-    ----------
-    scale, seed, size
-        As for `rgbd_artificial`.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
     """
     stereo = replace(TYPICAL_NOISE, grain_px=_STEREO_GRAIN_PX * proportion(size), quantum_m=_STEREO_QUANTUM_M)
     made = []
@@ -104,29 +72,15 @@ def rgbd_manipulation(
     scale: float = 1.0,
     seed: int = 0,
     size: tuple[int, int] = (720, 1280),
+    noise: DepthNoise = TYPICAL_NOISE,
     *,
-    depth_noise: float = 1.0,
-    hole_share: float = 0.05,
-    flying: float = 0.5,
     with_image: bool = False,
 ) -> list[RgbdSequence]:
     """Return ten sequences of cables of 4 to 20 mm that hands manipulate at 0.5 to 1.5 m, 2500 frames at full scale.
 
-    Fingers and arms hide parts of the cable: the mask lacks those, and the depth there is the hand's.
-
-    Parameters
-    ----------
-    scale, seed, size, with_image
-        As for `rgbd_artificial`.
-    depth_noise, hole_share, flying : float
-        Errors of depth, see `DepthNoise`.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
+    Fingers and arms hide parts of the cable: the mask lacks those, and the depth there is the hand's. Arguments are
+    those of `rgbd_artificial`.
     """
-    noise = DepthNoise(depth_noise, hole_share, flying)
     return _sequences(MANIPULATION, scale, seed, size, noise, with_image)
 
 
@@ -140,17 +94,9 @@ def _sequences(
 ) -> list[RgbdSequence]:
     if not 0.0 < scale <= 100.0 or seed < 0:
         raise InputError(f"expected 0 < scale <= 100 and seed >= 0, got {scale} and {seed}")
-    sequences = []
-    for number, make in enumerate(makers):
-        scene = make(np.random.default_rng([seed, number]))
-        sequences.append(
-            RgbdSequence(
-                scene,
-                max(_FEWEST_FRAMES, round(scale * scene.frames)),
-                size,
-                _SEEDS_APART * seed + number,
-                with_image=with_image,
-                **asdict(noise),
-            )
-        )
-    return sequences
+    scenes = [make(np.random.default_rng([seed, number])) for number, make in enumerate(makers)]
+    lengths = [max(_FEWEST_FRAMES, round(scale * scene.frames)) for scene in scenes]
+    return [
+        RgbdSequence(scene, length, size, _SEEDS_APART * seed + number, noise, with_image=with_image)
+        for number, (scene, length) in enumerate(zip(scenes, lengths, strict=True))
+    ]

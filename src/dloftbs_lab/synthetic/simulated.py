@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +13,7 @@ from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.free_ends import FreeEnd, draw_cable_mask
-from dloftbs_lab.synthetic.generated import NumberedSequence, check_choice, count_at
+from dloftbs_lab.synthetic.generated import NumberedSequence, check_choice, numbers_at
 from dloftbs_lab.synthetic.simulation import EXPERIMENTS, simulate
 from dloftbs_lab.synthetic.space_axis import curve_through_samples
 from dloftbs_lab.truth import Truth
@@ -22,8 +23,6 @@ SIMULATED_KINDS = tuple(EXPERIMENTS)
 
 _FRAMES = 40
 _FPS = 30.0
-_FULL = 20
-"""Sequences of a kind at scale 1."""
 _VGA = (480, 640)
 _FOCAL_PX = 600.0  # VGA, as all that follows
 _WIDTHS_PX = (4.0, 20.0)
@@ -68,21 +67,15 @@ class SimulatedSequence(NumberedSequence):
         self, kind: str, number: int = 0, frames: int = _FRAMES, size: tuple[int, int] = _VGA, seed: int = 0
     ) -> None:
         check_choice("kind", kind, SIMULATED_KINDS)
-        super().__init__(f"simulated {kind}", f"simulated {kind}", number, frames, size, seed, _FPS)
+        name, key = f"simulated {kind}", (SIMULATED_KINDS.index(kind),)
+        super().__init__(name, name, key, number, frames, size, seed, _FPS)
         self._kind = kind
         self._scale = min(size[0] / _VGA[0], size[1] / _VGA[1])
         self.tolerance_px = _TOLERANCE_PX * self._scale
         self.width_px = max(1.0, float(self._rng(0).uniform(*_WIDTHS_PX)) * self._scale)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask, shape (H, W) bool, and no image.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame, or MuJoCo is not installed.
-        """
-        return Frame(mask=self.truth(index).mask, camera=self._camera, **self._labels(index))
+    def _make_frame(self, index: int) -> Frame:
+        return replace(super()._make_frame(index), camera=self._camera)
 
     def _make_truth(self, index: int) -> Truth:
         nodes = self._nodes[index]
@@ -133,9 +126,6 @@ class SimulatedSequence(NumberedSequence):
         rng = self._rng(4)
         return FreeEnd.draw(rng), FreeEnd.draw(rng)
 
-    def _rng(self, purpose: int) -> np.random.Generator:
-        return np.random.default_rng([self.seed, SIMULATED_KINDS.index(self._kind), self.number, purpose])
-
 
 def _looking(rng: np.random.Generator, elevations: tuple[float, float]) -> FloatArray:
     """Draw where the camera looks from; return its axes x, y and z in the world, shape (3, 3), one a row."""
@@ -147,23 +137,7 @@ def _looking(rng: np.random.Generator, elevations: tuple[float, float]) -> Float
 
 
 def simulated(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = _VGA) -> list[SimulatedSequence]:
-    """Return 20 sequences of each of the `SIMULATED_KINDS`, 40 frames each.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the sequences of each kind; at least one.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return 20 sequences of each of the `SIMULATED_KINDS`, by the scale, 40 frames each."""
     return [
-        SimulatedSequence(kind, number, _FRAMES, size, seed)
-        for kind in SIMULATED_KINDS
-        for number in range(count_at(scale, _FULL, 1))
+        SimulatedSequence(kind, number, _FRAMES, size, seed) for kind in SIMULATED_KINDS for number in numbers_at(scale)
     ]

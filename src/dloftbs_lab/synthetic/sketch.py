@@ -23,8 +23,7 @@ SHADOW_SIDE = np.array([0.59, 0.81])
 def halfway(light: FloatArray) -> FloatArray:
     """Return the unit vector (3,) between the lamp and the camera: a surface that faces it shines."""
     middle = np.add(light, (0.0, 0.0, 1.0))
-    result: FloatArray = middle / np.linalg.norm(middle)
-    return result
+    return middle / np.linalg.norm(middle)
 
 
 def smooth_noise(rng: np.random.Generator, shape: tuple[int, int], cell: tuple[float, float]) -> FloatArray:
@@ -174,21 +173,18 @@ class Sketch:
         dx, dy = self.x - start[0], self.y - start[1]
         part = np.clip((dx * axis[0] + dy * axis[1]) / max(float(axis @ axis), 1e-9), 0.0, 1.0)
         reach = np.hypot(dx - part * axis[0], dy - part * axis[1])
-        result: FloatArray = reach - (start_radius + part * (end_radius - start_radius))
-        return result
+        return reach - (start_radius + part * (end_radius - start_radius))
 
     def disc(self, centre: Point, radius: float) -> FloatArray:
         """Return the distance (h, w) to a disc."""
-        result: FloatArray = np.hypot(self.x - centre[0], self.y - centre[1]) - radius
-        return result
+        return np.hypot(self.x - centre[0], self.y - centre[1]) - radius
 
     def box(self, left: float, top: float, right: float, bottom: float, corner: float = 0.0) -> FloatArray:
         """Return the distance (h, w) to an upright box with rounded corners."""
         dx = np.abs(self.x - (left + right) / 2.0) - (right - left) / 2.0 + corner
         dy = np.abs(self.y - (top + bottom) / 2.0) - (bottom - top) / 2.0 + corner
         outside = np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0))
-        result: FloatArray = outside + np.minimum(np.maximum(dx, dy), 0.0) - corner
-        return result
+        return outside + np.minimum(np.maximum(dx, dy), 0.0) - corner
 
     def polygon(self, corners: list[Point]) -> FloatArray:
         """Return the distance (h, w) to a convex polygon, its corners clockwise as seen; exact along its sides."""

@@ -39,8 +39,7 @@ class Wave:
 
     def __call__(self, along: FloatArray, moment: Moment) -> FloatArray:
         """Return the share, shape (n,)."""
-        result: FloatArray = self.gain(moment) * np.cos(math.pi * self.count * along - self.lag)
-        return result
+        return self.gain(moment) * np.cos(math.pi * self.count * along - self.lag)
 
 
 @dataclass(frozen=True)
@@ -60,8 +59,7 @@ class Bend:
         """Return the share, shape (n,)."""
         even = self.end - self.start - self.ease
         rise = _eased((along - self.start) / self.ease) - _eased((along - self.start - even) / self.ease)
-        result: FloatArray = self.turn(moment) * (self.ease / even * rise - self.balance)
-        return result
+        return self.turn(moment) * (self.ease / even * rise - self.balance)
 
 
 @dataclass(frozen=True)
@@ -74,15 +72,13 @@ class Step:
 
     def __call__(self, along: FloatArray, moment: Moment) -> FloatArray:
         """Return the share, shape (n,)."""
-        result: FloatArray = self.rise(moment) * smoothstep((along - self.start) / (self.end - self.start))
-        return result
+        return self.rise(moment) * smoothstep((along - self.start) / (self.end - self.start))
 
 
 def _eased(x: FloatArray) -> FloatArray:
     """Return the integral of the smooth step."""
     inner = np.clip(x, 0.0, 1.0)
-    result: FloatArray = inner**4 * (inner * (inner - 3.0) + 2.5) + np.maximum(x - 1.0, 0.0)
-    return result
+    return inner**4 * (inner * (inner - 3.0) + 2.5) + np.maximum(x - 1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -145,8 +141,7 @@ def _at(points: FloatArray, along: float) -> FloatArray:
     """Return X and Y at a normalised arc length, shape (2,); a nearest sample would jump with their number."""
     position = along * (len(points) - 1)
     low = min(int(position), len(points) - 2)
-    result: FloatArray = points[low, :2] + (position - low) * (points[low + 1, :2] - points[low, :2])
-    return result
+    return points[low, :2] + (position - low) * (points[low + 1, :2] - points[low, :2])
 
 
 def axis_curve(points_m: FloatArray) -> BSplineCurve:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,8 +56,7 @@ class View:
 
     def to_camera(self, points: FloatArray) -> FloatArray:
         """Return points (n, 3) given as X, Y, H in the camera's frame, metres."""
-        result: FloatArray = (points + np.array([*self.shift, 0.0])) @ self.axes + (0.0, 0.0, self.distance_m)
-        return result
+        return (points + np.array([*self.shift, 0.0])) @ self.axes + (0.0, 0.0, self.distance_m)
 
     def background(self, camera: PinholeCamera, size: tuple[int, int]) -> npt.NDArray[np.float32]:
         """Return the depth of the background, shape (H, W) m."""
@@ -155,8 +155,12 @@ class Rendering:
     def mask(self) -> npt.NDArray[np.bool_]:
         """Mask of the visible cable, shape (H, W)."""
         # As unsigned numbers, the background's -1 is the largest.
-        result: npt.NDArray[np.bool_] = self.sample.view(np.uint32) < self.cable
-        return result
+        return self.sample.view(np.uint32) < self.cable
+
+    def owner(self, axes: Sequence[FloatArray]) -> npt.NDArray[np.intp]:
+        """Return the number of the cable in each pixel (H, W), -1 where there is none, by the cables' spheres."""
+        ends = np.cumsum([len(axis) for axis in axes])
+        return np.where(self.mask, np.searchsorted(ends, self.sample, side="right"), -1)
 
 
 def render(
@@ -167,7 +171,14 @@ def render(
     hands = [hand.spheres(axis, scene.radius_m, moment) for hand in scene.hands]
     centers = view.to_camera(np.concatenate([axis, *(hand[0] for hand in hands)]))
     radius = np.concatenate([np.full(len(axis), scene.radius_m), *(hand[1] for hand in hands)])
+    return draw_spheres(centers, radius, len(axis), camera, background)
+
+
+def draw_spheres(
+    centers: FloatArray, radius: FloatArray, cable: int, camera: PinholeCamera, background: npt.NDArray[np.float32]
+) -> Rendering:
+    """Draw spheres before a background (H, W) m; the arguments are those of `Rendering`."""
     depth = background.copy()
     sample = np.full(depth.shape, -1, np.int32)
     splat_spheres(centers, radius, camera.fx, camera.fy, camera.cx, camera.cy, depth, sample)
-    return Rendering(depth, sample, centers, radius, len(axis))
+    return Rendering(depth, sample, centers, radius, cable)

@@ -49,8 +49,7 @@ class Strand:
     @cached_property
     def bending(self) -> FloatArray:
         """Signed curvature, shape (n,), 1 / px; positive where the heading grows."""
-        gradient: FloatArray = np.gradient(self.heading, self.spacing)
-        return gradient
+        return np.gradient(self.heading, self.spacing)
 
     def moved(self, offset: FloatArray) -> Strand:
         """Return the strand shifted by `offset` (2,) px."""
@@ -135,5 +134,4 @@ def random_heading(rng: np.random.Generator, along: FloatArray, length_px: float
     heading = amplitude @ np.cos(np.pi * order[:, None] * along)
     sharpest = np.abs(np.gradient(heading, length_px / (len(along) - 1))).max()
     heading *= min(1.0, 0.98 / (min_radius_px * max(sharpest, 1e-12)))
-    result: FloatArray = heading + rng.uniform(0.0, 2.0 * np.pi)
-    return result
+    return heading + rng.uniform(0.0, 2.0 * np.pi)

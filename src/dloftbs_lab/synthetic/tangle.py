@@ -155,8 +155,7 @@ def _leaving(rng: np.random.Generator, side: float, bend: float, table: Table) -
     wander = rng.uniform(-0.6, 0.6) * (1.0 - np.cos(math.pi * along)) + rng.uniform(-0.4, 0.4) * (
         1.0 - np.cos(2.0 * math.pi * along)
     )
-    result: FloatArray = bend * fade * (1.0 - np.exp(-arc / fade)) + turn + wander
-    return result
+    return bend * fade * (1.0 - np.exp(-arc / fade)) + turn + wander
 
 
 def _even(length_px: float) -> FloatArray:

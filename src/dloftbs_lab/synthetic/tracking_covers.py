@@ -113,12 +113,10 @@ def _bar(tip: FloatArray, base: FloatArray, radius_px: float) -> FloatArray:
 
 def middle(strand: Strand) -> FloatArray:
     """Return the middle (2,) of the box around a cable."""
-    centre: FloatArray = (strand.points.min(axis=0) + strand.points.max(axis=0)) / 2.0
-    return centre
+    return (strand.points.min(axis=0) + strand.points.max(axis=0)) / 2.0
 
 
 def circle(centre: FloatArray, radius_px: float) -> FloatArray:
     """Return the corners (64, 2) of a circle."""
     angle = np.linspace(0.0, 2.0 * math.pi, 64, endpoint=False)
-    corners: FloatArray = centre + radius_px * np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    return corners
+    return centre + radius_px * np.stack((np.cos(angle), np.sin(angle)), axis=1)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic.generated import proportion
-from dloftbs_lab.synthetic.headings import drifting, untying
+from dloftbs_lab.synthetic.headings import drifting, tilted, untying
 from dloftbs_lab.synthetic.motion import Heading, Sway, fit_motion, looping, smoothstep, window
 from dloftbs_lab.synthetic.strand import Strand, integrate
 from dloftbs_lab.synthetic.tracking_covers import Cover, CoverShape, Lid, Reach, middle
@@ -146,8 +146,7 @@ def ends_pass(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
         def heading(along: FloatArray, phase: float) -> FloatArray:
             turns = least + (most - least) * window(phase, (0.04, 0.52), back)
             bent = side * 2.0 * math.pi * turns * (along + tightening * (along * along - along))
-            result: FloatArray = turn + 0.4 * phase + bent + sway(along, phase)
-            return result
+            return turn + 0.4 * phase + bent + sway(along, phase)
 
         return heading
 
@@ -167,8 +166,7 @@ def loop_opens(rng: np.random.Generator, stage: Stage, cables: int) -> Play:
     sign = -1.0 if mirrored else 1.0
 
     def heading(along: FloatArray, phase: float) -> FloatArray:
-        result: FloatArray = turned + sign * inner(along, phase)
-        return result
+        return turned + sign * inner(along, phase)
 
     motion = fit_motion(heading, stage.box, length * stage.scale, stage.width_px)
     return Play((lambda phase: motion.strand(first + (last - first) * phase),))
@@ -202,7 +200,7 @@ def _free(
         _paced(
             rng,
             stage,
-            _tilted(drifting(rng), math.pi * (number + rng.uniform(-0.2, 0.2)) / cables + lean),
+            tilted(drifting(rng), math.pi * (number + rng.uniform(-0.2, 0.2)) / cables + lean),
             _part_of(rng, stage.box) if cables > 1 else stage.box,
             (length_px, most_px),
             travel,
@@ -244,10 +242,6 @@ def _paced(
     return lambda phase: motion.strand((start + rate * phase) % 1.0)
 
 
-def _tilted(heading: Heading, angle: float) -> Heading:
-    return lambda along, phase: heading(along, phase) + angle
-
-
 def _reaches(
     rng: np.random.Generator, stage: Stage, strands: Sequence[Strand], shapes: tuple[CoverShape, CoverShape]
 ) -> list[Reach]:
@@ -284,8 +278,7 @@ def _beside(rng: np.random.Generator, stage: Stage, first: Moving) -> Moving:
     def leave(length: float, turn: float, bend: float) -> FloatArray:
         arc = np.arange(1.0, round(length / _SAMPLE_PX)) * _SAMPLE_PX
         fade = 40.0 * k
-        result: FloatArray = bend * fade * (1.0 - np.exp(-arc / fade)) + turn * smoothstep(arc / spread)
-        return result
+        return bend * fade * (1.0 - np.exp(-arc / fade)) + turn * smoothstep(arc / spread)
 
     def moving(phase: float) -> Strand:
         other = first(phase)
@@ -325,7 +318,7 @@ def _out(rng: np.random.Generator, stage: Stage, side: int, wholly: bool) -> Mov
     angle = across + (math.pi / 2.0 if wholly else rng.uniform(-0.5, 0.5)) + (math.pi if rng.random() < 0.5 else 0.0)
     sway = Sway.draw(rng, 3, 0.25, 0.12)
     length = (450.0, 2.0) if wholly else (float(rng.uniform(260.0, 420.0)), 2.0)
-    calm = _paced(rng, stage, _tilted(sway, angle), boxes[side], length, (0.02, 0.02))
+    calm = _paced(rng, stage, tilted(sway, angle), boxes[side], length, (0.02, 0.02))
     delay = float(rng.uniform(0.0, 0.06))
 
     def moving(phase: float) -> Strand:

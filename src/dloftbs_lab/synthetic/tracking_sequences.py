@@ -14,7 +14,7 @@ from dloftbs.errors import InputError
 from dloftbs.support.arrays import AnyArray
 from dloftbs_lab.synthetic import tracking_scenes as scenes
 from dloftbs_lab.synthetic.depth_noise import TYPICAL_NOISE
-from dloftbs_lab.synthetic.generated import MaskSequence, NumberedSequence, count_at, width_at
+from dloftbs_lab.synthetic.generated import MaskSequence, NumberedSequence, numbers_at, width_at
 from dloftbs_lab.synthetic.sketch import Image
 from dloftbs_lab.synthetic.space_scene import hd_camera
 from dloftbs_lab.synthetic.strand import Strand
@@ -32,8 +32,6 @@ _COVER_COLOURS = np.array(
     [(136.0, 164.0, 214.0), (92.0, 138.0, 70.0), (52.0, 50.0, 54.0), (230.0, 232.0, 228.0), (96.0, 140.0, 186.0)]
 )  # skin, green plastic, a dark glove, paper, cardboard
 _WIDEST_PX = 20.0  # in HD: the tightest loops allow no more
-_FULL = 20
-"""Sequences of a family at scale 1, with each number of cables."""
 
 _SCENES: Mapping[str, Callable[[np.random.Generator, Stage, int], Play]] = {
     "crossing": scenes.crossing,
@@ -108,20 +106,15 @@ class TrackingSequence(NumberedSequence, MaskSequence):
             known = "; ".join(f"{name!r} with {counts}" for name, counts in TRACKING_FAMILIES.items())
             raise InputError(f"families come with so many cables: {known}; got {family!r} with {cables}")
         name = f"{family}, {cables} cable{'' if cables == 1 else 's'}"
-        super().__init__(name, family, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
+        key = (list(_SCENES).index(family), cables)
+        super().__init__(name, family, key, number, frames, size, seed, max(1, frames) * _FPS / FRAMES)
         self.cables = cables
         self.width_px = width_at(size, width_px, _WIDEST_PX)
         self._evidence = frozenset(evidence)
 
-    def frame(self, index: int) -> Frame:
-        """Return one frame with the mask of all cables, shape (H, W) bool, and the evidence asked for.
-
-        Raises
-        ------
-        InputError
-            If there is no such frame.
-        """
-        frame = super().frame(index)
+    def _make_frame(self, index: int) -> Frame:
+        """Return one frame with the mask of all cables, shape (H, W) bool, and the evidence asked for."""
+        frame = super()._make_frame(index)
         if "occluders" in self._evidence:
             frame = replace(frame, occluders=self.covered(index))
         if "depth" in self._evidence:
@@ -172,26 +165,11 @@ class TrackingSequence(NumberedSequence, MaskSequence):
 
     @cached_property
     def _play(self) -> Play:
-        rng = np.random.default_rng([self.seed, list(_SCENES).index(self.family), self.cables, self.number])
-        return _SCENES[self.family](rng, Stage(self.size, self.width_px), self.cables)
+        return _SCENES[self.family](self._rng(), Stage(self.size, self.width_px), self.cables)
 
 
 def tracking(scale: float = 1.0, seed: int = 0, size: tuple[int, int] = (720, 1280)) -> list[TrackingSequence]:
-    """Return sequences of all `TRACKING_FAMILIES`, 60 frames each.
-
-    Parameters
-    ----------
-    scale : float
-        Share of the sequences of each family; at least one for each number of cables.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    """
+    """Return sequences of all `TRACKING_FAMILIES`, 20 for each number of cables by the scale, 60 frames each."""
     return _sequences(tuple(TRACKING_FAMILIES), scale, seed, size)
 
 
@@ -203,20 +181,7 @@ def known_occluders(
 ) -> list[TrackingSequence]:
     """Return the sequences of `tracking` with one and three cables and occluders, whose frames show them.
 
-    Parameters
-    ----------
-    scale : float
-        Share of the sequences of each family; at least one for each number of cables.
-    seed : int
-    size : (int, int)
-        ``(H, W)`` px.
-    evidence : collection of {"occluders", "depth", "image"}
-        As for `TrackingSequence`.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
+    Their `evidence` is as for `TrackingSequence`.
     """
     return _sequences(_WITH_OCCLUDERS, scale, seed, size, evidence, most_cables=3)
 
@@ -234,5 +199,5 @@ def _sequences(
         for family in families
         for cables in TRACKING_FAMILIES[family]
         if cables <= most_cables
-        for number in range(count_at(scale, _FULL, 1))
+        for number in numbers_at(scale)
     ]

@@ -71,11 +71,9 @@ def _quantised(plane: Ints, step: int) -> Ints:
     unit = step << _GAIN_BITS
     levels = (_TRANSFORM @ blocks @ _TRANSFORM.T + unit // 2) // unit
     back = _rounded(_TRANSFORM.T @ (levels * step) @ _TRANSFORM, _GAIN_BITS)
-    result: Ints = back.swapaxes(1, 2).reshape(plane.shape)
-    return result
+    return back.swapaxes(1, 2).reshape(plane.shape)
 
 
 def _rounded(values: Ints, bits: int) -> Ints:
     """Return values over 2^bits, rounded."""
-    result: Ints = (values + (1 << (bits - 1))) >> bits
-    return result
+    return (values + (1 << (bits - 1))) >> bits

@@ -50,15 +50,13 @@ def draw_wood(rng: np.random.Generator, size: tuple[int, int], scale: float) -> 
     edge = np.minimum(y % _PLANK, _PLANK - y % _PLANK)
     seam = 1.0 - 0.72 * np.exp(-((edge / 1.5) ** 2)) - 0.10 * np.exp(-edge / 7.0)
     wood = _PALE + dark[..., None] * (_DARK - _PALE)
-    result: FloatArray = wood * (tint * seam)[..., None] * _lamp(size)[..., None]
-    return result
+    return wood * (tint * seam)[..., None] * _lamp(size)[..., None]
 
 
 def _lamp(size: tuple[int, int]) -> FloatArray:
     """Return the light of a lamp beyond the upper left corner, shape (H, W)."""
     y, x = np.linspace(0.0, 1.0, size[0])[:, None], np.linspace(0.0, 1.0, size[1])
-    result: FloatArray = 1.10 - 0.16 * x - 0.12 * y
-    return result
+    return 1.10 - 0.16 * x - 0.12 * y
 
 
 def _layout(rng: np.random.Generator, scale: float) -> list[tuple[Sprite, float, float, float]]:

@@ -364,7 +364,7 @@ class TestSequence:
     @pytest.mark.parametrize(
         ("wrong", "why"),
         [
-            ({"kind": "round"}, "kind must be one of flat, lifted, tilted, bent, crossing, got 'round'"),
+            ({"kind": "round"}, "kind must be one of 'flat', 'lifted', 'tilted', 'bent', 'crossing', got 'round'"),
             ({"errors": "some"}, "errors must be one of perfect, noise, .*, got 'some'"),
             ({"frames": 0}, "frames >= 1"),
             ({"seed": -1}, "seed >= 0"),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from dloftbs.errors import InputError
 from dloftbs_lab.synthetic import (
+    TYPICAL_NOISE,
     DepthNoise,
     RgbdSequence,
     depth_sigma,
@@ -119,8 +122,8 @@ def test_flying_pixels_are_mixtures_at_edges_on_both_sides():
 
 
 def test_sequences_have_the_noise_that_was_asked_for():
-    noisy = rgbd_manipulation(0.02, 0, SIZE, flying=0.0)[0]
-    clean = rgbd_manipulation(0.02, 0, SIZE, depth_noise=0.0, hole_share=0.0, flying=0.0)[0]
+    noisy = rgbd_manipulation(0.02, 0, SIZE, replace(TYPICAL_NOISE, flying=0.0))[0]
+    clean = rgbd_manipulation(0.02, 0, SIZE, DepthNoise())[0]
     frame, exact = noisy.frame(1), clean.frame(1)
     np.testing.assert_array_equal(frame.mask, exact.mask)
     assert (frame.depth[frame.mask] == 0).mean() == pytest.approx(0.05, abs=0.005)

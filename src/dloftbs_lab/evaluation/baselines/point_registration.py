@@ -99,8 +99,7 @@ def responsibilities(
     """Return the probability that a point is of a node, shape (m, n): CPD, equation 6, with a prior of the nodes."""
     likely = prior[:, None] * np.exp(squared_distances(nodes, points) / (-2.0 * variance))
     noise = (2.0 * math.pi * variance) ** (nodes.shape[1] / 2.0) * outliers / (1.0 - outliers) / len(points)
-    shares: FloatArray = likely / (likely.sum(axis=0) + noise)
-    return shares
+    return likely / (likely.sum(axis=0) + noise)
 
 
 def solve_motion(
@@ -124,8 +123,7 @@ def solve_motion(
 
 def coherence_kernel(nodes: FloatArray, width: float) -> FloatArray:
     """Return the Gaussian kernel between nodes, shape (m, m)."""
-    kernel: FloatArray = np.exp(squared_distances(nodes, nodes) / (-2.0 * width**2))
-    return kernel
+    return np.exp(squared_distances(nodes, nodes) / (-2.0 * width**2))
 
 
 def local_linearity(nodes: FloatArray) -> FloatArray:
@@ -143,8 +141,7 @@ def local_linearity(nodes: FloatArray) -> FloatArray:
         gram += _CONDITION * np.trace(gram) * np.eye(len(near))
         share = np.linalg.solve(gram, np.ones(len(near)))
         off[i, near] -= share / share.sum()
-    result: FloatArray = off.T @ off
-    return result
+    return off.T @ off
 
 
 def limit_stretch(nodes: FloatArray, lengths: FloatArray) -> FloatArray:
@@ -179,8 +176,7 @@ def _pull_together(nodes: FloatArray, lengths: FloatArray, first: int) -> None:
 
 def _within(centre: FloatArray, node: FloatArray, reach: float) -> FloatArray:
     span = node - centre
-    result: FloatArray = centre + span * min(1.0, reach / max(float(np.linalg.norm(span)), 1e-300))
-    return result
+    return centre + span * min(1.0, reach / max(float(np.linalg.norm(span)), 1e-300))
 
 
 def _variance(nodes: FloatArray, points: FloatArray, shares: FloatArray) -> float:

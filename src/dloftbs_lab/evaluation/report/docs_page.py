@@ -154,8 +154,7 @@ def _summary(results: Path) -> dict[str, Any]:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(_read(path))
-    return found
+    return json.loads(_read(path))
 
 
 def _read(path: Path) -> str:

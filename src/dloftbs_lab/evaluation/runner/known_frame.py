@@ -158,8 +158,7 @@ def surface_line(axis: FloatArray, radius_m: float) -> FloatArray:
     towards = -axis / np.linalg.norm(axis, axis=1, keepdims=True)
     across = towards - (towards * tangents).sum(axis=1, keepdims=True) * tangents
     sine = np.linalg.norm(across, axis=1, keepdims=True)
-    line: FloatArray = axis + radius_m * np.where(sine > _MIN_SINE, across / np.maximum(sine, _MIN_SINE), towards)
-    return line
+    return axis + radius_m * np.where(sine > _MIN_SINE, across / np.maximum(sine, _MIN_SINE), towards)
 
 
 def _extent(points: FloatArray, seen: npt.NDArray[np.bool_], curve: Curve) -> FloatArray | None:
