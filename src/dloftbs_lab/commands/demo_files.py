@@ -20,6 +20,7 @@ from dloftbs.sinks._safe_files import sink_errors, write_whole
 from dloftbs.support.json_text import encode
 from dloftbs_lab.commands import demo_space
 from dloftbs_lab.commands.demo_names import CURVES, INPUT, OVERLAY, README, SHEET, SUMMARY
+from dloftbs_lab.commands.scoring import spread_text
 from dloftbs_lab.synthetic import DemoSequence
 
 if TYPE_CHECKING:
@@ -134,9 +135,9 @@ def table(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> str:
             f"{timing['pipeline_frames_per_s']:.0f} frames/s; a frame {timing['pipeline_p50_ms']:.2f} ms (p50), "
             f"{timing['pipeline_p99_ms']:.2f} ms (p99)",
         ),
-        ("L1, mask to curves", _spread(scores["l1_px"])),
-        ("L2, curves to mask", _spread(scores["l2_px"])),
-        ("L3, curve to truth", f"{_spread(scores['l3_px'])} (frame {scores['worst_frame']})"),
+        ("L1, mask to curves", spread_text(scores["l1_px"], "px")),
+        ("L2, curves to mask", spread_text(scores["l2_px"], "px")),
+        ("L3, curve to truth", f"{spread_text(scores['l3_px'], 'px')} (frame {scores['worst_frame']})"),
         ("right number of curves", f"in {scores['frames_with_the_right_number_of_curves']} of {frames} frames"),
         ("too many curves", f"in {scores['frames_with_too_many_curves']} of {frames} frames"),
     ]
@@ -148,12 +149,6 @@ def table(run: DemoRun, space: SpaceRun, sequence: DemoSequence) -> str:
     rows.append(("turned around", f"{scores['turned_around']} times"))
     rows += space.rows()
     return "\n".join(f"{name:24}{value}" for name, value in rows)
-
-
-def _spread(figures: dict[str, float | None]) -> str:
-    if figures["mean"] is None:
-        return "no curve at all"
-    return f"mean {figures['mean']:.2f}, median {figures['median']:.2f}, worst {figures['worst']:.2f} px"
 
 
 def describe(figures: str, space: SpaceRun, folder: Path) -> None:

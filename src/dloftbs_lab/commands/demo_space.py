@@ -19,6 +19,7 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.arrays import AnyArray
+from dloftbs_lab.commands.scoring import NOTHING, spread, spread_text
 from dloftbs_lab.evaluation import length_error, match_curves
 from dloftbs_lab.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial
 from dloftbs_lab.truth import Truth
@@ -81,8 +82,8 @@ class SpaceRun:
             "sigma_mm": self._sigma_mm(),
             "frames_without_a_curve": int(np.isnan(self.l3_mm).sum()),
             "reasons": sorted(set(self.reasons)),
-            "l3_mm": _spread(self.l3_mm),
-            "length_error": _spread(self.length_errors),
+            "l3_mm": spread(self.l3_mm),
+            "length_error": spread(self.length_errors),
         }
 
     def _sigma_mm(self) -> float:
@@ -94,23 +95,17 @@ class SpaceRun:
     def rows(self) -> list[tuple[str, str]]:
         """Return the figures as lines of a table."""
         figures, noise = self.to_dict(), self.sequence.noise
-        l3, length = figures["l3_mm"], figures["length_error"]
-        nothing = "no curve at all"
+        length = figures["length_error"]
         rows = [
             (
                 "in space",
                 f"{figures['frames']} frames; noise of {figures['sigma_mm']:.1f} mm, "
                 f"{noise.hole_share:.0%} of the cable without depth, flying pixels",
             ),
-            (
-                "L3, curve to true axis",
-                nothing
-                if l3["mean"] is None
-                else f"mean {l3['mean']:.2f}, median {l3['median']:.2f}, worst {l3['worst']:.2f} mm",
-            ),
+            ("L3, curve to true axis", spread_text(figures["l3_mm"], "mm")),
             (
                 "length in space",
-                nothing
+                NOTHING
                 if length["mean"] is None
                 else f"off by {100 * length['mean']:.2f} % in the mean, {100 * length['worst']:.2f} % at worst",
             ),
@@ -163,10 +158,3 @@ def _write_png(path: Path, pixels: AnyArray | None) -> None:
     encoded, data = cv2.imencode(".png", pixels)
     assert encoded  # any picture of uint8 or uint16 can be a PNG
     write_whole(path, data.tobytes())
-
-
-def _spread(values: list[float]) -> dict[str, float | None]:
-    known = np.array([value for value in values if math.isfinite(value)])
-    if not len(known):
-        return {"mean": None, "median": None, "worst": None}
-    return {"mean": float(known.mean()), "median": float(np.median(known)), "worst": float(known.max())}

@@ -16,6 +16,7 @@ from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.evaluation import l1, l2, match_curves
 from dloftbs_lab.truth import Truth
 
+NOTHING = "no curve at all"
 _PX_PER_SAMPLE = 2.0  # along curves
 
 
@@ -118,9 +119,9 @@ class Scores:
         worst = max(self.frames, key=lambda frame: frame.worst_l3_px)
         missing = [sum(frame.cables[i].track_id is None for frame in self.frames) for i in range(self.cables)]
         return {
-            "l1_px": _spread([frame.l1_px for frame in self.frames]),
-            "l2_px": _spread([frame.l2_px for frame in self.frames]),
-            "l3_px": _spread(l3_px),
+            "l1_px": spread([frame.l1_px for frame in self.frames]),
+            "l2_px": spread([frame.l2_px for frame in self.frames]),
+            "l3_px": spread(l3_px),
             "worst_frame": worst.index,
             "frames_with_the_right_number_of_curves": sum(frame.curves == self.cables for frame in self.frames),
             "frames_with_too_many_curves": sum(frame.curves > self.cables for frame in self.frames),
@@ -138,9 +139,17 @@ class Scores:
         return sum(a.track_id == b.track_id and a.runs_forward != b.runs_forward for a, b in pairwise(seen))
 
 
-def _spread(values: Any) -> dict[str, float | None]:
+def spread(values: Any) -> dict[str, float | None]:
+    """Return mean, median and the worst of the finite values; None where there is none."""
     known = np.asarray(values, dtype=np.float64)
     known = known[np.isfinite(known)]
     if not len(known):
         return {"mean": None, "median": None, "worst": None}
     return {"mean": float(known.mean()), "median": float(np.median(known)), "worst": float(known.max())}
+
+
+def spread_text(figures: dict[str, float | None], unit: str) -> str:
+    """Return in words what `spread` returns."""
+    if figures["mean"] is None:
+        return NOTHING
+    return f"mean {figures['mean']:.2f}, median {figures['median']:.2f}, worst {figures['worst']:.2f} {unit}"

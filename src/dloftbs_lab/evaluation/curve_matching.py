@@ -120,10 +120,6 @@ def match_curves(
         The largest undirected L3 of a pair, in the unit of the points (px in the image, m in space). See
         `match_distances`.
 
-    Returns
-    -------
-    Matching
-
     Raises
     ------
     InputError
@@ -141,10 +137,6 @@ def compare_curves(found: Sequence[CurveLike], true: Sequence[CurveLike], *, sam
         Either may be empty. What holds for closed curves: see `curve_l3`.
     samples : int
         Points along each curve, see `curve_l3`.
-
-    Returns
-    -------
-    CurveDistances
 
     Raises
     ------
@@ -183,10 +175,6 @@ def match_distances(distances: CurveDistances, *, gate_px: float | None = None) 
         The largest undirected L3 of a pair, in the unit of the points. One that is further off counts as one missing
         and one redundant curve, and the assignment takes it for the gate itself, so that a stray curve far away does
         not decide over the others: the sum of ``min(L3, gate)`` is least.
-
-    Returns
-    -------
-    Matching
 
     Raises
     ------

@@ -82,10 +82,6 @@ def point_error(found: CurveLike, true: CurveLike, *, directed: bool = True, sam
     samples : int
         Points along each curve, at equal distances.
 
-    Returns
-    -------
-    PointError
-
     Raises
     ------
     InputError

@@ -26,10 +26,6 @@ def mmd(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
     x : array_like, shape (n, d)
     y : array_like, shape (m, d)
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     InputError
@@ -50,10 +46,6 @@ def l1(mask_pixels: npt.ArrayLike, curve_points: npt.ArrayLike) -> float:
     curve_points : array_like, shape (m, d)
         Points along the found curve, dense.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     InputError
@@ -73,10 +65,6 @@ def l2(curve_points: npt.ArrayLike, mask_pixels: npt.ArrayLike) -> float:
         Points along the found curve, dense.
     mask_pixels : array_like, shape (n, d)
         Pixels ``(x, y)``, or points in space, of the object.
-
-    Returns
-    -------
-    float
 
     Raises
     ------
@@ -99,10 +87,6 @@ def f_distance(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
     y : array_like, shape (m, d)
         At least two points, in order.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     InputError
@@ -123,10 +107,6 @@ def l3(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
     r : array_like, shape (m, d)
         The reference, at least two points in order.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     InputError
@@ -144,10 +124,6 @@ def l3_undirected(c: npt.ArrayLike, r: npt.ArrayLike) -> float:
         The found curve, at least two points in order.
     r : array_like, shape (m, d)
         The reference, at least two points in order.
-
-    Returns
-    -------
-    float
 
     Raises
     ------

@@ -94,7 +94,7 @@ class _Recipe:
 def _of_recordings(folder: Path) -> _Recipe:
     return _Recipe(
         "real cables' recorded motion, one to four before a camera at any side; occluders, depth, image; 5 s each",
-        lambda scale, seed, size: synthetic.real_motion(folder, scale, seed=seed, size=size),
+        lambda scale, seed, size: synthetic.real_motion(folder, scale, seed, size),
         files=folder,
     )
 
@@ -102,52 +102,50 @@ def _of_recordings(folder: Path) -> _Recipe:
 _GENERATED: dict[str, _Recipe] = {
     "rgbd-artificial": _Recipe(
         "a cable in space, perfect depth: high curvature, self-intersection, rapid moves",
-        lambda scale, seed, size: synthetic.rgbd_artificial(scale, seed=seed, size=size),
+        synthetic.rgbd_artificial,
         scenes=8,
         frames=35,
     ),
     "rgbd-noisy": _Recipe(
         "the same by time-of-flight and stereo cameras, near and far: sigma 1.2 to 3.8 mm, holes, flying pixels",
-        lambda scale, seed, size: synthetic.rgbd_noisy(4.0 * scale, seed=seed, size=size),
+        lambda scale, seed, size: synthetic.rgbd_noisy(4.0 * scale, seed, size),
         scenes=20,
         frames=4,
         in_common=True,
     ),
     "rgbd-camera": _Recipe(
         "cables of 3 to 20 mm above a table, single frames, each error of a depth camera by itself and all together",
-        lambda scale, seed, size: synthetic.rgbd_camera(scale, seed=seed, size=size),
+        synthetic.rgbd_camera,
         in_common=True,
     ),
     "rgb": _Recipe(
         "a cable held by two grippers: thick, thin, occluded, out of the image, crossing itself",
-        lambda scale, seed, size: synthetic.rgb(scale, seed=seed, size=size),
+        synthetic.rgb,
         scenes=20,
         frames=7,
     ),
     "rgbd": _Recipe(
         "a cable in hands, depth as a sensor gives it",
-        lambda scale, seed, size: synthetic.rgbd_manipulation(scale, seed=seed, size=size),
+        synthetic.rgbd_manipulation,
         scenes=8,
         frames=32,
     ),
     "several-cables": _Recipe(
-        "single images of 2 to 8 cables, masks as a network leaves them",
-        lambda scale, seed, size: synthetic.several_cables(scale, seed=seed, size=size),
+        "single images of 2 to 8 cables, masks as a network leaves them", synthetic.several_cables
     ),
     "kinds": _Recipe(
         "one kind of difficulty at a time, clean, noisy and occluded",
-        lambda scale, seed, size: synthetic.kinds(scale, seed=seed, size=size),
+        synthetic.kinds,
         scenes=20,
         frames=12,
         in_common=True,
     ),
     "tracking": _Recipe(
-        "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence",
-        lambda scale, seed, size: synthetic.tracking(scale, seed=seed, size=size),
+        "cables that cross, hide, touch, leave the image and come back, 60 frames a sequence", synthetic.tracking
     ),
     "known-occluders": _Recipe(
         "sequences of tracking with one or three cables and occluders, told by a mask and by a camera's depth",
-        lambda scale, seed, size: synthetic.known_occluders(scale, seed=seed, size=size),
+        synthetic.known_occluders,
     ),
     "seen-occluders": _Recipe(
         "the same sequences with an image of the workbench, in which the occluders are seen",
@@ -155,24 +153,24 @@ _GENERATED: dict[str, _Recipe] = {
     ),
     "plain-sight": _Recipe(
         "cables in perspective that bend, tilt, come nearer, swing, come and go, cross; nothing hidden; 80 frames each",
-        lambda scale, seed, size: synthetic.plain_sight(scale, seed=seed, size=size),
+        synthetic.plain_sight,
     ),
     "edge-cases": _Recipe(
         "drawn images: sharp bends, facing ends, T and Y, cables side by side, cut by the border, a crossed ring",
-        lambda scale, seed, size: synthetic.edge_cases(scale, seed=seed, size=size),
+        synthetic.edge_cases,
     ),
     "real-footage": _Recipe(
         "drawn faults of real footage: codecs, highlights, pin-holes, dashes, specks, ragged edges, coils, two colours",
-        lambda scale, seed, size: synthetic.real_footage(scale, seed=seed, size=size),
+        synthetic.real_footage,
     ),
     "simulated": _Recipe(
         "a cable that MuJoCo moves, in perspective: hanging, bending, twisting, buckling, snapping back, tangling",
-        lambda scale, seed, size: synthetic.simulated(scale, seed=seed, size=size),
+        synthetic.simulated,
     ),
     REAL_MOTION: _of_recordings(_RECORDINGS),
     "noise": _Recipe(
         "ladders of growing noise",
-        lambda scale, seed, size: synthetic.noise_ladder(_RUNG_SCALE * scale, seed=seed, size=size),
+        lambda scale, seed, size: synthetic.noise_ladder(_RUNG_SCALE * scale, seed, size),
         scenes=20,
         frames=2,
         in_common=True,

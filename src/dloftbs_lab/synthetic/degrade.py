@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
@@ -15,23 +13,13 @@ from dloftbs.errors import InputError
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.known_sequence import KnownSequence
 from dloftbs_lab.synthetic import blemishes
-from dloftbs_lab.synthetic.fault_ranges import check_amounts, check_lengths, check_ranges
+from dloftbs_lab.synthetic.fault_ranges import Faults, Mask, check_amounts, check_lengths, check_ranges
 from dloftbs_lab.synthetic.occluder_limits import leaves_enough
 from dloftbs_lab.truth import Truth
-
-Mask = npt.NDArray[np.bool_]
 
 # Each effect has random numbers of its own: more of one leaves the others as they are.
 _GAPS, _DISCS, _STROKES, _SPECKS, _PINHOLES, _JITTER, _SALT = range(7)
 _ATTEMPTS = 100  # where discs cannot leave enough to be seen, the last ones are taken
-_RANGES = (
-    "missing_radius_px",
-    "disc_radius_px",
-    "speck_radius_px",
-    "pinhole_radius_px",
-    "stroke_length_px",
-    "stroke_width_px",
-)
 
 
 def _rng(key: Sequence[int], effect: int) -> np.random.Generator:
@@ -39,7 +27,7 @@ def _rng(key: Sequence[int], effect: int) -> np.random.Generator:
 
 
 @dataclass(frozen=True)
-class Degradation:
+class Degradation(Faults):
     """Degradation of a mask; the defaults leave it as it is. Ranges are ``(low, high)``, drawn from evenly.
 
     Parameters
@@ -89,40 +77,30 @@ class Degradation:
     stroke_width_px: tuple[float, float] = (4.0, 10.0)
     name: str = "degraded"
 
+    _LENGTHS = ("jitter_px", "jitter_correlation_px")
+    _RANGES = (
+        "missing_radius_px",
+        "disc_radius_px",
+        "speck_radius_px",
+        "pinhole_radius_px",
+        "stroke_length_px",
+        "stroke_width_px",
+    )
+
     def __post_init__(self) -> None:
         check_amounts(self, ("salt_and_pepper",), 1.0)
         check_amounts(self, ("missing",), 0.9)
         check_amounts(self, ("jitter_px", "discs", "specks", "pinholes", "false_positives"))
         check_lengths(self, ("jitter_correlation_px",))
-        check_ranges(self, _RANGES)
-
-    def scaled(self, factor: float) -> Degradation:
-        """Return the same for an image `factor` times as large: lengths are scaled, counts and shares are not."""
-        lengths: dict[str, Any] = {name: tuple(end * factor for end in getattr(self, name)) for name in _RANGES}
-        lengths |= {name: getattr(self, name) * factor for name in ("jitter_px", "jitter_correlation_px")}
-        return replace(self, **lengths)
+        check_ranges(self, self._RANGES)
 
     @property
     def hides(self) -> bool:
-        """Whether a part of a cable may be missing."""
+        """Whether there are gaps or occluders."""
         return self.missing > 0.0 or self.discs > 0
 
     def hidden(self, curves: Sequence[BSplineCurve], size: tuple[int, int], key: Sequence[int]) -> Mask:
-        """Return what gaps and occluders hide.
-
-        Parameters
-        ----------
-        curves : sequence of BSplineCurve
-            The true centre lines, px.
-        size : (int, int)
-            ``(H, W)``.
-        key : sequence of int
-            Such as seed and index: the same key gives the same result.
-
-        Returns
-        -------
-        numpy.ndarray, shape (H, W), bool
-        """
+        """Return what gaps and occluders hide, shape (H, W)."""
         covered = np.zeros(size, bool)
         if self.missing and curves:
             rng = _rng(key, _GAPS)
@@ -142,25 +120,7 @@ class Degradation:
                 break
         return centres, radii
 
-    def apply(self, mask: npt.ArrayLike, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
-        """Return the degraded mask; `mask` is left as it is.
-
-        Parameters
-        ----------
-        mask : array_like, shape (H, W)
-            Any non-zero is cable.
-        curves : sequence of BSplineCurve
-            The true centre lines, px.
-        key : sequence of int
-            Such as seed and index: the same key gives the same result.
-
-        Returns
-        -------
-        numpy.ndarray, shape (H, W), bool
-        """
-        seen = np.array(mask, dtype=bool)
-        if self.hides:
-            seen &= ~self.hidden(curves, (seen.shape[0], seen.shape[1]), key)
+    def _spoil(self, seen: Mask, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
         self._blot(seen, key)
         if self.jitter_px:
             seen = blemishes.jitter_edges(seen, self.jitter_px, self.jitter_correlation_px, _rng(key, _JITTER))
@@ -191,24 +151,6 @@ OCCLUDED = Degradation(discs=3, name="occluded")
 """Three discs of radius 18 to 34 px on the cables."""
 
 
-class Faults(Protocol):
-    """Faults of masks: a `Degradation`, or those of a network."""
-
-    @property
-    def name(self) -> str:
-        """For the names of sequences."""
-
-    @property
-    def hides(self) -> bool:
-        """Whether a part of a cable may be missing."""
-
-    def hidden(self, curves: Sequence[BSplineCurve], size: tuple[int, int], key: Sequence[int]) -> Mask:
-        """Return where cables are missing."""
-
-    def apply(self, mask: npt.ArrayLike, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
-        """Return the degraded mask."""
-
-
 class DegradedSequence(KnownSequence):
     """A sequence with its masks made worse. The true curves stay; what gaps and occluders hide is no longer visible.
 
@@ -218,7 +160,7 @@ class DegradedSequence(KnownSequence):
     Parameters
     ----------
     sequence : KnownSequence
-    degradation : Degradation or NetworkFaults
+    degradation : Faults
     seed : int
         Not negative; with the index it decides what happens to a frame.
     name : str, optional

@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.support.arrays import FloatArray
 from dloftbs_lab.synthetic import blemishes
-from dloftbs_lab.synthetic.fault_ranges import check_amounts, check_lengths, check_ranges
-
-Mask = npt.NDArray[np.bool_]
+from dloftbs_lab.synthetic.fault_ranges import Faults, Mask, check_amounts, check_lengths, check_ranges
 
 # Each fault has random numbers of its own: more of one leaves the others as they are.
 _GAPS, _ENDS, _BLOBS, _STROKES, _SURE = range(10, 15)
 _SHARES = ("lost_ends", "connectors", "strays")
-_LENGTHS = ("blur_px", "patch_px")
-_RANGES = ("lost_px", "gap_radius_px", "connector_radius_px", "stray_length_px", "stray_width_px")
 _LONGEST_PX = 1e3  # by hand: no fault of a mask is as long
 _STEP_PX = 2.0  # between the discs that take an end away
 _WIDER = 1.6  # half a width to the radius of such a disc
 
 
 @dataclass(frozen=True)
-class NetworkFaults:
+class NetworkFaults(Faults):
     """Faults of a network's mask; lengths are of an image of 1280 x 720 with cables of 12 px.
 
     A network decides on a coarse grid how sure it is, and what is at least as likely cable as ground is set: slits
@@ -80,36 +74,23 @@ class NetworkFaults:
     stray_width_px: tuple[float, float] = (5.0, 9.0)
     name: str = "network"
 
+    _LENGTHS = ("blur_px", "patch_px")
+    _RANGES = ("lost_px", "gap_radius_px", "connector_radius_px", "stray_length_px", "stray_width_px")
+
     def __post_init__(self) -> None:
         check_amounts(self, _SHARES, 1.0)
         check_amounts(self, ("gaps",), 0.9)
         check_amounts(self, ("unsure",), 0.4)
-        check_lengths(self, _LENGTHS, _LONGEST_PX)
-        check_ranges(self, _RANGES, _LONGEST_PX)
-
-    def scaled(self, factor: float) -> NetworkFaults:
-        """Return the same for an image `factor` times as large."""
-        lengths: dict[str, Any] = {name: tuple(factor * end for end in getattr(self, name)) for name in _RANGES}
-        lengths |= {name: factor * getattr(self, name) for name in _LENGTHS}
-        return replace(self, **lengths)
+        check_lengths(self, self._LENGTHS, _LONGEST_PX)
+        check_ranges(self, self._RANGES, _LONGEST_PX)
 
     @property
     def hides(self) -> bool:
-        """Whether a part of a cable may be missing."""
+        """Whether there are lost ends or gaps."""
         return self.lost_ends > 0.0 or self.gaps > 0.0
 
     def hidden(self, curves: Sequence[BSplineCurve], size: tuple[int, int], key: Sequence[int]) -> Mask:
-        """Return where cables are missing, shape (H, W) bool.
-
-        Parameters
-        ----------
-        curves : sequence of BSplineCurve
-            The true centre lines, px.
-        size : (int, int)
-            ``(H, W)``.
-        key : sequence of int
-            Such as seed and index: the same key gives the same result.
-        """
+        """Return where ends are lost and gaps are, shape (H, W)."""
         covered = np.zeros(size, bool)
         if self.gaps and curves:
             rng = np.random.default_rng([*key, _GAPS])
@@ -121,20 +102,8 @@ class NetworkFaults:
             blemishes.draw_discs(covered, spots, np.full(len(spots), radius), True)
         return covered
 
-    def apply(self, mask: npt.ArrayLike, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
-        """Return the mask (H, W) as a network leaves it; `mask` is left as it is.
-
-        Parameters
-        ----------
-        mask : array_like, shape (H, W)
-            Any non-zero is cable.
-        curves, key
-            As for `hidden`.
-        """
-        seen = np.array(mask, dtype=bool)
+    def _spoil(self, seen: Mask, curves: Sequence[BSplineCurve], key: Sequence[int]) -> Mask:
         size = seen.shape[0], seen.shape[1]
-        if self.hides:
-            seen &= ~self.hidden(curves, size, key)
         rng = np.random.default_rng([*key, _BLOBS])
         lost = {(id(curve), from_end) for curve, from_end, _ in self._lost(curves, size, key)}
         for curve, from_end, spot in _ends(curves):

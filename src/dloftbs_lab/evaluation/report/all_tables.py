@@ -9,7 +9,7 @@ from dloftbs_lab.evaluation.report.joint_tables import joint_tables
 from dloftbs_lab.evaluation.report.kind_tables import kinds_table
 from dloftbs_lab.evaluation.report.paper_tables import paper_tables
 from dloftbs_lab.evaluation.report.space_tables import depth_camera_table, space_table
-from dloftbs_lab.evaluation.report.spread import Sample, frames_of
+from dloftbs_lab.evaluation.report.spread import Sample, frames_of, grouped
 from dloftbs_lab.evaluation.report.table import Cell, Table, existing, median
 from dloftbs_lab.evaluation.report.tracking_tables import following_table
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
@@ -105,13 +105,7 @@ _METHOD: _Group = {"method": lambda part: part.key.method}
 def _rows(
     parts: Sequence[Part], group: _Group, figures: Sequence[str]
 ) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
-    """Return columns and rows: a row for each group of frames, as they come up first."""
-    groups: dict[tuple[Cell, ...], list[Part]] = {}
-    for part in parts:
-        groups.setdefault(tuple(of(part) for of in group.values()), []).append(part)
-    samples = {name: frames_of(of_group) for name, of_group in groups.items()}
-    made = tuple((*name, *(_FIGURES[figure](frames) for figure in figures)) for name, frames in samples.items())
-    return (*group, *figures), made
+    return grouped(parts, group, {figure: _FIGURES[figure] for figure in figures}, frames_of)
 
 
 def _summary(parts: Sequence[Part]) -> Table:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from dloftbs_lab.evaluation.identity_scores import TrackingScores
-from dloftbs_lab.evaluation.report.spread import Sample, sequences_of
+from dloftbs_lab.evaluation.report.spread import Sample, grouped, sequences_of
 from dloftbs_lab.evaluation.report.table import Cell, Table
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 
@@ -20,49 +20,20 @@ def rows_of(parts: Sequence[Part]) -> list[FrameRow]:
 
 def tracking_table(parts: Sequence[Part]) -> Table:
     """Return how identities and directions were held, for each suite and method that has any."""
-    groups: dict[tuple[str, str], list[Part]] = {}
-    for part in parts:
-        if part.tracking is not None:
-            groups.setdefault((part.key.suite, part.key.method), []).append(part)
-    made = [(*group, *_tracked(sequences_of(of_group))) for group, of_group in groups.items()]
-    columns = (
-        "suite",
-        "method",
-        "scenes",
-        "objects, all frames",
-        "identity switches",
-        "direction flips",
-        "fragmentations",
-        "misses",
-        "false positives",
-        "IDF1",
-        "MOTA",
-    )
+    tracked = [part for part in parts if part.tracking is not None]
     note = (
         "A track is that of an object while its L3 is within 50 px in HD, and as much of smaller images. Hidden "
         "tracks do not count."
     )
-    return Table("tracking", "Tracking", columns, tuple(made), note)
+    return Table("tracking", "Tracking", *grouped(tracked, _GROUP, _FIGURES, sequences_of), note)
 
 
-def _tracked(sequences: Sample[Part]) -> tuple[Cell, ...]:
-    def scores(part: Part) -> TrackingScores:
-        return part.tracking or TrackingScores()
+def _scores(part: Part) -> TrackingScores:
+    return part.tracking or TrackingScores()
 
-    def errors(part: Part) -> int:
-        return scores(part).misses + scores(part).false_positives + scores(part).switches
 
-    return (
-        sequences.count,
-        sequences.total(lambda part: scores(part).objects),
-        sequences.total(lambda part: scores(part).switches),
-        sequences.total(lambda part: scores(part).flips),
-        sequences.total(lambda part: scores(part).fragmentations),
-        sequences.total(lambda part: scores(part).misses),
-        sequences.total(lambda part: scores(part).false_positives),
-        idf1(sequences, scores),
-        sequences.ratio(errors, lambda part: scores(part).objects, -1.0, offset=1.0),
-    )
+def _errors(part: Part) -> int:
+    return _scores(part).misses + _scores(part).false_positives + _scores(part).switches
 
 
 def idf1(sequences: Sample[T], scores: Callable[[T], TrackingScores]) -> Cell:
@@ -70,6 +41,23 @@ def idf1(sequences: Sample[T], scores: Callable[[T], TrackingScores]) -> Cell:
     return sequences.ratio(
         lambda one: 2 * scores(one).id_matches, lambda one: scores(one).objects + scores(one).outputs
     )
+
+
+_GROUP: dict[str, Callable[[Part], Cell]] = {
+    "suite": lambda part: part.key.suite,
+    "method": lambda part: part.key.method,
+}
+_FIGURES: dict[str, Callable[[Sample[Part]], Cell]] = {
+    "scenes": lambda sequences: sequences.count,
+    "objects, all frames": lambda sequences: sequences.total(lambda part: _scores(part).objects),
+    "identity switches": lambda sequences: sequences.total(lambda part: _scores(part).switches),
+    "direction flips": lambda sequences: sequences.total(lambda part: _scores(part).flips),
+    "fragmentations": lambda sequences: sequences.total(lambda part: _scores(part).fragmentations),
+    "misses": lambda sequences: sequences.total(lambda part: _scores(part).misses),
+    "false positives": lambda sequences: sequences.total(lambda part: _scores(part).false_positives),
+    "IDF1": lambda sequences: idf1(sequences, _scores),
+    "MOTA": lambda sequences: sequences.ratio(_errors, lambda part: _scores(part).objects, -1.0, offset=1.0),
+}
 
 
 def exceptions_table(parts: Sequence[Part]) -> Table:

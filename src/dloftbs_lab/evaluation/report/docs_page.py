@@ -17,11 +17,11 @@ from typing import Any
 import cv2
 
 from dloftbs.errors import SourceError
+from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.json_text import encode
 from dloftbs_lab.evaluation.report.first_page import first_page, readme_line
 from dloftbs_lab.evaluation.report.pages import OVERALL, PAPER
 from dloftbs_lab.evaluation.report.write import PAGES, SUMMARY
-from dloftbs_lab.evaluation.runner.finished_parts import write
 
 PAGE, FOLDER, PICTURES, PHOTOGRAPHS = "results.md", "results", "images/results", "photographs.md"
 README = "README.md"
@@ -80,12 +80,12 @@ def assemble(results: Path, docs: Path, photographs: Path | None = None) -> None
         if old.name != PHOTOGRAPHS:
             old.unlink()
     for page in sorted((results / PAGES).glob("*.md")):
-        write(docs / FOLDER / page.name, _with_pictures(page, docs).encode())
+        write_whole(docs / FOLDER / page.name, _with_pictures(page, docs).encode())
     if photographs is not None:
-        write(docs / FOLDER / PHOTOGRAPHS, _page_of_photographs(photographs).encode())
-    write(before, encode(summary, indent=1))
+        write_whole(docs / FOLDER / PHOTOGRAPHS, _page_of_photographs(photographs).encode())
+    write_whole(before, encode(summary, indent=1))
     for page, text in blocks.items():
-        write(page, text.encode())
+        write_whole(page, text.encode())
 
 
 def block_of(page: Path) -> str:
@@ -132,7 +132,7 @@ def _with_pictures(page: Path, docs: Path) -> str:
 
     def embedded(link: re.Match[str]) -> str:
         name, data = small(page.parent / link[2])
-        write(docs / PICTURES / name, data)
+        write_whole(docs / PICTURES / name, data)
         return f"![{link[1]}](../{PICTURES}/{name})"
 
     return _LINK.sub(embedded, _read(page))

@@ -40,10 +40,6 @@ _RC: Any = {
 def write_plots(parts: Sequence[Part], folder: Path) -> list[Path]:
     """Draw all plots that the parts have figures for, as PNG.
 
-    Returns
-    -------
-    list of Path
-
     Raises
     ------
     ImportError

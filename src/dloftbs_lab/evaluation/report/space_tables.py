@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from dloftbs_lab.evaluation.report.spread import Sample, frames_of
+from dloftbs_lab.evaluation.report.spread import Sample, frames_of, grouped
 from dloftbs_lab.evaluation.report.table import Cell, Table, existing, percent
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 
-_MEAN, _P95 = "L3 mm mean", "L3 mm 95 %"
-_LENGTH = "length off, % mean"
-_NONE = "frames without a curve in space"
-_COLUMNS = ("scenario", "method", _MEAN, _P95, "L3 mm max", _LENGTH, "length off, % median", "scenes", "frames", _NONE)
 _SHARE = 0.95
+_Group = Mapping[str, Callable[[Part], Cell]]
+_Figures = Mapping[str, Callable[[Sample[FrameRow]], Cell]]
 _NOTE = (
     "L3 of the curve in space from the true axis, and how much its length is off the true one. 95 %: below it lie so "
     "many of all frames, those without a curve in space counting as infinitely far off. Depth has noise with a "
@@ -40,11 +38,8 @@ def space_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[Part]] = {}
-    for part in parts:
-        groups.setdefault((part.key.sequence, part.key.method), []).append(part)
-    rows = tuple(_row(*names, frames_of(of_group)) for names, of_group in groups.items())
-    return Table(suite, f"{suite}: RGBD with the noise of depth cameras, curves in space", _COLUMNS, rows, _NOTE)
+    made = grouped(parts, {"scenario": lambda part: part.key.sequence, **_METHOD}, _FIGURES, frames_of)
+    return Table(suite, f"{suite}: RGBD with the noise of depth cameras, curves in space", *made, _NOTE)
 
 
 def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
@@ -57,47 +52,17 @@ def depth_camera_table(parts: Sequence[Part], suite: str) -> Table:
     suite : str
         Its name.
     """
-    groups: dict[tuple[str, str], list[Part]] = {}
-    for part in parts:
-        groups.setdefault((part.key.sequence.partition(", ")[2], part.key.method), []).append(part)
-    columns = (
-        *("errors of depth", "method", "L3 mm median", _P95, "L3 mm max", "far off", "far off, %", _LENGTH),
-        *("scenes", "frames", _NONE),
-    )
-    rows = []
-    for names, of_group in groups.items():
-        frames = frames_of(of_group)
-        known = existing(row.l3_mm for row in frames.items)
-        rows.append(
-            (
-                *names,
-                frames.quantile(lambda row: row.l3_mm),
-                frames.quantile(lambda row: row.l3_mm, _SHARE),
-                max(known, default=None),
-                sum(error > FAR_MM for error in known),
-                frames.mean(lambda row: None if row.l3_mm is None else float(row.l3_mm > FAR_MM), 100.0),
-                frames.mean(lambda row: row.length_error, 100.0),
-                frames.count,
-                len(frames),
-                len(frames) - len(known),
-            )
-        )
-    return Table(suite, f"{suite}: curves in space, by the errors of depth", columns, tuple(rows), _ERRORS_NOTE)
+    errors: _Group = {"errors of depth": lambda part: part.key.sequence.partition(", ")[2], **_METHOD}
+    made = grouped(parts, errors, _ERRORS_FIGURES, frames_of)
+    return Table(suite, f"{suite}: curves in space, by the errors of depth", *made, _ERRORS_NOTE)
 
 
-def _row(scenario: str, method: str, frames: Sample[FrameRow]) -> tuple[Cell, ...]:
-    return (
-        scenario,
-        method,
-        frames.mean(lambda row: row.l3_mm),
-        _finite(frames.quantile(_or_endless, _SHARE)),
-        max(existing(row.l3_mm for row in frames.items), default=None),
-        frames.mean(lambda row: row.length_error, 100.0),
-        frames.quantile(_length_percent),
-        frames.count,
-        len(frames),
-        frames.total(lambda row: row.l3_mm is None),
-    )
+def _known(frames: Sample[FrameRow]) -> list[float]:
+    return existing(row.l3_mm for row in frames.items)
+
+
+def _is_far(row: FrameRow) -> float | None:
+    return None if row.l3_mm is None else float(row.l3_mm > FAR_MM)
 
 
 def _length_percent(row: FrameRow) -> float | None:
@@ -110,3 +75,30 @@ def _or_endless(row: FrameRow) -> float:
 
 def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
+
+
+_METHOD: _Group = {"method": lambda part: part.key.method}
+_FRAMES: _Figures = {
+    "scenes": lambda frames: frames.count,
+    "frames": len,
+    "frames without a curve in space": lambda frames: frames.total(lambda row: row.l3_mm is None),
+}
+_MAX: _Figures = {"L3 mm max": lambda frames: max(_known(frames), default=None)}
+_LENGTH: _Figures = {"length off, % mean": lambda frames: frames.mean(lambda row: row.length_error, 100.0)}
+_FIGURES: _Figures = {
+    "L3 mm mean": lambda frames: frames.mean(lambda row: row.l3_mm),
+    "L3 mm 95 %": lambda frames: _finite(frames.quantile(_or_endless, _SHARE)),
+    **_MAX,
+    **_LENGTH,
+    "length off, % median": lambda frames: frames.quantile(_length_percent),
+    **_FRAMES,
+}
+_ERRORS_FIGURES: _Figures = {
+    "L3 mm median": lambda frames: frames.quantile(lambda row: row.l3_mm),
+    "L3 mm 95 %": lambda frames: frames.quantile(lambda row: row.l3_mm, _SHARE),
+    **_MAX,
+    "far off": lambda frames: sum(error > FAR_MM for error in _known(frames)),
+    "far off, %": lambda frames: frames.mean(_is_far, 100.0),
+    **_LENGTH,
+    **_FRAMES,
+}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, TypeVar
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dloftbs.support.arrays import FloatArray, frozen
-from dloftbs_lab.evaluation.report.table import Estimate
+from dloftbs_lab.evaluation.report.table import Cell, Estimate
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 
 RESAMPLES = 1000
@@ -114,6 +114,30 @@ def frames_of(parts: Iterable[Part]) -> Sample[FrameRow]:
 def sequences_of(parts: Sequence[Part]) -> Sample[Part]:
     """Return the parts with the scenes of their sequences."""
     return Sample(tuple(parts), tuple(part.scene for part in parts))
+
+
+def grouped(
+    parts: Iterable[Part],
+    group: Mapping[str, Callable[[Part], Cell]],
+    figures: Mapping[str, Callable[[Sample[T]], Cell]],
+    sample: Callable[[Sequence[Part]], Sample[T]],
+) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:
+    """Return the columns of a table and its rows: one for each group of parts, as they come up first.
+
+    Parameters
+    ----------
+    parts : iterable of Part
+    group, figures : mapping of str to callable
+        From the title of a column to what stands in it: what the parts of a group have in common, and its figures.
+    sample : callable
+        From the parts of a group to what the figures are of.
+    """
+    groups: dict[tuple[Cell, ...], list[Part]] = {}
+    for part in parts:
+        groups.setdefault(tuple(of(part) for of in group.values()), []).append(part)
+    samples = {names: sample(of_group) for names, of_group in groups.items()}
+    rows = tuple((*names, *(figure(one) for figure in figures.values())) for names, one in samples.items())
+    return (*group, *figures), rows
 
 
 @functools.cache

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 from typing import TypeAlias
 
 from dloftbs_lab.evaluation.report.counts import idf1
 from dloftbs_lab.evaluation.report.spread import Sample
-from dloftbs_lab.evaluation.report.table import Cell, Table, mean
+from dloftbs_lab.evaluation.report.table import Cell, Table, existing, mean
 from dloftbs_lab.evaluation.runner.finished_parts import Following, Part, TrackRow
 
 _Groups: TypeAlias = dict[tuple[str, int | None, str], list[tuple[Following, str]]]
@@ -27,30 +27,6 @@ _WHOLE = 0.99
 _ENOUGH = 0.1
 """Share of its length that an object must show to count as in sight again."""
 
-_COLUMNS = (
-    "family",
-    "cables",
-    "method",
-    "sequences",
-    "no switch, %",
-    "no flip, %",
-    "unbroken, %",
-    "objects followed, %",
-    "IDF1",
-    "harm, %",
-    "help, %",
-    "missed, %",
-    "ghosts, %",
-    "occluded: L3 px tracked",
-    "occluded: L3 px of the hidden part",
-    "occluded: L3 px frame by frame",
-    "occluded: less, %",
-    "occluded: not detected, %",
-    "clear: L3 px tracked",
-    "clear: L3 px frame by frame",
-    "frames until re-found",
-    "never re-found",
-)
 _NOTE = (
     "A sequence without a switch is one in which every object keeps its track; without a flip, one in which each track "
     "runs the same way on its object; unbroken, both; an object is followed that has a "
@@ -86,9 +62,10 @@ def following_table(parts: Sequence[Part], suite: str) -> Table:
         totals.setdefault((every, cables, method), []).extend(followed)
     for (_, _, method), followed in counted.items():
         totals.setdefault((every, None, method), []).extend(followed)
-    rows = tuple(_row(*key, Sample(*zip(*followed, strict=True))) for key, followed in (groups | totals).items())
+    samples = {key: Sample(*zip(*followed, strict=True)) for key, followed in (groups | totals).items()}
+    rows = tuple((*key, *(figure(one) for figure in _FIGURES.values())) for key, one in samples.items())
     title = f"{suite}: identities, directions, and the tracked curve against frame by frame"
-    return Table(f"{suite}-families", title, _COLUMNS, rows, _NOTE)
+    return Table(f"{suite}-families", title, ("family", "cables", "method", *_FIGURES), rows, _NOTE)
 
 
 def is_harmed(row: TrackRow) -> bool:
@@ -138,34 +115,6 @@ def refound(rows: Sequence[TrackRow]) -> list[int | None]:
     return found if since is None else [*found, None]
 
 
-def _row(family: str, cables: int | None, method: str, followed: Sample[Following]) -> tuple[Cell, ...]:
-    again = [after for one in followed.items for after in _refound(one)]
-    return (
-        family,
-        cables,
-        method,
-        len(followed),
-        followed.mean(lambda one: float(one.scores.switches == 0), 100.0),
-        followed.mean(lambda one: float(one.scores.flips == 0), 100.0),
-        followed.mean(lambda one: float(one.scores.switches == one.scores.flips == 0), 100.0),
-        followed.ratio(lambda one: one.scores.mostly_tracked, _objects, 100.0),
-        idf1(followed, lambda one: one.scores),
-        followed.ratio(lambda one: sum(map(is_harmed, one.rows)), lambda one: len(one.rows), 100.0),
-        followed.ratio(lambda one: sum(map(is_helped, one.rows)), lambda one: len(one.rows), 100.0),
-        followed.ratio(lambda one: one.missed, lambda one: one.shown, 100.0),
-        followed.ratio(lambda one: one.ghosts, lambda one: one.points, 100.0),
-        _mean(followed, _occluded, _tracked),
-        _mean(followed, _occluded, lambda row: None if row.alone_px is None else row.hidden_px),
-        _mean(followed, _occluded, _alone),
-        followed.ratio(_sum(_occluded, _tracked), _sum(_occluded, _alone), -100.0, offset=100.0),
-        _mean(followed, _occluded, lambda row: 100.0 * (row.alone_px is None)),
-        _mean(followed, _clear, _tracked),
-        _mean(followed, _clear, _alone),
-        mean(float(after) for after in again if after is not None),
-        sum(after is None for after in again) if again else None,
-    )
-
-
 def _objects(followed: Following) -> int:
     return followed.scores.mostly_tracked + followed.scores.partly_tracked + followed.scores.mostly_lost
 
@@ -197,6 +146,45 @@ def _sum(chosen: _Chosen, value: _Value) -> Callable[[Following], float]:
     return lambda one: sum(value(row) or 0.0 for row in one.rows if chosen(row))
 
 
-def _refound(followed: Following) -> list[int | None]:
-    rows = sorted(followed.rows, key=lambda row: (row.object, row.index))
-    return [after for _, of_object in groupby(rows, key=lambda row: row.object) for after in refound(list(of_object))]
+def _refound(followed: Sample[Following]) -> list[int | None]:
+    found = []
+    for one in followed.items:
+        rows = sorted(one.rows, key=lambda row: (row.object, row.index))
+        for _, of_object in groupby(rows, key=lambda row: row.object):
+            found += refound(list(of_object))
+    return found
+
+
+_FIGURES: Mapping[str, Callable[[Sample[Following]], Cell]] = {
+    "sequences": len,
+    "no switch, %": lambda followed: followed.mean(lambda one: float(one.scores.switches == 0), 100.0),
+    "no flip, %": lambda followed: followed.mean(lambda one: float(one.scores.flips == 0), 100.0),
+    "unbroken, %": lambda followed: followed.mean(
+        lambda one: float(one.scores.switches == one.scores.flips == 0), 100.0
+    ),
+    "objects followed, %": lambda followed: followed.ratio(lambda one: one.scores.mostly_tracked, _objects, 100.0),
+    "IDF1": lambda followed: idf1(followed, lambda one: one.scores),
+    "harm, %": lambda followed: followed.ratio(
+        lambda one: sum(map(is_harmed, one.rows)), lambda one: len(one.rows), 100.0
+    ),
+    "help, %": lambda followed: followed.ratio(
+        lambda one: sum(map(is_helped, one.rows)), lambda one: len(one.rows), 100.0
+    ),
+    "missed, %": lambda followed: followed.ratio(lambda one: one.missed, lambda one: one.shown, 100.0),
+    "ghosts, %": lambda followed: followed.ratio(lambda one: one.ghosts, lambda one: one.points, 100.0),
+    "occluded: L3 px tracked": lambda followed: _mean(followed, _occluded, _tracked),
+    "occluded: L3 px of the hidden part": lambda followed: _mean(
+        followed, _occluded, lambda row: None if row.alone_px is None else row.hidden_px
+    ),
+    "occluded: L3 px frame by frame": lambda followed: _mean(followed, _occluded, _alone),
+    "occluded: less, %": lambda followed: followed.ratio(
+        _sum(_occluded, _tracked), _sum(_occluded, _alone), -100.0, offset=100.0
+    ),
+    "occluded: not detected, %": lambda followed: _mean(
+        followed, _occluded, lambda row: 100.0 * (row.alone_px is None)
+    ),
+    "clear: L3 px tracked": lambda followed: _mean(followed, _clear, _tracked),
+    "clear: L3 px frame by frame": lambda followed: _mean(followed, _clear, _alone),
+    "frames until re-found": lambda followed: mean(map(float, existing(_refound(followed)))),
+    "never re-found": lambda followed: None if not (again := _refound(followed)) else again.count(None),
+}

@@ -15,10 +15,11 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
+from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.arrays import FloatArray
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture
-from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part, Points, write
+from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part, Points
 from dloftbs_lab.evaluation.runner.found import samples
 from dloftbs_lab.evaluation.runner.sequence_run import WORST
 from dloftbs_lab.evaluation.suites import Suite
@@ -61,7 +62,7 @@ def write_worst(suites: Sequence[Suite], parts: Sequence[Part], folder: Path) ->
             name = re.sub(r"[^A-Za-z0-9.]+", "-", f"{suite.name}-{method}")
             paths.append(folder / f"{name}.jpg")
             _, data = cv2.imencode(".jpg", sheet, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-            write(paths[-1], data.tobytes())
+            write_whole(paths[-1], data.tobytes())
     return paths
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from dloftbs._version import __version__
+from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.json_text import encode
 from dloftbs_lab.evaluation.report.all_tables import tables
 from dloftbs_lab.evaluation.report.counts import rows_of
@@ -24,7 +25,7 @@ from dloftbs_lab.evaluation.report.spread import NOTE
 from dloftbs_lab.evaluation.report.summary import summarise
 from dloftbs_lab.evaluation.report.table import Table
 from dloftbs_lab.evaluation.report.worst_frames import write_worst
-from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part, write
+from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part
 from dloftbs_lab.evaluation.suites import Suite
 
 MARKDOWN, JSON, FRAMES, JOINTS = "report.md", "report.json", "frames.csv", "joints.csv"
@@ -94,17 +95,17 @@ def write_report(
     """
     made = tuple(replace(table, mark=mark) for table in tables(parts, untracked))
     for table in made:
-        write(folder / TABLES / f"{table.name}.csv", table.csv().encode())
-    write(folder / FRAMES, _frames_csv(rows_of(parts)).encode())
-    write(folder / JOINTS, _joints_csv(parts).encode())
-    write(folder / JSON, _json(suites, parts, made, heading))
+        write_whole(folder / TABLES / f"{table.name}.csv", table.csv().encode())
+    write_whole(folder / FRAMES, _frames_csv(rows_of(parts)).encode())
+    write_whole(folder / JOINTS, _joints_csv(parts).encode())
+    write_whole(folder / JSON, _json(suites, parts, made, heading))
     plots, no_plots = _plots(parts, folder / PLOTS)
     report = Report(heading, made, (*plots, *write_worst(suites, parts, folder / WORST)), no_plots)
-    write(folder / MARKDOWN, markdown(report, suites, parts, folder).encode())
-    write(folder / SUMMARY, encode(summarise(suites, parts, heading, mark), indent=1))
+    write_whole(folder / MARKDOWN, markdown(report, suites, parts, folder).encode())
+    write_whole(folder / SUMMARY, encode(summarise(suites, parts, heading, mark), indent=1))
     run = (heading, "; ".join(f"{name}: {value}" for name, value in environment().items()))
     for name, page in make_pages(suites, parts, report.pictures, run, untracked, mark).items():
-        write(folder / PAGES / f"{name}.md", page.encode())
+        write_whole(folder / PAGES / f"{name}.md", page.encode())
     return report
 
 

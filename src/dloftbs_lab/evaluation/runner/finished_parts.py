@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +11,8 @@ from pathlib import Path
 
 from dloftbs import _version
 from dloftbs.data.centerline import JointKind
-from dloftbs.errors import InputError, SinkError
+from dloftbs.errors import InputError
+from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.documents import parse_json
 from dloftbs.support.json_text import encode
 from dloftbs_lab.evaluation.identity_scores import TrackingScores
@@ -287,25 +287,7 @@ def save(folder: Path, part: Part) -> None:
     SinkError
         If it cannot be written.
     """
-    write(folder / part.key.file_name, encode(part))
-
-
-def write(path: Path, data: bytes) -> None:
-    """Write or replace a file as a whole, and make its folder.
-
-    Raises
-    ------
-    SinkError
-        If it cannot be written.
-    """
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished.write_bytes(data)
-        unfinished.replace(path)
-    except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise SinkError(f"cannot write {str(path)!r}: {error}") from error
+    write_whole(folder / part.key.file_name, encode(part))
 
 
 def code_version() -> str:

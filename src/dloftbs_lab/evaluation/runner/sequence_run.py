@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from dloftbs_lab.evaluation.runner.joint_scores import judge_joints
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
 from dloftbs_lab.evaluation.runner.track_scores import FollowingScorer
 from dloftbs_lab.evaluation.runner.visible_truth import distances_of
+from dloftbs_lab.known_sequence import KnownSequence
 from dloftbs_lab.truth import Truth
 
 WORST = 10
@@ -28,22 +29,6 @@ _SCORES = tuple(one.name for one in fields(Score) if one.name != "distances")
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Places in a sequence at which its objects are counted."""
 _warm: set[tuple[str, str]] = set()
-
-
-class KnownFrames(Protocol):
-    """As much of a `dloftbs_lab.KnownSequence` as scoring needs."""
-
-    fps: float | None
-    tolerance_px: float | None
-    scene_name: str | None
-
-    def __len__(self) -> int: ...
-
-    def frame(self, index: int) -> Frame:
-        """Return one frame."""
-
-    def truth(self, index: int) -> Truth:
-        """Return the truth of one frame."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +66,7 @@ class Method:
         """The method with each of its factories, but that for one object."""
         return [replace(self, factory=factory, alternatives=()) for factory in (self.factory, *self.alternatives)]
 
-    def made_for(self, sequence: KnownFrames) -> Method:
+    def made_for(self, sequence: KnownSequence) -> Method:
         """Return the form for a sequence: that of one object where none of some frames shows more."""
         if self.one_factory is None:
             return self
@@ -91,7 +76,7 @@ class Method:
         return replace(self, factory=self.one_factory, one_factory=None) if single else self
 
 
-def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence[Method]) -> list[Part]:
+def score_sequence(keys: Sequence[Key], sequence: KnownSequence, methods: Sequence[Method]) -> list[Part]:
     """Call a fresh instance of each method on all frames of a sequence, and score it.
 
     All methods get a frame before the next one is made, since to generate one often takes longer than to process it.
@@ -100,7 +85,7 @@ def score_sequence(keys: Sequence[Key], sequence: KnownFrames, methods: Sequence
     ----------
     keys : sequence of Key
         One for each method.
-    sequence : KnownFrames
+    sequence : KnownSequence
     methods : sequence of Method
 
     Returns
@@ -136,7 +121,7 @@ def _error(part: Part) -> tuple[int, float]:
 class _Run:
     """One method on one sequence, frame by frame."""
 
-    def __init__(self, key: Key, sequence: KnownFrames, method: Method) -> None:
+    def __init__(self, key: Key, sequence: KnownSequence, method: Method) -> None:
         _warm_up(method, sequence)
         self._key = key
         self._sequence = sequence
@@ -213,7 +198,7 @@ def _make(method: Method) -> Callable[[Frame], Any]:
         raise InputError(f"method {method.name!r} cannot be made: {_text(error)}") from error
 
 
-def _warm_up(method: Method, sequence: KnownFrames) -> None:
+def _warm_up(method: Method, sequence: KnownSequence) -> None:
     """Call an instance that nobody needs once a process, since compiling and loading is no part of a frame's time."""
     name = (method.name, method.settings)
     if name not in _warm and len(sequence):
