@@ -23,7 +23,7 @@ from benchmarks.docs import arguments, published
 from benchmarks.scenes import SIZE, cables
 from dloftbs import Config, Frame, Pipeline
 from dloftbs.sinks._mp4 import H264Mp4
-from dloftbs.sinks._safe_files import AppendFile
+from dloftbs.support.safe_files import AppendFile
 
 MEGABYTE = 2**20
 COMMAND = [sys.executable, "-m", "dloftbs"]

@@ -152,7 +152,7 @@ def test_a_second_process_is_refused(folder):
 
 @pytest.mark.parametrize("command", ["demo --quick", "evaluate kinds --quick"])
 def test_a_folder_that_somebody_else_writes_is_refused(folder, command):
-    from dloftbs.sinks._claims import Claim
+    from dloftbs.support.claims import Claim
 
     (folder / "out").mkdir()
     with Claim(folder / "out"):

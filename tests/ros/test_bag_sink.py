@@ -24,8 +24,8 @@ from dloftbs import InputError, SinkError, sinks, sources
 from dloftbs.ros import BagSink, Recording
 from dloftbs.ros.bag_metadata import QOS
 from dloftbs.ros.message_types import MessageTypes
-from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.support.documents import parse_yaml
+from dloftbs.support.safe_files import AppendFile
 
 COUNT = 4
 ALWAYS = {"points", "points_px", "markers", "diagnostics", "overlay/compressed"}

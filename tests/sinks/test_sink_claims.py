@@ -14,8 +14,8 @@ from sinks.sink_examples import open_sink
 
 from dloftbs import sinks
 from dloftbs.errors import SinkError
-from dloftbs.sinks import _claims
-from dloftbs.sinks._claims import Claim
+from dloftbs.support import claims
+from dloftbs.support.claims import Claim
 
 WRITER = Path(__file__).with_name("process_that_writes.py")
 NAMES = ("a.jsonl", "a.npz", "a.csv", "b.ply", "a.mp4", "pictures/")
@@ -95,15 +95,15 @@ def test_a_file_may_have_the_longest_name(tmp_path):
 
 
 def test_a_lock_whose_file_was_removed_meanwhile_is_taken_again(tmp_path, monkeypatch):
-    first, real = Claim(tmp_path / "a"), _claims._lock
+    first, real = Claim(tmp_path / "a"), claims._lock
 
     def lock(file):
         first.release()  # removes the file that is open here already
         real(file)
 
-    monkeypatch.setattr(_claims, "_lock", lock)
+    monkeypatch.setattr(claims, "_lock", lock)
     with Claim(tmp_path / "a"):
-        monkeypatch.setattr(_claims, "_lock", real)
+        monkeypatch.setattr(claims, "_lock", real)
         with pytest.raises(SinkError, match="somebody else"):
             Claim(tmp_path / "a")
 
@@ -112,7 +112,7 @@ def test_a_file_system_without_locks_is_written_with_a_warning(tmp_path, monkeyp
     def refuse(file):
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(_claims, "_lock", refuse)
+    monkeypatch.setattr(claims, "_lock", refuse)
     with sinks.open(tmp_path / "a.jsonl") as sink:
         sink.write(examples.frame(), examples.nothing())
     assert len(list(sinks.read_json_lines(tmp_path / "a.jsonl"))) == 1

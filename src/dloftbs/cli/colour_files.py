@@ -17,9 +17,9 @@ from dloftbs import sources, viz
 from dloftbs.config import ColourConfig, Config, Stroke
 from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError, SinkError, SourceError
-from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import identity_of
 from dloftbs.support.documents import parse_yaml, read_text
+from dloftbs.support.safe_files import sink_errors
 from dloftbs.support.text import readable
 
 _CYAN = np.array([255.0, 230.0, 0.0])

@@ -19,8 +19,8 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import ConfigError, SinkError
 from dloftbs.pipeline import Pipeline
 from dloftbs.sinks import MultiSink, Sink
-from dloftbs.sinks._safe_files import sink_errors, write_whole
 from dloftbs.support.json_text import encode_line
+from dloftbs.support.safe_files import sink_errors, write_whole
 from dloftbs.support.text import readable
 
 _SIGNATURE = "# The configuration of dloftbs"

@@ -16,12 +16,12 @@ from dloftbs import sinks
 from dloftbs.cli.options import STANDARD_OUTPUT
 from dloftbs.cli.outputs import config_beside
 from dloftbs.config import Config
-from dloftbs.sinks._safe_files import sink_errors
 from dloftbs.sinks.sink import Identity, identity_of
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import is_rule, partner_of
 from dloftbs.sources.recordings import BAG_SUFFIXES, COMPRESSED
 from dloftbs.sources.standard_input import STANDARD_INPUT
+from dloftbs.support.safe_files import sink_errors
 
 READING = ("depth", "masks", "occluders", "camera", "registration", "config_file", "background")
 """Parameters of commands that name further inputs beside the frames."""

@@ -29,9 +29,9 @@ from dloftbs.ros.result_messages import (
 from dloftbs.ros.topic_choice import OWN_TOPICS
 from dloftbs.ros.track_samples import objects_of, sample_px, sampled_m
 from dloftbs.sinks._images import encode
-from dloftbs.sinks._safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
 from dloftbs.sources.recordings import METADATA
+from dloftbs.support.safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.support.values import check_flag, check_text
 
 SUFFIX = ".mcap"

@@ -11,7 +11,7 @@ import numpy as np
 
 from dloftbs.errors import SinkError
 from dloftbs.sinks._images import BgrImage
-from dloftbs.sinks._safe_files import AppendFile
+from dloftbs.support.safe_files import AppendFile
 
 CODEC = "libx264"
 # Without look-ahead and with a fragment per picture, a killed process loses the last picture and no more.

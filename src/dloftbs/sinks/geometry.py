@@ -18,8 +18,8 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SinkError
 from dloftbs.sinks import _mesh
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
-from dloftbs.sinks._safe_files import UnusedNames, claim_replaceable, sink_errors, write_whole
 from dloftbs.sinks.sink import PathSink
+from dloftbs.support.safe_files import UnusedNames, claim_replaceable, sink_errors, write_whole
 
 logger = logging.getLogger("dloftbs.sinks")
 

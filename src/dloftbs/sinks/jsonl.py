@@ -10,10 +10,10 @@ from typing import Any
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
-from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.documents import parse_json
 from dloftbs.support.json_text import encode_line
+from dloftbs.support.safe_files import AppendFile
 from dloftbs.support.values import check_path
 
 logger = logging.getLogger("dloftbs.sinks")

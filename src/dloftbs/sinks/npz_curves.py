@@ -14,10 +14,10 @@ from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError, SourceError
 from dloftbs.sinks._rows import ObjectRow, object_rows
-from dloftbs.sinks._safe_files import claim_replaceable, replacing, sink_errors
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.arrays import FloatArray
 from dloftbs.support.npy import BROKEN, read_members
+from dloftbs.support.safe_files import claim_replaceable, replacing, sink_errors
 from dloftbs.support.values import check_path
 
 _MAX_BYTES = 1 << 30

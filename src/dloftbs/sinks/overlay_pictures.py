@@ -17,9 +17,9 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import InputError
 from dloftbs.sinks._images import encode, fitted
 from dloftbs.sinks._mp4 import H264Mp4
-from dloftbs.sinks._safe_files import AppendFile, UnusedNames, claim_file, claim_folder, write_whole
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.arrays import check_image
+from dloftbs.support.safe_files import AppendFile, UnusedNames, claim_file, claim_folder, write_whole
 
 logger = logging.getLogger("dloftbs.sinks")
 

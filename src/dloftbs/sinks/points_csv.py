@@ -17,9 +17,9 @@ from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.u_mapping import is_in_front, to_space
 from dloftbs.errors import InputError
 from dloftbs.sinks._rows import ObjectRow, inside, object_rows
-from dloftbs.sinks._safe_files import AppendFile
 from dloftbs.sinks.sink import PathSink
 from dloftbs.support.arrays import FloatArray
+from dloftbs.support.safe_files import AppendFile
 
 _OF_POINTS = {
     "i": "d",

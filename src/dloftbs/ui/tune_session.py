@@ -16,8 +16,8 @@ from dloftbs.config import Config, Roi, SegmentationConfig, read_roi
 from dloftbs.data.frame import Frame
 from dloftbs.errors import DloftbsError, InputError
 from dloftbs.pipeline import Pipeline
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.safe_files import write_whole
 from dloftbs.support.text import readable
 from dloftbs.ui.advice import doubt
 from dloftbs.ui.audience import Audience

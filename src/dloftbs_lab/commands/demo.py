@@ -37,7 +37,7 @@ def demo(
     """
     from dloftbs.cli.outputs import config_beside, write_config
     from dloftbs.config import Config, SegmentationConfig
-    from dloftbs.sinks._safe_files import claim_folder
+    from dloftbs.support.safe_files import claim_folder
     from dloftbs_lab.commands.demo_files import describe, mark_as_demo, render, table, write_sheet, write_summary
     from dloftbs_lab.commands.demo_run import follow
     from dloftbs_lab.commands.demo_space import follow_in_space

@@ -16,8 +16,8 @@ from dloftbs._version import __version__
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.errors import SinkError
-from dloftbs.sinks._safe_files import sink_errors, write_whole
 from dloftbs.support.json_text import encode
+from dloftbs.support.safe_files import sink_errors, write_whole
 from dloftbs_lab.commands import demo_space
 from dloftbs_lab.commands.demo_names import CURVES, INPUT, OVERLAY, README, SHEET, SUMMARY
 from dloftbs_lab.commands.scoring import spread_text

@@ -17,8 +17,8 @@ from dloftbs.config import Config, HsvRange, SegmentationConfig
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.pipeline import Pipeline
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.arrays import AnyArray
+from dloftbs.support.safe_files import write_whole
 from dloftbs_lab.commands.scoring import NOTHING, spread, spread_text
 from dloftbs_lab.evaluation import length_error, match_curves
 from dloftbs_lab.synthetic import TYPICAL_NOISE, RgbdSequence, depth_sigma, rgbd_artificial

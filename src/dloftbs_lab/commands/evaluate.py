@@ -135,7 +135,7 @@ def evaluate(
     polylines; without it, as what the folder looks like. A folder that is none of these gets an error that
     draws all layouts.
     """
-    from dloftbs.sinks._safe_files import claim_folder
+    from dloftbs.support.safe_files import claim_folder
     from dloftbs_lab.commands.evaluation_progress import open_parts_progress
     from dloftbs_lab.commands.methods import current_folder_importable, methods_of
     from dloftbs_lab.evaluation.report.write import write_report

@@ -14,8 +14,8 @@ from dloftbs.data.frame import Frame
 from dloftbs.errors import InputError
 from dloftbs.sinks._images import encode
 from dloftbs.sinks._mp4 import H264Mp4
-from dloftbs.sinks._safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.support.json_text import encode_line
+from dloftbs.support.safe_files import AppendFile, sink_errors, write_whole
 from dloftbs.support.text import readable
 from dloftbs_lab.truth import Truth
 

@@ -13,7 +13,7 @@ from dloftbs.cli.batch.input_run import MAX_WARNINGS, record_death, run_input
 from dloftbs.cli.batch.status_file import State, read_status
 from dloftbs.errors import SinkError
 from dloftbs.sinks import read_json_lines, read_npz
-from dloftbs.sinks._claims import Claim
+from dloftbs.support.claims import Claim
 
 
 def test_the_result_is_that_of_track_without_times(tmp_path):

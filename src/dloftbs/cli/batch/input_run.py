@@ -29,8 +29,8 @@ from dloftbs.cli.shell import Failure
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.cli.stream_run import StreamRun
 from dloftbs.errors import DloftbsError, SinkError
-from dloftbs.sinks._claims import Claim, hidden_beside
-from dloftbs.sinks._safe_files import sink_errors
+from dloftbs.support.claims import Claim, hidden_beside
+from dloftbs.support.safe_files import sink_errors
 from dloftbs.support.worker_process import use_one_core
 
 MAX_WARNINGS = 100

@@ -15,11 +15,11 @@ from dloftbs.cli.batch.settings import BatchSettings
 from dloftbs.cli.durations import LatencyHistogram
 from dloftbs.cli.stream_report import RunReport
 from dloftbs.errors import InputError
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.sources.image_files import IMAGE_EXTENSIONS, files_of
 from dloftbs.sources.pairing import partner_of
 from dloftbs.support.documents import parse_json, read_text
 from dloftbs.support.json_text import encode
+from dloftbs.support.safe_files import write_whole
 from dloftbs.support.text import readable
 
 

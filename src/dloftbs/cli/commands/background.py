@@ -56,8 +56,8 @@ def background(
     from dloftbs import sources
     from dloftbs.cli.places import READING, InputFiles
     from dloftbs.segmentation import median_background
-    from dloftbs.sinks._safe_files import check_writable, write_whole
     from dloftbs.sinks.sink import identity_of
+    from dloftbs.support.safe_files import check_writable, write_whole
     from dloftbs.viz import as_png
 
     replaced = InputFiles(where, dict.fromkeys(READING)).name_of(identity_of(str(out)))

@@ -132,8 +132,8 @@ def batch(
 def _write_config(out: Path, config: Config) -> None:
     """Write the configuration into the folder of the results; other shards may be about to do the same."""
     from dloftbs.cli.outputs import config_beside, write_config
-    from dloftbs.sinks._claims import Claim
-    from dloftbs.sinks._safe_files import sink_errors
+    from dloftbs.support.claims import Claim
+    from dloftbs.support.safe_files import sink_errors
 
     target = config_beside([str(out / "batch")], config)
     if target is None:

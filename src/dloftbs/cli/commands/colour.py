@@ -127,7 +127,7 @@ def colour(
     from dloftbs.config import ColourConfig, Config, read_roi
     from dloftbs.data.frame_region import Region
     from dloftbs.segmentation import ColourModel
-    from dloftbs.sinks._safe_files import write_whole
+    from dloftbs.support.safe_files import write_whole
     from dloftbs.viz import as_png
 
     check_places(where, config_file, out, overlay)

@@ -70,7 +70,7 @@ Source: as `_CHORD_WIDTHS` of `curve_crossings`.
 """
 
 _MIN_SINE = 0.3
-"""Sine of the crossing angle below which the upper pass is not known.
+"""Sine of the crossing angle below which the upper pass stays unknown.
 
 Source: by hand; more oblique crossings are too long for the sides to foretell them.
 """

@@ -39,7 +39,7 @@ Source: by hand; the square lies within the cable, and averages noise.
 """
 
 MIN_REFERENCES = 6
-"""Number of ground samples below which nothing is given.
+"""Number of ground samples below which nothing is decided.
 
 Source: by hand; the same number as `AGREE`, so that one sample must agree.
 """

@@ -45,7 +45,7 @@ Source: by definition; a median is robust from three on.
 """
 
 _MIN_CONTRAST = 6.0
-"""Height over the ground, as a multiple of the noise's deviation, from which edges of depth are given.
+"""Height over the ground, as a multiple of the noise's deviation, from which edges of depth are recognised.
 
 Source: by hand; half of it, where the edge is taken, is three deviations.
 """

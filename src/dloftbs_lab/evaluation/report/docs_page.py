@@ -17,8 +17,8 @@ from typing import Any
 import cv2
 
 from dloftbs.errors import SourceError
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.json_text import encode
+from dloftbs.support.safe_files import write_whole
 from dloftbs_lab.evaluation.report.first_page import first_page, readme_line
 from dloftbs_lab.evaluation.report.pages import OVERALL, PAPER
 from dloftbs_lab.evaluation.report.write import PAGES, SUMMARY

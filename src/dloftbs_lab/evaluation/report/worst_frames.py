@@ -15,8 +15,8 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Detection
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.arrays import FloatArray
+from dloftbs.support.safe_files import write_whole
 from dloftbs.viz.overlay import as_picture
 from dloftbs.viz.shapes import Picture
 from dloftbs_lab.evaluation.runner.finished_parts import FrameRow, Part, Points

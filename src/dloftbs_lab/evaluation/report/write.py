@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from dloftbs._version import __version__
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.json_text import encode
+from dloftbs.support.safe_files import write_whole
 from dloftbs_lab.evaluation.report.all_tables import tables
 from dloftbs_lab.evaluation.report.counts import rows_of
 from dloftbs_lab.evaluation.report.losses import losses

@@ -12,9 +12,9 @@ from pathlib import Path
 from dloftbs import _version
 from dloftbs.data.centerline import JointKind
 from dloftbs.errors import InputError
-from dloftbs.sinks._safe_files import write_whole
 from dloftbs.support.documents import parse_json
 from dloftbs.support.json_text import encode
+from dloftbs.support.safe_files import write_whole
 from dloftbs_lab.evaluation.identity_scores import TrackingScores
 
 _SHOWS = ("cli/", "commands/", "sinks/", "viz/", "evaluation/report/", "evaluation/paper_figures")

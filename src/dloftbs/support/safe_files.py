@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from dloftbs.errors import SinkError
-from dloftbs.sinks._claims import Claim, hidden_beside
+from dloftbs.support.claims import Claim, hidden_beside
 
 
 @contextmanager
