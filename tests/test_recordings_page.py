@@ -51,6 +51,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_commands_for_a_laptop(folder: Path) -> None:
     found = commands("On a laptop")
     assert len(found) == 3

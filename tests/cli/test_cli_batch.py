@@ -85,6 +85,7 @@ def test_each_input_has_a_result_and_a_status(undisturbed):
     assert result.stderr.splitlines()[-1].startswith(f"5 inputs: 4 done, 1 failed; {4 * FRAMES} frames in ")
 
 
+@pytest.mark.slow
 def test_killed_again_and_again_it_gives_the_same_results(recordings, undisturbed, tmp_path):
     chance = random.Random(1)
     for kills in range(2):
@@ -105,6 +106,7 @@ def test_killed_again_and_again_it_gives_the_same_results(recordings, undisturbe
     assert "again" not in result.stderr
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_input_alone(recordings, undisturbed, tmp_path):
     process = begin(recordings, tmp_path)
     wait_until(lambda: worker_on(process, "0.npy.jsonl"))
@@ -124,6 +126,7 @@ def test_a_worker_that_is_killed_costs_its_input_alone(recordings, undisturbed, 
     assert contents(tmp_path) == undisturbed[0]
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_all_processes_and_leaves_nothing_half_done(recordings, undisturbed, tmp_path):
     process = begin(recordings, tmp_path)
     wait_until(lambda: parts(tmp_path))
@@ -159,6 +162,7 @@ def test_a_shard_without_inputs_is_no_error(tmp_path):
     assert "0 inputs: none done" in run("batch", path, "--out", tmp_path / "out", "--shard", "2/2").stderr
 
 
+@pytest.mark.slow
 def test_a_changed_setting_or_input_is_said_and_done_again(tmp_path):
     path, out = stack(tmp_path / "a.npy", 3), tmp_path / "out"
     run("batch", path, "--out", out)

@@ -38,6 +38,7 @@ def run(code, cache, **environment):
     return done.stdout.split(), done.stderr
 
 
+@pytest.mark.slow
 def test_what_other_processes_compile_is_loaded(tmp_path):
     code = (
         "print(preparation.prepare(), preparation.prepare(),"
@@ -50,6 +51,7 @@ def test_what_other_processes_compile_is_loaded(tmp_path):
     assert run(code, tmp_path) == (["0", "0", "4"], "")
 
 
+@pytest.mark.slow
 def test_only_the_kernels_of_the_rooms_are_compiled(tmp_path):
     code = "print(preparation.prepare(['segmentation']), *sorted(compiler.count_missing()))"
     assert run(code, tmp_path)[0] == ["3", "dloftbs_lab.evaluation.kernels.nearest_points"]
@@ -76,6 +78,7 @@ def test_rooms_that_are_ready_start_no_process(monkeypatch):
 
 
 @pytest.mark.parametrize("death", ["sys.exit(3)", "import nonsense", "import os; os.kill(os.getpid(), 9)"])
+@pytest.mark.slow
 def test_a_process_that_dies_costs_nothing_but_time(tmp_path, death):
     dying = f"import sys; sys.stdin.readline(); sys.stdin.readline(); {death}"
     assert run(f"preparation._WORKER = {dying!r}\nprint(preparation.prepare())", tmp_path)[0] == ["4"]

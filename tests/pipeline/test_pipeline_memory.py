@@ -7,6 +7,7 @@ import logging
 import sys
 
 import numpy as np
+import pytest
 
 from dloftbs.camera import PinholeCamera
 from dloftbs.data.frame import Frame
@@ -44,6 +45,7 @@ def blocks_after(pipeline: Pipeline, rng: np.random.Generator, numbers: range) -
     return sys.getallocatedblocks()
 
 
+@pytest.mark.slow
 def test_many_varied_frames_leave_nothing_behind(caplog):
     caplog.set_level(logging.CRITICAL, "dloftbs")  # pytest keeps all messages, and each size makes one
     rng = np.random.default_rng(5)

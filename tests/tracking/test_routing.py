@@ -403,6 +403,7 @@ class TestScale:
 
 @settings(max_examples=60)
 @given(st.integers(0, 10**6))
+@pytest.mark.slow
 def test_order_and_direction_of_the_detections_do_not_matter(seed):
     """Crossing, cut, wrongly linked and partly hidden cables, one of them long and thin."""
     rng = np.random.default_rng(seed)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 from benchmarks.newcomer import MAX_ACTIONS, README, command_of, ids, travel
 
 
+@pytest.mark.slow
 def test_from_a_video_of_a_pink_cable_to_its_curves(chromium_path, tmp_path):
     journey, lines = travel(tmp_path, frames=30)
     assert len(journey.actions) <= MAX_ACTIONS

@@ -38,6 +38,7 @@ def recordings(tmp_path):
     return tmp_path / "rec"
 
 
+@pytest.mark.slow
 def test_the_input_of_a_killed_worker_is_done_by_another_one(cluster, recordings, tmp_path):
     address, workers = cluster
     out = tmp_path / "out"

@@ -94,6 +94,7 @@ def started(call, parts, **options):
     return process
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_does_not_wait_for_the_rest_of_an_answer(tmp_path):
     with started(f"to_be_interrupted({str(tmp_path)!r})", tmp_path, stderr=subprocess.PIPE, text=True) as process:
         time.sleep(0.5)  # the first answer is on its way
@@ -107,6 +108,7 @@ def test_an_interrupted_run_does_not_wait_for_the_rest_of_an_answer(tmp_path):
     assert 1 <= len(list(tmp_path.glob("[!.]*.json"))) < 100
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_where_it_was(tmp_path):
     parts, log = tmp_path / "parts", tmp_path / "log"
     process = started(f"to_be_killed({str(parts)!r}, {str(log)!r})", parts)
