@@ -71,7 +71,7 @@ def write(sink, names):
         for index, name in enumerate(names):
             sink.write(
                 examples.frame(index, name=name),
-                replace(examples.detected(index, in_space=True), name=name if name in ENCODABLE else ""),
+                replace(examples.detected(index, 1, in_space=True), name=name if name in ENCODABLE else ""),
             )
 
 

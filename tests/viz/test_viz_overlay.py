@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import reduce
 
 import cv2
 import numpy as np
@@ -35,7 +36,7 @@ def is_touched(picture, before=GREY):
 def distance_to(points, size=SIZE):
     """Distance of every pixel to the nearest of the points, by brute force."""
     y, x = np.mgrid[: size[0], : size[1]]
-    return np.min([np.hypot(x - p[0], y - p[1]) for p in points], axis=0)
+    return reduce(np.minimum, (np.hypot(x - p[0], y - p[1]) for p in points))
 
 
 @pytest.fixture
@@ -74,8 +75,9 @@ def test_line_lies_on_the_curve_and_nowhere_else(build, wave):
     assert near[y, x].all()
     # The label sits beside the start, so the left end is left out.
     right = np.arange(SIZE[1]) > 120
-    assert distance_to(dense)[on_curve & right].max() < PEN.arrow_px
-    assert distance_to(dense)[is_touched(picture) & right].max() < PEN.arrow_px + 2 * PEN.halo_px + PEN.line_px
+    away = distance_to(dense)
+    assert away[on_curve & right].max() < PEN.arrow_px
+    assert away[is_touched(picture) & right].max() < PEN.arrow_px + 2 * PEN.halo_px + PEN.line_px
 
 
 def test_stroke_is_thin_and_rimmed(build, flat):

@@ -46,6 +46,7 @@ def test_the_input_of_a_killed_worker_is_done_by_another_one(cluster, recordings
     deadline = time.monotonic() + 300
     while not (busy := [worker for worker in workers if any(".part" in file.path for file in worker.open_files())]):
         assert time.monotonic() < deadline
+        time.sleep(0.02)  # leaves the core to the cluster, which loads its kernels meanwhile
     busy[0].send_signal(signal.SIGKILL)
     stdout, stderr = process.communicate(timeout=300)
     assert process.returncode == 1, stderr
