@@ -12,8 +12,10 @@ PHOTOGRAPHS ?= ../shared/data
 demo: .venv/installed
 	$(BIN)/dloftbs demo --out demo
 
-# In as many processes as there are cores; one that is done early takes tests over from another.
+# In as many processes as there are cores; one that is done early takes tests over from another. The kernels are
+# compiled before: processes that meet an empty cache each compile all of them, in the middle of tests with deadlines.
 test: .venv/installed-dev
+	$(BIN)/dloftbs warmup
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 8 --dist worksteal
 
 # The node of ROS 2, with a ROS that comes from pip, in an environment of its own.
