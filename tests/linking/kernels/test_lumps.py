@@ -34,16 +34,20 @@ def slowly(mask: npt.NDArray[np.uint8], points: Points, closed: bool, width: flo
     turns = np.arange(16) * math.pi / 8.0
     ring = np.column_stack((np.cos(turns), np.sin(turns)))
     radii = 0.5 * math.sqrt(2.0) * width + 0.5 * np.arange(900)
-    places, discs, due = [], [], 0.0
-    for place, middle in zip(at, points, strict=False):
-        if place < due:
-            continue
+
+    def disc_at(middle: np.ndarray) -> float:
         columns, rows = np.floor(middle + radii[:, None, None] * ring + 0.5).astype(int).transpose(2, 0, 1)
         inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
         on = inside & (mask[rows * inside, columns * inside] != 0)
         first = int(np.argmin(on.all(axis=1)))
+        return 2.0 * radii[first] - 0.5 if first else width
+
+    places, discs, due = [], [], 0.0
+    for place, middle in zip(at, points, strict=False):
+        if place < due:
+            continue
         places.append(place)
-        discs.append(2.0 * radii[first] - 0.5 if first else width)
+        discs.append(disc_at(middle))
         due = place + 0.125 * max(discs[-1], 2.0 * width)
     places, discs = np.array(places), np.array(discs)
     sure = 1.0
@@ -58,6 +62,15 @@ def slowly(mask: npt.NDArray[np.uint8], points: Points, closed: bool, width: flo
             far = np.flatnonzero(way >= discs[k])
             sides.append(discs[far[np.argmin(way[far])]] if len(far) else np.inf)
         sure = min(sure, 2.0 * max(sides) / discs[k])
+    for along in () if closed else (points, points[::-1]):
+        away = along[0] - along
+        tangent = away[np.argmax(np.hypot(*away.T) >= 1.5 * width)]
+        angles = math.atan2(tangent[1], tangent[0]) + np.radians(np.arange(-80, 90, 10))
+        around = along[0] + (1.2 * width + 1.0) * np.column_stack((np.cos(angles), np.sin(angles)))
+        columns, rows = np.floor(around + 0.5).astype(int).T
+        inside = (rows >= 0) & (rows < mask.shape[0]) & (columns >= 0) & (columns < mask.shape[1])
+        goes_on = mask[rows[inside], columns[inside]].any() and disc_at(along[0]) <= 2.0 * width
+        sure *= 0.35 if goes_on else 1.0
     return sure * max(1.0 - (max(discs.max(), width) / length) ** 2, 0.0)
 
 
@@ -117,6 +130,17 @@ def test_a_crossing_is_no_lump(slope: float, width: int) -> None:
     result = detect(bar(width) | across)
     assert len(result) == 2
     assert all(one.centerline.course_confidence > 0.98 for one in result)
+
+
+@pytest.mark.parametrize("degrees", [40, 65, 90, 120])
+def test_an_end_on_another_cable_is_hardly_sure_and_the_other_cable_is(degrees: int) -> None:
+    dx, dy = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    along, aside = (COLUMNS - 300) * dx - (ROWS - 120) * dy, (COLUMNS - 300) * dy + (ROWS - 120) * dx
+    result = detect(bar(9) | ((abs(aside) <= 4.5) & (along >= 0.0) & (along <= 110.0)))
+    confidences = sorted(one.confidence for one in result)
+    assert len(result) == 2
+    assert confidences[0] < 0.4
+    assert confidences[1] > 0.9
 
 
 def test_a_turned_mask_is_as_sure() -> None:

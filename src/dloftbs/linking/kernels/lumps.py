@@ -1,6 +1,8 @@
-"""Lumps in the mask, as a coiled worm, a knot or a hand leave them, and how sure the course of a curve is there."""
+"""Lumps in the mask, as a coiled worm, a knot or a hand leave them, and ends that the mask does not show."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +32,31 @@ _STEP_PX = 0.5
 """Growth of a disc's radius from one look at its edge to the next, px.
 
 Source: numerics; half a pixel, as the edge of a mask is known.
+"""
+
+_TANGENT_WIDTHS = 1.5
+"""Length from an end over which its direction is measured, widths.
+
+Source: geometry; long enough for a frayed end, short enough for a bend.
+"""
+
+_AROUND_WIDTHS, _AROUND_PX = 1.2, 1.0
+"""Distance from an end at which ground about it shows that it is one: widths, and px.
+
+Source: geometry; beyond the cap of a cable that is nearer, and thicker, there, and within a cable that lies across.
+"""
+
+_AROUND = tuple([(math.cos(math.radians(angle)), math.sin(math.radians(angle))) for angle in range(-80, 90, 10)])
+"""Directions in which it is looked for, cosine and sine from that of the end.
+
+Source: geometry; a cable across it reaches from 65 to 115 degrees.
+"""
+
+_ON_ANOTHER = 0.35
+"""Share of the ends at which the mask goes on ahead that are ends: mostly one goes on above, below or along another.
+
+Source: measured; of ends on the mask of another cable, of curves that are sure but for that, .2 to .6 in real and
+simulated motion.
 """
 
 _NEAR, _FAR, _DIAGONAL = 0.382683, 0.92388, 0.707107
@@ -96,6 +123,32 @@ def _passage(places: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], at
     return min(_PASSES * beside / discs[at], 1.0)
 
 
+@helper
+def _goes_on(
+    mask: npt.NDArray[np.uint8], points: npt.NDArray[np.float64], order: npt.NDArray[np.int64], way: int, width: float
+) -> bool:
+    """Return whether the mask goes on ahead of the first of some points in order, the last if `way` is -1.
+
+    In a lump it does not say so.
+    """
+    at = 0 if way > 0 else len(order) - 1
+    x, y = points[order[at], 0], points[order[at], 1]
+    if _disc(mask, x, y, width) > _PASSES * width:
+        return False
+    dx, dy, length = 0.0, 0.0, 0.0
+    while length < _TANGENT_WIDTHS * width and 0 <= at + way < len(order):
+        at += way
+        dx, dy = x - points[order[at], 0], y - points[order[at], 1]
+        length = np.hypot(dx, dy)
+    if length == 0.0:
+        return False
+    reach = (_AROUND_WIDTHS * width + _AROUND_PX) / length
+    for ahead, aside in _AROUND:
+        if _is_set(mask, y + reach * (ahead * dy + aside * dx), x + reach * (ahead * dx - aside * dy)):
+            return True
+    return False
+
+
 @kernel(read(uint8, 2), read(float64, 2), read(int64, 2), read(int64, 1), int64, read(float64, 1))
 def course_confidence(
     mask: npt.NDArray[np.uint8],
@@ -110,7 +163,8 @@ def course_confidence(
     What is as long as wide has no course, and what is much longer is sure of it: of an ellipse with the line's length
     and the largest width of the mask as axes, this is the square of the eccentricity. In a lump on the way, a disc that
     is much wider than the mask before and behind it, passes lie side by side: linking knows of two, the straight one
-    and one that touches or crosses it, and as likely as these is any other.
+    and one that touches or crosses it, and as likely as these is any other. An end on the mask of another cable rather
+    is where the line was lost.
 
     Parameters
     ----------
@@ -132,14 +186,16 @@ def course_confidence(
     """
     sure = np.ones(len(parts) - 1, dtype=np.float64)
     places, discs = np.empty(len(points), dtype=np.float64), np.empty(len(points), dtype=np.float64)
+    order = np.empty(len(points), dtype=np.int64)
     for line in range(len(sure)):
-        length, due, count, previous = 0.0, 0.0, 0, -1
+        length, due, count, visited, previous = 0.0, 0.0, 0, 0, -1
         first = spans[parts[line], 0]
         for span in range(parts[line], parts[line + 1]):
             for i in range(spans[span, 0], spans[span, 1], spans[span, 2]):
                 if previous >= 0:
                     length += np.hypot(points[i, 0] - points[previous, 0], points[i, 1] - points[previous, 1])
-                previous = i
+                previous = order[visited] = i
+                visited += 1
                 if length >= due:
                     places[count], discs[count] = length, _disc(mask, points[i, 0], points[i, 1], widths[line])
                     due = length + _SAMPLE * max(discs[count], _PASSES * widths[line])
@@ -148,10 +204,13 @@ def course_confidence(
         if line >= n_open:
             length += np.hypot(points[first, 0] - points[previous, 0], points[first, 1] - points[previous, 1])
             around = length
-        widest = widths[line]
+        else:
+            for way in (1, -1):
+                sure[line] *= _ON_ANOTHER if _goes_on(mask, points, order[:visited], way, widths[line]) else 1.0
+        widest, passage = widths[line], 1.0
         for k in range(count):
             widest = max(widest, discs[k])
             if discs[k] > _PASSES * widths[line]:
-                sure[line] = min(sure[line], _passage(places[:count], discs[:count], k, around))
-        sure[line] *= max(1.0 - (widest / length) ** 2, 0.0) if length > 0.0 else 0.0
+                passage = min(passage, _passage(places[:count], discs[:count], k, around))
+        sure[line] *= passage * max(1.0 - (widest / length) ** 2, 0.0) if length > 0.0 else 0.0
     return sure
