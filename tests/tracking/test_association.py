@@ -21,7 +21,6 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE
-from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.track_model import TrackModel
 
 
@@ -60,7 +59,7 @@ def test_an_object_is_compared_with_those_beside_it_alone(monkeypatch, count):
         [],
     ],
 )
-def test_to_associate_and_to_resolve_changes_no_track(seen):
+def test_to_associate_changes_no_track(seen):
     models = []
     for number, curve in enumerate((wave(), level(400.0)), start=1):
         (one,) = make_observations([detection_of(curve)])
@@ -71,10 +70,9 @@ def test_to_associate_and_to_resolve_changes_no_track(seen):
     before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
     observations = make_observations([detection_of(curve) for curve in seen])
     shown = associate(models, observations, view, config)
-    resolved = resolve(models, shown, view)
     assert pickle.dumps(models) == before
-    assert len(shown) == len(resolved) == 2
-    assert any(one.matches for one in resolved) == bool(seen)
+    assert len(shown) == 2
+    assert any(one.matches for one in shown) == bool(seen)
 
 
 @pytest.mark.parametrize("bridged", [(), (Joint(JointKind.GAP, (0.4, 0.5), 1.0, 1.0),)])

@@ -139,9 +139,9 @@ def assign(
     usual, is_loop = np.array([m.length for m in models]), np.array([m.curve.closed for m in models])
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
-    gate = _compute_gates(models, lengths, config.gate)
+    gate = compute_gates(models, lengths, config.gate)
     cap = _MISFIT_CAP * gate
-    possible = (_box_distances(predicted, found) < cap) & ~colours_differ(models, observations)
+    possible = (box_distances(predicted, found) < cap) & ~colours_differ(models, observations)
     for t, d in np.argwhere(possible).tolist():
         possible[t, d] = not widths_differ(models[t].width, observations[d].width)
     misfit, start, backwards = kernels.align_all(predicted, usual, is_loop, found, lengths, closed, possible * cap)
@@ -162,7 +162,7 @@ def assign(
     return result
 
 
-def _compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: float) -> FloatArray:
+def compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: float) -> FloatArray:
     """Return the largest distance for each pair, shape (tracks, observations)."""
     widening = [min(1.0 + WIDENING_PER_S * float(m.sight.unseen_s.mean()), MAX_WIDENING) * share for m in models]
     least = [0.0 if math.isnan(m.width) else _MIN_GATE_WIDTHS * m.width for m in models]
@@ -171,7 +171,7 @@ def _compute_gates(models: Sequence[TrackModel], lengths: FloatArray, share: flo
     return gates
 
 
-def _box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
+def box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
     """Return the distances between the boxes of tracks (t, m, 2) and of curves (d, m, 2), shape (t, d)."""
     before = tracks.min(axis=1)[:, None] - found.max(axis=1)
     after = found.min(axis=1) - tracks.max(axis=1)[:, None]

@@ -16,6 +16,8 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import TrackObservation
+from dloftbs.tracking.readings import choose_readings, match_whole_objects
+from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 
@@ -28,8 +30,11 @@ def associate(
     shown = match_unambiguous(models, observations) if pairs else {}
     if len(shown) < pairs:
         shown |= match_by_length(*_left_over(models, observations, shown), config.gate)
+    shown = resolve(models, shown, view)
     if len(shown) < pairs:
-        shown |= _associate_ambiguous(*_left_over(models, observations, shown), view, config)
+        rest, left = _left_over(models, observations, shown)
+        of_tracks = resolve(rest, _associate_ambiguous(rest, left, view, config), view)
+        shown |= choose_readings(rest, left, match_whole_objects(rest, left, view, config.gate), of_tracks, view)
     return [shown.get(model.id) or TrackObservation() for model in models]
 
 

@@ -81,6 +81,16 @@ class TrackObservation(NamedTuple):
     scope: tuple[float, float] = WHOLE
 
     @property
+    def is_whole(self) -> bool:
+        """True if the track is one whole detection."""
+        return len(self.matches) == 1 and self.matches[0].is_complete
+
+    def shows_as(self, other: TrackObservation) -> bool:
+        """Return whether both have the same first detection, in the same direction."""
+        one, two = self.matches[0].observation, other.matches[0].observation
+        return one.detection_index == two.detection_index and one.backwards == two.backwards
+
+    @property
     def detection_indices(self) -> set[int]:
         """Indices of the detections that show the track."""
         return {match.observation.detection_index for match in self.matches}

@@ -19,6 +19,7 @@ from dloftbs.tracking.partial_match import (
     are_consecutive,
     hidden_spans,
 )
+from dloftbs.tracking.reading_features import Reading
 from dloftbs.tracking.track_model import TrackModel
 
 _SPAN_SHARES = np.linspace(0.0, 1.0, 9)
@@ -28,13 +29,14 @@ Source: bounds time; an odd number, so that it is one of them.
 """
 
 
-def resolve(models: Sequence[TrackModel], shown: Sequence[TrackObservation], view: View) -> list[TrackObservation]:
+def resolve(models: Sequence[TrackModel], shown: Reading, view: View) -> dict[int, TrackObservation]:
     """Resolve what is missing of each track: hidden, absent, or nothing, since the frame shows the whole object."""
-    claims = [index for one in shown if not one.is_unambiguous for index in one.detection_indices]
-    return [
-        one if one.is_unambiguous or not one.matches else _resolve(model, one, claims, view)
-        for model, one in zip(models, shown, strict=True)
-    ]
+    claims = [index for one in shown.values() if not one.is_unambiguous for index in one.detection_indices]
+    return {
+        model.id: one if one.is_unambiguous else _resolve(model, one, claims, view)
+        for model in models
+        if (one := shown.get(model.id)) is not None
+    }
 
 
 def _resolve(model: TrackModel, shown: TrackObservation, claims: Sequence[int], view: View) -> TrackObservation:

@@ -77,6 +77,7 @@ def _update_partly(
     curve = reconstruct(old, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
+    model.count_reading(-max(longest.log_odds, 0.0))
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
     # That something hides the stretch between two parts is believed of an object that was steady for long.

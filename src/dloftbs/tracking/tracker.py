@@ -23,7 +23,6 @@ from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.observation import Observation, make_observations
 from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
-from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
 from dloftbs.tracking.track_update import update_seen
@@ -232,7 +231,7 @@ class Tracker:
         models, view, config = self._models, self._view, self._config
         for model in models:
             model.predict(dt)
-        resolved = resolve(models, associate(models, observations, view, config), view)
+        resolved = associate(models, observations, view, config)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model.width, view)
             if sides is not None:

@@ -1,0 +1,168 @@
+"""Decision between two readings of a frame: its detections as whole objects, or the tracks laid through them.
+
+It is taken once, for each group of tracks and detections that a reading connects, by a fitted sum of measures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from dloftbs.tracking.appearance import colours_differ, widths_differ
+from dloftbs.tracking.assignment import box_distances, compute_gates
+from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.observation import Observation
+from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
+from dloftbs.tracking.reading_features import Reading, length_surprise, mean_distance, measure_reading, median_width
+from dloftbs.tracking.reading_weights import WEIGHTS
+from dloftbs.tracking.track_model import TrackModel
+
+_PLACE_WIDTHS = 3.0
+"""Distance from where an object is predicted that costs a nat, widths.
+
+Source: by hand; about the step of a cable that is moved fast, from frame to frame.
+"""
+
+_PER_DEVIATION = 0.5
+"""Cost of a deviation of a length, nats.
+
+Source: by definition; half of one, as of a normal distribution.
+"""
+
+_APART = 10.0
+"""Cost from which an observation is another object than a track, nats.
+
+Source: by hand; thirty widths away, or a dozen and of another length.
+"""
+
+Group = tuple[list[TrackModel], list[Observation]]
+"""Tracks and observations that some reading connects."""
+
+
+def match_whole_objects(
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, gate: float
+) -> Reading:
+    """Return the best reading of a frame in which each observation is a whole object: a track's, or a new one.
+
+    It lies within the gate, a share of its length, of where the track is predicted. Loops have no ends that would say
+    where an observation lies on them, and are left out, and so are those that are short and end under what hides them.
+    """
+    if not models or not observations:
+        return {}
+    width = median_width(models, observations)
+    cost, backwards = np.full((len(models), len(observations)), _APART), np.zeros((len(models), len(observations)))
+    gates = compute_gates(models, np.array([one.length for one in observations]), gate)
+    predicted, found = np.array([model.predicted for model in models]), np.array([one.points for one in observations])
+    possible = (box_distances(predicted, found) < gates) & ~colours_differ(models, observations)
+    for t, d in np.argwhere(possible).tolist():
+        model, one = models[t], observations[d]
+        if widths_differ(model.width, one.width) or model.curve.closed or one.curve.closed:
+            continue
+        there, back = (mean_distance(model.predicted, points) for points in (one.points, one.points[::-1]))
+        backwards[t, d] = back < there
+        if min(there, back) < gates[t, d] and not (model.is_short(one) and _is_cut(one, model, view)):
+            place = min(there, back) / (_PLACE_WIDTHS * width)
+            cost[t, d] = min(place + _PER_DEVIATION * length_surprise(model, one, one.object_length), _APART)
+    result = dict[int, TrackObservation]()
+    for t, d in zip(*linear_sum_assignment(cost), strict=True):
+        if cost[t, d] < _APART:
+            one = observations[d].reversed() if backwards[t, d] else observations[d]
+            result[models[t].id] = TrackObservation((PartialMatch(one, WHOLE, WHOLE),))
+    return result
+
+
+def _is_cut(observation: Observation, model: TrackModel, view: View) -> bool:
+    """Return whether the frame shows that something hides what lies beyond an end."""
+    return any(end.hidden for end in view.ends(observation, model.width))
+
+
+def choose_readings(
+    models: Sequence[TrackModel], observations: Sequence[Observation], of_frame: Reading, of_tracks: Reading, view: View
+) -> Reading:
+    """Return the likelier of two readings of each group of tracks and observations.
+
+    Parameters
+    ----------
+    models, observations
+        Those that the readings are about.
+    of_frame : dict of int to TrackObservation
+        The observations as whole objects, within the gate: what these connect is one group, too.
+    of_tracks : dict of int to TrackObservation
+        The tracks laid through them.
+    view : View
+
+    Returns
+    -------
+    dict of int to TrackObservation
+    """
+    result = dict[int, TrackObservation]()
+    for group in find_groups(models, observations, (of_frame, of_tracks)):
+        # The tracks are seen here in parts at least, so that the gate has no say in where they are as a whole.
+        found = match_whole_objects(*group, view, math.inf)
+        tracks = {model.id: of_tracks[model.id] for model in group[0] if model.id in of_tracks}
+        frame = {i: _in_direction_of(one, tracks[i]) if i in tracks else one for i, one in found.items()}
+        result |= frame if _differ(frame, tracks) and lead_of_frame(group, frame, tracks, view) > 0.0 else tracks
+    return result
+
+
+def _in_direction_of(whole: TrackObservation, shown: TrackObservation) -> TrackObservation:
+    """Return a whole object in the direction in which the longest part of it shows a track, if any does."""
+    (match,) = whole.matches
+    one = match.observation
+    parts = [other.observation for other in shown.matches if other.observation.detection_index == one.detection_index]
+    if not parts or max(parts, key=lambda part: part.length).backwards == one.backwards:
+        return whole
+    return whole._replace(matches=(match._replace(observation=one.reversed()),))
+
+
+def lead_of_frame(group: Group, of_frame: Reading, of_tracks: Reading, view: View) -> float:
+    """Return the log-odds of the frame's reading of a group against that of the tracks, nats.
+
+    It has none where it shows no track, of loops, whose start only the past knows, and where two tracks were seen to
+    move apart.
+    """
+    loops = any(one.curve.closed for some in group for one in some)
+    if not of_frame or loops or any(one.apart_from for one in of_tracks.values()):
+        return -math.inf
+    return float(np.dot(WEIGHTS, difference(group, of_frame, of_tracks, view)))
+
+
+def difference(
+    group: Group, of_frame: Reading, of_tracks: Reading, view: View
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Return what is measured of the frame's reading less the same of the tracks', shape (number of `Features`,)."""
+    one, other = (measure_reading(*group, reading, view) for reading in (of_frame, of_tracks))
+    return one - other
+
+
+def find_groups(
+    models: Sequence[TrackModel], observations: Sequence[Observation], readings: Sequence[Reading]
+) -> list[Group]:
+    """Return the tracks and the observations in groups that no reading connects."""
+    groups: list[Group] = [([model], []) for model in models]
+    group_of = {model.id: k for k, model in enumerate(models)}
+    owner = dict[int, int]()
+    for reading in readings:
+        for i, shown in reading.items():
+            for index in shown.detection_indices:
+                kept, other = group_of[i], owner.setdefault(index, group_of[i])
+                if kept != other:
+                    for model in groups[other][0]:
+                        group_of[model.id] = kept
+                    groups[kept][0].extend(groups[other][0])
+                    groups[other] = ([], [])
+                    owner = {d: kept if k == other else k for d, k in owner.items()}
+    for one in observations:
+        if one.detection_index in owner:
+            groups[owner[one.detection_index]][1].append(one)
+    return [group for group in groups if group[0]]
+
+
+def _differ(one: Mapping[int, TrackObservation], other: Mapping[int, TrackObservation]) -> bool:
+    """Return whether two readings of a group differ: in a whole object, or in its direction."""
+    if one.keys() != other.keys():
+        return True
+    return not all(other[i].is_whole and other[i].shows_as(one[i]) for i in one)
