@@ -38,6 +38,12 @@ _APART = 10.0
 Source: by hand; thirty widths away, or a dozen and of another length.
 """
 
+_CLEARLY_NEARER = 0.8
+"""Ratio of the distances of an object from its track, one way and the other, below which it shows its direction.
+
+Source: by hand; a part of a spiral lies nearly as far off either way.
+"""
+
 Group = tuple[list[TrackModel], list[Observation]]
 """Tracks and observations that some reading connects."""
 
@@ -103,15 +109,19 @@ def choose_readings(
         # The tracks are seen here in parts at least, so that the gate has no say in where they are as a whole.
         found = match_whole_objects(*group, view, math.inf)
         tracks = {model.id: of_tracks[model.id] for model in group[0] if model.id in of_tracks}
-        frame = {i: _in_direction_of(one, tracks[i]) if i in tracks else one for i, one in found.items()}
+        models_of = {model.id: model for model in group[0]}
+        frame = {i: _in_direction_of(one, tracks[i], models_of[i]) if i in tracks else one for i, one in found.items()}
         result |= frame if _differ(frame, tracks) and lead_of_frame(group, frame, tracks, view) > 0.0 else tracks
     return result
 
 
-def _in_direction_of(whole: TrackObservation, shown: TrackObservation) -> TrackObservation:
-    """Return a whole object in the direction in which the longest part of it shows a track, if any does."""
+def _in_direction_of(whole: TrackObservation, shown: TrackObservation, model: TrackModel) -> TrackObservation:
+    """Return a whole object that lies as near to its track in either direction as the longest part of it shows it."""
     (match,) = whole.matches
     one = match.observation
+    there, back = (mean_distance(model.predicted, points) for points in (one.points, one.points[::-1]))
+    if there < _CLEARLY_NEARER * back:
+        return whole
     parts = [other.observation for other in shown.matches if other.observation.detection_index == one.detection_index]
     if not parts or max(parts, key=lambda part: part.length).backwards == one.backwards:
         return whole
