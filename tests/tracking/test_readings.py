@@ -74,29 +74,38 @@ def test_a_hidden_half_is_measured_by_its_length_and_by_what_lies_on_it():
 
 def test_a_track_forgets_what_it_knew_as_frames_speak_against_it():
     (model,) = followed(wave())
-    before = model.sureness
+    before = model.shape_certainty
     model.count_reading(-6.9)
-    after = model.sureness
+    after = model.shape_certainty
     for _ in range(30):
         model.count_reading(-6.9)
     assert 0.8 < after < before < 1.0
-    assert -1.0 < model.sureness < -0.9
+    assert -1.0 < model.shape_certainty < -0.9
 
 
 def test_whole_objects_are_the_nearest_tracks_as_a_whole_in_either_direction():
     models = followed(level(200.0), level(400.0))
     seen = make_observations([detection_of(level(403.0).reversed()), detection_of(level(203.0))])
-    found = match_whole_objects(models, seen, VIEW, GATE)
+    found = match_whole_objects(models, seen, {}, VIEW, GATE)
     assert [found[i].matches[0].observation.detection_index for i in (1, 2)] == [1, 0]
     assert [found[i].matches[0].observation.backwards for i in (1, 2)] == [False, True]
     assert all(one.is_whole for one in found.values())
 
 
+def test_what_lies_as_near_either_way_runs_as_its_part_does():
+    models = followed(line((100.0, 300.0), (500.0, 300.0)))
+    (seen,) = make_observations([detection_of(line((300.0, 100.0), (300.0, 500.0)))])  # across its middle
+    for part_of in (seen, seen.reversed()):
+        shown = {1: TrackObservation((PartialMatch(part_of, (0.4, 0.6), WHOLE),))}
+        found = match_whole_objects(models, [seen], shown, VIEW, 1.0)
+        assert found[1].matches[0].observation.backwards == part_of.backwards
+
+
 def test_what_lies_beyond_the_gate_is_no_object_of_a_track():
     models, length = followed(level(200.0)), level(200.0).length
     near, far = (make_observations([detection_of(level(200.0 + share * GATE * length))]) for share in (0.9, 1.1))
-    assert match_whole_objects(models, near, VIEW, GATE)
-    assert not match_whole_objects(models, far, VIEW, GATE)
+    assert match_whole_objects(models, near, {}, VIEW, GATE)
+    assert not match_whole_objects(models, far, {}, VIEW, GATE)
 
 
 def test_what_is_short_and_ends_under_what_hides_the_rest_is_not_whole():
@@ -105,8 +114,8 @@ def test_what_is_short_and_ends_under_what_hides_the_rest_is_not_whole():
     x = round(float(seen[0].curve.end[0]))
     occluders[150:250, x : x + 100] = True
     hidden = View((600, 900), OcclusionEvidence(occluders=occluders))
-    assert match_whole_objects(models, seen, VIEW, 1.0)
-    assert not match_whole_objects(models, seen, hidden, 1.0)
+    assert match_whole_objects(models, seen, {}, VIEW, 1.0)
+    assert not match_whole_objects(models, seen, {}, hidden, 1.0)
 
 
 def test_groups_are_what_any_reading_connects():

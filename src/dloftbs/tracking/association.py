@@ -34,7 +34,9 @@ def associate(
     if len(shown) < pairs:
         rest, left = _left_over(models, observations, shown)
         of_tracks = resolve(rest, _associate_ambiguous(rest, left, view, config), view)
-        shown |= choose_readings(rest, left, match_whole_objects(rest, left, view, config.gate), of_tracks, view)
+        shown |= choose_readings(
+            rest, left, match_whole_objects(rest, left, of_tracks, view, config.gate), of_tracks, view
+        )
     return [shown.get(model.id) or TrackObservation() for model in models]
 
 

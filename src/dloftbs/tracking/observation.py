@@ -23,7 +23,7 @@ _LONG_GAP_WIDTHS = 2.5
 Source: by hand.
 """
 
-_MIN_ODDS = 1e-3
+_MIN_PROBABILITY = 1e-3
 """Least probability of a detection, and of its opposite, a share of all.
 
 Source: by hand; no frame is surer of a reading than that.
@@ -84,7 +84,7 @@ class Observation(NamedTuple):
     def log_odds(self) -> float:
         """Log-odds, by the frame alone, that the detection is one whole object, nats; bare curves count as clear."""
         confidence = 1.0 if self.detection is None else self.detection.confidence
-        return math.log(max(confidence, _MIN_ODDS) / max(1.0 - confidence, _MIN_ODDS))
+        return math.log(max(confidence, _MIN_PROBABILITY) / max(1.0 - confidence, _MIN_PROBABILITY))
 
     def reversed(self) -> Observation:
         """Return the same part in the opposite direction."""

@@ -85,8 +85,8 @@ class TrackObservation(NamedTuple):
         """True if the track is one whole detection."""
         return len(self.matches) == 1 and self.matches[0].is_complete
 
-    def shows_as(self, other: TrackObservation) -> bool:
-        """Return whether both have the same first detection, in the same direction."""
+    def agrees_with(self, other: TrackObservation) -> bool:
+        """Return whether both begin with the same detection, in the same direction."""
         one, two = self.matches[0].observation, other.matches[0].observation
         return one.detection_index == two.detection_index and one.backwards == two.backwards
 

@@ -1,4 +1,4 @@
-"""What is measured of a reading of a frame: which detection, or which parts of several, show which track."""
+"""Measures of a reading of a frame: of which detection, or which parts of several, show which track."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Features(NamedTuple):
     parts : float
         Number of tracks that are seen in parts.
     sure_parts : float
-        The same, each weighted with how sure its former shape is, in -1..1.
+        The same, each weighted with the certainty of its former shape, in -1..1.
     part_length, part_place : float
         As `length` and `place`, of tracks that are seen in parts.
     hidden : float
@@ -105,7 +105,7 @@ def measure_reading(
     for model in models:
         shown = reading.get(model.id)
         if shown is None:
-            total += Features(lost=1.0, sure_lost=model.sureness)
+            total += Features(lost=1.0, sure_lost=model.shape_certainty)
             continue
         total += _measure_track(model, shown, observations, view, width)
         for match in shown.matches:
@@ -151,7 +151,7 @@ def _measure_track(
         place += mean_distance(expected, match.observation.points) / len(shown.matches)
     return Features(
         parts=1.0,
-        sure_parts=model.sureness,
+        sure_parts=model.shape_certainty,
         part_length=length_surprise(model, first, seen),
         part_place=math.log1p(place / width),
         hidden=math.log1p(sum(high - low for low, high in spans) * model.length / width),

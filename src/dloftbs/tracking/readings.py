@@ -29,7 +29,7 @@ Source: by hand; about the step of a cable that is moved fast, from frame to fra
 _PER_DEVIATION = 0.5
 """Cost of a deviation of a length, nats.
 
-Source: by definition; half of one, as of a normal distribution.
+Source: by hand; a length that is off by its largest surprise costs as much as fifteen widths.
 """
 
 _APART = 10.0
@@ -49,17 +49,19 @@ Group = tuple[list[TrackModel], list[Observation]]
 
 
 def match_whole_objects(
-    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, gate: float
+    models: Sequence[TrackModel], observations: Sequence[Observation], of_tracks: Reading, view: View, gate: float
 ) -> Reading:
     """Return the best reading of a frame in which each observation is a whole object: a track's, or a new one.
 
     It lies within the gate, a share of its length, of where the track is predicted. Loops have no ends that would say
     where an observation lies on them, and are left out, and so are those that are short and end under what hides them.
+    What lies about as near in either direction has that in which parts of it show the track, `of_tracks`.
     """
     if not models or not observations:
         return {}
     width = median_width(models, observations)
-    cost, backwards = np.full((len(models), len(observations)), _APART), np.zeros((len(models), len(observations)))
+    shape = len(models), len(observations)
+    cost, there, back = np.full(shape, _APART), np.zeros(shape), np.zeros(shape)
     gates = compute_gates(models, np.array([one.length for one in observations]), gate)
     predicted, found = np.array([model.predicted for model in models]), np.array([one.points for one in observations])
     possible = (box_distances(predicted, found) < gates) & ~colours_differ(models, observations)
@@ -67,17 +69,28 @@ def match_whole_objects(
         model, one = models[t], observations[d]
         if widths_differ(model.width, one.width) or model.curve.closed or one.curve.closed:
             continue
-        there, back = (mean_distance(model.predicted, points) for points in (one.points, one.points[::-1]))
-        backwards[t, d] = back < there
-        if min(there, back) < gates[t, d] and not (model.is_short(one) and _is_cut(one, model, view)):
-            place = min(there, back) / (_PLACE_WIDTHS * width)
+        there[t, d] = mean_distance(model.predicted, one.points)
+        back[t, d] = mean_distance(model.predicted, one.points[::-1])
+        nearest = min(there[t, d], back[t, d])
+        if nearest < gates[t, d] and not (model.is_short(one) and _is_cut(one, model, view)):
+            place = nearest / (_PLACE_WIDTHS * width)
             cost[t, d] = min(place + _PER_DEVIATION * length_surprise(model, one, one.object_length), _APART)
+    backwards = back < there
+    is_doubtful = np.minimum(there, back) >= _CLEARLY_NEARER * np.maximum(there, back)
     result = dict[int, TrackObservation]()
     for t, d in zip(*linear_sum_assignment(cost), strict=True):
         if cost[t, d] < _APART:
-            one = observations[d].reversed() if backwards[t, d] else observations[d]
-            result[models[t].id] = TrackObservation((PartialMatch(one, WHOLE, WHOLE),))
+            one, shown = observations[d], of_tracks.get(models[t].id)
+            direction = _runs_backwards(one, shown) if is_doubtful[t, d] and shown is not None else None
+            way = one.reversed() if (backwards[t, d] if direction is None else direction) else one
+            result[models[t].id] = TrackObservation((PartialMatch(way, WHOLE, WHOLE),))
     return result
+
+
+def _runs_backwards(one: Observation, shown: TrackObservation) -> bool | None:
+    """Return whether the longest part of an observation shows a track backwards; None if no part of it does."""
+    parts = [match.observation for match in shown.matches if match.observation.detection_index == one.detection_index]
+    return max(parts, key=lambda part: part.length).backwards != one.backwards if parts else None
 
 
 def _is_cut(observation: Observation, model: TrackModel, view: View) -> bool:
@@ -107,25 +120,10 @@ def choose_readings(
     result = dict[int, TrackObservation]()
     for group in find_groups(models, observations, (of_frame, of_tracks)):
         # The tracks are seen here in parts at least, so that the gate has no say in where they are as a whole.
-        found = match_whole_objects(*group, view, math.inf)
         tracks = {model.id: of_tracks[model.id] for model in group[0] if model.id in of_tracks}
-        models_of = {model.id: model for model in group[0]}
-        frame = {i: _in_direction_of(one, tracks[i], models_of[i]) if i in tracks else one for i, one in found.items()}
+        frame = match_whole_objects(*group, tracks, view, math.inf)
         result |= frame if _differ(frame, tracks) and lead_of_frame(group, frame, tracks, view) > 0.0 else tracks
     return result
-
-
-def _in_direction_of(whole: TrackObservation, shown: TrackObservation, model: TrackModel) -> TrackObservation:
-    """Return a whole object that lies as near to its track in either direction as the longest part of it shows it."""
-    (match,) = whole.matches
-    one = match.observation
-    there, back = (mean_distance(model.predicted, points) for points in (one.points, one.points[::-1]))
-    if there < _CLEARLY_NEARER * back:
-        return whole
-    parts = [other.observation for other in shown.matches if other.observation.detection_index == one.detection_index]
-    if not parts or max(parts, key=lambda part: part.length).backwards == one.backwards:
-        return whole
-    return whole._replace(matches=(match._replace(observation=one.reversed()),))
 
 
 def lead_of_frame(group: Group, of_frame: Reading, of_tracks: Reading, view: View) -> float:
@@ -175,4 +173,4 @@ def _differ(one: Mapping[int, TrackObservation], other: Mapping[int, TrackObserv
     """Return whether two readings of a group differ: in a whole object, or in its direction."""
     if one.keys() != other.keys():
         return True
-    return not all(other[i].is_whole and other[i].shows_as(one[i]) for i in one)
+    return not all(other[i].is_whole and other[i].agrees_with(one[i]) for i in one)

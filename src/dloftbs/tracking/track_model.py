@@ -170,8 +170,8 @@ class TrackModel:
         return _POSITION_SHARE * self.length + _POSITION_WIDTHS * self.width_or_0
 
     @property
-    def sureness(self) -> float:
-        """How sure the shape is, in -1..1."""
+    def shape_certainty(self) -> float:
+        """Certainty of the shape, in -1..1."""
         return math.tanh(self.shape_log_odds / _SURE_NATS)
 
     def count_reading(self, log_odds: float) -> None:
