@@ -1,7 +1,7 @@
 """The constants of the stages: their list in the documents, those that lack a source, those that change no result.
 
-Run it in the repository with ``python -m benchmarks.constants`` to bring the lists of docs/linking.md and
-docs/constants.md up to date, from the definitions, and to print every constant whose docstring lacks unit or source.
+Run it in the repository with ``python -m benchmarks.constants`` to bring the list of docs/constants.md up to date,
+from the definitions, and to print every constant whose docstring lacks unit or source.
 With ``--sensitivity [ROOM/FILE.py:NAME ...]`` to halve and double the constants named, or all floating-point ones, each
 in a copy of the tree, to see which generated kinds of frames come out otherwise, and to enter it in docs/constants.md.
 """
@@ -28,15 +28,11 @@ from benchmarks.digests import digests
 from dloftbs.kernels import compiler
 
 SOURCES = ROOT / "src" / "dloftbs"
-LINKING = ROOT / "docs" / "linking.md"
 PAGE = ROOT / "docs" / "constants.md"
 RUNNER = Path(__file__).with_name("constants_run.py")
 
 ROOMS = ("segmentation", "skeleton", "evidence", "linking", "lifting", "crossings", "tracking")
 """Rooms whose constants each have a unit and a source."""
-
-LINKED = ("skeleton", "evidence/kernels", "linking")
-"""Rooms that docs/linking.md is about."""
 
 _NAME = re.compile(r"_?[A-Z][A-Z0-9_]*")
 _UNIT = re.compile(
@@ -110,8 +106,7 @@ def main() -> None:
     if given.sensitivity is not None:
         measure([one for one in found if one.scalable and (not given.sensitivity or one.key in given.sensitivity)])
         return
-    publish(LINKING, "constants", linking_tables())
-    publish(PAGE, "constants", tables(found, sources=True))
+    publish(PAGE, "constants", tables(found))
     wanting = [one for one in found if one.lacks]
     for one in wanting:
         sys.stdout.write(f"{one.key}: no {one.lacks}\n")
@@ -130,20 +125,15 @@ def constants(place: Path) -> Iterator[Constant]:
                     yield Constant(path, name, value, " ".join(source.split()), _docstring(after))
 
 
-def linking_tables() -> str:
-    """Return the constants of docs/linking.md, in Markdown."""
-    return tables(one for room in LINKED for one in constants(SOURCES / room))
-
-
-def tables(found: Iterable[Constant], *, sources: bool = False) -> str:
+def tables(found: Iterable[Constant]) -> str:
     """Return a table in Markdown of the constants of each module."""
-    head = ["constant", "value", "meaning", *(["source"] if sources else [])]
-    rule = ["---", "---:", *["---"] * (len(head) - 2)]
+    head = "constant", "value", "meaning", "source"
+    rule = "---", "---:", "---", "---"
     lines: list[str] = []
     for path, own in groupby(found, lambda one: one.path):
         lines += ["", f"`{path.relative_to(SOURCES).as_posix()}`", "", _row(head), _row(rule)]
         for one in own:
-            lines.append(_row([f"`{one.name}`", f"`{one.text}`", one.meaning, *([one.source] if sources else [])]))
+            lines.append(_row([f"`{one.name}`", f"`{one.text}`", one.meaning, one.source]))
     return "\n".join(lines[1:])
 
 

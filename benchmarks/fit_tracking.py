@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize
+from scipy.special import logsumexp, softmax
 
 from dloftbs import Pipeline
 from dloftbs.config import TrackingConfig
@@ -25,8 +26,8 @@ from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
 from dloftbs.tracking import reading_weights, readings
 from dloftbs.tracking.frame_view import View
-from dloftbs.tracking.reading_features import Features, Reading
-from dloftbs.tracking.readings import Group, difference
+from dloftbs.tracking.reading_features import Features, Reading, measure_reading
+from dloftbs.tracking.readings import Group
 from dloftbs.tracking.track_update import update_seen
 from dloftbs_lab.evaluation.runner.found import Found
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
@@ -39,8 +40,8 @@ from dloftbs_lab.synthetic.real_motion import RealMotionSequence
 PAGE = Path(__file__).parents[1] / "docs" / "tracking-weights.md"
 FITTED = Path(reading_weights.__file__)
 
-START = Features(length=-0.2, place=-0.9, clear=0.2, births=-1.5, unclaimed=-0.5)
-"""Weights of the first time, by hand: nothing speaks for a frame's reading but how well it fits."""
+START = Features(length=-0.2, place=-0.9, clear=0.2, part_place=-0.9, unclaimed=-0.5)
+"""Weights of the first time, by hand: nothing but how well a reading fits."""
 _ROUNDS = 2
 _EXPLORED = 0.15
 """Share of the groups in which the better reading is taken whatever the weights say, so that right tracks are seen."""
@@ -74,20 +75,29 @@ SOURCES: Mapping[str, str] = {
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A group of tracks and detections in a frame whose two readings differ.
+    """A group of tracks and detections in a frame that has several readings.
 
     Parameters
     ----------
     source : str
-    measures : numpy.ndarray
-        Of the frame's reading, less those of the tracks'.
-    gain : float
-        Worth of the frame's reading, less that of the tracks': one for each right object.
+    measures : numpy.ndarray, shape (readings, number of `Features`)
+        Of each reading, that of the tracks first, and then the frame's.
+    worth : numpy.ndarray, shape (readings,)
+        One for each right object.
     """
 
     source: str
     measures: _Floats
-    gain: float
+    worth: _Floats
+
+    @property
+    def is_decided(self) -> bool:
+        """True if it matters which reading is taken."""
+        return bool(np.ptp(self.worth) > _DECIDED)
+
+    def lost(self, chosen: int) -> float:
+        """Return by how much a reading is worse than the best one."""
+        return float(self.worth.max() - self.worth[chosen])
 
 
 def list_sequences(source: str, folder: Path, seed: int = 0) -> Iterator[KnownSequence]:
@@ -123,17 +133,15 @@ class Judge:
         self.cases: list[Case] = []
         self._source, self._weights, self._rng = source, weights, np.random.default_rng(seed)
         self._owners: dict[int, int] = {}
-        self._decide = readings.lead_of_frame
         self.known: KnownFrame | None = None
 
-    def lead_of_frame(self, group: Group, of_frame: Reading, of_tracks: Reading, view: View) -> float:
-        """Return the log-odds of the frame's reading, as `readings.lead_of_frame`, and keep the case."""
-        if not np.isfinite(self._decide(group, of_frame, of_tracks, view)):
-            return -np.inf
-        measures = difference(group, of_frame, of_tracks, view)
-        gain = self._worth(group, of_frame, view) - self._worth(group, of_tracks, view)
-        self.cases.append(Case(self._source, measures, gain))
-        return gain if self._rng.random() < _EXPLORED else float(self._weights @ measures)
+    def choose(self, group: Group, candidates: Sequence[Reading], view: View) -> int:
+        """Return the index of the likeliest reading, as `readings.choose`, and keep the case."""
+        measures = np.array([measure_reading(*group, reading, view) for reading in candidates])
+        worth = np.array([self._worth(group, reading, view) for reading in candidates])
+        self.cases.append(Case(self._source, measures, worth))
+        explored = self._rng.random() < _EXPLORED
+        return int(np.argmax(worth if explored else measures @ self._weights))
 
     def note(self, curves: Mapping[int, BSplineCurve]) -> None:
         """Note which objects the published tracks, by id, are now."""
@@ -166,7 +174,7 @@ def _curves(group: Group, reading: Reading, view: View) -> list[tuple[int | None
     for model in models:
         if model.id in reading:
             shown, after = reading[model.id], deepcopy(model)
-            update_seen(after, shown, view, TrackingConfig(), 1.0 / 30.0)
+            update_seen(after, shown, view, TrackingConfig().min_hits, 1.0 / 30.0)
             curves.append((model.id, after.curve if after.visible is None else after.visible.curve))
     used = {index for shown in reading.values() for index in shown.detection_indices}
     return curves + [(None, one.curve) for one in observations if one.detection_index not in used]
@@ -175,13 +183,13 @@ def _curves(group: Group, reading: Reading, view: View) -> list[tuple[int | None
 def follow(source: str, frames: Iterable[tuple[Frame, KnownFrame]], weights: _Floats, seed: int = 0) -> list[Case]:
     """Follow a sequence with some weights and return the cases that come up."""
     judge, pipeline = Judge(source, weights, seed), Pipeline()
-    kept, readings.lead_of_frame = readings.lead_of_frame, judge.lead_of_frame
+    kept, readings.choose = readings.choose, judge.choose
     try:
         for frame, known in frames:
             judge.known = known
             judge.note({track.id: track.curve for track in pipeline.process(frame).tracks})
     finally:
-        readings.lead_of_frame = kept
+        readings.choose = kept
     return judge.cases
 
 
@@ -195,28 +203,32 @@ def _follow_sequence(source: str, weights: _Floats, sequence: KnownSequence) -> 
 
 def fit(cases: Sequence[Case]) -> _Floats:
     """Return the weights under which the better readings are the likeliest; sources count by their cases' root."""
-    decided = [case for case in cases if abs(case.gain) > _DECIDED]
+    decided = [case for case in cases if case.is_decided]
     counts = {name: sum(case.source == name for case in decided) for name in SOURCES}
-    rows = np.array([case.measures for case in decided])
-    gain = np.array([case.gain for case in decided])
-    worth = np.minimum(np.abs(gain), 1.0) / np.sqrt([counts[case.source] for case in decided])
-    worth /= worth.mean()
-    wanted = 1.0 / (1.0 + np.exp(-np.clip(gain / _SOFT, -50.0, 50.0)))
+    counted = np.array([min(float(np.ptp(case.worth)), 1.0) / np.sqrt(counts[case.source]) for case in decided])
+    counted /= counted.mean()
+    most = max(len(case.worth) for case in decided)
+    rows, wanted = np.zeros((len(decided), most, len(Features._fields))), np.zeros((len(decided), most))
+    absent = np.zeros((len(decided), most))
+    for k, case in enumerate(decided):
+        n = len(case.worth)
+        rows[k, :n], absent[k, n:] = case.measures, -np.inf
+        wanted[k, :n] = softmax((case.worth - case.worth.max()) / _SOFT)
 
     def loss(weights: _Floats) -> tuple[float, _Floats]:
-        score = rows @ weights
-        value = (worth * (np.logaddexp(0.0, score) - wanted * score)).sum() + 0.5 * _RIDGE * (weights @ weights)
-        shares = 0.5 * (1.0 + np.tanh(0.5 * score))
-        return float(value), rows.T @ (worth * (shares - wanted)) + _RIDGE * weights
+        score = rows @ weights + absent
+        shares = softmax(score, axis=1)
+        value = counted @ (logsumexp(score, axis=1) - (wanted * (rows @ weights)).sum(axis=1))
+        slope = np.einsum("k,kr,krf->f", counted, shares - wanted, rows)
+        return float(value + 0.5 * _RIDGE * (weights @ weights)), slope + _RIDGE * weights
 
-    found: _Floats = minimize(loss, np.zeros(rows.shape[1]), jac=True, method="L-BFGS-B").x
+    found: _Floats = minimize(loss, np.zeros(rows.shape[2]), jac=True, method="L-BFGS-B").x
     return found
 
 
 def lost(cases: Sequence[Case], weights: _Floats) -> float:
     """Return the mean worth that is lost by the readings that some weights choose, over decided cases."""
-    decided = [case for case in cases if abs(case.gain) > _DECIDED]
-    losses = [abs(case.gain) * ((case.measures @ weights > 0.0) != (case.gain > 0.0)) for case in decided]
+    losses = [case.lost(int(np.argmax(case.measures @ weights))) for case in cases if case.is_decided]
     return float(np.mean(losses)) if losses else 0.0
 
 
@@ -228,10 +240,11 @@ def make_page(cases: Sequence[Case], weights: _Floats) -> str:
         "For maintainers; [Tracking](tracking.md) says what they decide. Made by `python -m benchmarks.fit_tracking`.",
         "",
         "Where a frame's detections, each as one whole object, say something else than the tracks laid through them,",
-        "the reading with the higher sum of measures times weights is taken. A case is a group of tracks and",
-        "detections, in one frame of a sequence that is followed with these weights. Its worth is one for each object",
-        "whose curve is right. Lost is the mean worth by which the reading chosen is worse than the other one: always",
-        "the tracks', always the frame's, the one of the weights, and of weights that were fitted without the source.",
+        "the reading with the highest sum of measures times weights is taken, of these two and of those with the",
+        "clearest detections as whole objects only. A case is a group of tracks and detections, in one frame of a",
+        "sequence that is followed with these weights. The worth of a reading is one for each object whose curve is",
+        "right. Lost is the mean worth by which the reading chosen is worse than the best one: always the tracks',",
+        "always the frame's, the one of the weights, and of weights that were fitted without the source.",
         "",
         "| source | what | cases | the tracks' | the frame's | fitted | left out |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
@@ -239,12 +252,11 @@ def make_page(cases: Sequence[Case], weights: _Floats) -> str:
     for name, what in SOURCES.items():
         own = [case for case in cases if case.source == name]
         others = [case for case in cases if case.source != name]
-        decided = [case for case in own if abs(case.gain) > _DECIDED]
-        tracks = np.mean([max(case.gain, 0.0) for case in decided]) if decided else 0.0
-        frame = np.mean([max(-case.gain, 0.0) for case in decided]) if decided else 0.0
+        decided = [case for case in own if case.is_decided]
+        tracks, frame = ([case.lost(which) for case in decided] or [0.0] for which in (0, 1))
         lines.append(
-            f"| {name} | {what} | {len(decided)} | {tracks:.3f} | {frame:.3f} | {lost(own, weights):.3f} | "
-            f"{lost(own, fit(others)):.3f} |"
+            f"| {name} | {what} | {len(decided)} | {np.mean(tracks):.3f} | {np.mean(frame):.3f} | "
+            f"{lost(own, weights):.3f} | {lost(own, fit(others)):.3f} |"
         )
     lines += ["", "| measure | nats a unit |", "| --- | ---: |"]
     lines += [f"| `{name}` | {weight:.2f} |" for name, weight in zip(Features._fields, weights, strict=True)]

@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import make_interp_spline
 
-from benchmarks.constants import linking_tables
 from benchmarks.readings import Look, joints_block, look_at, names_of, readings
 from dloftbs import BSplineCurve
 from dloftbs.data.centerline import JointKind
@@ -63,8 +62,8 @@ def main() -> None:
 
 
 def with_tables(page: str, looks: Mapping[str, Look]) -> str:
-    """Return the text of the page with the tables that belong to the scenes, by name, and those of the constants."""
-    made = {"constants": linking_tables()}
+    """Return the text of the page with the tables that belong to the scenes, by name."""
+    made = dict[str, str]()
     for name, look in looks.items():
         made |= {name: readings(look), f"{name}-joints": joints_block(look)}
     return _BLOCK.sub(lambda block: f"{block[1]}\n{made[block[2]]}\n\n{block[3]}", page)

@@ -18,11 +18,12 @@ COLUMNS = len(Features._fields)
 
 
 def made_cases(rng: np.random.Generator, weights: np.ndarray, count: int) -> list[Case]:
-    rows = rng.normal(size=(count, COLUMNS))
-    return [Case(list(SOURCES)[k % 3], row, float(np.clip(row @ weights, -1.0, 1.0))) for k, row in enumerate(rows)]
+    """Return cases of two or three readings whose worth is what some weights say."""
+    rows = [rng.normal(size=(2 + k % 2, COLUMNS)) for k in range(count)]
+    return [Case(list(SOURCES)[k % 3], one, np.clip(one @ weights, -1.0, 1.0)) for k, one in enumerate(rows)]
 
 
-def test_weights_that_made_the_gains_are_found_again() -> None:
+def test_weights_that_made_the_worth_are_found_again() -> None:
     rng = np.random.default_rng(1)
     weights = rng.normal(size=COLUMNS)
     cases = made_cases(rng, weights, 600)
@@ -34,11 +35,12 @@ def test_weights_that_made_the_gains_are_found_again() -> None:
 def test_a_sequence_that_is_followed_has_cases_and_leaves_the_tracker_as_it_is() -> None:
     sequence = TrackingSequence("occluded", 3, 0, frames=30, size=(360, 640))
     known = [KnownFrame(sequence.frame(i), sequence.truth(i)) for i in range(30)]
-    decide = readings.lead_of_frame
+    choose = readings.choose
     cases = follow("covered", [(one.frame, one) for one in known], np.array(START))
-    assert readings.lead_of_frame is decide
+    assert readings.choose is choose
     assert cases
-    assert all(np.isfinite(case.measures).all() and abs(case.gain) < 4.0 for case in cases)
+    assert all(np.isfinite(case.measures).all() and np.abs(case.worth).max() < 4.0 for case in cases)
+    assert all(case.measures.shape == (len(case.worth), COLUMNS) and len(case.worth) > 1 for case in cases)
 
 
 def test_the_page_has_a_row_for_each_source_and_measure() -> None:

@@ -97,7 +97,7 @@ class TestJoint:
             *(("u", value) for value in ((0.5, 0.2), (-0.1, 0.2), None, (0.1,))),
             *(("kind", value) for value in ("gap", None)),
             *(("cost", value) for value in (-1.0, math.inf, "1")),
-            *(("margin", value) for value in (-1.0, math.nan, -math.inf)),
+            *(("margin", value) for value in (math.nan, -math.inf)),
             *(("confidence", value) for value in (1.1, None)),
             *(("alternatives", value) for value in ((None,), ((1.0,), None), None)),
         ],

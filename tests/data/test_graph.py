@@ -158,13 +158,6 @@ def test_an_end_that_is_joined_is_not_joined_again() -> None:
         joined.join(3, 0, 0.0, 0.0)
 
 
-def test_the_strongest_override_is_kept() -> None:
-    joined = matching([FREE] * 2, [-1, -1])
-    for gain in (0.2, 0.5, 0.3):
-        joined.raise_override(gain)
-    assert joined.override == 0.5
-
-
 def test_ends_are_numbered_by_branch_and_side() -> None:
     for branch in range(4):
         start, stop = start_of(branch), stop_of(branch)

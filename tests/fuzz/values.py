@@ -198,7 +198,6 @@ GOOD_VALUES: dict[str, st.SearchStrategy[Any]] = {
     "tracking.gate": st.floats(1e-9, 1e9),
     "tracking.min_hits": st.integers(1, 50),
     "tracking.keep_lost_s": st.sampled_from([0.0, 1e-9, 1e9]),
-    "tracking.override_frames": st.integers(1, 1000),
     "tracking.smoothing_s": st.sampled_from([0.0, 1e-9, 0.1, 1e9]),
     "tracking.frame_s": st.sampled_from([1e-9, 1 / 30, 1e9]),
     "linking.method": st.sampled_from(["bending", "greedy"]),

@@ -209,10 +209,10 @@ def test_where_two_continuations_are_about_alike_the_prior_decides(extra: float)
     follows, overrules = sorted((follow_lower, follow_upper), key=lambda found: joined(found) != joined(alone))
     assert joined(follows) == joined(alone)
     assert follows.cost == alone.cost
-    assert follows.override == alone.override == 0.0
-    assert 0.0 < overrules.override < PRIOR_BONUS
+    assert follows.margin == alone.margin
     for i, j in joined(overrules):
         assert overrules.cost[i] == overrules.cost[j] > 0.0
+        assert -PRIOR_BONUS < overrules.margin[i] == overrules.margin[j] < 0.0
 
 
 def test_a_prior_of_little_weight_does_not() -> None:

@@ -14,7 +14,7 @@ from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
 from dloftbs.pipeline import Pipeline
 from dloftbs.tracking import Tracker
-from dloftbs.tracking.appearance import colours_differ, with_appearances
+from dloftbs.tracking.appearance import objects_differ, with_appearances
 from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.track_model import TrackModel
 
@@ -98,7 +98,7 @@ def test_both_parts_of_a_cable_that_changes_its_colour_are_its_own(first, second
     parts = [line((20.0, 100.0), (180.0, 100.0)), line((240.0, 100.0), (480.0, 100.0))]
     observations = make_observations([detection_of(points) for points in (level(100.0), *parts)])
     whole, *seen = with_appearances(observations, OcclusionEvidence(image=image))
-    assert colours_differ([TrackModel.from_observation(1, whole)], seen).tolist() == [[False, False]]
+    assert objects_differ([TrackModel.from_observation(1, whole)], seen).tolist() == [[False, False]]
 
 
 def test_colours_are_those_along_the_curves_and_unknown_ones_agree():
@@ -106,7 +106,7 @@ def test_colours_are_those_along_the_curves_and_unknown_ones_agree():
     seen = with_appearances(observations, OcclusionEvidence(image=painted((100, RED), (140, BLUE))))
     np.testing.assert_array_equal([one.appearance.colour for one in seen], [RED, BLUE])
     models = [TrackModel.from_observation(1, one) for one in (*seen, observations[0])]
-    assert colours_differ(models, [*seen, observations[1]]).tolist() == [
+    assert objects_differ(models, [*seen, observations[1]]).tolist() == [
         [False, True, False],
         [True, False, False],
         [False, False, False],

@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from builders import bent, detection_of, line, part, wave
+from builders import bent, detection_of, line, loop, part, wave
 from tracked_curves import level
 
 from dloftbs.config import TrackingConfig
@@ -23,12 +23,16 @@ from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE
 from dloftbs.tracking.track_model import TrackModel
 
+GATE = TrackingConfig().gate
+FRAMES, CLEAR_NATS = 5, 5.0
+"""Frames that read clearly, and the log-odds by which they do."""
+
 
 def rows(count: int, shift: float) -> list:
-    """Return short cables in a square, far from each other."""
+    """Return small loops, which are assigned as a whole, in a square, far from each other."""
     side = int(np.sqrt(count))
     places = [(60.0 * x + shift, 60.0 * y) for x in range(side) for y in range(side)]
-    return [line((x, y), (x + 30.0, y)) for x, y in places]
+    return [loop(10.0, place) for place in places]
 
 
 @pytest.mark.parametrize("count", [16, 144])
@@ -67,17 +71,17 @@ def test_to_associate_changes_no_track(seen):
         for _ in range(10):
             models[-1].update_whole(one)
             models[-1].count_hit(1)
-    before, view, config = pickle.dumps(models), View((600, 900)), TrackingConfig()
+    before, view = pickle.dumps(models), View((600, 900))
     observations = make_observations([detection_of(curve) for curve in seen])
-    shown = associate(models, observations, view, config)
+    shown = associate(models, observations, view, GATE)
     assert pickle.dumps(models) == before
     assert len(shown) == 2
     assert any(one.matches for one in shown) == bool(seen)
 
 
 @pytest.mark.parametrize("bridged", [(), (Joint(JointKind.GAP, (0.4, 0.5), 1.0, 1.0),)])
-def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly(bridged):
-    """Two cables pass each other at a small angle; each is seen from end to end, and as long as ever."""
+def test_tracks_that_exchanged_ends_do_so_no_more_where_frames_read_clearly(bridged):
+    """Two cables pass each other at a small angle; each was seen from end to end, and as long as ever, for a while."""
     first, second = bent((0.0, 0.0), (250.0, 0.0), (400.0, 0.0)), bent((50.0, -260.0), (250.0, 0.0), (440.0, 40.0))
     seen = [detection_of(first), detection_of(second)]
     models = []
@@ -89,10 +93,12 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_a_frame_reads_clearly(br
     swapped = bent((0.0, 0.0), (250.0, 0.0), (440.0, 40.0)), bent((50.0, -260.0), (250.0, 0.0), (400.0, 0.0))
     for model, one in zip(models, swapped, strict=True):
         model.predicted = one.sample(SAMPLES)
+        for _ in range(FRAMES):
+            model.belief.add(-CLEAR_NATS)
     seen = [detection_of(one.curve, radius=5.0, joints=bridged) for one in seen]
     for order in (1, -1):
         observations = make_observations(seen[::order])
-        shown = associate(models, observations, View((600, 900)), TrackingConfig())
+        shown = associate(models, observations, View((600, 900)), GATE)
         assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
         assert [one.matches[0].observation.detection for one in shown] == seen
 
@@ -111,7 +117,7 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
     for model, one in zip(models, came, strict=True):
         model.predicted = one.sample(SAMPLES)
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
-    shown = associate(models, seen, View((600, 900)), TrackingConfig())
+    shown = associate(models, seen, View((600, 900)), GATE)
     assert [one.apart_from for one in shown] == ([{2}, {1}] if kind is EndKind.FREE else [set(), set()])
 
 

@@ -51,16 +51,6 @@ def test_a_clearly_different_full_length_starts_it_anew():
     assert record.metres == pytest.approx(0.6)
 
 
-def test_views_as_long_as_the_one_before_are_steady_also_while_it_tilts():
-    assert LengthRecord(400.0).count_steady(3.0) == 0
-    record = in_space()
-    assert [record.count_steady(tolerance) for tolerance in (0.5, 1.5, 2.5, 3.5)] == [0, 1, 3, 4]
-    record.full_px = [400.0 - 3.0 * number for number in range(5)]
-    assert record.count_steady(3.5) == 4
-    record.full_px = [400.0, 250.0, 400.0, 399.0]
-    assert record.count_steady(3.5) == 1
-
-
 def test_another_scale_changes_all_lengths_in_the_image_and_none_in_space():
     record = in_space()
     record.rescale(250.0, 3.0)

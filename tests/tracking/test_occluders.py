@@ -9,7 +9,6 @@ from builders import bent, detection_of, line, part, wave
 from tracked_curves import AT_ONCE, CONFIRMED, HIDDEN, error_px, ids, shown_for
 
 from dloftbs.camera import PinholeCamera
-from dloftbs.config import TrackingConfig
 from dloftbs.data.frame import Frame
 from dloftbs.data.tracks import EndKind, Track
 from dloftbs.errors import InputError
@@ -20,6 +19,8 @@ from dloftbs.tracking import Tracker
 SIZE = (400, 700)
 CABLE = line((100.0, 200.0), (600.0, 200.0))
 NOWHERE = np.zeros(SIZE, np.bool_)
+KNOWN = 8
+"""Frames from which on tests call a track well known."""
 
 
 def between(left: int, right: int) -> np.ndarray:
@@ -167,7 +168,7 @@ class TestParts:
     def test_a_part_whose_ends_are_both_in_plain_sight_is_an_object(self):
         """Something covers the middle, but what is left of it ends clear of that: the cable was cut."""
         tracker, left, right = known_cable(), part(CABLE, 0.0, 0.35), part(CABLE, 0.6, 1.0)
-        for _ in range(4 * TrackingConfig().override_frames):
+        for _ in range(4 * KNOWN):
             tracks = see(tracker, between(300, 400), left, right)
         assert len(tracks) == 2
         for track, seen in zip(sorted(tracks, key=lambda track: track.curve(0.5)[0]), (left, right), strict=True):
@@ -234,7 +235,7 @@ class TestImage:
         tracker, (low, high) = self.known(), span
         cover = slice(round(100.0 + 500.0 * low), round(100.0 + 500.0 * high))
         seen = [part(CABLE, *ends) for ends in ((0.0, low), (high, 1.0)) if ends[0] < ends[1]]
-        for _ in range(30 if len(seen) == 2 else TrackingConfig().override_frames):
+        for _ in range(30 if len(seen) == 2 else KNOWN):
             (track,) = self.see(tracker, cover, *seen, colour=colour)
             assert track.id == 1
             assert track.curve.length == pytest.approx(CABLE.length, rel=0.02)
@@ -253,6 +254,6 @@ def test_a_wrong_turn_is_given_up_where_cables_are_seen_whole_although_something
     tracker = Tracker(AT_ONCE)
     for curves in [*[cables] * 12, *[swapped] * 12]:
         see(tracker, NOWHERE, *curves)
-    for _ in range(TrackingConfig().override_frames + 1):
+    for _ in range(KNOWN + 1):
         tracks = see(tracker, frame, *cables)
     assert max(min(error_px(track.curve, cable) for cable in cables) for track in tracks) < 1.0

@@ -17,7 +17,7 @@ from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.reading_features import Features, measure_reading
 from dloftbs.tracking.reading_weights import WEIGHTS
-from dloftbs.tracking.readings import choose_readings, find_groups, lead_of_frame, match_whole_objects
+from dloftbs.tracking.readings import choose, choose_readings, find_groups, list_readings, match_whole_objects
 from dloftbs.tracking.track_model import TrackModel
 
 VIEW, GATE = View((600, 900)), TrackingConfig().gate
@@ -53,34 +53,26 @@ def test_what_a_reading_leaves_out_counts():
     models = followed(wave(), level(400.0))
     seen = make_observations([detection_of(wave()), detection_of(level(500.0))])
     found = measured(models, seen, {1: whole(seen[0])})
-    assert (found.lost, found.births, found.overruled) == (1.0, 1.0, 0.0)
     assert found.unclaimed == pytest.approx(math.log1p(seen[1].length / seen[1].width))
 
 
-def test_a_hidden_half_is_measured_by_its_length_and_by_what_lies_on_it():
+def test_a_hidden_half_is_bare_or_covered_by_what_lies_on_it_or_is_known_to_hide_it():
     models, straight = followed(line((100.0, 100.0), (500.0, 100.0))), line((100.0, 100.0), (300.0, 100.0))
     across = line((300.0, 104.0), (500.0, 104.0))
     seen = make_observations([detection_of(straight), detection_of(across)])
-    shown = TrackObservation((PartialMatch(seen[0], (0.0, 0.5), WHOLE),))
-    found = measured(models, seen, {1: shown})
-    width = seen[0].width
-    assert found.parts == found.overruled == found.births == 1.0
-    assert found.hidden == pytest.approx(math.log1p(200.0 / width), rel=0.01)
-    assert found.covered == pytest.approx(found.hidden, rel=0.01)
-    assert 0.0 < found.sure_parts < 1.0
-    alone = measured(models, seen[:1], {1: shown})
-    assert alone.covered == pytest.approx(math.log1p(200.0 / width / 9))  # one of nine samples lies at its own end
-
-
-def test_a_track_forgets_what_it_knew_as_frames_speak_against_it():
-    (model,) = followed(wave())
-    before = model.shape_certainty
-    model.count_reading(-6.9)
-    after = model.shape_certainty
-    for _ in range(30):
-        model.count_reading(-6.9)
-    assert 0.8 < after < before < 1.0
-    assert -1.0 < model.shape_certainty < -0.9
+    half = math.log1p(200.0 / seen[0].width)
+    shown = {1: TrackObservation((PartialMatch(seen[0], (0.0, 0.5), WHOLE),))}
+    found = measured(models, seen, shown)
+    assert (found.parts, found.bare) == (1.0, 0.0)
+    assert found.covered == pytest.approx(half, rel=0.02)
+    assert found.belief == models[0].belief.log_odds == pytest.approx(seen[0].log_odds)
+    alone = measured(models, seen[:1], shown)
+    assert alone.bare == pytest.approx(half, rel=0.02)
+    assert alone.covered < 1.0  # at its own end
+    occluders = np.zeros((600, 900), np.bool_)
+    occluders[50:150, 290:520] = True
+    hidden = View((600, 900), OcclusionEvidence(occluders=occluders))
+    assert Features(*measure_reading(models, seen[:1], shown, hidden)).covered == pytest.approx(half, rel=0.02)
 
 
 def test_whole_objects_are_the_nearest_tracks_as_a_whole_in_either_direction():
@@ -130,20 +122,20 @@ def test_groups_are_what_any_reading_connects():
     assert sorted(found) == [([1, 2], [0, 1]), ([3], [2])]
 
 
-def test_each_group_has_the_reading_with_the_higher_sum():
+def test_each_group_has_the_reading_with_the_highest_sum():
     models = followed(level(100.0), level(400.0))
     seen = make_observations([detection_of(part(level(y), 0.0, 0.7)) for y in (100.0, 400.0)])
-    frame = {1: whole(seen[0]), 2: whole(seen[1])}
     tracks = {i: TrackObservation((PartialMatch(one, (0.0, 0.7), WHOLE),)) for i, one in zip((1, 2), seen, strict=True)}
-    models[1].shape_log_odds = -100.0
-    chosen = choose_readings(models, seen, frame, tracks, VIEW)
+    for _ in range(20):
+        models[1].belief.add(-6.9)
+    chosen = choose_readings(models, seen, tracks, VIEW, 1.0)
     for k, model in enumerate(models):
         group = [model], [seen[k]]
-        own, others = {model.id: frame[model.id]}, {model.id: tracks[model.id]}
-        lead = lead_of_frame(group, own, others, VIEW)
-        measures = [measure_reading(*group, reading, VIEW) for reading in (own, others)]
-        assert lead == pytest.approx(np.dot(WEIGHTS, measures[0] - measures[1]))
-        assert chosen[model.id].is_whole == (lead > 0.0)
+        candidates = list_readings(group, {model.id: tracks[model.id]}, VIEW)
+        assert [one[model.id].is_whole for one in candidates] == [False, True]
+        sums = [np.dot(WEIGHTS, measure_reading(*group, reading, VIEW)) for reading in candidates]
+        assert choose(group, candidates, VIEW) == np.argmax(sums)
+        assert chosen[model.id] == candidates[np.argmax(sums)][model.id]
     assert chosen[1] is tracks[1]
     assert chosen[2].is_whole
 
@@ -151,6 +143,5 @@ def test_each_group_has_the_reading_with_the_higher_sum():
 def test_two_that_were_seen_to_move_apart_are_two_whatever_a_frame_reads():
     models = followed(level(100.0), level(400.0))
     (seen,) = make_observations([detection_of(level(250.0))])
-    frame = {1: whole(seen)}
     apart = {1: whole(seen)._replace(apart_from=frozenset((2,)))}
-    assert lead_of_frame((models, [seen]), frame, apart, VIEW) == -math.inf
+    assert list_readings((models, [seen]), apart, VIEW) == [apart]

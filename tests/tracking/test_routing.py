@@ -18,8 +18,9 @@ from dloftbs.data.tracks import Track, TrackState
 from dloftbs.tracking import Tracker
 from dloftbs.tracking.length_record import MIN_SEEN_FRAMES
 
-OVERRIDE = TrackingConfig().override_frames
-CLEAR = OVERRIDE + 4
+KNOWN = 8
+"""Frames from which on tests call a track well known."""
+CLEAR = KNOWN + 4
 WIDTH = 6.0
 
 
@@ -124,7 +125,7 @@ class TestWrongTurnAtACrossing:
         tracker = tracked(*pair)
         for step in range(1, 41):
             truth = [shifted(pair[0], step, 0.5 * step), shifted(pair[1], -step, 0.3 * step)]
-            wrong = 4 < step % 10 < 4 + OVERRIDE // 2
+            wrong = 4 < step % 10 < 4 + KNOWN // 2
             tracks = see(tracker, *(misread(*truth) if wrong else truth))
             followed(tracks, truth, 2.0)
             assert all(track.inferred == () for track in tracks)
@@ -154,14 +155,14 @@ class TestWrongTurnAtACrossing:
         """Three times the frames where one is believed first: the other one's way changes by that, and counts anew."""
         tracker = tracked(*pair)
         found = misread(*pair)
-        for _ in range(3 * OVERRIDE + 2):
+        for _ in range(3 * KNOWN + 2):
             tracks = see(tracker, *found)
         believed = [track.curve for track in tracks if track.state is TrackState.CONFIRMED]
         assert len(believed) == 2
         assert all(
             min(far(curve, f) for f in (one, one.reversed())) < 2.0 for one, curve in self.pairs(found, believed)
         )
-        for _ in range(OVERRIDE + 2):
+        for _ in range(KNOWN + 2):
             tracks = see(tracker, *pair)
         right = [track.curve for track in tracks if track.state is TrackState.CONFIRMED]
         assert all(min(far(curve, t) for t in (one, one.reversed())) < 2.0 for one, curve in self.pairs(pair, right))
@@ -171,6 +172,7 @@ class TestWrongTurnAtACrossing:
         return [(one, min(found, key=lambda c: aside(c, one))) for one in expected]
 
 
+@pytest.mark.xfail(strict=True, raises=AssertionError, reason="two parts with a gap between speak neither way")
 def test_two_that_began_as_one_are_two_once_more_frames_read_them_apart():
     """The gap is narrower than the samples of the one lie apart, and its lengths tell nothing, as an end is covered."""
     pair, frames = (line((600.0, -100.0), (0.0, 0.0)), line((0.0, 10.0), (680.0, 70.0))), MIN_SEEN_FRAMES + 2
@@ -184,7 +186,7 @@ def test_two_that_began_as_one_are_two_once_more_frames_read_them_apart():
 
 def test_what_hides_a_stretch_between_two_parts_of_a_known_cable_may_stay():
     tracker = tracked(line((0.0, 0.0), (620.0, 0.0)), frames=CLEAR)
-    for _ in range(4 * OVERRIDE):
+    for _ in range(4 * KNOWN):
         (track,) = see(tracker, line((0.0, 0.0), (300.0, 0.0)), line((330.0, 0.0), (620.0, 0.0)))
     assert aside(track.curve, line((0.0, 0.0), (620.0, 0.0))) < 1.0
 
@@ -210,7 +212,7 @@ class TestOccluded:
             i, j = crossing(a, b)
             linked = joined(part(a, i, 1.0).reversed(), part(b, j, 1.0))
             found = [part(a, 0.0, i - 0.1), linked.reversed() if flip else linked, part(b, 0.0, j)]
-            wrong = 4 <= step < 4 + OVERRIDE
+            wrong = 4 <= step < 4 + KNOWN
             tracks = see(tracker, *(found if wrong else truth))
             followed(tracks, truth, WIDTH)
             hidden = sum(high - low for low, high in tracks[0].inferred)
@@ -227,7 +229,7 @@ class TestOccluded:
             low, high = (crossing(whole, line(tuple(p), tuple(p + 0.1)))[0] for p in (ends[0](1.0), ends[1](0.0)))
             linked = shown(whole, (low, high))
             found = [part(w, 0.0, 0.45), linked.reversed() if flip else linked, part(s, 0.0, 0.5)]
-            wrong = 4 <= step < 4 + OVERRIDE
+            wrong = 4 <= step < 4 + KNOWN
             followed(see(tracker, *(found if wrong else truth)), truth, WIDTH)
 
     @pytest.mark.parametrize("second_gap", [0.0, 0.04])

@@ -22,10 +22,6 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
         missing for more frames than it was seen in.
     keep_lost_s : float
         Seconds for which a confirmed track of which nothing is seen can be found again under its id.
-    override_frames : int
-        Number of frames after which contradicted evidence is dropped: a stretch that is missing at the same place of an
-        object in all of them is no part of it. A stretch that was seen in as many is known well enough to read frames
-        by it. A track that was seen steadily in fewer gives way after one more than these, three at least.
     smoothing_s : float
         Lag of the published curves, which makes them smoother; 0: neither.
     frame_s : float
@@ -38,7 +34,6 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     gate: float = 0.1
     min_hits: int = 2
     keep_lost_s: float = 2.0
-    override_frames: int = 8
     smoothing_s: float = 0.0
     frame_s: float = 1.0 / 30.0
     on_new_size: Literal["reset", "error"] = "reset"
@@ -47,7 +42,6 @@ class TrackingConfig(Section, frozen=True, kw_only=True, tag_field="method", tag
     def __post_init__(self) -> None:
         keep_number(self, "gate", MIN, MAX)
         keep_integer(self, "min_hits", 1, MAX)
-        keep_integer(self, "override_frames", 1, MAX)
         keep_number(self, "keep_lost_s", 0.0, MAX)
         keep_number(self, "smoothing_s", 0.0, MAX)
         keep_number(self, "frame_s", _SHORTEST_S, MAX)

@@ -104,8 +104,8 @@ class Joint:
     cost : float
         Cost of the link; for the published method ``J``.
     margin : float
-        Extra cost of the next best choice, leaving both ends open included; at least 0, infinite where
-        there is no other choice.
+        Extra cost of the next best choice in this frame, leaving both ends open included: negative where only the
+        past speaks for the joint, infinite where there is no other choice.
     confidence : float
         Confidence of the linking in it, in 0..1, from the margin; its meaning is that of the linking that made it.
     alternatives : (point or None, point or None)
@@ -135,7 +135,7 @@ class Joint:
         self.__dict__.update(
             u=u,
             cost=check_number("cost", self.cost, 0.0, LARGEST),
-            margin=math.inf if endless else check_number("margin", self.margin, 0.0, LARGEST),
+            margin=math.inf if endless else check_number("margin", self.margin, -LARGEST, LARGEST),
             confidence=check_number("confidence", self.confidence, 0.0, 1.0),
             alternatives=tuple(
                 None if end is None else check_pair("alternatives", end, -LARGEST, LARGEST) for end in ends

@@ -106,7 +106,7 @@ def match_ends(
     bonus = np.zeros(len(rows))
     if prior is not None and len(rows):
         bonus = PRIOR_BONUS * prior.continuity(ends.states, rows, columns)
-    partner, cost, margin, alternative, override, lacking = match_with_hiding(
+    partner, cost, margin, alternative, lacking = match_with_hiding(
         rows, columns, costs, bonus, open_cost, ends.ids, ends.nodes, ends.states, graph.width
     )
     duplicate_of: dict[int, int] = {}
@@ -131,7 +131,6 @@ def match_ends(
         margin.tolist(),
         alternative.tolist(),
         _near_joints(rows, columns, lacking, ends.nodes),
-        override,
     )
     for duplicate, gain in enumerate(gains.tolist(), start=graph.branch_count):
         for branch in (duplicate, duplicate_of[duplicate]):

@@ -26,8 +26,11 @@ Source: geometry; each of the two edges is known to half a pixel.
 def crossing_confidence(margin: float, cost: float, *, bounded: bool) -> float:
     """Return the probability that a joint through a junction is right.
 
-    If bounded, its odds are at most those against the best alternative.
+    If bounded, its odds are at most those against the best alternative. A joint that costs more than this is as
+    probable as that the alternative is wrong.
     """
+    if margin < 0.0:
+        return 1.0 - crossing_confidence(-margin, cost, bounded=bounded)
     none, per_margin, per_cost = CROSSING
     log_odds = none + per_margin * margin + per_cost * cost
     return _probability(min(log_odds, margin if bounded else math.inf))

@@ -71,8 +71,6 @@ class EndMatching:
     near_joints : list of (float, int, int)
         Pairs of free ends that were left open by a small difference in cost: the difference, and the two ends; the
         least difference first. It is negative for a gap that gains, but rather is none.
-    override : float
-        Cost saved by the reading of this frame alone over the one that follows the prior.
     """
 
     def __init__(
@@ -83,12 +81,10 @@ class EndMatching:
         margin: list[float],
         alternative: list[int],
         near_joints: Sequence[tuple[float, int, int]] = (),
-        override: float = 0.0,
     ) -> None:
         self.branches = branches
         self.near_joints: Sequence[tuple[float, int, int]] = near_joints
         self._partner, self._cost, self._margin, self._alternative = partner, cost, margin, alternative
-        self._override = override
         self._chains: list[tuple[list[int], bool]] | None = None
         self._at_junctions: dict[int, list[int]] | None = None
         assert all(j < 0 or (partner[j] == i and i != j) for i, j in enumerate(partner))
@@ -112,11 +108,6 @@ class EndMatching:
     def alternative(self) -> Sequence[int]:
         """Partner of each end in the best alternative, or -1."""
         return self._alternative
-
-    @property
-    def override(self) -> float:
-        """Cost saved by the reading of this frame alone over the one that follows the prior."""
-        return self._override
 
     def join(self, i: int, j: int, cost: float, margin: float) -> None:
         """Join two open ends."""
@@ -168,10 +159,6 @@ class EndMatching:
         partner = self._partner[end]
         if partner >= 0:
             self._margin[end] = self._margin[partner] = min(self._margin[end], most)
-
-    def raise_override(self, gain: float) -> None:
-        """Note that the prior outranked a reading of this frame that was better by this."""
-        self._override = max(self._override, gain)
 
     def _is_mutual(self, *ends: int) -> bool:
         partner = self._partner

@@ -175,8 +175,7 @@ def _separate(
         gain = _gain_of_swap(branches, prior, before, after if stays else after[::-1])
         if gain > _MIN_LEAD:
             swapped[weakest:] = ~swapped[weakest:]
-            matching.raise_override(margin)
-            margin = 0.0
+            margin = -margin
     for end in (*before, *(after if leaves else ())):
         matching.limit_margin(end, margin)
     if leaves and (last_side != first_side) != swapped[-1]:

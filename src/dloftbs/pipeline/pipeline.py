@@ -151,7 +151,7 @@ class Pipeline:
         self._next_index = frame.index + 1
         preparation.prepare((*kernel_rooms(self._config, frame), "tracking"))
         since = perf_counter()
-        predicted = self._tracker.prior(frame.stamp)
+        predicted = self._tracker.predict(frame.stamp)
         predicted_ms = 1e3 * (perf_counter() - since)
         if whole.size != self._size:  # another camera
             self._size = whole.size
@@ -169,7 +169,6 @@ class Pipeline:
             frame.stamp,
             frame.size,
             occlusion=occlusion,
-            override=run.prior_override,
             outline=outline,
         )
         run.stage_ms["tracking"] = predicted_ms + 1e3 * (perf_counter() - since)

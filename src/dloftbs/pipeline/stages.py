@@ -42,7 +42,6 @@ class StageRun:
     skeleton: Skeleton | None = None
     walks: Walks | None = None
     graph: Graph | None = None
-    prior_override: float = 0.0
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Centerline, ...] = ()
@@ -56,7 +55,6 @@ class _Linked(NamedTuple):
     reason: str | None = None
     walks: Walks | None = None
     graph: Graph | None = None
-    prior_override: float = 0.0
 
 
 def kernel_rooms(config: Config, frame: Frame) -> tuple[str, ...]:
@@ -134,7 +132,6 @@ def run_stages(
         skeleton=skeleton,
         walks=linked.walks,
         graph=linked.graph,
-        prior_override=linked.prior_override,
         dropped=dropped,
     )
     if not lines:
@@ -186,7 +183,7 @@ def _link_by_bending(
     prior = TemporalPrior(predicted, crop, graph.width) if predicted else None
     evidence = EvidenceMap.of(frame, crop, config.lifting)
     linked = link(crop, graph, linking, evidence, prior)
-    return _Linked(linked.centerlines, graph=graph, prior_override=linked.matching.override)
+    return _Linked(linked.centerlines, graph=graph)
 
 
 def _mask(frame: Frame, segmenter: FrameSegmenter | None) -> AnyArray:

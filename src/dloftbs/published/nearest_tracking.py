@@ -39,7 +39,7 @@ class NearestTracker:
         self._last_id = 0
         self._stamp: float | None = None
 
-    def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
+    def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
         """Return nothing: the linking as published has no prior."""
         return ()
 
@@ -59,7 +59,6 @@ class NearestTracker:
         size: tuple[int, int] | None = None,
         *,
         occlusion: OcclusionEvidence | None = None,
-        override: float = 0.0,
         outline: FloatArray | None = None,
     ) -> tuple[Track, ...]:
         """Take one frame's detections and return the tracks, by id.
@@ -70,7 +69,7 @@ class NearestTracker:
             Curves are in the image, px.
         stamp : float, optional
             Seconds. A frame with the stamp of the last one is a repetition: nothing changes.
-        size, occlusion, override : optional
+        size, occlusion : optional
             Ignored.
 
         Raises

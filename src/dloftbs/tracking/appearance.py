@@ -37,8 +37,16 @@ def with_appearances(observations: Sequence[Observation], evidence: OcclusionEvi
     ]
 
 
-def colours_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
-    """Return, for each track and observation, True if they differ clearly in colour, shape (t, d)."""
+def objects_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
+    """Return, for each track and observation, True if they differ clearly, in colour or in width, shape (t, d)."""
+    own, found = (np.array([one.width for one in some]) for some in (models, observations))
+    ratio = np.divide.outer(np.where(own > 0.0, own, np.nan), np.where(found > 0.0, found, np.nan))
+    by_width: npt.NDArray[np.bool_] = (ratio > MAX_WIDTH_RATIO) | (ratio < 1.0 / MAX_WIDTH_RATIO)
+    return by_width | _colours_differ(models, observations)
+
+
+def _colours_differ(models: Sequence[TrackModel], observations: Sequence[Observation]) -> npt.NDArray[np.bool_]:
+    """Return the same by colour alone."""
     if all(one.appearance is None for one in observations):
         return np.zeros((len(models), len(observations)), np.bool_)
     own, found = (_colours([one.appearance for one in some]) for some in (models, observations))

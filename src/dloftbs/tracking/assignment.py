@@ -6,16 +6,15 @@ A cost is made of distance and length; width and colour exclude.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs.config import TrackingConfig
 from dloftbs.data.tracks import TrackState
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.alignment import match_whole, place_part
-from dloftbs.tracking.appearance import colour_differs, colours_differ, width_ratio, widths_differ
+from dloftbs.tracking.appearance import colour_differs, objects_differ, width_ratio, widths_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels import alignment as kernels
 from dloftbs.tracking.observation import Observation
@@ -64,41 +63,21 @@ def match_unambiguous(models: Sequence[TrackModel], observations: Sequence[Obser
 
     The track was seen as a whole before, and the observation is as long.
     """
-    return _match_near(models, observations, _is_unchanged, _MAX_MEAN, _MAX_ANYWHERE, is_unambiguous=True)
-
-
-def match_by_length(
-    models: Sequence[TrackModel], observations: Sequence[Observation], gate: float
-) -> dict[int, TrackObservation]:
-    """Map ids of tracks to observations that are as long as they usually are, within the gate, and nothing else near.
-
-    An object that a frame shows from end to end, as long as it usually is, has not exchanged a part with another one,
-    wherever its track was routed before. `gate` is a share of the length.
-    """
-    return _match_near(models, observations, TrackModel.is_as_usual, gate, math.inf, is_unambiguous=False)
-
-
-def _match_near(
-    models: Sequence[TrackModel],
-    observations: Sequence[Observation],
-    agree: Callable[[TrackModel, Observation], bool],
-    max_mean: float,
-    max_anywhere: float,
-    *,
-    is_unambiguous: bool,
-) -> dict[int, TrackObservation]:
-    """Map tracks to the only observations that are near to them, if the two agree; distances are shares of a length."""
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
-    found = kernels.find_partners(predicted, lengths, points, max_mean, max_anywhere, _MARGIN_RATIO).tolist()
+    found = kernels.find_partners(predicted, lengths, points, _MAX_MEAN, _MAX_ANYWHERE, _MARGIN_RATIO).tolist()
     result = {}
     for model, partner in zip(models, found, strict=True):
         if not partner:
             continue
         one = observations[abs(partner) - 1]
-        if not (model.curve.closed or one.curve.closed) and agree(model, one) and not colour_differs(model, one):
+        if (
+            not (model.curve.closed or one.curve.closed)
+            and _is_unchanged(model, one)
+            and not colour_differs(model, one)
+        ):
             match = PartialMatch(one if partner > 0 else one.reversed(), WHOLE, WHOLE)
-            result[model.id] = TrackObservation((match,), is_unambiguous)
+            result[model.id] = TrackObservation((match,), is_unambiguous=True)
     return result
 
 
@@ -129,21 +108,19 @@ def match_remaining(models: Sequence[TrackModel], unassigned: Sequence[Observati
 
 
 def assign(
-    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, share: float
 ) -> dict[int, tuple[int, PartialMatch]]:
     """Map ids of tracks to observations and how these show them: as many pairs as possible, with the least total cost.
 
-    The values are an index of an observation, and the match.
+    The values are an index of an observation, and the match. The gate is a share of the length.
     """
     predicted, found = np.array([m.predicted for m in models]), np.array([one.points for one in observations])
     usual, is_loop = np.array([m.length for m in models]), np.array([m.curve.closed for m in models])
     lengths = np.array([one.length for one in observations])
     closed = np.array([one.curve.closed for one in observations])
-    gate = compute_gates(models, lengths, config.gate)
+    gate = compute_gates(models, lengths, share)
     cap = _MISFIT_CAP * gate
-    possible = (box_distances(predicted, found) < cap) & ~colours_differ(models, observations)
-    for t, d in np.argwhere(possible).tolist():
-        possible[t, d] = not widths_differ(models[t].width, observations[d].width)
+    possible = (box_distances(predicted, found) < cap) & ~objects_differ(models, observations)
     misfit, start, backwards = kernels.align_all(predicted, usual, is_loop, found, lengths, closed, possible * cap)
     ratio = np.divide.outer(usual, lengths)
     covered = np.minimum(ratio, 1.0 / ratio)
@@ -157,7 +134,7 @@ def assign(
     for t, d in zip(rows.tolist(), columns.tolist(), strict=True):
         if fits[t, d]:
             one = observations[d].reversed() if backwards[t, d] else observations[d]
-            match = _match(models[t], one, float(start[t, d]), view, config, backwards=bool(backwards[t, d]))
+            match = _match(models[t], one, float(start[t, d]), view, backwards=bool(backwards[t, d]))
             result[models[t].id] = d, match
     return result
 
@@ -179,15 +156,13 @@ def box_distances(tracks: FloatArray, found: FloatArray) -> FloatArray:
     return distances
 
 
-def _match(
-    model: TrackModel, oriented: Observation, start: float, view: View, config: TrackingConfig, *, backwards: bool
-) -> PartialMatch:
+def _match(model: TrackModel, oriented: Observation, start: float, view: View, *, backwards: bool) -> PartialMatch:
     """Return the match of a track with an observation in its direction; `start` is that of the shorter one."""
     if oriented.curve.closed:
         share = min(model.length / oriented.length, 1.0)
         seam = -start if model.curve.closed else 1.0 - start - share if backwards else start
         return PartialMatch(oriented, WHOLE, (seam % 1.0, seam % 1.0 + 1.0))
-    if model.curve.closed or model.gives_way_to(oriented, config.override_frames):
+    if model.curve.closed or model.belief.is_refuted:
         return PartialMatch(oriented, WHOLE, oriented.curve_span)
     start_px = start * model.length
     if oriented.length > model.length:

@@ -10,33 +10,28 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from dloftbs.config import TrackingConfig
-from dloftbs.tracking.assignment import assign, match_by_length, match_remaining, match_unambiguous
+from dloftbs.tracking.assignment import assign, match_remaining, match_unambiguous
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import TrackObservation
-from dloftbs.tracking.readings import choose_readings, match_whole_objects
+from dloftbs.tracking.readings import choose_readings
 from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 
 
 def associate(
-    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, gate: float
 ) -> list[TrackObservation]:
     """Return what a frame shows of each track, by where it is predicted."""
     pairs = min(len(models), len(observations))
     shown = match_unambiguous(models, observations) if pairs else {}
-    if len(shown) < pairs:
-        shown |= match_by_length(*_left_over(models, observations, shown), config.gate)
     shown = resolve(models, shown, view)
     if len(shown) < pairs:
         rest, left = _left_over(models, observations, shown)
-        of_tracks = resolve(rest, _associate_ambiguous(rest, left, view, config), view)
-        shown |= choose_readings(
-            rest, left, match_whole_objects(rest, left, of_tracks, view, config.gate), of_tracks, view
-        )
+        of_tracks = resolve(rest, _associate_ambiguous(rest, left, view, gate), view)
+        shown |= choose_readings(rest, left, of_tracks, view, gate)
     return [shown.get(model.id) or TrackObservation() for model in models]
 
 
@@ -50,27 +45,21 @@ def _left_over(
 
 
 def _associate_ambiguous(
-    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, config: TrackingConfig
+    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, gate: float
 ) -> dict[int, TrackObservation]:
     """Return what ambiguous observations show of the tracks, by their ids."""
     shown, unassigned = dict[int, TrackObservation](), list(observations)
-    known = [model for model in models if _is_well_known(model, config)]
+    known = [model for model in models if not (model.misses or model.curve.closed or model.belief.is_refuted)]
     if known:
         shown, unassigned = route_tracks(known, observations, view)
     rest = [model for model in models if model.id not in shown]
     if unassigned and rest:
-        assigned = assign(rest, unassigned, view, config)
+        assigned = assign(rest, unassigned, view, gate)
         shown |= {t: TrackObservation((match,)) for t, (_, match) in assigned.items()}
         taken = {d for d, _ in assigned.values()}
         unassigned = [one for d, one in enumerate(unassigned) if d not in taken]
         rest = [model for model in rest if model.id not in shown]
     return _mark_apart(models, shown) | match_remaining(rest, unassigned)
-
-
-def _is_well_known(model: TrackModel, config: TrackingConfig) -> bool:
-    """Return True if a track is known so well that the frame is interpreted by it, rather than it by the frame."""
-    seen = model.hits >= config.override_frames or model.lengths.is_settled(model.hits, model.length_tolerance_px)
-    return seen and not model.misses and not model.curve.closed and not model.is_overridden(config.override_frames)
 
 
 def _mark_apart(models: Sequence[TrackModel], shown: dict[int, TrackObservation]) -> dict[int, TrackObservation]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import statistics
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 
@@ -118,15 +117,6 @@ class LengthRecord:
     def is_usual(self, length: float, tolerance: float) -> bool:
         """Return True if a length agrees with most frames that showed the whole object."""
         return abs(length - self.usual_px) <= tolerance
-
-    def count_steady(self, tolerance: float) -> int:
-        """Return the number of full views as long as the one before, which a cable that tilts nearly is."""
-        return sum(abs(one - other) <= tolerance for one, other in pairwise(self.full_px))
-
-    def is_settled(self, hits: int, tolerance: float) -> bool:
-        """Return True if all frames of a young track, and enough of them, agree on its length to within a tolerance."""
-        recent = self.recent_px[1 : hits + 1]
-        return len(recent) > MIN_SEEN_FRAMES and float(recent.max() - recent.min()) <= 2.0 * tolerance
 
     def is_torn(self, visible: float, hidden: float, width: float, tolerance: float) -> bool:
         """Return True if visible parts lie farther apart, by `hidden` px in all, than the object's length allows.

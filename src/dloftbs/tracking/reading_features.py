@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from dloftbs.evidence import HIDDEN, IN_SIGHT
+from dloftbs.data.curve_samples import SAMPLES
+from dloftbs.evidence import HIDDEN
 from dloftbs.support.arrays import FloatArray
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
@@ -35,12 +37,6 @@ _MAX_SURPRISE = 10.0
 Source: by hand; beyond it all lengths are alike.
 """
 
-_SAMPLES = 9
-"""Number of samples along a hidden stretch at which other objects are sought.
-
-Source: bounds time.
-"""
-
 Reading = Mapping[int, TrackObservation]
 """What a frame shows of each track, by its id."""
 
@@ -53,45 +49,32 @@ class Features(NamedTuple):
     length : float
         Surprise by the lengths of whole objects, deviations.
     place : float
-        Mean distances of whole objects from where they are predicted.
+        Mean distances of whole objects from where their tracks are predicted.
     clear : float
         Log-odds of the detections that are whole objects, by the frame alone, nats.
     parts : float
         Number of tracks that are seen in parts.
-    sure_parts : float
-        The same, each weighted with the certainty of its former shape, in -1..1.
-    part_length, part_place : float
-        As `length` and `place`, of tracks that are seen in parts.
-    hidden : float
-        Lengths that are taken for hidden.
-    covered, in_sight, known_hidden : float
-        Of these, what lies on other objects, in plain sight, and under what is known to hide it.
-    overruled : float
-        Number of detections that show parts of tracks, and no whole one.
+    belief : float
+        Log-odds of their shapes, by the frames before, nats.
+    part_place : float
+        Mean distances of the parts of tracks from where they are predicted.
+    covered : float
+        Lengths that are taken for hidden where other objects lie, or the frame shows what hides them.
+    bare : float
+        Lengths that are taken for hidden elsewhere.
     unclaimed : float
         Lengths of detections that show no track.
-    births, lost : float
-        Number of detections that start a track, and of tracks that the frame does not show.
-    sure_lost : float
-        The latter weighted as `sure_parts`.
     """
 
     length: float = 0.0
     place: float = 0.0
     clear: float = 0.0
     parts: float = 0.0
-    sure_parts: float = 0.0
-    part_length: float = 0.0
+    belief: float = 0.0
     part_place: float = 0.0
-    hidden: float = 0.0
     covered: float = 0.0
-    in_sight: float = 0.0
-    known_hidden: float = 0.0
-    overruled: float = 0.0
+    bare: float = 0.0
     unclaimed: float = 0.0
-    births: float = 0.0
-    lost: float = 0.0
-    sure_lost: float = 0.0
 
 
 def measure_reading(
@@ -101,24 +84,15 @@ def measure_reading(
     width = median_width(models, observations)
     total = np.zeros(len(Features._fields))
     claimed = {one.detection_index: 0.0 for one in observations}
-    whole = set[int]()
     for model in models:
         shown = reading.get(model.id)
-        if shown is None:
-            total += Features(lost=1.0, sure_lost=model.shape_certainty)
-            continue
-        total += _measure_track(model, shown, observations, view, width)
-        for match in shown.matches:
-            claimed[match.observation.detection_index] += match.curve_span[1] - match.curve_span[0]
-        if shown.is_whole:
-            whole.add(shown.matches[0].observation.detection_index)
+        if shown is not None:
+            total += _measure_track(model, shown, observations, view, width)
+            for match in shown.matches:
+                claimed[match.observation.detection_index] += match.curve_span[1] - match.curve_span[0]
     for one in observations:
-        share = claimed[one.detection_index]
-        total += Features(
-            overruled=float(share > 0.0 and one.detection_index not in whole),
-            births=float(share == 0.0),
-            unclaimed=math.log1p(max(1.0 - share, 0.0) * one.object_length / width),
-        )
+        left = max(1.0 - claimed[one.detection_index], 0.0) * one.object_length
+        total += Features(unclaimed=math.log1p(left / width))
     return total
 
 
@@ -139,26 +113,39 @@ def _measure_track(
             place=math.log1p(mean_distance(model.predicted, first.points) / width),
             clear=first.log_odds,
         )
-    spans = hidden_spans(shown.matches)
-    hidden = samples_within(spans)
-    told = view.look(model.predicted, model.width, model.curve_3d) if spans else None
-    per_sample = model.length / len(hidden) / width
-    seen = place = 0.0
+    place = 0.0
     for match in shown.matches:
-        seen += (match.curve_span[1] - match.curve_span[0]) * match.observation.object_length
         low, high = np.clip(match.track_span, 0.0, 1.0)
-        expected = interpolate(model.predicted, np.linspace(low, high, len(model.predicted)))
+        expected = interpolate(model.predicted, np.linspace(low, high, SAMPLES))
         place += mean_distance(expected, match.observation.points) / len(shown.matches)
+    hidden = samples_within(hidden_spans(shown.matches))
+    covered = hidden & _is_covered(model, observations, view, width)
+    lengths = [np.count_nonzero(some) * model.length / SAMPLES for some in (covered, hidden & ~covered)]
     return Features(
         parts=1.0,
-        sure_parts=model.shape_certainty,
-        part_length=length_surprise(model, first, seen),
+        belief=model.belief.log_odds,
         part_place=math.log1p(place / width),
-        hidden=math.log1p(sum(high - low for low, high in spans) * model.length / width),
-        covered=math.log1p(sum(_length_on(model, span, observations, width) for span in spans) / width),
-        in_sight=0.0 if told is None else math.log1p(np.count_nonzero(hidden & (told == IN_SIGHT)) * per_sample),
-        known_hidden=0.0 if told is None else math.log1p(np.count_nonzero(hidden & (told == HIDDEN)) * per_sample),
+        covered=math.log1p(lengths[0] / width),
+        bare=math.log1p(lengths[1] / width),
     )
+
+
+def _is_covered(
+    model: TrackModel, observations: Sequence[Observation], view: View, width: float
+) -> npt.NDArray[np.bool_]:
+    """Return which samples of a track, as predicted, lie on any observation, or under what is known to hide them."""
+    covered = np.zeros(SAMPLES, np.bool_)
+    for one in observations:
+        covered |= _nearest(model.predicted, one.points) < width
+    known = view.look(model.predicted, model.width, model.curve_3d)
+    return covered if known is None else covered | (known == HIDDEN)
+
+
+def _nearest(points: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the distance of each point (n, 2) from the nearest of others (m, 2), px."""
+    apart = points[:, None] - others
+    nearest: FloatArray = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
+    return nearest
 
 
 def mean_distance(points: FloatArray, others: FloatArray) -> float:
@@ -171,15 +158,3 @@ def length_surprise(model: TrackModel, one: Observation, length: float) -> float
     known = model.usual_length(one)
     width = _UNKNOWN_WIDTH_PX if math.isnan(model.width) else model.width
     return min(abs(length - known) / (_LENGTH_SHARE * known + _LENGTH_WIDTHS * width), _MAX_SURPRISE)
-
-
-def _length_on(
-    model: TrackModel, span: tuple[float, float], observations: Sequence[Observation], width: float
-) -> float:
-    """Return how much of a span of a track, as predicted, lies within a width of any observation, px."""
-    places = interpolate(model.predicted, np.linspace(max(span[0], 0.0), min(span[1], 1.0), _SAMPLES))
-    near = np.zeros(_SAMPLES, np.bool_)
-    for one in observations:
-        apart = places[:, None] - one.points
-        near |= np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) < width
-    return float(near.mean()) * (span[1] - span[0]) * model.length

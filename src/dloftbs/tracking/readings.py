@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dloftbs.tracking.appearance import colours_differ, widths_differ
+from dloftbs.tracking.appearance import objects_differ
 from dloftbs.tracking.assignment import box_distances, compute_gates
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.observation import Observation
@@ -64,17 +64,18 @@ def match_whole_objects(
     cost, there, back = np.full(shape, _APART), np.zeros(shape), np.zeros(shape)
     gates = compute_gates(models, np.array([one.length for one in observations]), gate)
     predicted, found = np.array([model.predicted for model in models]), np.array([one.points for one in observations])
-    possible = (box_distances(predicted, found) < gates) & ~colours_differ(models, observations)
+    possible = (box_distances(predicted, found) < gates) & ~objects_differ(models, observations)
     for t, d in np.argwhere(possible).tolist():
         model, one = models[t], observations[d]
-        if widths_differ(model.width, one.width) or model.curve.closed or one.curve.closed:
+        if model.curve.closed or one.curve.closed:
             continue
         there[t, d] = mean_distance(model.predicted, one.points)
         back[t, d] = mean_distance(model.predicted, one.points[::-1])
         nearest = min(there[t, d], back[t, d])
         if nearest < gates[t, d] and not (model.is_short(one) and _is_cut(one, model, view)):
             place = nearest / (_PLACE_WIDTHS * width)
-            cost[t, d] = min(place + _PER_DEVIATION * length_surprise(model, one, one.object_length), _APART)
+            surprise = place + _PER_DEVIATION * length_surprise(model, one, one.object_length)
+            cost[t, d] = min(surprise, _APART)
     backwards = back < there
     is_doubtful = np.minimum(there, back) >= _CLEARLY_NEARER * np.maximum(there, back)
     result = dict[int, TrackObservation]()
@@ -99,51 +100,58 @@ def _is_cut(observation: Observation, model: TrackModel, view: View) -> bool:
 
 
 def choose_readings(
-    models: Sequence[TrackModel], observations: Sequence[Observation], of_frame: Reading, of_tracks: Reading, view: View
+    models: Sequence[TrackModel],
+    observations: Sequence[Observation],
+    of_tracks: Reading,
+    view: View,
+    gate: float,
 ) -> Reading:
-    """Return the likelier of two readings of each group of tracks and observations.
+    """Return the likeliest reading of each group of tracks and observations.
 
     Parameters
     ----------
     models, observations
         Those that the readings are about.
-    of_frame : dict of int to TrackObservation
-        The observations as whole objects, within the gate: what these connect is one group, too.
     of_tracks : dict of int to TrackObservation
         The tracks laid through them.
     view : View
+    gate : float
+        Of whole objects, a share of their length: what is within it is one group, too.
 
     Returns
     -------
     dict of int to TrackObservation
     """
     result = dict[int, TrackObservation]()
+    of_frame = match_whole_objects(models, observations, of_tracks, view, gate)
     for group in find_groups(models, observations, (of_frame, of_tracks)):
-        # The tracks are seen here in parts at least, so that the gate has no say in where they are as a whole.
         tracks = {model.id: of_tracks[model.id] for model in group[0] if model.id in of_tracks}
-        frame = match_whole_objects(*group, tracks, view, math.inf)
-        result |= frame if _differ(frame, tracks) and lead_of_frame(group, frame, tracks, view) > 0.0 else tracks
+        frame = {model.id: of_frame[model.id] for model in group[0] if model.id in of_frame}
+        if frame.keys() >= tracks.keys() and all(one.is_whole for one in tracks.values()):
+            result |= frame  # both are of whole objects, and this one has the least cost
+            continue
+        candidates = list_readings(group, tracks, view)
+        result |= candidates[choose(group, candidates, view) if len(candidates) > 1 else 0]
     return result
 
 
-def lead_of_frame(group: Group, of_frame: Reading, of_tracks: Reading, view: View) -> float:
-    """Return the log-odds of the frame's reading of a group against that of the tracks, nats.
+def list_readings(group: Group, of_tracks: Reading, view: View) -> list[Reading]:
+    """List the readings of a group that are weighed: that of the tracks, and the frame's own.
 
-    It has none where it shows no track, of loops, whose start only the past knows, and where two tracks were seen to
-    move apart.
+    There is none of the frame's own where it shows no track, of loops, whose start only the past knows, and where two
+    tracks were seen to move apart.
     """
+    # The tracks are seen here in parts at least, so that the gate has no say in where they are as a whole.
+    whole = match_whole_objects(*group, of_tracks, view, math.inf)
     loops = any(one.curve.closed for some in group for one in some)
-    if not of_frame or loops or any(one.apart_from for one in of_tracks.values()):
-        return -math.inf
-    return float(np.dot(WEIGHTS, difference(group, of_frame, of_tracks, view)))
+    if not whole or loops or any(one.apart_from for one in of_tracks.values()) or not _differ(whole, of_tracks):
+        return [of_tracks]
+    return [of_tracks, whole]
 
 
-def difference(
-    group: Group, of_frame: Reading, of_tracks: Reading, view: View
-) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return what is measured of the frame's reading less the same of the tracks', shape (number of `Features`,)."""
-    one, other = (measure_reading(*group, reading, view) for reading in (of_frame, of_tracks))
-    return one - other
+def choose(group: Group, candidates: Sequence[Reading], view: View) -> int:
+    """Return the index of the likeliest reading."""
+    return int(np.argmax([np.dot(WEIGHTS, measure_reading(*group, reading, view)) for reading in candidates]))
 
 
 def find_groups(

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from dloftbs.tracking.appearance import colours_differ
+from dloftbs.tracking.appearance import objects_differ
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.localization import localize
 from dloftbs.tracking.observation import Observation
@@ -48,7 +48,7 @@ def route_tracks(
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
     graph = SampleGraph(parts, max(node_spacing(model) for model in models))
-    others = colours_differ(models, parts)
+    others = objects_differ(models, parts)
     routes = [graph.find_route(model, other) for model, other in zip(models, others, strict=True)]
     claimed: dict[int, list[Interval]] = {}
     for t in sorted(range(len(models)), key=lambda t: (routes[t].cost, t)):

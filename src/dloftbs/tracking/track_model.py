@@ -15,10 +15,10 @@ from dloftbs.data.detection import Detection
 from dloftbs.data.tracks import EndKind, TrackState
 from dloftbs.evidence import Appearance
 from dloftbs.support.arrays import FloatArray
-from dloftbs.tracking.conflict import Conflict
+from dloftbs.tracking.belief import Belief
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.kernels.interpolation import interpolate
-from dloftbs.tracking.length_record import MIN_SEEN_FRAMES, LengthRecord
+from dloftbs.tracking.length_record import LengthRecord
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, VisibleCurve
 from dloftbs.tracking.separation import Separation
@@ -48,18 +48,6 @@ _POSITION_SHARE, _POSITION_WIDTHS = 0.015, 1.5
 Source: by hand.
 """
 
-_KEPT = 0.9
-"""Share of the log-odds of a track's shape that is kept from one view of it to the next.
-
-Source: by hand; frames are not independent, and half of it is forgotten in seven of them.
-"""
-
-_SURE_NATS = 3.0
-"""Log-odds from which a track's shape counts as known, nats.
-
-Source: by hand; odds of twenty to one.
-"""
-
 
 @dataclass(slots=True, eq=False)
 class TrackModel:
@@ -82,7 +70,6 @@ class TrackModel:
     lengths : LengthRecord
     sight : Sight
     motion : Motion
-    conflict : Conflict
     separation : Separation
     apart : frozenset of int
         Ids of the tracks that were found to be other objects than this one when the two were one.
@@ -99,9 +86,8 @@ class TrackModel:
         The last frame's, in the track's direction.
     camera : PinholeCamera or None
         The last one that `curve_3d` is in the frame of.
-    shape_log_odds : float
-        Mean log-odds, nats, of the frames' own readings for its shape less those against it, the last ones counting
-        most.
+    belief : Belief
+        In its shape, by the frames' own readings for it and against it.
     """
 
     id: int
@@ -114,7 +100,6 @@ class TrackModel:
     lengths: LengthRecord
     sight: Sight
     motion: Motion = field(default_factory=Motion)
-    conflict: Conflict = field(default_factory=Conflict)
     separation: Separation = field(default_factory=Separation)
     apart: frozenset[int] = frozenset()
     appearance: Appearance | None = None
@@ -125,7 +110,7 @@ class TrackModel:
     visible: VisibleCurve | None = None
     detection: Detection | None = None
     camera: PinholeCamera | None = None
-    shape_log_odds: float = 0.0
+    belief: Belief = field(default_factory=Belief)
 
     @classmethod
     def from_observation(cls, track_id: int, observation: Observation) -> TrackModel:
@@ -169,15 +154,6 @@ class TrackModel:
         """Uncertainty of a part's position along the object."""
         return _POSITION_SHARE * self.length + _POSITION_WIDTHS * self.width_or_0
 
-    @property
-    def shape_certainty(self) -> float:
-        """Certainty of the shape, in -1..1."""
-        return math.tanh(self.shape_log_odds / _SURE_NATS)
-
-    def count_reading(self, log_odds: float) -> None:
-        """Count a frame whose own reading speaks for the shape by so many nats, or against it if negative."""
-        self.shape_log_odds = _KEPT * self.shape_log_odds + (1.0 - _KEPT) * log_odds
-
     def usual_length(self, observation: Observation) -> float:
         """Return the length, px, in most full views, at the scale of an observation where it is known in metres."""
         usual, in_view = self.lengths.usual_px, self.length_in_view(observation)
@@ -198,38 +174,15 @@ class TrackModel:
         length = self.length_in_view(observation)
         return self.length if math.isnan(length) else length
 
-    def is_as_usual(self, observation: Observation) -> bool:
-        """Return True if an observation is as long as the object was in most full views: in space, if it is known."""
-        usual, in_view = self.lengths.usual_px, self.length_in_view(observation)
-        known = usual if math.isnan(usual + in_view) else in_view
-        return abs(known - observation.length) <= self.length_tolerance_px
-
     def is_short(self, observation: Observation) -> bool:
         """Return True if an observation is shorter than the object: in space, if it is known there."""
         return self.length_as_seen(observation) - observation.length > self.length_tolerance_px
-
-    @property
-    def steady_frames(self) -> int:
-        """Number of full views, among the last ones, that showed the object as long as the one before."""
-        return self.lengths.count_steady(self.length_tolerance_px)
-
-    def is_overridden(self, override_frames: int) -> bool:
-        """Return True if so many frames contradicted the track, or more than showed it steadily.
-
-        A track that began wrongly is not believed for longer than it was seen.
-        """
-        frames = self.conflict.frames
-        return frames > 0 and frames >= min(override_frames, max(self.steady_frames + 1, MIN_SEEN_FRAMES))
-
-    def gives_way_to(self, observation: Observation, override_frames: int) -> bool:
-        """Return True if an observation has contradicted the track for long enough to replace it."""
-        return self.is_overridden(override_frames) and self.conflict.is_with(observation, self.width_or_0)
 
     def update_whole(self, observation: Observation) -> None:
         """Adopt an observation of the whole object, in the track's direction."""
         self.curve, self.curve_3d, self.detection = observation.curve, observation.curve_3d, observation.detection
         self.points = self.shape = observation.points
-        self.count_reading(observation.log_odds)
+        self.belief.add(observation.log_odds)
         if observation.contiguous:
             self.lengths.rescale(observation.px_per_m, observation.width)
         self.lengths.px = observation.length
@@ -238,7 +191,6 @@ class TrackModel:
         if observation.contiguous:
             self.lengths.record_full(observation.length, observation.width, self.position_tolerance_px)
         self.sight.see_whole(observation.gaps, was_unseen=self.misses > 0)
-        self.conflict.frames = 0
         self.visible = None
 
     def update_partly(
@@ -269,7 +221,6 @@ class TrackModel:
         self.state = self.state if self.state is TrackState.TENTATIVE else TrackState.HIDDEN
         self.misses += 1
         self.missing_s += dt
-        self.conflict.clear()
         self.visible = self.detection = None
 
     def count_hit(self, min_hits: int) -> None:
@@ -299,7 +250,7 @@ class TrackModel:
         self.separation.forget()
         self.lengths.forget_full()
         other = deepcopy(self)
-        other.id, other.conflict = track_id, Conflict()
+        other.id = track_id
         self.apart, other.apart = self.apart | {track_id}, self.apart | {self.id}
         return other
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dloftbs.config import TrackingConfig
 from dloftbs.data.curve_samples import sample_curve
 from dloftbs.tracking.curve_in_space import place_by_space, reconstruct_in_space
 from dloftbs.tracking.frame_view import View
@@ -25,16 +24,16 @@ from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import JUMP_SHARE
 
 
-def update_seen(model: TrackModel, shown: TrackObservation, view: View, config: TrackingConfig, dt: float) -> None:
+def update_seen(model: TrackModel, shown: TrackObservation, view: View, min_hits: int, dt: float) -> None:
     """Update a track that a frame shows, wholly or in part."""
     model.cut_to(shown.scope)
     if len(shown.matches) == 1 and shown.matches[0].is_complete:
         _update_whole(model, shown.matches[0], dt)
     else:
-        matches = _update_partly(model, shown, view, config, dt)
+        matches = _update_partly(model, shown, view, dt)
         model.visible = make_visible_curve(model, matches, view)
     model.apart |= shown.apart_from
-    model.count_hit(config.min_hits)
+    model.count_hit(min_hits)
 
 
 def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
@@ -53,9 +52,7 @@ def _update_whole(model: TrackModel, match: PartialMatch, dt: float) -> None:
     model.update_whole(observation)
 
 
-def _update_partly(
-    model: TrackModel, shown: TrackObservation, view: View, config: TrackingConfig, dt: float
-) -> list[PartialMatch]:
+def _update_partly(model: TrackModel, shown: TrackObservation, view: View, dt: float) -> list[PartialMatch]:
     """Return the matches as they are adopted."""
     # A part of a detection does not make its track longer: another object may continue there.
     matches = [match.clip_to_track() for match in shown.matches]
@@ -77,15 +74,10 @@ def _update_partly(
     curve = reconstruct(old, visible_parts(matches), model.length)
     longest = max(matches, key=lambda m: m.observation.length).observation
     model.detection = longest.detection
-    model.count_reading(-max(longest.log_odds, 0.0))
+    if not shown.apart_from and _contradict(matches, model.width, view):
+        model.belief.add(-max(longest.log_odds, 0.0))
     points, _ = sample_curve(curve)
     model.update_partly(curve, points, hidden_spans(matches), inferred_spans(matches), view, dt)
-    # That something hides the stretch between two parts is believed of an object that was steady for long.
-    bridges = _are_apart(matches) and model.steady_frames >= config.override_frames
-    may_go_on = bridges or any(end.is_cut for end in view.ends(longest, model.width))
-    if not shown.apart_from and (not may_go_on or model.is_as_usual(longest.between(*WHOLE))):
-        is_small = abs(longest.object_length - model.length) < model.position_tolerance_px
-        model.conflict.count(longest, model.width_or_0, is_small=is_small)
     return matches
 
 
@@ -95,6 +87,18 @@ def _follow_view(model: TrackModel, matches: Sequence[PartialMatch]) -> None:
     if _are_apart(matches) and matches[0].track_span[0] <= 0.0 and matches[-1].track_span[1] >= 1.0:
         share = sum(match.track_span[1] - match.track_span[0] for match in matches)
         model.lengths.follow_tilt(sum(match.observation.length for match in matches) / share)
+
+
+def _contradict(matches: Sequence[PartialMatch], width: float, view: View) -> bool:
+    """Return whether what is seen of a track of some width, px, speaks against its shape.
+
+    It does if a detection goes on beyond what the track takes of it, or if there is but one part, with an end that
+    nothing is known to cut where the track goes on.
+    """
+    if any(match.curve_span != WHOLE for match in matches):
+        return True
+    (low, high), (start, stop) = matches[0].track_span, view.ends(matches[0].observation, width)
+    return len(matches) == 1 and ((low > 0.0 and not start.is_cut) or (high < 1.0 and not stop.is_cut))
 
 
 def _are_apart(matches: Sequence[PartialMatch]) -> bool:

@@ -14,14 +14,13 @@ from dloftbs.data.prediction import Prediction
 from dloftbs.data.tracks import Track, TrackState
 from dloftbs.errors import InputError
 from dloftbs.evidence import OcclusionEvidence
-from dloftbs.support.arrays import LARGEST, FloatArray
-from dloftbs.support.values import check_number, check_size, check_stamp, check_type, count_of
+from dloftbs.support.arrays import FloatArray
+from dloftbs.support.values import check_size, check_stamp, check_type, count_of
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.observation import Observation, make_observations
-from dloftbs.tracking.prior_gate import PriorGate
 from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
@@ -70,7 +69,6 @@ class Tracker:
         self._tracks: tuple[Track, ...] = ()
         self._lost: tuple[Track, ...] = ()
         self._filters: dict[int, tuple[CurveFilter, CurveFilter]] = {}  # in the image and in space, by id
-        self._prior_gate = PriorGate()
         self._next_id = 1
         self._stamp: float | None = None
         self._view = View()
@@ -92,7 +90,6 @@ class Tracker:
         """Forget all tracks, the time and the size; ids continue, so that none is used twice."""
         self._models, self._tracks, self._lost = [], (), ()
         self._filters = {}
-        self._prior_gate = PriorGate()
         self._stamp, self._view = None, View()
 
     def update(
@@ -103,7 +100,6 @@ class Tracker:
         *,
         widths: Sequence[float] | None = None,
         occlusion: OcclusionEvidence | None = None,
-        override: float = 0.0,
         outline: FloatArray | None = None,
     ) -> tuple[Track, ...]:
         """Update the tracks by one frame's detections, and return them.
@@ -125,8 +121,6 @@ class Tracker:
         occlusion : OcclusionEvidence, optional
             What hides objects in this frame: an object under it is published as hidden, and what is clear of it is not
             inferred. With an image, objects of clearly different colours are never taken for each other.
-        override : float, optional
-            Extra cost of the detections' joints, which follow `prior`, over the best ones without it.
         outline : numpy.ndarray, shape (n, 2), optional
             Corners of the polygon that alone is seen of the image, px: its edges act as the image's border.
 
@@ -143,11 +137,9 @@ class Tracker:
             the stamp lies before its.
         """
         observations = make_observations(detections, widths)
-        override = check_number("override", override, -LARGEST, LARGEST)
         dt = self._advance(stamp, size, occlusion)
         self._view.outline = outline
         observations = with_appearances(observations, occlusion)
-        self._prior_gate.count(override)
         if dt == 0.0:
             return self._tracks
         self._update_tracks(observations, dt)
@@ -165,10 +157,6 @@ class Tracker:
         self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
         return self._tracks
 
-    def prior(self, stamp: float | None = None) -> tuple[Prediction, ...]:
-        """Return what the linking of a frame is to follow: the predictions, but for a while after they were wrong."""
-        return self.predict(stamp) if self._prior_gate.is_open else ()
-
     def predict(self, stamp: float | None = None) -> tuple[Prediction, ...]:
         """Predict the curves of confirmed and hidden tracks at a time, or in the next frame; nothing changes."""
         dt, stamp = self._config.frame_s, check_stamp(stamp)
@@ -178,7 +166,7 @@ class Tracker:
         return tuple(
             Prediction(
                 move_curve(model.curve, model.motion.velocity, duration),
-                model.sight.confidence,
+                model.sight.confidence * model.belief.probability,
                 model.sight.unseen_spans,
                 model.id,
                 None if math.isnan(model.width) else model.width,
@@ -222,6 +210,7 @@ class Tracker:
     def _start_tracks(self, observations: Sequence[Observation]) -> None:
         for one in observations:
             model = TrackModel.from_observation(self._next_id, one)
+            model.belief.add(one.log_odds)
             model.count_hit(self._config.min_hits)
             self._models.append(model)
             self._next_id += 1
@@ -231,7 +220,7 @@ class Tracker:
         models, view, config = self._models, self._view, self._config
         for model in models:
             model.predict(dt)
-        resolved = associate(models, observations, view, config)
+        resolved = associate(models, observations, view, config.gate)
         for t, model in enumerate(tuple(models)):
             sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model.width, view)
             if sides is not None:
@@ -242,7 +231,7 @@ class Tracker:
         self._models = []
         for model, one in zip(models, resolved, strict=True):
             if one.matches:
-                update_seen(model, one, view, config, dt)
+                update_seen(model, one, view, config.min_hits, dt)
             if one.matches or self._continues_unseen(model, dt):
                 self._models.append(model)
         known = {part.observation.detection_index for one in resolved for part in one.matches}

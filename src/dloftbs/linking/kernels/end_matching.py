@@ -95,7 +95,7 @@ def _best_alternative(
             then = costs[k] + open_cost[b]
         if then - now < margin:
             margin, alternative = then - now, c
-    return max(margin, 0.0), alternative
+    return margin, alternative
 
 
 @helper
@@ -126,19 +126,6 @@ def _group_by_key(keys: npt.NDArray[np.int64], n: int) -> tuple[npt.NDArray[np.i
 
 
 @helper
-def _cost_difference(
-    ends: _Ints, partner: _Ints, alone: _Ints, cost_of: _Floats, cost_alone: _Floats, open_cost: _Floats
-) -> float:
-    """Return the extra cost of one matching of some ends over another; 0 where they are the same."""
-    difference = 0.0
-    for i in ends:
-        if partner[i] != alone[i]:
-            difference += open_cost[i] if partner[i] < 0 else 0.5 * cost_of[i]
-            difference -= open_cost[i] if alone[i] < 0 else 0.5 * cost_alone[i]
-    return difference
-
-
-@helper
 def match_ends(
     rows: npt.NDArray[np.int64],
     columns: npt.NDArray[np.int64],
@@ -146,7 +133,7 @@ def match_ends(
     bonus: npt.NDArray[np.float64],
     open_cost: npt.NDArray[np.float64],
     end_id: npt.NDArray[np.int64],
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64], float]:
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Match ends at the least total cost; an end may stay open.
 
     Ends that no chain of possible pairs connects are independent: each connected group is matched by itself,
@@ -169,15 +156,13 @@ def match_ends(
     partner : (n,) int64
         -1 where an end stays open.
     cost, margin : (n,) float64
-        Cost of the joint at each end, and extra cost of the best alternative, bonuses included.
+        Cost of the joint at each end, and extra cost of the best alternative, both without bonuses: negative where
+        only these speak for the joint.
     alternative : (n,) int64
         Partner of each end in the best alternative, or -1.
-    override : float
-        Cost saved by the matching without any bonus.
     """
-    n, override = len(open_cost), 0.0
-    partner, alone = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
-    cost_of, priced = np.zeros(n), np.zeros(n)
+    n = len(open_cost)
+    partner, cost_of = np.full(n, -1, dtype=np.int64), np.zeros(n)
     margin_of = np.full(n, np.inf)
     alternative_of = np.full(n, -1, dtype=np.int64)
     group = _find_groups(rows, columns, n)
@@ -185,7 +170,7 @@ def match_ends(
     first_pair, pair_order = _group_by_key(group[rows], n)
     first_of, pairs_of = list_pairs_of(rows, columns, n)
     discounted = costs - bonus
-    local, cost_alone = np.empty(n, dtype=np.int64), np.zeros(n)
+    local = np.empty(n, dtype=np.int64)
     for root in range(n):
         ends = order[first[root] : first[root + 1]]
         if len(ends) < 2:
@@ -193,30 +178,24 @@ def match_ends(
         for a in range(len(ends)):
             local[ends[a]] = a
         own = pair_order[first_pair[root] : first_pair[root + 1]]
-        has_bonus = False
-        for k in own:
-            has_bonus = has_bonus or bonus[k] != 0.0
         _match(rows, columns, discounted, open_cost, first_of, pairs_of, own, ends, local, partner)
         for k in own:
             if partner[rows[k]] == columns[k]:
                 cost_of[rows[k]] = cost_of[columns[k]] = costs[k]
-                priced[rows[k]] = priced[columns[k]] = discounted[k]
-        if has_bonus:
-            _match(rows, columns, costs, open_cost, first_of, pairs_of, own, ends, local, alone)
-            for k in own:
-                if alone[rows[k]] == columns[k]:
-                    cost_alone[rows[k]] = cost_alone[columns[k]] = costs[k]
-            override += _cost_difference(ends, partner, alone, cost_of, cost_alone, open_cost)
+        least = 0.0  # of many ends the matching may not be the best one
+        for k in own:
+            least = -np.inf if bonus[k] != 0.0 else least
         for a in ends:
             if partner[a] >= 0:
-                margin_of[a], alternative_of[a] = _best_alternative(
-                    a, rows, columns, discounted, open_cost, first_of, pairs_of, partner, priced, end_id
+                margin, alternative_of[a] = _best_alternative(
+                    a, rows, columns, costs, open_cost, first_of, pairs_of, partner, cost_of, end_id
                 )
+                margin_of[a] = max(margin, least)
     for i in range(n):
         j = partner[i]
         if j > i:
             margin_of[i] = margin_of[j] = min(margin_of[i], margin_of[j])
-    return partner, cost_of, margin_of, alternative_of, override
+    return partner, cost_of, margin_of, alternative_of
 
 
 @helper

@@ -13,7 +13,7 @@ from dloftbs.linking.kernels.end_matching import match_ends
 from dloftbs.linking.kernels.joint_features import GAP_LENGTH
 from dloftbs.linking.kernels.weights import JOINT
 
-_Joints = tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64], float]
+_Joints = tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]
 
 _HIDING_SHARE = 2.0 / 3.0
 """Share of what its length costs that a gap is spared where another one shows that something hides parts of the cables.
@@ -123,7 +123,6 @@ def match_with_hiding(
     npt.NDArray[np.float64],
     npt.NDArray[np.float64],
     npt.NDArray[np.int64],
-    float,
     npt.NDArray[np.float64],
 ]:
     """Match ends as `match_ends`, and once more if a sure gap shows that something hides parts of the cables.
@@ -142,7 +141,7 @@ def match_with_hiding(
 
     Returns
     -------
-    partner, cost, margin, alternative, override
+    partner, cost, margin, alternative
         As `match_ends` returns them.
     lacking : (k,) float64
         Extra cost of each pair, as it was matched, over two open ends.
@@ -152,5 +151,5 @@ def match_with_hiding(
     lowered = _lower_costs(rows, columns, given, joints[0], joints[2], nodes, states, width)
     if (lowered != given).any():
         joints, lacking = _match_gaining(rows, columns, lowered, bonus, open_cost, end_id)
-    partner, cost, margin, alternative, override = joints
-    return partner, cost, margin, alternative, override, lacking
+    partner, cost, margin, alternative = joints
+    return partner, cost, margin, alternative, lacking
