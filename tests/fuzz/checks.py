@@ -103,7 +103,7 @@ def check_detection(detection: Detection) -> None:
     for joint in detection.joints:
         assert 0.0 <= joint.u[0] <= joint.u[1] <= 1.0, f"a joint at {joint.u}"
         check_share("a joint's confidence", joint.confidence)
-        assert joint.margin >= 0.0, f"a margin of {joint.margin}"
+        assert not math.isnan(joint.margin), f"a margin of {joint.margin}"
         assert math.isfinite(joint.cost), f"a cost of {joint.cost}"
     strict_json(detection)
 

@@ -32,6 +32,12 @@ _MAX_CLAIMED_SHARE = 0.5
 Source: by definition; the majority.
 """
 
+_MAX_PART_NODES = 4096
+"""Number of nodes' spacings that a part is long at most: an object may be seen beside a speck.
+
+Source: bounds memory.
+"""
+
 _MIN_SEEN_SHARE = 0.25
 """Share of a track that must be seen for a route to count.
 
@@ -47,7 +53,8 @@ def route_tracks(
     Returns what these show of the tracks, by their ids, and the parts of them that no track claims most of.
     """
     parts = [part for one in observations for part in one.split_at_gaps()]
-    graph = SampleGraph(parts, max(node_spacing(model) for model in models))
+    finest = max(part.length for part in parts) / _MAX_PART_NODES
+    graph = SampleGraph(parts, max(finest, *(node_spacing(model) for model in models)))
     others = objects_differ(models, parts)
     routes = [graph.find_route(model, other) for model, other in zip(models, others, strict=True)]
     claimed: dict[int, list[Interval]] = {}
