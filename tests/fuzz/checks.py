@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 import dloftbs
 from dloftbs import BSplineCurve, Config, Detection, DloftbsError, Frame, FrameResult, Pipeline
+from dloftbs.linking.end_matching import PRIOR_BONUS
 
 T = TypeVar("T")
 
@@ -103,7 +104,6 @@ def check_detection(detection: Detection) -> None:
     for joint in detection.joints:
         assert 0.0 <= joint.u[0] <= joint.u[1] <= 1.0, f"a joint at {joint.u}"
         check_share("a joint's confidence", joint.confidence)
-        assert not math.isnan(joint.margin), f"a margin of {joint.margin}"
         assert math.isfinite(joint.cost), f"a cost of {joint.cost}"
     strict_json(detection)
 
@@ -113,6 +113,9 @@ def check_result(result: FrameResult) -> None:
     assert (result.reason is None) == bool(result.detections), f"reason {result.reason!r}, {len(result.detections)}"
     for detection in result.detections:
         check_detection(detection)
+        alone = not result.tracks  # a prior may outweigh two joints of a frame
+        least = 0.0 if alone else -2.0 * PRIOR_BONUS
+        assert all(joint.margin >= least for joint in detection.joints), f"margins of {detection.joints}"
     for crossing in result.crossings:
         assert np.isfinite(crossing.position).all(), f"a crossing at {crossing.position}"
         check_share("a crossing's confidence", crossing.confidence)

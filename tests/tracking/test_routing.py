@@ -184,6 +184,14 @@ def test_two_that_began_as_one_are_two_once_more_frames_read_them_apart():
     assert all(min(aside(track.curve, one) for one in pair) < 1.0 for track in tracks)
 
 
+def test_a_speck_is_laid_through_a_curve_of_any_length():
+    """The samples of a frame are as far apart as the nodes of the coarsest track, but not without bound."""
+    endless = line((1.0, 0.0), (1e6, 0.0))
+    tracker = Tracker()
+    tracker.update([line((0.0, 0.0), (1e-12, 0.0))])
+    assert [track.curve for track in tracker.update([endless])] == [endless]
+
+
 def test_what_hides_a_stretch_between_two_parts_of_a_known_cable_may_stay():
     tracker = tracked(line((0.0, 0.0), (620.0, 0.0)), frames=CLEAR)
     for _ in range(4 * KNOWN):
