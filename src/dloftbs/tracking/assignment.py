@@ -21,18 +21,6 @@ from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.track_model import MAX_WIDENING, WIDENING_PER_S, TrackModel
 
-_MAX_MEAN = 0.02
-"""Largest mean distance of an unambiguous match, as a share of the length.
-
-Source: by hand; a hand's motion from frame to frame, and well below the gate.
-"""
-
-_MAX_ANYWHERE = 0.03
-"""Largest distance of a sample of an unambiguous match, as a share of the length.
-
-Source: by hand; one and a half times `_MAX_MEAN`, so that no end is missing.
-"""
-
 _MARGIN_RATIO = 3.0
 """Number of times that any other candidate must be farther than an unambiguous match.
 
@@ -58,14 +46,16 @@ Source: by hand; short objects move by more than a share of their length.
 """
 
 
-def match_unambiguous(models: Sequence[TrackModel], observations: Sequence[Observation]) -> dict[int, TrackObservation]:
-    """Map ids of tracks to observations that lie as predicted, and nothing else near.
+def match_unambiguous(
+    models: Sequence[TrackModel], observations: Sequence[Observation], gate: float
+) -> dict[int, TrackObservation]:
+    """Map ids of tracks to observations that lie within the gate, a share of their length, and nothing else near.
 
     The track was seen as a whole before, and the observation is as long.
     """
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
-    found = kernels.find_partners(predicted, lengths, points, _MAX_MEAN, _MAX_ANYWHERE, _MARGIN_RATIO).tolist()
+    found = kernels.find_partners(predicted, lengths, points, gate, math.inf, _MARGIN_RATIO).tolist()
     result = {}
     for model, partner in zip(models, found, strict=True):
         if not partner:

@@ -26,7 +26,7 @@ def associate(
 ) -> list[TrackObservation]:
     """Return what a frame shows of each track, by where it is predicted."""
     pairs = min(len(models), len(observations))
-    shown = match_unambiguous(models, observations) if pairs else {}
+    shown = match_unambiguous(models, observations, gate) if pairs else {}
     shown = resolve(models, shown, view)
     if len(shown) < pairs:
         rest, left = _left_over(models, observations, shown)
