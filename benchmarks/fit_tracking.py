@@ -239,12 +239,12 @@ def make_page(cases: Sequence[Case], weights: _Floats) -> str:
         "",
         "For maintainers; [Tracking](tracking.md) says what they decide. Made by `python -m benchmarks.fit_tracking`.",
         "",
-        "Where a frame's detections, each as one whole object, say something else than the tracks laid through them,",
-        "the reading with the highest sum of measures times weights is taken, of these two and of those with the",
-        "clearest detections as whole objects only. A case is a group of tracks and detections, in one frame of a",
-        "sequence that is followed with these weights. The worth of a reading is one for each object whose curve is",
-        "right. Lost is the mean worth by which the reading chosen is worse than the best one: always the tracks',",
-        "always the frame's, the one of the weights, and of weights that were fitted without the source.",
+        "A frame's detections, each as one whole object, may say something else than the tracks laid through them. The",
+        "log-odds of either reading are the sum of its measures times weights. A case is a group of tracks and",
+        "detections, in one frame of a sequence that is followed with these weights. The worth of a reading is one for",
+        "each object whose curve is right. Lost is the mean worth by which the reading chosen is worse than the other:",
+        "always the tracks', always the frame's, the likelier one by the weights, and by weights that were fitted",
+        "without the source.",
         "",
         "| source | what | cases | the tracks' | the frame's | fitted | left out |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
@@ -288,7 +288,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 for sequence in list_sequences(name, options.folder)
             ]
             cases += [case for run in runs for case in run.result()]
-        weights = fit(cases)
+        weights = np.array([float(f"{weight:.3g}") for weight in fit(cases)])  # as they are written
     page = make_page(cases, weights)
     print(page)
     if options.write:
