@@ -242,7 +242,7 @@ def make_page(cases: Sequence[Case], weights: _Floats) -> str:
         "A frame's detections, each as one whole object, may say something else than the tracks laid through them. The",
         "log-odds of either reading are the sum of its measures times weights. A case is a group of tracks and",
         "detections, in one frame of a sequence that is followed with these weights. The worth of a reading is one for",
-        "each object whose curve is right. Lost is the mean worth by which the reading chosen is worse than the other:",
+        "each object whose curve is right. Lost is the mean worth by which the reading chosen is worse than the best:",
         "always the tracks', always the frame's, the likelier one by the weights, and by weights that were fitted",
         "without the source.",
         "",
