@@ -55,7 +55,7 @@ def match_unambiguous(
     """
     lengths, predicted = np.array([m.length for m in models]), np.array([m.predicted for m in models])
     points = np.array([one.points for one in observations])
-    found = kernels.find_partners(predicted, lengths, points, gate, math.inf, _MARGIN_RATIO).tolist()
+    found = kernels.find_partners(predicted, lengths, points, gate, _MARGIN_RATIO).tolist()
     result = {}
     for model, partner in zip(models, found, strict=True):
         if not partner:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import curve_through, line, loop, part, random_curve, wave
+from builders import curve_through, loop, part, random_curve, wave
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -109,17 +109,11 @@ def test_a_pair_that_is_not_asked_for_does_not_fit():
 def match(tracks: list[BSplineCurve], found: list[BSplineCurve]) -> list[int]:
     a, b = np.array([samples(c) for c in tracks]), np.array([samples(c) for c in found])
     lengths = np.array([length_of(points) for points in a])
-    return kernels.find_partners(a, lengths, b, 0.02, 0.03, 3.0).tolist()
+    return kernels.find_partners(a, lengths, b, 0.02, 3.0).tolist()
 
 
 class TestWithoutDoubt:
     THREE = (wave(), wave((0.0, 150.0)), wave((0.0, 300.0)))
-
-    def test_a_curve_that_leaves_the_track_at_one_end_is_in_doubt(self):
-        track = line((0.0, 0.0), (400.0, 0.0))
-        assert match(
-            [track], [curve_through(np.array([(0, 0), (100, 0), (200, 0), (300, 0), (370, 12), (397, 24)], float))]
-        ) == [0]
 
     @given(st.permutations(range(3)), st.tuples(*[st.booleans()] * 3), st.floats(-4.0, 4.0))
     def test_order_and_direction_do_not_matter(self, order, flips, shift):

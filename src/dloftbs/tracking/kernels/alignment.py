@@ -48,21 +48,19 @@ Source: numerics; to 1/64 of a sample.
 
 
 @helper
-def _distances_as_they_lie(
-    tracks: _Floats, found: _Floats, margin_ratio: float, limit: float
-) -> tuple[_Floats, _Floats, _Ints]:
-    """Return the mean and the largest distances of tracks (t, m, d) from curves (f, m, d), and their directions.
+def _distances_as_they_lie(tracks: _Floats, found: _Floats, margin_ratio: float, limit: float) -> tuple[_Floats, _Ints]:
+    """Return the mean distances of tracks (t, m, d) from curves (f, m, d), and their directions.
 
     A direction is 1 or -1, 0 if one is not clearly better than the other. Mean distances above `limit` are too small,
     but above it.
     """
     count, m, dims = tracks.shape
     others = len(found)
-    distance, largest = np.empty((count, others)), np.empty((count, others))
-    way, used = np.zeros((count, others), dtype=np.int64), len(range(0, m, _STRIDE))
+    distance, used = np.empty((count, others)), len(range(0, m, _STRIDE))
+    way = np.zeros((count, others), dtype=np.int64)
     for t in range(count):
         for f in range(others):
-            there, back, most_there, most_back = 0.0, 0.0, 0.0, 0.0
+            there, back = 0.0, 0.0
             for k in range(0, m, _STRIDE):
                 one, other = 0.0, 0.0
                 for d in range(dims):
@@ -70,22 +68,18 @@ def _distances_as_they_lie(
                     other += (tracks[t, k, d] - found[f, m - 1 - k, d]) ** 2
                 there += math.sqrt(one)
                 back += math.sqrt(other)
-                most_there, most_back = max(most_there, one), max(most_back, other)
                 if min(there, back) > limit * used:
                     break  # too far already, whatever the rest adds
             distance[t, f] = min(there, back) / used
-            largest[t, f] = math.sqrt(most_there if there <= back else most_back)
             if there * margin_ratio < back:
                 way[t, f] = 1
             elif back * margin_ratio < there:
                 way[t, f] = -1
-    return distance, largest, way
+    return distance, way
 
 
-@kernel(read(float64, 3), read(float64, 1), read(float64, 3), float64, float64, float64)
-def find_partners(
-    tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: float, max_anywhere: float, margin_ratio: float
-) -> _Ints:
+@kernel(read(float64, 3), read(float64, 1), read(float64, 3), float64, float64)
+def find_partners(tracks: _Floats, lengths: _Floats, found: _Floats, max_mean: float, margin_ratio: float) -> _Ints:
     """Find the curve that alone is near to each track as a whole, which is alone near to it.
 
     Parameters
@@ -98,8 +92,6 @@ def find_partners(
         Samples of the curves found; one or more.
     max_mean : float
         Largest mean distance of a match, as a share of the length; no other curve or track may be as near.
-    max_anywhere : float
-        Largest distance at any sample, as a share of the length.
     margin_ratio : float
         Ratio of the mean distance of any other to that of the match, at least.
 
@@ -110,11 +102,11 @@ def find_partners(
     """
     partner = np.zeros(len(tracks), dtype=np.int64)
     limit = margin_ratio * max_mean * lengths.max()
-    distance, largest, way = _distances_as_they_lie(tracks, found, margin_ratio, limit)
+    distance, way = _distances_as_they_lie(tracks, found, margin_ratio, limit)
     for t in range(len(tracks)):
         best = int(np.argmin(distance[t]))
         limit = max(margin_ratio * distance[t, best], max_mean * lengths[t])
-        sure = distance[t, best] <= max_mean * lengths[t] and largest[t, best] <= max_anywhere * lengths[t]
+        sure = distance[t, best] <= max_mean * lengths[t]
         for f in range(len(found)):
             sure &= f == best or distance[t, f] >= limit
         for other in range(len(tracks)):
