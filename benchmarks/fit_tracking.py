@@ -24,7 +24,7 @@ from dloftbs import Pipeline
 from dloftbs.config import TrackingConfig
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.frame import Frame
-from dloftbs.tracking import reading_weights, readings
+from dloftbs.tracking import hypotheses, reading_weights, readings
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.reading_features import Features, Reading, measure_reading
 from dloftbs.tracking.readings import Group
@@ -135,13 +135,14 @@ class Judge:
         self._owners: dict[int, int] = {}
         self.known: KnownFrame | None = None
 
-    def choose(self, group: Group, candidates: Sequence[Reading], view: View) -> int:
-        """Return the index of the likeliest reading, as `readings.choose`, and keep the case."""
+    def weigh(self, group: Group, candidates: Sequence[Reading], view: View) -> list[float]:
+        """Return the log-odds of readings, as `readings.weigh`, or now and then their worth, and keep the case."""
         measures = np.array([measure_reading(*group, reading, view) for reading in candidates])
         worth = np.array([self._worth(group, reading, view) for reading in candidates])
         self.cases.append(Case(self._source, measures, worth))
         explored = self._rng.random() < _EXPLORED
-        return int(np.argmax(worth if explored else measures @ self._weights))
+        nats: list[float] = (worth if explored else measures @ self._weights).tolist()
+        return nats
 
     def note(self, curves: Mapping[int, BSplineCurve]) -> None:
         """Note which objects the published tracks, by id, are now."""
@@ -183,13 +184,14 @@ def _curves(group: Group, reading: Reading, view: View) -> list[tuple[int | None
 def follow(source: str, frames: Iterable[tuple[Frame, KnownFrame]], weights: _Floats, seed: int = 0) -> list[Case]:
     """Follow a sequence with some weights and return the cases that come up."""
     judge, pipeline = Judge(source, weights, seed), Pipeline()
-    kept, readings.choose = readings.choose, judge.choose
+    kept = readings.weigh, hypotheses.MAX_HYPOTHESES
+    readings.weigh, hypotheses.MAX_HYPOTHESES = judge.weigh, 1  # a case is of the reading that goes on
     try:
         for frame, known in frames:
             judge.known = known
             judge.note({track.id: track.curve for track in pipeline.process(frame).tracks})
     finally:
-        readings.choose = kept
+        readings.weigh, hypotheses.MAX_HYPOTHESES = kept
     return judge.cases
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from benchmarks.fit_tracking import FITTED, PAGE, SOURCES, START, Case, fit, follow, lost, make_page, write_weights
 
-from dloftbs.tracking import readings
+from dloftbs.tracking import hypotheses, readings
 from dloftbs.tracking.reading_features import Features
 from dloftbs.tracking.reading_weights import WEIGHTS
 from dloftbs_lab.evaluation.runner.known_frame import KnownFrame
@@ -35,9 +35,9 @@ def test_weights_that_made_the_worth_are_found_again() -> None:
 def test_a_sequence_that_is_followed_has_cases_and_leaves_the_tracker_as_it_is() -> None:
     sequence = TrackingSequence("occluded", 3, 0, frames=30, size=(360, 640))
     known = [KnownFrame(sequence.frame(i), sequence.truth(i)) for i in range(30)]
-    choose = readings.choose
+    before = readings.weigh, hypotheses.MAX_HYPOTHESES
     cases = follow("covered", [(one.frame, one) for one in known], np.array(START))
-    assert readings.choose is choose
+    assert (readings.weigh, hypotheses.MAX_HYPOTHESES) == before
     assert cases
     assert all(np.isfinite(case.measures).all() and np.abs(case.worth).max() < 4.0 for case in cases)
     assert all(case.measures.shape == (len(case.worth), COLUMNS) and len(case.worth) > 1 for case in cases)

@@ -73,7 +73,7 @@ def test_to_associate_changes_no_track(seen):
             models[-1].count_hit(1)
     before, view = pickle.dumps(models), View((600, 900))
     observations = make_observations([detection_of(curve) for curve in seen])
-    shown = associate(models, observations, view, GATE)
+    shown = associate(models, observations, view, GATE)[0].shown
     assert pickle.dumps(models) == before
     assert len(shown) == 2
     assert any(one.matches for one in shown) == bool(seen)
@@ -98,7 +98,7 @@ def test_tracks_that_exchanged_ends_do_so_no_more_where_frames_read_clearly(brid
     seen = [detection_of(one.curve, radius=5.0, joints=bridged) for one in seen]
     for order in (1, -1):
         observations = make_observations(seen[::order])
-        shown = associate(models, observations, View((600, 900)), GATE)
+        shown = associate(models, observations, View((600, 900)), GATE)[0].shown
         assert [[match.track_span for match in one.matches] for one in shown] == [[WHOLE]] * 2
         assert [one.matches[0].observation.detection for one in shown] == seen
 
@@ -117,7 +117,7 @@ def test_two_tracks_of_one_detection_are_two_if_the_ends_where_they_meet_were_se
     for model, one in zip(models, came, strict=True):
         model.predicted = one.sample(SAMPLES)
     seen = make_observations([detection_of(line((0.0, 100.0), (465.0, 100.0)))])
-    shown = associate(models, seen, View((600, 900)), GATE)
+    shown = associate(models, seen, View((600, 900)), GATE)[0].shown
     assert [one.apart_from for one in shown] == ([{2}, {1}] if kind is EndKind.FREE else [set(), set()])
 
 

@@ -42,7 +42,7 @@ class TestHidden:
         tracker = Tracker(AT_ONCE)
         for step in range(10):
             see(tracker, turned(SHAPES[shape], 0.004 * step))
-        for step in range(10, 16):
+        for step in range(10, 14):
             whole = turned(SHAPES[shape], 0.004 * step)
             (track,) = see(tracker, part(whole, *span))
             assert track.id == 1

@@ -17,7 +17,15 @@ from dloftbs.tracking.observation import make_observations
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.reading_features import Features, measure_reading
 from dloftbs.tracking.reading_weights import WEIGHTS
-from dloftbs.tracking.readings import choose, choose_readings, find_groups, list_readings, match_whole_objects
+from dloftbs.tracking.readings import (
+    find_groups,
+    list_readings,
+    match_whole_objects,
+    rank_readings,
+    score,
+    score_all,
+    weigh,
+)
 from dloftbs.tracking.track_model import TrackModel
 
 VIEW, GATE = View((600, 900)), TrackingConfig().gate
@@ -110,6 +118,17 @@ def test_what_is_short_and_ends_under_what_hides_the_rest_is_not_whole():
     assert not match_whole_objects(models, seen, {}, hidden, 1.0)
 
 
+def test_a_track_that_is_not_seen_costs_more_the_longer_it_is_and_only_against_other_tracks():
+    models = followed(level(100.0), level(400.0), level(500.0, 250.0))
+    seen = make_observations([detection_of(level(100.0))])
+    reading = {1: whole(seen[0])}
+    group = models[:1], seen
+    alone, both, short = (score_all((some, seen), reading, VIEW) for some in (models[:1], models[:2], models[::2]))
+    assert alone == score(group, reading, VIEW)
+    assert both < short < alone
+    assert score((models, seen), reading, VIEW) == pytest.approx(alone)
+
+
 def test_groups_are_what_any_reading_connects():
     models = followed(level(100.0), level(200.0), level(400.0))
     seen = make_observations([detection_of(level(y)) for y in (100.0, 200.0, 400.0, 500.0)])
@@ -124,18 +143,23 @@ def test_groups_are_what_any_reading_connects():
 
 def test_each_group_has_the_reading_with_the_highest_sum():
     models = followed(level(100.0), level(400.0))
-    seen = make_observations([detection_of(part(level(y), 0.0, 0.7)) for y in (100.0, 400.0)])
-    tracks = {i: TrackObservation((PartialMatch(one, (0.0, 0.7), WHOLE),)) for i, one in zip((1, 2), seen, strict=True)}
+    seen = make_observations([detection_of(part(level(y), 0.0, 0.9)) for y in (100.0, 400.0)])
+    tracks = {i: TrackObservation((PartialMatch(one, (0.0, 0.9), WHOLE),)) for i, one in zip((1, 2), seen, strict=True)}
     for _ in range(20):
         models[1].belief.add(-6.9)
-    chosen = choose_readings(models, seen, tracks, VIEW, 1.0)
+    (lost, chosen), *others = rank_readings(models, seen, tracks, VIEW, 1.0)
+    assert lost == 0.0
     for k, model in enumerate(models):
         group = [model], [seen[k]]
         candidates = list_readings(group, {model.id: tracks[model.id]}, VIEW)
         assert [one[model.id].is_whole for one in candidates] == [False, True]
         sums = [np.dot(WEIGHTS, measure_reading(*group, reading, VIEW)) for reading in candidates]
-        assert choose(group, candidates, VIEW) == np.argmax(sums)
+        assert weigh(group, candidates, VIEW) == pytest.approx(sums)
         assert chosen[model.id] == candidates[np.argmax(sums)][model.id]
+        # The other reading of this group, with the likeliest ones of all other groups:
+        lost, other = others[k]
+        assert lost == pytest.approx(max(sums) - min(sums))
+        assert other == {**chosen, model.id: candidates[np.argmin(sums)][model.id]}
     assert chosen[1] is tracks[1]
     assert chosen[2].is_whole
 

@@ -1,4 +1,4 @@
-"""Association of a frame's observations with the tracks: one value, which the later steps take; nothing is changed.
+"""Association of a frame's observations with the tracks: its readings, which the later steps take; nothing is changed.
 
 Unambiguous matches come first. Tracks that are known well are then routed through the frame, others are assigned
 observations as a whole; at last the only object left is the only track left.
@@ -7,6 +7,7 @@ observations as a whole; at last the only object left is the only track left.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,24 +16,55 @@ from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.length_record import HISTORY_FRAMES
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import TrackObservation
-from dloftbs.tracking.readings import choose_readings
+from dloftbs.tracking.reading_features import Reading
+from dloftbs.tracking.readings import rank_readings, score_all
 from dloftbs.tracking.resolution import resolve
 from dloftbs.tracking.routing import route_tracks
 from dloftbs.tracking.track_model import TrackModel
 
 
+class FrameReading(NamedTuple):
+    """What a frame shows of some tracks.
+
+    Parameters
+    ----------
+    shown : list of TrackObservation
+        In the order of the tracks.
+    nats : float
+        Log-odds, up to a constant of the frame; 0 if nothing is compared.
+    """
+
+    shown: list[TrackObservation]
+    nats: float = 0.0
+
+
 def associate(
-    models: Sequence[TrackModel], observations: Sequence[Observation], view: View, gate: float
-) -> list[TrackObservation]:
-    """Return what a frame shows of each track, by where it is predicted."""
+    models: Sequence[TrackModel],
+    observations: Sequence[Observation],
+    view: View,
+    gate: float,
+    *,
+    is_compared: bool = False,
+) -> list[FrameReading]:
+    """Return what a frame may show of each track, by where it is predicted, the likeliest reading first.
+
+    `is_compared` says that their log-odds are needed even if there is only one.
+    """
     pairs = min(len(models), len(observations))
     shown = match_unambiguous(models, observations, gate) if pairs else {}
     shown = resolve(models, shown, view)
+    readings: list[tuple[float, Reading]] = [(0.0, {})]
     if len(shown) < pairs:
         rest, left = _left_over(models, observations, shown)
         of_tracks = resolve(rest, _associate_ambiguous(rest, left, view, gate), view)
-        shown |= choose_readings(rest, left, of_tracks, view, gate)
-    return [shown.get(model.id) or TrackObservation() for model in models]
+        readings = rank_readings(rest, left, of_tracks, view, gate)
+    nats = 0.0
+    if is_compared or len(readings) > 1:
+        nats = score_all((models, observations), shown | dict(readings[0][1]), view)
+    return [
+        FrameReading([shown.get(model.id) or one.get(model.id) or TrackObservation() for model in models], nats - lost)
+        for lost, one in readings
+    ]
 
 
 def _left_over(

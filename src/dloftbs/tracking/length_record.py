@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -68,6 +68,10 @@ class LengthRecord:
     def metres(self) -> float:
         """Length in space, in most frames that showed the whole object if any did; NaN if it is not known."""
         return statistics.median(self.full_m) if self.full_m else self.px / self.px_per_m
+
+    def copied(self) -> LengthRecord:
+        """Return a copy that goes on by itself."""
+        return replace(self, recent_px=self.recent_px.copy(), recent_ends=self.recent_ends.copy())
 
     def cut(self, share: float) -> None:
         """Give up all but a share of the length."""

@@ -96,6 +96,14 @@ def measure_reading(
     return total
 
 
+def measure_unseen(models: Sequence[TrackModel]) -> FloatArray:
+    """Measure tracks of which a frame shows nothing: each is in parts, and all of it is hidden."""
+    total = np.zeros(len(Features._fields))
+    for model in models:
+        total += Features(parts=1.0, bare=math.log1p(model.length / _known_width(model)))
+    return total
+
+
 def median_width(models: Sequence[TrackModel], observations: Sequence[Observation]) -> float:
     """Return the median width of tracks and observations, px."""
     widths = [model.width for model in models] + [one.width for one in observations]
@@ -156,5 +164,8 @@ def mean_distance(points: FloatArray, others: FloatArray) -> float:
 def length_surprise(model: TrackModel, one: Observation, length: float) -> float:
     """Return by how many deviations a length, px, differs from what is known of a track in an observation's view."""
     known = model.usual_length(one)
-    width = _UNKNOWN_WIDTH_PX if math.isnan(model.width) else model.width
-    return min(abs(length - known) / (_LENGTH_SHARE * known + _LENGTH_WIDTHS * width), _MAX_SURPRISE)
+    return min(abs(length - known) / (_LENGTH_SHARE * known + _LENGTH_WIDTHS * _known_width(model)), _MAX_SURPRISE)
+
+
+def _known_width(model: TrackModel) -> float:
+    return model.width_or_0 or _UNKNOWN_WIDTH_PX

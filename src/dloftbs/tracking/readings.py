@@ -1,6 +1,6 @@
 """Decision between two readings of a frame: its detections as whole objects, or the tracks laid through them.
 
-It is taken once, for each group of tracks and detections that a reading connects, by a fitted sum of measures.
+Each group of tracks and detections that a reading connects has its own, weighed by a fitted sum of measures.
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ from dloftbs.tracking.assignment import box_distances, compute_gates
 from dloftbs.tracking.frame_view import View
 from dloftbs.tracking.observation import Observation
 from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
-from dloftbs.tracking.reading_features import Reading, length_surprise, mean_distance, measure_reading, median_width
+from dloftbs.tracking.reading_features import (
+    Reading,
+    length_surprise,
+    mean_distance,
+    measure_reading,
+    measure_unseen,
+    median_width,
+)
 from dloftbs.tracking.reading_weights import WEIGHTS
 from dloftbs.tracking.track_model import TrackModel
 
@@ -44,7 +51,7 @@ _CLEARLY_NEARER = 0.8
 Source: by hand; a part of a spiral lies nearly as far off either way.
 """
 
-Group = tuple[list[TrackModel], list[Observation]]
+Group = tuple[Sequence[TrackModel], Sequence[Observation]]
 """Tracks and observations that some reading connects."""
 
 
@@ -99,14 +106,14 @@ def _is_cut(observation: Observation, model: TrackModel, view: View) -> bool:
     return any(end.hidden for end in view.ends(observation, model.width))
 
 
-def choose_readings(
+def rank_readings(
     models: Sequence[TrackModel],
     observations: Sequence[Observation],
     of_tracks: Reading,
     view: View,
     gate: float,
-) -> Reading:
-    """Return the likeliest reading of each group of tracks and observations.
+) -> list[tuple[float, Reading]]:
+    """Return the likeliest reading, and those that differ from it in one group of tracks and observations.
 
     Parameters
     ----------
@@ -120,18 +127,26 @@ def choose_readings(
 
     Returns
     -------
-    dict of int to TrackObservation
+    list of (float, dict of int to TrackObservation)
+        Each with its log-odds less than those of the likeliest one, which is the first, nats.
     """
-    result = dict[int, TrackObservation]()
+    likeliest = dict[int, TrackObservation]()
+    others: list[tuple[float, Reading, Reading]] = []
     of_frame = match_whole_objects(models, observations, of_tracks, view, gate)
     for group in find_groups(models, observations, (of_frame, of_tracks)):
         tracks = {model.id: of_tracks[model.id] for model in group[0] if model.id in of_tracks}
         frame = {model.id: of_frame[model.id] for model in group[0] if model.id in of_frame}
         if frame.keys() >= tracks.keys() and all(one.is_whole for one in tracks.values()):
-            result |= frame  # both are of whole objects, and this one has the least cost
+            likeliest |= frame  # both are of whole objects, and this one has the least cost
             continue
         candidates = list_readings(group, tracks, view)
-        result |= candidates[choose(group, candidates, view) if len(candidates) > 1 else 0]
+        nats = weigh(group, candidates, view) if len(candidates) > 1 else [0.0]
+        best = int(np.argmax(nats))
+        likeliest |= candidates[best]
+        others += [(nats[best] - nats[k], candidates[best], one) for k, one in enumerate(candidates) if k != best]
+    result: list[tuple[float, Reading]] = [(0.0, likeliest)]
+    for lost, best_of_group, other in others:
+        result.append((lost, {i: one for i, one in likeliest.items() if i not in best_of_group} | dict(other)))
     return result
 
 
@@ -149,16 +164,27 @@ def list_readings(group: Group, of_tracks: Reading, view: View) -> list[Reading]
     return [of_tracks, whole]
 
 
-def choose(group: Group, candidates: Sequence[Reading], view: View) -> int:
-    """Return the index of the likeliest reading."""
-    return int(np.argmax([np.dot(WEIGHTS, measure_reading(*group, reading, view)) for reading in candidates]))
+def weigh(group: Group, candidates: Sequence[Reading], view: View) -> list[float]:
+    """Return the log-odds of readings of a group, nats."""
+    return [score(group, reading, view) for reading in candidates]
+
+
+def score(group: Group, reading: Reading, view: View) -> float:
+    """Return the log-odds of a reading, up to a constant, nats."""
+    return float(np.dot(WEIGHTS, measure_reading(*group, reading, view)))
+
+
+def score_all(group: Group, reading: Reading, view: View) -> float:
+    """Return the log-odds of a reading against those of other tracks, too, up to a constant of the frame, nats."""
+    unseen = measure_unseen([model for model in group[0] if model.id not in reading])
+    return score(group, reading, view) + float(np.dot(WEIGHTS, unseen))
 
 
 def find_groups(
     models: Sequence[TrackModel], observations: Sequence[Observation], readings: Sequence[Reading]
 ) -> list[Group]:
     """Return the tracks and the observations in groups that no reading connects."""
-    groups: list[Group] = [([model], []) for model in models]
+    groups: list[tuple[list[TrackModel], list[Observation]]] = [([model], []) for model in models]
     group_of = {model.id: k for k, model in enumerate(models)}
     owner = dict[int, int]()
     for reading in readings:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from copy import deepcopy
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -245,11 +245,16 @@ class TrackModel:
         if first and last and self.lengths.full_px and self.visible is None and not self.sight.inferred:
             self.separation.see_whole(self.lengths.full_px[-1])
 
+    def copied(self) -> TrackModel:
+        """Return a copy that goes on by itself."""
+        parts = {name: copy(getattr(self, name)) for name in ("sight", "motion", "separation", "belief")}
+        return replace(self, lengths=self.lengths.copied(), **parts)
+
     def split_off(self, track_id: int) -> TrackModel:
         """Return the same track with another id, from now on another object."""
         self.separation.forget()
         self.lengths.forget_full()
-        other = deepcopy(self)
+        other = self.copied()
         other.id = track_id
         self.apart, other.apart = self.apart | {track_id}, self.apart | {self.id}
         return other

@@ -19,8 +19,10 @@ from dloftbs.support.values import check_size, check_stamp, check_type, count_of
 from dloftbs.tracking.appearance import with_appearances
 from dloftbs.tracking.association import associate
 from dloftbs.tracking.frame_view import View
+from dloftbs.tracking.hypotheses import Continuation, Hypothesis, Ids, continue_with, select_likeliest
 from dloftbs.tracking.motion_filter import CurveFilter
 from dloftbs.tracking.observation import Observation, make_observations
+from dloftbs.tracking.partial_match import TrackObservation
 from dloftbs.tracking.publication import make_hidden_curve, to_track
 from dloftbs.tracking.track_model import TrackModel
 from dloftbs.tracking.track_motion import extrapolated_time, move_curve
@@ -65,11 +67,11 @@ class Tracker:
 
     def __init__(self, config: TrackingConfig | None = None) -> None:
         self._config = TrackingConfig() if config is None else config
-        self._models: list[TrackModel] = []
+        self._hypotheses: list[Hypothesis] = [Hypothesis([])]  # the likeliest one first
         self._tracks: tuple[Track, ...] = ()
         self._lost: tuple[Track, ...] = ()
         self._filters: dict[int, tuple[CurveFilter, CurveFilter]] = {}  # in the image and in space, by id
-        self._next_id = 1
+        self._ids = Ids()
         self._stamp: float | None = None
         self._view = View()
 
@@ -88,7 +90,7 @@ class Tracker:
 
     def reset(self) -> None:
         """Forget all tracks, the time and the size; ids continue, so that none is used twice."""
-        self._models, self._tracks, self._lost = [], (), ()
+        self._hypotheses, self._tracks, self._lost = [Hypothesis([])], (), ()
         self._filters = {}
         self._stamp, self._view = None, View()
 
@@ -143,17 +145,7 @@ class Tracker:
         if dt == 0.0:
             return self._tracks
         self._update_tracks(observations, dt)
-        published: list[Track] = []
-        lost: list[Track] = []
-        for model in self._models:
-            if model.misses:
-                model.visible = make_hidden_curve(model)
-            else:
-                model.measure_in_space(dt)
-            track = to_track(model, self._view)
-            if not model.misses:
-                model.record(track.ends)
-            (lost if model.misses and model.visible is None else published).append(track)
+        (published, lost), *_ = [_publish(one.models, self._view, dt) for one in self._hypotheses]
         self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
         return self._tracks
 
@@ -172,7 +164,7 @@ class Tracker:
                 None if math.isnan(model.width) else model.width,
                 model.apart,
             )
-            for model in self._models
+            for model in self._hypotheses[0].models
             if model.state is not TrackState.TENTATIVE
         )
 
@@ -207,35 +199,57 @@ class Tracker:
         _log.warning("%s: all tracks are forgotten", told)
         self.reset()
 
-    def _start_tracks(self, observations: Sequence[Observation]) -> None:
-        for one in observations:
-            model = TrackModel.from_observation(self._next_id, one)
-            model.belief.add(one.log_odds)
-            model.count_hit(self._config.min_hits)
-            self._models.append(model)
-            self._next_id += 1
-
     def _update_tracks(self, observations: Sequence[Observation], dt: float) -> None:
-        """Update the tracks by a frame's observations, and start tracks of new objects."""
-        models, view, config = self._models, self._view, self._config
-        for model in models:
-            model.predict(dt)
-        resolved = associate(models, observations, view, config.gate)
-        for t, model in enumerate(tuple(models)):
-            sides = model.separation.find_cut(resolved[t], model.position_tolerance_px, model.width, view)
+        """Update the hypotheses by a frame's observations, each by the likeliest readings of it."""
+        continuations: list[Continuation] = []
+        is_compared = len(self._hypotheses) > 1
+        for hypothesis in self._hypotheses:
+            for model in hypothesis.models:
+                model.predict(dt)
+            gate = self._config.gate
+            readings = associate(hypothesis.models, observations, self._view, gate, is_compared=is_compared)
+            continuations += continue_with(hypothesis, readings)
+        kept = select_likeliest(continuations)
+        self._ids.start_frame()
+        self._hypotheses = []
+        for k, one in enumerate(kept):
+            goes_on = any(other.models is one.models for other in kept[k + 1 :])
+            models = [model.copied() for model in one.models] if goes_on else one.models
+            followed = self._follow(models, one.reading.shown, observations, dt)
+            self._hypotheses.append(Hypothesis(followed, one.nats - kept[0].nats))
+
+    def _follow(
+        self,
+        models: Sequence[TrackModel],
+        shown: Sequence[TrackObservation],
+        observations: Sequence[Observation],
+        dt: float,
+    ) -> list[TrackModel]:
+        """Update some tracks by what a frame shows of them, and start tracks of new objects; return those that go on.
+
+        They are in the order of their ids.
+        """
+        view, min_hits = self._view, self._config.min_hits
+        seen = list(zip(models, shown, strict=True))
+        for t, (model, one) in enumerate(tuple(seen)):
+            sides = model.separation.find_cut(one, model.position_tolerance_px, model.width, view)
             if sides is not None:
-                resolved[t], other = sides
-                resolved.append(other)
-                models.append(model.split_off(self._next_id))
-                self._next_id += 1
-        self._models = []
-        for model, one in zip(models, resolved, strict=True):
+                seen[t] = model, sides[0]
+                seen.append((model.split_off(self._ids.of_part(model.id)), sides[1]))
+        result = []
+        for model, one in seen:
             if one.matches:
-                update_seen(model, one, view, config.min_hits, dt)
+                update_seen(model, one, view, min_hits, dt)
             if one.matches or self._continues_unseen(model, dt):
-                self._models.append(model)
-        known = {part.observation.detection_index for one in resolved for part in one.matches}
-        self._start_tracks([one for one in observations if one.detection_index not in known])
+                result.append(model)
+        known = {part.observation.detection_index for _, one in seen for part in one.matches}
+        for new in observations:
+            if new.detection_index not in known:
+                model = TrackModel.from_observation(self._ids.of_detection(new.detection_index), new)
+                model.belief.add(new.log_odds)
+                model.count_hit(min_hits)
+                result.append(model)
+        return sorted(result, key=lambda model: model.id)
 
     def _continues_unseen(self, model: TrackModel, dt: float) -> bool:
         """Extrapolate a track that was not seen; return False if it has ended."""
@@ -257,3 +271,19 @@ class Tracker:
             curve_3d = None if track.curve_3d is None else in_space(track.curve_3d, dt)
             result.append(replace(track, curve=in_image(track.curve, dt), curve_3d=curve_3d))
         return tuple(result)
+
+
+def _publish(models: Sequence[TrackModel], view: View, dt: float) -> tuple[list[Track], list[Track]]:
+    """Return the tracks of a hypothesis that are published, and those that are lost."""
+    published: list[Track] = []
+    lost: list[Track] = []
+    for model in models:
+        if model.misses:
+            model.visible = make_hidden_curve(model)
+        else:
+            model.measure_in_space(dt)
+        track = to_track(model, view)
+        if not model.misses:
+            model.record(track.ends)
+        (lost if model.misses and model.visible is None else published).append(track)
+    return published, lost
