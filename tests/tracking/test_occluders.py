@@ -231,7 +231,7 @@ class TestImage:
     @pytest.mark.parametrize("colour", [HAND, GLOVE])
     @pytest.mark.parametrize("span", [(0.0, 0.34), (0.33, 0.67), (0.66, 1.0)])
     def test_a_cable_is_as_long_as_ever_while_a_hand_covers_a_third_of_it(self, span, colour):
-        """Also if the hand has nearly the table's colour; of an end, until frames as long as that contradict it."""
+        """Also if the hand has nearly the table's colour; of an end, for four frames that contradict it."""
         tracker, (low, high) = self.known(), span
         cover = slice(round(100.0 + 500.0 * low), round(100.0 + 500.0 * high))
         seen = [part(CABLE, *ends) for ends in ((0.0, low), (high, 1.0)) if ends[0] < ends[1]]

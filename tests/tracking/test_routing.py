@@ -23,7 +23,7 @@ KNOWN = 8
 """Frames from which on tests call a track well known."""
 CLEAR = KNOWN + 4
 BELIEVED = 4
-"""Frames in which a well known track outweighs one that is sure of something else."""
+"""Frames, each sure of something else, that a well known track outweighs."""
 WIDTH = 6.0
 
 

@@ -24,7 +24,7 @@ from dloftbs.tracking.track_model import TrackModel
 
 
 class FrameReading(NamedTuple):
-    """What a frame shows of some tracks.
+    """One way to read a frame: all that it shows of some tracks.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from dloftbs.tracking.track_model import TrackModel
 MAX_HYPOTHESES = 4
 """Largest number of hypotheses that are followed.
 
-Source: bounds time; with two, no source of data is read much worse.
+Source: measured; two follow real cables worse, and eight no better.
 """
 
 _MAX_NATS = 6.0
@@ -24,7 +24,7 @@ Source: bounds time; odds of four hundred to one.
 _STEP = 0.05
 """Step in ``u`` to which the ends of what is seen of an object are compared.
 
-Source: bounds time; objects whose ends differ by less are one.
+Source: bounds time; hypotheses that differ by less are not worth following twice.
 """
 
 Seen = tuple[tuple[tuple[int, ...], ...], ...]

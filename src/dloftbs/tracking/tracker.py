@@ -145,6 +145,7 @@ class Tracker:
         if dt == 0.0:
             return self._tracks
         self._update_tracks(observations, dt)
+        # Of each, since to publish a track is to record its ends, by which later frames are read.
         (published, lost), *_ = [_publish(one.models, self._view, dt) for one in self._hypotheses]
         self._tracks, self._lost = self._smooth(published, dt), tuple(lost)
         return self._tracks
