@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -108,7 +109,7 @@ def median_width(models: Sequence[TrackModel], observations: Sequence[Observatio
     """Return the median width of tracks and observations, px."""
     widths = [model.width for model in models] + [one.width for one in observations]
     known = [width for width in widths if not math.isnan(width)]
-    return (float(np.median(known)) if known else 0.0) or _UNKNOWN_WIDTH_PX
+    return (statistics.median(known) if known else 0.0) or _UNKNOWN_WIDTH_PX
 
 
 def _measure_track(
@@ -144,21 +145,28 @@ def _is_covered(
     """Return which samples of a track, as predicted, lie on any observation, or under what is known to hide them."""
     covered = np.zeros(SAMPLES, np.bool_)
     for one in observations:
-        covered |= _nearest(model.predicted, one.points) < width
+        covered |= _squared_distances(model.predicted, one.points) < width * width
     known = view.look(model.predicted, model.width, model.curve_3d)
     return covered if known is None else covered | (known == HIDDEN)
 
 
-def _nearest(points: FloatArray, others: FloatArray) -> FloatArray:
-    """Return the distance of each point (n, 2) from the nearest of others (m, 2), px."""
-    apart = points[:, None] - others
-    nearest: FloatArray = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
+def _squared_distances(points: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the squared distance of each point (n, 2) from the nearest of others (m, 2), px²."""
+    across, down = (points[:, k, None] - others[:, k] for k in (0, 1))
+    nearest: FloatArray = (across * across + down * down).min(axis=1)
     return nearest
+
+
+def mean_distances(points: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the mean distances of points (..., n, 2) from others in the same order, px, shape (...)."""
+    apart = points - others
+    distances: FloatArray = np.hypot(apart[..., 0], apart[..., 1]).mean(axis=-1)
+    return distances
 
 
 def mean_distance(points: FloatArray, others: FloatArray) -> float:
     """Return the mean distance of points (n, 2) from others in the same order, px."""
-    return float(np.hypot(*(points - others).T).mean())
+    return float(mean_distances(points, others))
 
 
 def length_surprise(model: TrackModel, one: Observation, length: float) -> float:

@@ -19,7 +19,7 @@ from dloftbs.tracking.partial_match import WHOLE, PartialMatch, TrackObservation
 from dloftbs.tracking.reading_features import (
     Reading,
     length_surprise,
-    mean_distance,
+    mean_distances,
     measure_reading,
     measure_unseen,
     median_width,
@@ -71,20 +71,20 @@ def match_whole_objects(
     cost, there, back = np.full(shape, _APART), np.zeros(shape), np.zeros(shape)
     gates = compute_gates(models, np.array([one.length for one in observations]), gate)
     predicted, found = np.array([model.predicted for model in models]), np.array([one.points for one in observations])
-    possible = (box_distances(predicted, found) < gates) & ~objects_differ(models, observations)
-    for t, d in np.argwhere(possible).tolist():
+    is_open = ~np.logical_or.outer([model.curve.closed for model in models], [one.curve.closed for one in observations])
+    possible = is_open & (box_distances(predicted, found) < gates) & ~objects_differ(models, observations)
+    tracks, parts = np.nonzero(possible)
+    there[possible] = mean_distances(predicted[tracks], found[parts])
+    back[possible] = mean_distances(predicted[tracks], found[parts, ::-1])
+    nearest = np.minimum(there, back)
+    for t, d in np.argwhere(possible & (nearest < gates)).tolist():
         model, one = models[t], observations[d]
-        if model.curve.closed or one.curve.closed:
-            continue
-        there[t, d] = mean_distance(model.predicted, one.points)
-        back[t, d] = mean_distance(model.predicted, one.points[::-1])
-        nearest = min(there[t, d], back[t, d])
-        if nearest < gates[t, d] and not (model.is_short(one) and _is_cut(one, model, view)):
-            place = nearest / (_PLACE_WIDTHS * width)
+        if not (model.is_short(one) and _is_cut(one, model, view)):
+            place = nearest[t, d] / (_PLACE_WIDTHS * width)
             surprise = place + _PER_DEVIATION * length_surprise(model, one, one.object_length)
             cost[t, d] = min(surprise, _APART)
     backwards = back < there
-    is_doubtful = np.minimum(there, back) >= _CLEARLY_NEARER * np.maximum(there, back)
+    is_doubtful = nearest >= _CLEARLY_NEARER * np.maximum(there, back)
     result = dict[int, TrackObservation]()
     for t, d in zip(*linear_sum_assignment(cost), strict=True):
         if cost[t, d] < _APART:
