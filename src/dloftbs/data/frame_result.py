@@ -293,6 +293,7 @@ def _line_of(row: object) -> Centerline:
     keys = "start", "end", "closed", "width_px", "confidence"
     start, end, closed, width, confidence = values_of("a dropped object", row, *keys)
     radius = 0.5 * check_number("width_px", width, 0.0, LARGEST)
+    # `Segment` and `Centerline` check what they are given: it comes from a file, and is of any type until then.
     return Centerline((Segment([start, end], [radius, radius]),), (), closed, (), confidence)  # type: ignore[arg-type]
 
 

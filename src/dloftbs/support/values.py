@@ -216,6 +216,7 @@ def _outlined(value: object, levels: int = _LEVELS) -> str:
         if not all(isinstance(item, _PLAIN) for item in value.values()):
             return f"a {kind} with the keys {_listed(value, levels)}"
     elif is_dataclass(value) and not isinstance(value, type) and value.__dataclass_params__.repr:  # type: ignore[attr-defined]
+        # How a dataclass was made is written in it, but has no types.
         return f"{kind}({_listed([getattr(value, field.name) for field in fields(value)], levels)})"
     elif isinstance(value, (list, tuple)) and not (
         len(value) <= _MAX_SHOWN and all(isinstance(item, _PLAIN) for item in value)

@@ -145,12 +145,12 @@ def _is_covered(
     """Return which samples of a track, as predicted, lie on any observation, or under what is known to hide them."""
     covered = np.zeros(SAMPLES, np.bool_)
     for one in observations:
-        covered |= _squared_distances(model.predicted, one.points) < width * width
+        covered |= _squared_distances_to_nearest(model.predicted, one.points) < width * width
     known = view.look(model.predicted, model.width, model.curve_3d)
     return covered if known is None else covered | (known == HIDDEN)
 
 
-def _squared_distances(points: FloatArray, others: FloatArray) -> FloatArray:
+def _squared_distances_to_nearest(points: FloatArray, others: FloatArray) -> FloatArray:
     """Return the squared distance of each point (n, 2) from the nearest of others (m, 2), px²."""
     across, down = (points[:, k, None] - others[:, k] for k in (0, 1))
     nearest: FloatArray = (across * across + down * down).min(axis=1)
