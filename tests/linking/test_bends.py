@@ -54,6 +54,18 @@ def test_a_round_bend_is_followed_half_a_width_inside_of_its_outer_edge(
         assert away.max() < 0.25 * width + 1.0
 
 
+@pytest.mark.parametrize("angle", [20, 30, 45])
+def test_a_bend_whose_corner_lies_on_another_cable_is_one_cable(angle: float) -> None:
+    """Two ends that a straight cable leaves over at one place, and that come from one side, are those of a fold."""
+    for turned in range(7, 360, 44):
+        line = bend(angle, turned)
+        across = np.radians(turned + 0.5 * angle + 90.0) + np.array((0.0, np.pi))
+        other = APEX + 110.0 * np.column_stack((np.cos(across), np.sin(across)))
+        found = detect(draw_cable(line, 12, SIZE) | draw_cable(other, 12, SIZE))
+        assert len(found) == 2, turned
+        assert max(distances(found, [line, other])) < 1.5 * 12, turned
+
+
 def test_a_mitre_is_a_spur_whose_corner_both_ends_know() -> None:
     _, graph = graph_of(draw_cable(bend(30, 10), 12, SIZE))
     known = graph.corners[graph.corners >= 0]

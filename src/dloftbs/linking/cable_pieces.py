@@ -12,6 +12,7 @@ import numpy.typing as npt
 from dloftbs.data.graph import RAY, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.linking.bend_corners import way_around
 from dloftbs.linking.kernels.end_extension import is_seen
+from dloftbs.linking.kernels.pair_costs import FOLD_COST
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -19,6 +20,12 @@ _MIN_JUMP_PX = 2.0
 """Distance of neighbouring points between which there is room for another one, px.
 
 Source: geometry; pixels of a skeleton are at most the square root of 2 apart.
+"""
+
+_ROUNDING = 1e-9
+"""Difference of two costs that are the same, nats.
+
+Source: numerics.
 """
 
 Span = tuple[int, int, int]
@@ -100,17 +107,18 @@ def cut_into_pieces(
             continue
         span = (start, stop, 1) if is_start(end) else (stop - 1, start - 1, -1)
         alone = bool(pieces) and through and degree[node] == 2
-        route = _way_around_corner(mask, graph, matching, end, pieces[-1].spans[-1], span) if alone else None
-        if route is not None:
-            pieces[-1].spans += [buffer.add(route, float(branches.radius[span[0]])), span]
+        own: list[Span] = [span]
+        if alone or (pieces and through and costs[end] > FOLD_COST - _ROUNDING):
+            route = _way_around_corner(mask, graph, matching, end, pieces[-1].spans[-1], span)
+            if route is not None and (alone or _is_on(mask, route)):
+                own = [buffer.add(route, float(branches.radius[span[0]])), span]
+        if pieces and through and len(own) == 1:
+            _, before, step = pieces[-1].spans[-1]
+            through = is_seen(mask, branches.points, before - step, span[0], width)
+        if alone and through:
+            pieces[-1].spans += own
         else:
-            if pieces and through:
-                _, before, step = pieces[-1].spans[-1]
-                through = is_seen(mask, branches.points, before - step, span[0], width)
-            if alone and through:
-                pieces[-1].spans.append(span)
-            else:
-                pieces.append(Piece([span], end, cost, margin, bool(pieces) and through))
+            pieces.append(Piece(own, end, cost, margin, bool(pieces) and through))
         cost, margin, through = 0.0, math.inf, True
     return pieces
 
@@ -140,6 +148,13 @@ def _way_around_corner(
     here, there = branches.end_states[matching.partner[end], RAY], branches.end_states[end, RAY]
     radius = min(float(branches.radius[before[1] - before[2]]), float(branches.radius[after[0]]))
     return way_around(mask, here, there, graph.width, radius, _stub(graph, end))
+
+
+def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> bool:
+    """Return whether all of some points, ``(x, y)``, lie on a mask: where other cables are, a corner may be none."""
+    columns, rows = np.rint(points).astype(np.int64).T
+    inside = (rows >= 0) & (columns >= 0) & (rows < mask.shape[0]) & (columns < mask.shape[1])
+    return bool(inside.all()) and bool(mask[rows, columns].all())
 
 
 def _stub(graph: Graph, end: int) -> FloatArray | None:

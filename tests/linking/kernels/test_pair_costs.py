@@ -8,7 +8,7 @@ from tests.linking.kernels.test_joint_features import WIDTH, arm
 
 from dloftbs.linking.kernels import joint_features as columns
 from dloftbs.linking.kernels.joint_features import prices
-from dloftbs.linking.kernels.pair_costs import junction_costs, pair_costs
+from dloftbs.linking.kernels.pair_costs import FOLD_COST, junction_costs, pair_costs
 from dloftbs.linking.kernels.weights import JOINT, OPEN
 
 OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = OPEN[columns.OPEN_JUNCTION], OPEN[columns.OPEN_KINK], OPEN[columns.OPEN_FREE]
@@ -124,6 +124,22 @@ def test_what_cannot_be_joined_is_not() -> None:
     assert costs_of(nodes, states, spur=np.array([False, True]))[0] == {}
 
 
+def test_two_ends_that_others_leave_over_are_rather_one_cable_that_folds_back() -> None:
+    """Two branches come in beside each other where another cable lies across; spurs fold no cable."""
+    nodes = np.array([0, -1] * 4)
+    states = []
+    for outwards in (0, 80, 100, 180):
+        a = np.radians(outwards)
+        states.append(arm(100 + 6 * np.cos(a), 100 + 6 * np.sin(a), outwards + 180))
+        states.append(arm(100 + 60 * np.cos(a), 100 + 60 * np.sin(a), outwards))
+    pairs, open_cost = costs_of(nodes, np.array(states))
+    assert pairs[2, 4] == pytest.approx(FOLD_COST)
+    assert pairs[0, 6] == pytest.approx(0.0, abs=1e-9)
+    assert pairs[0, 6] + pairs[2, 4] < open_cost[2] + open_cost[4]
+    pairs, _ = costs_of(nodes, np.array(states), spur=np.array([False, True, False, False]))
+    assert (2, 4) not in pairs
+
+
 def test_all_pairs_of_many_ends_are_listed() -> None:
     """More than the first room for them."""
     n = 60
@@ -133,8 +149,8 @@ def test_all_pairs_of_many_ends_are_listed() -> None:
     pairs, open_cost = costs_of(nodes, states)
     *_, costs = junction_costs(nodes, np.zeros(n // 2, np.bool_), states, WIDTH)
     matrix = costs.reshape(n, n)
-    expected = {
-        (i, j): matrix[i, j] for i in range(n) for j in range(i + 1, n) if matrix[i, j] < open_cost[i] + open_cost[j]
-    }
+    assert matrix.max() >= 1e3
+    expected = {(i, j): min(matrix[i, j], FOLD_COST) for i in range(n) for j in range(i + 1, n)}
     assert len(pairs) > 4 * n + 16
-    assert pairs == expected
+    assert pairs == pytest.approx(expected)
+    assert 2.0 * open_cost.min() > FOLD_COST
