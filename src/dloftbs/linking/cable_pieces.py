@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dloftbs.data.graph import RAY, Graph, branch_of, is_start, start_of, stop_of
+from dloftbs.data.graph import RAY, TANGENT, Graph, branch_of, is_start, start_of, stop_of
 from dloftbs.linking.bend_corners import way_around
 from dloftbs.linking.kernels.end_extension import is_seen
-from dloftbs.linking.kernels.pair_costs import FOLD_COST
 from dloftbs.linking.matched_ends import Branches, EndMatching
 from dloftbs.support.arrays import FloatArray
 
@@ -20,12 +19,6 @@ _MIN_JUMP_PX = 2.0
 """Distance of neighbouring points between which there is room for another one, px.
 
 Source: geometry; pixels of a skeleton are at most the square root of 2 apart.
-"""
-
-_ROUNDING = 1e-9
-"""Difference of two costs that are the same, nats.
-
-Source: numerics.
 """
 
 Span = tuple[int, int, int]
@@ -108,7 +101,7 @@ def cut_into_pieces(
         span = (start, stop, 1) if is_start(end) else (stop - 1, start - 1, -1)
         alone = bool(pieces) and through and degree[node] == 2
         own: list[Span] = [span]
-        if alone or (pieces and through and costs[end] > FOLD_COST - _ROUNDING):
+        if pieces and through and (alone or _turns_back(branches, matching.partner[end], end)):
             route = _way_around_corner(mask, graph, matching, end, pieces[-1].spans[-1], span)
             if route is not None and (alone or _is_on(mask, route)):
                 own = [buffer.add(route, float(branches.radius[span[0]])), span]
@@ -148,6 +141,13 @@ def _way_around_corner(
     here, there = branches.end_states[matching.partner[end], RAY], branches.end_states[end, RAY]
     radius = min(float(branches.radius[before[1] - before[2]]), float(branches.radius[after[0]]))
     return way_around(mask, here, there, graph.width, radius, _stub(graph, end))
+
+
+def _turns_back(branches: Branches, end: int, other: int) -> bool:
+    """Return whether a cable turns by more than a right angle from one end to another."""
+    ax, ay = branches.end_states[end, TANGENT].tolist()
+    bx, by = branches.end_states[other, TANGENT].tolist()
+    return bool(ax * bx + ay * by > 0.0)
 
 
 def _is_on(mask: npt.NDArray[np.uint8], points: FloatArray) -> bool:

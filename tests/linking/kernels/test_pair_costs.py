@@ -15,15 +15,19 @@ OPEN_JUNCTION, OPEN_KINK, OPEN_FREE = OPEN[columns.OPEN_JUNCTION], OPEN[columns.
 GAP_LENGTH, GAP_ROUND = JOINT[columns.GAP_LENGTH], JOINT[columns.GAP_ROUND]
 
 
-def plus_states() -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes and end states of four branches that meet at a plus; their other ends are free."""
-    nodes = np.array([0, -1] * 4)
+def star_states(*outwards_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the nodes and end states of branches that meet in one point, by directions; their other ends are free."""
     states = []
-    for outwards in (0, 90, 180, 270):
+    for outwards in outwards_deg:
         a = np.radians(outwards)
         states.append(arm(100 + 6 * np.cos(a), 100 + 6 * np.sin(a), outwards + 180))
         states.append(arm(100 + 60 * np.cos(a), 100 + 60 * np.sin(a), outwards))
-    return nodes, np.array(states)
+    return np.array([0, -1] * len(outwards_deg)), np.array(states)
+
+
+def plus_states() -> tuple[np.ndarray, np.ndarray]:
+    """Return the same of four branches that meet at a plus."""
+    return star_states(0, 90, 180, 270)
 
 
 def test_a_junction_lists_its_ends_and_the_costs_of_all_pairs() -> None:
@@ -126,17 +130,12 @@ def test_what_cannot_be_joined_is_not() -> None:
 
 def test_two_ends_that_others_leave_over_are_rather_one_cable_that_folds_back() -> None:
     """Two branches come in beside each other where another cable lies across; spurs fold no cable."""
-    nodes = np.array([0, -1] * 4)
-    states = []
-    for outwards in (0, 80, 100, 180):
-        a = np.radians(outwards)
-        states.append(arm(100 + 6 * np.cos(a), 100 + 6 * np.sin(a), outwards + 180))
-        states.append(arm(100 + 60 * np.cos(a), 100 + 60 * np.sin(a), outwards))
-    pairs, open_cost = costs_of(nodes, np.array(states))
+    nodes, states = star_states(0, 80, 100, 180)
+    pairs, open_cost = costs_of(nodes, states)
     assert pairs[2, 4] == pytest.approx(FOLD_COST)
     assert pairs[0, 6] == pytest.approx(0.0, abs=1e-9)
     assert pairs[0, 6] + pairs[2, 4] < open_cost[2] + open_cost[4]
-    pairs, _ = costs_of(nodes, np.array(states), spur=np.array([False, True, False, False]))
+    pairs, _ = costs_of(nodes, states, spur=np.array([False, True, False, False]))
     assert (2, 4) not in pairs
 
 

@@ -39,8 +39,8 @@ Source: derived; a little less than both, since nothing else explains these two.
 FOLD_COST = 1.5 * float(OPEN[OPEN_JUNCTION])
 """Most that a turn costs where other ends meet, too, nats: a cable may fold back there, as seen from its side.
 
-Source: measured; less than two open ends. From one to two of them, curves of recorded motion change by a hundredth; at
-one and a half, two of three folds are right, and their confidence says so.
+Source: measured; less than two open ends. From one to two of them, right curves of recorded motion change by less than
+a hundredth; at one and a half, .61 of 64 folds are right to 3 px, and their confidence says .57.
 """
 
 
