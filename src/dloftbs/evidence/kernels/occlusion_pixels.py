@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -35,22 +35,29 @@ def _is_set(pixels: npt.NDArray[np.uint8], x: float, y: float) -> bool:
     return bool(pixels[_pixel(y, pixels.shape[0]), _pixel(x, pixels.shape[1])] != 0)
 
 
+class _Expected(NamedTuple):
+    """Depth image of `look_at_pixels`, with the depth of the cable in each place and what differs from it for sure."""
+
+    depth: npt.NDArray[Any]
+    unit_m: float
+    nearest_m: float
+    farthest_m: float
+    expected: npt.NDArray[np.float64]
+    tolerance: float
+    noise: float
+
+
 @helper
 def _judge_depths(
     points: npt.NDArray[np.float64],
-    depth: npt.NDArray[Any],
-    unit_m: float,
-    nearest_m: float,
-    farthest_m: float,
-    expected: npt.NDArray[np.float64],
     reach: float,
-    tolerance: float,
-    noise: float,
+    view: _Expected,
     hidden: int,
     in_sight: int,
     told: npt.NDArray[np.int64],
 ) -> None:
     """Write what the depths show: a place is hidden if most known ones are nearer than the cable."""
+    depth, unit_m, nearest_m, farthest_m, expected, tolerance, noise = view
     counts = np.empty((len(points), len(_CROSS)))
     for n in range(len(points)):
         for k in range(len(_CROSS)):
@@ -126,9 +133,8 @@ def look_at_pixels(
     """
     told = np.zeros(len(points), dtype=np.int64)
     if len(expected):
-        _judge_depths(
-            points, depth, unit_m, nearest_m, farthest_m, expected, reach, tolerance, noise, hidden, in_sight, told
-        )
+        view = _Expected(depth, unit_m, nearest_m, farthest_m, expected, tolerance, noise)
+        _judge_depths(points, reach, view, hidden, in_sight, told)
     for n in range(len(points)):
         x, y = points[n, 0], points[n, 1]
         if not (-0.5 < x < columns - 0.5 and -0.5 < y < rows - 0.5):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -82,6 +82,37 @@ Source: by definition.
 _Floats = npt.NDArray[np.float64]
 _Ints = npt.NDArray[np.int64]
 _Pixels = npt.NDArray[np.int32]
+
+
+class _Sections(NamedTuple):
+    """Sections of `find_surface`, and the depth of the ground beside them."""
+
+    points: _Floats
+    tangents: _Floats
+    radius: _Floats
+    ground: _Floats
+
+
+class _Samples(NamedTuple):
+    """Pixels (`_ENOUGH`, n) of the sections: where the depth was read, what is the object's, and the depth's counts."""
+
+    rows: _Pixels
+    columns: _Pixels
+    own: npt.NDArray[np.bool_]
+    counts: _Floats
+
+
+class _DepthView(NamedTuple):
+    """What `find_surface` knows of the depth image and its camera."""
+
+    unit_m: float
+    low_m: float
+    high_m: float
+    focal_px: float
+    dx: float
+    dy: float
+    fattened: float
+    noise: float
 
 
 @helper
@@ -173,26 +204,11 @@ def _level(values: _Floats, known: int, slenderness: float, ground: float, noise
 
 
 @helper
-def _judge(
-    points: _Floats,
-    tangents: _Floats,
-    radius: _Floats,
-    rows: _Pixels,
-    columns: _Pixels,
-    inside: npt.NDArray[np.bool_],
-    on_mask: _Floats,
-    values: _Floats,
-    unit_m: float,
-    low_m: float,
-    high_m: float,
-    focal_px: float,
-    dx: float,
-    dy: float,
-    fattened: float,
-    ground: _Floats,
-    noise: float,
-) -> tuple[_Floats, _Floats, float]:
-    """Return what `find_surface` does, given what its arrays hold (`_ENOUGH`, n) at the pixels of each section."""
+def _judge(sections: _Sections, samples: _Samples, view: _DepthView) -> tuple[_Floats, _Floats, float]:
+    """Return what `find_surface` does; the counts are replaced by what they show, in order."""
+    points, tangents, radius, ground = sections
+    rows, columns, own, values = samples
+    unit_m, low_m, high_m, focal_px, dx, dy, fattened, noise = view
     n = len(points)
     surface, counts = np.full(n, np.nan), np.zeros(n)
     # Of each section: how many of its pixels are the object's, how many of these have depth, how far they were moved.
@@ -209,17 +225,19 @@ def _judge(
         per_px[i], slenderness[i] = 1.0 / radius[i], radius[i] / focal_px
     for j in range(_ENOUGH):
         for i in range(n):
-            own, z = inside[j, i] & (on_mask[j, i] != 0.0), values[j, i] * unit_m
+            z = values[j, i] * unit_m
             offset = abs((rows[j, i] - middle_y[i]) * way_x[i] - (columns[j, i] - middle_x[i]) * way_y[i]) - fattened
             beside = offset * per_px[i] if offset > 0.0 else 0.0
             beside = beside if beside < _WIDEST else _WIDEST
             back = 1.0 - np.sqrt(1.0 - beside * beside)
             # At a slenderness of 1 the object would reach behind the camera.
-            has_depth = own & (z > 0.0) & (z >= low_m) & (z <= high_m) & (z < np.inf) & (slenderness[i] * back < 1.0)
+            has_depth = (
+                own[j, i] & (z > 0.0) & (z >= low_m) & (z <= high_m) & (z < np.inf) & (slenderness[i] * back < 1.0)
+            )
             values[j, i] = z - z * slenderness[i] * back if has_depth else np.inf
             moved[i] += back if has_depth else 0.0
             known[i] += 1.0 if has_depth else 0.0
-            asked[i] += 1.0 if own else 0.0
+            asked[i] += 1.0 if own[j, i] else 0.0
     sort_columns(values)
     few = np.empty(_ENOUGH)
     for i in range(n):
@@ -327,24 +345,11 @@ def find_surface(
     on_mask, values = np.empty(x.shape), np.empty(x.shape)
     rows, columns = _pixels_of(y, 0.0, top, mask.shape[0], inside), _pixels_of(x, 0.0, left, mask.shape[1], inside)
     _read(mask, rows, columns, on_mask)
+    inside &= on_mask != 0.0
     rows, columns = _pixels_of(y, dy, 0, depth.shape[0], inside), _pixels_of(x, dx, 0, depth.shape[1], inside)
     _read(depth, rows, columns, values)
     return _judge(
-        points,
-        tangents,
-        radius,
-        rows,
-        columns,
-        inside,
-        on_mask,
-        values,
-        unit_m,
-        low_m,
-        high_m,
-        focal_px,
-        dx,
-        dy,
-        fattened,
-        ground,
-        noise,
+        _Sections(points, tangents, radius, ground),
+        _Samples(rows, columns, inside, values),
+        _DepthView(unit_m, low_m, high_m, focal_px, dx, dy, fattened, noise),
     )
