@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchmarks.fit_linking.__main__ import COLUMNS, write_lines, write_weights
+from benchmarks.fit_linking.__main__ import COLUMNS, write_existence, write_lines, write_weights
 from benchmarks.fit_linking.confidence import Claim, calibration_error, fit_crossings, fit_gaps, list_claims
+from benchmarks.fit_linking.existence import Found, fit_existence, list_objects, piece_scenes
 from benchmarks.fit_linking.labels import OPEN, UNKNOWN, true_partners
 from benchmarks.fit_linking.model import Fit, count_wrong, fit
 from benchmarks.fit_linking.readings import Choice, list_choices
@@ -16,7 +17,7 @@ from linking_examples import cross, draw, graph_of
 
 from dloftbs import Frame
 from dloftbs.data.graph import FREE, POSITION, TANGENT
-from dloftbs.linking import calibration
+from dloftbs.linking import calibration, existence_weights
 from dloftbs.linking.kernels import joint_features, weights
 from dloftbs_lab.synthetic import FreeEnd, draw_cable_mask
 
@@ -149,3 +150,40 @@ def test_what_is_written_is_what_is_in_use() -> None:
     assert Path(weights.__file__).read_text() == write_weights(Fit(EVERY, EVERY))
     lines = {"crossing": np.array(calibration.CROSSING), "gap": np.array(calibration.GAP)}
     assert Path(calibration.__file__).read_text() == write_lines(lines)
+
+
+class TestExistence:
+    def test_a_crumb_of_a_labelled_cable_and_what_lies_off_it_are_no_cables(self) -> None:
+        cable, other, crumb, off = (
+            [(20, 60), (380, 60)],
+            [(20, 200), (300, 200)],
+            [(20, 120), (36, 120)],
+            [(200, 120), (240, 120)],
+        )
+        whole = draw(cable) + 2 * draw(other) + 3 * draw([(20, 120), (380, 120)])
+        scene = Scene(
+            "drawn", Frame(mask=draw(cable, other, crumb, off)), labels=np.where(draw(off), 0, whole).astype(np.uint8)
+        )
+        found = sorted(list_objects([scene]), key=lambda one: one.share)
+        assert [one.is_cable for one in found] == [False, False, True]
+        assert found[2].share == pytest.approx(280 / 360, rel=0.05)
+
+    def test_on_known_curves_all_pieces_are_cables(self) -> None:
+        found = list(list_objects(piece_scenes(1, 6)))
+        assert len(found) > 8
+        assert all(one.is_cable for one in found)
+
+    def test_frames_with_more_than_a_mask_and_single_objects_say_nothing(self) -> None:
+        alone, mask = draw(cross(60)[0]), draw(*cross(60))
+        frames = Frame(mask=alone), Frame(mask=mask, image=np.zeros((*mask.shape, 3), np.uint8))
+        assert not list(list_objects(Scene("drawn", frame, tuple(map(evenly, cross(60)))) for frame in frames))
+
+    def test_the_fit_finds_the_odds_that_it_was_given(self) -> None:
+        rng = np.random.default_rng(0)
+        shares = np.exp(rng.uniform(-6.0, 0.0, 20_000))
+        is_cable = rng.random(20_000) < 1.0 / (1.0 + np.exp(-(6.0 + 2.0 * np.log(shares))))
+        objects = [Found("drawn", *each) for each in zip(shares.tolist(), is_cable.tolist(), strict=True)]
+        np.testing.assert_allclose(fit_existence(objects), (6.0, 2.0), rtol=0.05)
+
+    def test_what_is_written_is_what_is_in_use(self) -> None:
+        assert write_existence(np.array(existence_weights.AREA)) == Path(existence_weights.__file__).read_text()

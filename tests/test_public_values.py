@@ -20,6 +20,7 @@ from dloftbs.config import Config, FittingConfig, LinkingConfig, TrackingConfig
 from dloftbs.data.centerline import Joint, JointKind, NearJoint
 from dloftbs.data.curve import BSplineCurve
 from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import Track, TrackState
@@ -71,6 +72,7 @@ CROSSINGS = st.builds(
     st.none() | st.builds(lambda kind, top: kind(top), st.sampled_from(INTEGERS), st.integers(0, 1)),
     SHARES,
 )
+DROPPED = st.builds(lambda found, why, share: Dropped(found.centerline, why, share), DETECTIONS, TEXT, SHARES)
 TRACKS = st.builds(
     Track,
     COUNTS,
@@ -128,6 +130,7 @@ MADE = {
     Config: CONFIGS,
     Crossing: CROSSINGS,
     Detection: DETECTIONS,
+    Dropped: DROPPED,
     FrameResult: RESULTS,
     Joint: JOINTS,
     NearJoint: NEAR_JOINTS,

@@ -1,6 +1,7 @@
-"""Fit the weights of linking, or the confidence of its joints, to labelled scenes.
+"""Fit the weights of linking, the confidence of its joints, or the existence of its objects, to labelled scenes.
 
-Run it in the repository with ``python -m benchmarks.fit_linking weights FOLDER``, and then with ``confidence``. The
+Run it in the repository with ``python -m benchmarks.fit_linking weights FOLDER``, then with ``confidence``, and with
+``existence``, for which it holds ``networks/ewd`` and ``networks/bwh``, too. The
 folder holds ``cables/NNNNN.txt`` with points along each cable, ``NNNNN.jpg`` and ``NNNNN_mask_all.png``, as the data
 set of Ariadne has them; ``mbest/*/NN.labels.png`` with ``NN.jpg``, whose pixel value is the cable's number, as that of
 mBEST; and ``masks/NNN.png`` with ``masks/original_curves.json``, masks of one cable each and points along it. Either
@@ -18,10 +19,21 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.fit_linking.confidence import Claim, calibration_error, fit_crossings, fit_gaps, list_claims, state
+from benchmarks.fit_linking.existence import (
+    NETWORKS,
+    PIECES,
+    Found,
+    fit_existence,
+    list_objects,
+    networks_scenes,
+    piece_scenes,
+    state_existence,
+)
 from benchmarks.fit_linking.model import Fit, count_wrong, fit, mean_loss
 from benchmarks.fit_linking.readings import Choice, Floats, list_choices
 from benchmarks.fit_linking.scenes import FIXED, GAP_SOURCES, SOURCES, list_scenes
-from dloftbs.linking import calibration
+from dloftbs.config import LinkingConfig
+from dloftbs.linking import calibration, existence_weights
 from dloftbs.linking.kernels import weights as in_use
 from dloftbs.linking.kernels.joint_features import GAP_ROUND
 
@@ -43,7 +55,8 @@ COLUMNS = {
 }
 """What each column is, in their order; those of joints come first."""
 
-_SEEDS = {"weights": (1, 2), "confidence": (101, 102)}
+_SEEDS = {"weights": (1, 2), "confidence": (101, 102), "existence": (201, 202)}
+_PIECE_SCENES = 400  # of each seed
 _SURE, _LIKELY = 0.99, (0.9, 0.95)
 
 _ON_WEIGHTS = """# The weights of linking
@@ -81,6 +94,21 @@ cables end there. Of the drawn ones none is right, of those behind discs nearly 
 | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |
 """
 
+_ON_EXISTENCE = """# The existence of objects
+
+For maintainers; [how linking decides](linking.md) says what it means. Made by `python -m benchmarks.fit_linking
+existence`.
+
+The existence of an object is the probability that it is a cable at all, and no debris or error of the segmentation. Its
+log-odds are {none:.2f} {per_log:+.2f} log s, where s is its area as a share of the largest object's; the largest is a
+cable. Sources count alike, and all networks together as one; masks alone. An object below `linking.min_probability`,
+{least:g}, is dropped: that is one below {limit:.1f} % of the largest area. Hardly any other source has objects that are
+no cables, so that one network is left out at a time: the last column has what a fit to all other sources drops.
+
+| source | objects but the largest | cables | stated | no cables dropped | cables dropped | the same, left out |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: |
+"""
+
 
 def main() -> None:
     """Collect the scenes, fit, and print or write the page and the numbers."""
@@ -91,6 +119,9 @@ def main() -> None:
     parser.add_argument("--amount", type=float, default=1.0, help="share of the scenes, to see that it runs")
     given = parser.parse_args()
     seeds = _SEEDS[given.what]
+    if given.what == "existence":
+        _run_existence(given.photographs, given.amount, write=given.write)
+        return
     options = given.amount, given.photographs
     sources = SOURCES if given.what == "weights" else list({**SOURCES, **GAP_SOURCES})
     tasks = [
@@ -117,6 +148,52 @@ def _choices(source: str, seed: int, amount: float, photographs: Path) -> list[C
 
 def _claims(source: str, seed: int, amount: float, photographs: Path) -> list[Claim]:
     return list(list_claims(list_scenes(source, seed, amount, photographs)))
+
+
+def _run_existence(folder: Path, amount: float, *, write: bool) -> None:
+    """Fit the existence of objects, and print or write the page and the numbers."""
+    seeds = _SEEDS["existence"]
+    tasks = [
+        (name, seed, amount, folder) for name in SOURCES for seed in seeds if name not in FIXED or seed == seeds[0]
+    ]
+    with ProcessPoolExecutor() as pool:
+        objects = [one for part in pool.map(_objects, *zip(*tasks, strict=True)) for one in part]
+    objects += list_objects(networks_scenes(folder))
+    for seed in seeds:
+        objects += list_objects(piece_scenes(seed, max(round(_PIECE_SCENES * amount), 1)))
+    line = fit_existence(objects)
+    page = report_existence(objects, line)
+    print(page)
+    if write:
+        (DOCS / "linking-existence.md").write_text(page)
+        Path(existence_weights.__file__).write_text(write_existence(line))
+
+
+def _objects(source: str, seed: int, amount: float, photographs: Path) -> list[Found]:
+    return list(list_objects(list_scenes(source, seed, amount, photographs)))
+
+
+def report_existence(objects: Sequence[Found], line: Floats) -> str:
+    """Return the page on the existence of objects, in Markdown."""
+    least = LinkingConfig().min_probability
+    rows = []
+    for source in (*SOURCES, PIECES, *NETWORKS):
+        own = [one for one in objects if one.source == source]
+        if not own:
+            continue
+        cables = np.array([one.is_cable for one in own])
+        others = fit_existence([one for one in objects if one.source != source])
+        stated, left_out = state_existence(own, line), state_existence(own, others)
+        cells = [
+            f"{(one[~cables] < least).sum()} of {(~cables).sum()} | {(one[cables] < least).sum()}"
+            for one in (stated, left_out)
+        ]
+        rows.append(
+            f"| {source} | {len(own)} | {cables.sum()} | {stated.mean():.3f} | {cells[0]} | "
+            f"{cells[1].replace(' | ', ', ')} |"
+        )
+    limit = 100.0 * np.exp((np.log(least / (1.0 - least)) - line[0]) / line[1])
+    return _ON_EXISTENCE.format(none=line[0], per_log=line[1], least=least, limit=limit) + "\n".join(rows) + "\n"
 
 
 def report_weights(choices: Sequence[Choice], found: Fit) -> str:
@@ -225,6 +302,15 @@ def write_lines(lines: dict[str, Floats]) -> str:
         numbers = ", ".join(f"{number:.2f}" for number in lines[kind])
         parts.append(f"{kind.upper()} = ({numbers})\n" + _docstring(what, "confidence"))
     return "\n".join(parts)
+
+
+def write_existence(line: Floats) -> str:
+    """Return the module of the existence."""
+    what = "Log-odds that an object is a cable: one as large as the largest, and per unit of the logarithm of its share"
+    numbers = ", ".join(f"{number:.2f}" for number in line)
+    return _module("The existence of objects", "existence", "") + (
+        f"\nAREA = ({numbers})\n" + _docstring(what, "existence")
+    )
 
 
 def _module(what: str, page: str, imports: str) -> str:

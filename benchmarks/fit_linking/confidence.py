@@ -116,7 +116,7 @@ def _label_at(labels: npt.NDArray[np.uint8] | None, places: Ints, matching: EndM
 
 def fit_crossings(claims: Sequence[Claim]) -> Floats:
     """Return the log-odds that a crossing without margin and cost is right, and what a nat of either adds."""
-    return _fit(_columns(claims), claims, np.ones(len(claims)))
+    return fit_log_odds(_columns(claims), _right(claims), np.ones(len(claims)))
 
 
 def fit_gaps(claims: Sequence[Claim]) -> Floats:
@@ -126,11 +126,16 @@ def fit_gaps(claims: Sequence[Claim]) -> Floats:
     """
     counts = Counter(claim.source for claim in claims)
     weights = [_OF_A_SOURCE * (_NETWORKS if one.source == "networks" else 1.0) / counts[one.source] for one in claims]
-    return _fit(_columns(claims), claims, np.array(weights))
+    return fit_log_odds(_columns(claims), _right(claims), np.array(weights))
 
 
-def _fit(columns: Floats, claims: Sequence[Claim], weights: Floats) -> Floats:
-    sign = np.where([claim.right for claim in claims], 1.0, -1.0)
+def _right(claims: Sequence[Claim]) -> npt.NDArray[np.bool_]:
+    return np.array([claim.right for claim in claims])
+
+
+def fit_log_odds(columns: Floats, right: npt.NDArray[np.bool_], weights: Floats) -> Floats:
+    """Return the weights of columns, the first of them constant, whose sum is the log-odds that something is right."""
+    sign = np.where(right, 1.0, -1.0)
 
     def loss(line: Floats) -> float:
         return float(weights @ np.logaddexp(0.0, -sign * (columns @ line))) + _PULL * float(line[1:] @ line[1:])

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from dloftbs.data.centerline import Centerline, Joint, JointKind, NearJoint, Segment
     from dloftbs.data.curve import BSplineCurve
     from dloftbs.data.detection import Crossing, Detection
+    from dloftbs.data.dropped import Dropped
     from dloftbs.data.frame import Frame
     from dloftbs.data.frame_result import FrameResult
     from dloftbs.data.prediction import Prediction
@@ -51,6 +52,7 @@ _HOME = {
         ("ConfigError", "DependencyError", "DloftbsError", "InputError", "SinkError", "SourceError"), "errors"
     ),
     **dict.fromkeys(("Crossing", "Detection"), "data.detection"),
+    "Dropped": "data.dropped",
     "OcclusionEvidence": "evidence",
     "Frame": "data.frame",
     "FrameResult": "data.frame_result",
@@ -77,6 +79,7 @@ __all__ = [
     "DepthRegistration",
     "Detection",
     "DloftbsError",
+    "Dropped",
     "EndKind",
     "Frame",
     "FrameResult",

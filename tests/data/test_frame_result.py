@@ -18,6 +18,7 @@ from builders import detection_of, line, loop, through_json, wave
 from dloftbs import Frame, PinholeCamera, Pipeline, detect, sinks, viz
 from dloftbs.data.centerline import Joint, JointKind
 from dloftbs.data.detection import Crossing
+from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.tracks import EndKind, Track, TrackState
 from dloftbs.errors import InputError, SinkError
@@ -52,7 +53,7 @@ def by_hand() -> FrameResult:
     second = replace(second, inferred_3d=((0.1, 0.3),))
     shown = Track(5, TrackState.CONFIRMED, wave((1.0, 2.0)), None, 3, 0, second.reversed(), ((0.1, 0.25),), 0.7, 6.1)
     hidden = Track(7, TrackState.HIDDEN, wave(), None, 9, 2, None, ends=(EndKind.FREE, EndKind.HIDDEN))
-    dropped = detection_of(line((0, 0), (7, 9))).centerline
+    dropped = Dropped(detection_of(line((0, 0), (7, 9))).centerline, "it is a speck", 0.2)
     return FrameResult(
         (first, second), (shown, hidden), None, SIZE, {"fitting": 0.25}, 3, None, "x", dropped=(dropped,)
     )

@@ -75,4 +75,4 @@ def test_a_far_piece_is_dropped_rather_than_joined() -> None:
     result = Pipeline(Config().replace({"linking.objects": 1})).detect(Frame(mask=mask))
     assert len(result.detections) == len(result.dropped) == 1
     assert result.detections[0].joints == ()
-    assert np.ptp(result.dropped[0].points[:, 0]) > 50
+    assert np.ptp(result.dropped[0].centerline.points[:, 0]) > 50

@@ -214,7 +214,8 @@ class TestConfidence:
             assert 0.0 <= joint.cost < 1.0
             assert 0.0 < joint.margin < 7.0
             assert 0.9 < joint.confidence <= 1.0
-            assert detection.confidence == joint.confidence * detection.centerline.course_confidence
+            line = detection.centerline
+            assert detection.confidence == line.existence * line.course_confidence * joint.confidence
             assert joint.alternatives != (None, None)
 
     def test_what_could_go_either_way_is_less_sure_than_what_could_not(self) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from dloftbs.data.centerline import Centerline, Joint, NearJoint, Segment
 from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame_result import FrameResult
 from dloftbs.data.stage_trace import StageTrace
 from dloftbs.data.tracks import Track
@@ -24,13 +25,15 @@ MOVED = {
         *("frame", "mask", "cleaned", "skeleton", "endpoints", "branch_points"),
         *("segments", "short_segments", "result"),
     },
+    Dropped: {"centerline"},
     FrameResult: {"detections", "tracks", "size", "crossings", "dropped", "frame", "roi"},
 }
 STAYS = {
     Segment: {"radius"},
     NearJoint: {"u", "confidence"},
     Joint: {"kind", "u", "cost", "margin", "confidence"},
-    Centerline: {"closed", "course_confidence"},
+    Centerline: {"closed", "course_confidence", "existence"},
+    Dropped: {"reason", "probability"},
     Detection: {"curve_3d", "no_3d_reason", "inferred_3d"},
     Crossing: {"passes", "top", "confidence"},
     Track: {

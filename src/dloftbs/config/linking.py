@@ -45,15 +45,20 @@ class LinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method"
         Least probability of a gap that is bridged, in 0..1; less probable ones are reported as
         `Detection.near_joints`. A known number of objects may ask for them all the same. At 0 all gaps are bridged
         that cost less than two open ends.
+    min_probability : float
+        Least probability to be a cable at all of an object that is a detection, in 0..1; less probable ones, such as
+        debris beside a cable, are reported in `FrameResult.dropped`. A known number of objects takes its place.
     """
 
     max_gap_widths: float = 25.0
     min_gap_confidence: float = 0.5
+    min_probability: float = 0.33
 
     def __post_init__(self) -> None:
         super().__post_init__()
         keep_number(self, "max_gap_widths", 0.0, MAX)
         keep_number(self, "min_gap_confidence", 0.0, 1.0)
+        keep_number(self, "min_probability", 0.0, 1.0)
 
 
 class GreedyLinkingConfig(ObjectsConfig, frozen=True, kw_only=True, tag_field="method", tag="greedy"):

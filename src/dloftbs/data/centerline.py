@@ -275,6 +275,8 @@ class Centerline:
         The most probable gap that each end may go on across, where there is one that was not bridged.
     course_confidence : float
         Confidence that the mask shows its course, in 0..1; below 0.9 the mask is a lump, or has one on the way.
+    existence : float
+        Probability that it is a cable at all, and no debris or error of the segmentation, in 0..1.
 
     Raises
     ------
@@ -287,12 +289,14 @@ class Centerline:
     closed: bool = False
     near_joints: tuple[NearJoint, ...] = field(default_factory=tuple)
     course_confidence: float = 1.0
+    existence: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "segments", check_all("segments", self.segments, Segment))
         object.__setattr__(self, "joints", check_all("joints", self.joints, Joint))
         object.__setattr__(self, "near_joints", check_all("near_joints", self.near_joints, NearJoint))
         object.__setattr__(self, "closed", check_flag("closed", self.closed))
+        object.__setattr__(self, "existence", check_number("existence", self.existence, 0.0, 1.0))
         if not self.segments:
             raise InputError("a centre line needs at least one segment")
         if len(self.joints) != len(self.segments) - 1:
@@ -320,12 +324,19 @@ class Centerline:
         parts = count_of(len(self.points), "point"), count_of(len(self.joints), "joint")
         return f"Centerline({'loop' if self.closed else 'open'}, {', '.join(parts)}, {self.width_px:.3g} px wide)"
 
+    def _with_existence(self, existence: float) -> Centerline:
+        """Return the same centre line with another probability that it is a cable."""
+        line = type(self).__new__(type(self))
+        line.__dict__.update(self.__dict__, existence=existence)
+        return line
+
     def reversed(self) -> Centerline:
         """Return the centre line run the other way."""
         line = type(self).__new__(type(self))
         line.__dict__.update(
             closed=self.closed,
             course_confidence=self.course_confidence,
+            existence=self.existence,
             width_px=self.width_px,
             _forwards=self,
         )
@@ -368,10 +379,9 @@ class Centerline:
 
     @property
     def confidence(self) -> float:
-        """The probability that all joints are right, no open end goes on and no lump hides the course, in 0..1."""
-        return math.prod(
-            (joint.confidence for joint in self.joints), start=self.ends_confidence * self.course_confidence
-        )
+        """The probability that it is a cable, all joints are right, no end goes on and no lump hides the course."""
+        known = self.existence * self.ends_confidence * self.course_confidence
+        return math.prod((joint.confidence for joint in self.joints), start=known)
 
     @property
     def gaps(self) -> tuple[tuple[float, float], ...]:

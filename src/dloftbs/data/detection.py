@@ -145,8 +145,13 @@ class Detection:
 
     @cached_property
     def confidence(self) -> float:
-        """The probability that all joints are right, no open end goes on and no lump hides the course, in 0..1."""
+        """The probability that it is a cable, all joints are right, no end goes on and no lump hides the course."""
         return self.centerline.confidence
+
+    @property
+    def existence(self) -> float:
+        """The probability that it is a cable at all, and no debris or error of the segmentation, in 0..1."""
+        return self.centerline.existence
 
     @property
     def inferred(self) -> tuple[tuple[float, float], ...]:
@@ -197,6 +202,7 @@ class Detection:
             "inferred_3d": [list(interval) for interval in self.inferred_3d],
             "width_px": self.width_px,
             "confidence": self.confidence,
+            "existence": self.existence,
             "joints": [joint.to_dict() for joint in self.joints],
             "near_joints": [near.to_dict() for near in self.near_joints],
         }
@@ -212,13 +218,16 @@ class Detection:
         InputError
             If it is no dictionary, a key is missing or a value is wrong.
         """
-        keys = "curve", "curve_3d", "no_3d_reason", "inferred_3d", "width_px", "confidence", "joints", "near_joints"
-        shape, shape_3d, reason, inferred_3d, width, confidence, rows, near = values_of("a detection", data, *keys)
+        keys = "curve", "curve_3d", "no_3d_reason", "inferred_3d", "width_px", "confidence", "existence"
+        shape, shape_3d, reason, inferred_3d, width, confidence, existence, rows, near = values_of(
+            "a detection", data, *keys, "joints", "near_joints"
+        )
         curve = BSplineCurve.from_dict(shape)
         check_curve("curve", curve, 2)
         joints = tuple([Joint.from_dict(row) for row in list_of("joints", rows)])
         near_joints = tuple([NearJoint.from_dict(row) for row in list_of("near_joints", near)])
-        line = _line_along(curve, joints, near_joints, check_number("width_px", width, 0.0, LARGEST), confidence)
+        thick = check_number("width_px", width, 0.0, LARGEST)
+        line = _line_along(curve, joints, near_joints, thick, confidence, existence)
         curve_3d = None if shape_3d is None else BSplineCurve.from_dict(shape_3d)
         detection = cls(line, curve, curve_3d, reason, inferred_3d)
         detection.__dict__.update(joints=joints, confidence=confidence)
@@ -231,11 +240,13 @@ def _line_along(
     near_joints: tuple[NearJoint, ...],
     width: float,
     confidence: object,
+    existence: object,
 ) -> Centerline:
-    """Return a centre line on a curve, of which only the joints, the width and the confidence are known."""
+    """Return a centre line on a curve, of which only the joints, the width and two probabilities are known."""
     certainty = check_number("confidence", confidence, 0.0, 1.0)
+    is_cable = check_number("existence", existence, 0.0, 1.0)
     ends = 1.0 - max((near.confidence for near in near_joints), default=0.0)
-    known = math.prod((joint.confidence for joint in joints), start=ends)
+    known = math.prod((joint.confidence for joint in joints), start=ends * is_cable)
     edges = [0.0, *(edge for joint in joints for edge in joint.u), 1.0]
     segments = []
     for low, high in zip(edges[::2], edges[1::2], strict=True):
@@ -243,7 +254,7 @@ def _line_along(
         segments.append(Segment(curve(np.linspace(low, high, count)), np.full(count, 0.5 * width)))
     own = tuple([joint._over((float(low), float(high))) for joint in joints for low, high in [curve.t_at(joint.u)]])
     course = min(certainty / known, 1.0) if known > 0.0 else 0.0
-    return Centerline(tuple(segments), own, curve.closed, near_joints, course)
+    return Centerline(tuple(segments), own, curve.closed, near_joints, course, is_cable)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from typing import Any, cast, overload
 import numpy as np
 
 from dloftbs.config import Roi, read_roi
-from dloftbs.data.centerline import Centerline, Segment
 from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
 from dloftbs.data.presentation import outputs
 from dloftbs.data.tracks import Track
@@ -56,8 +56,9 @@ class FrameResult:
         ``(H, W)`` of the frame.
     crossings : tuple of Crossing
         Crossings of the detections with each other and themselves, by their passes.
-    dropped : tuple of Centerline
-        Detections beyond the known number of objects (`ObjectsConfig.objects`).
+    dropped : tuple of Dropped
+        Objects that are rather no cables (`LinkingConfig.min_probability`), or exceed the known number of objects
+        (`ObjectsConfig.objects`).
     frame : Frame, optional
         The frame itself, as `detect` keeps it and a stream does not; a notebook shows the curves over it.
     roi : tuple, optional
@@ -79,7 +80,7 @@ class FrameResult:
     stamp: float | None = None
     name: str = ""
     crossings: tuple[Crossing, ...] = ()
-    dropped: tuple[Centerline, ...] = ()
+    dropped: tuple[Dropped, ...] = ()
     frame: Frame | None = None
     roi: Roi | None = None
 
@@ -95,7 +96,7 @@ class FrameResult:
             name=check_text("name", self.name),
             crossings=check_all("crossings", self.crossings, Crossing),
             stage_ms=_stage_ms(self.stage_ms),
-            dropped=check_all("dropped", self.dropped, Centerline),
+            dropped=check_all("dropped", self.dropped, Dropped),
             roi=None if self.roi is None else read_roi(self.roi),
         )
         if self.frame is not None:
@@ -113,7 +114,7 @@ class FrameResult:
         stamp: float | None,
         name: str,
         crossings: tuple[Crossing, ...],
-        dropped: tuple[Centerline, ...],
+        dropped: tuple[Dropped, ...],
         frame: Frame | None = None,
         roi: Roi | None = None,
     ) -> FrameResult:
@@ -177,7 +178,7 @@ class FrameResult:
             "reason": self.reason,
             "detections": [detection.to_dict() for detection in self.detections],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
-            "dropped": [_dropped(line) for line in self.dropped],
+            "dropped": [one.to_dict() for one in self.dropped],
             "tracks": [self._track(track) for track in self.tracks],
             "stage_ms": dict(self.stage_ms),
         }
@@ -208,7 +209,7 @@ class FrameResult:
             stamp,
             name,
             tuple(Crossing.from_dict(row) for row in list_of("crossings", crossings)),
-            tuple(_line_of(row) for row in list_of("dropped", dropped)),
+            tuple(Dropped.from_dict(row) for row in list_of("dropped", dropped)),
             roi=roi,
         )
 
@@ -286,23 +287,3 @@ def _track_of(row: object, detections: tuple[Detection, ...]) -> Track:
     detection = detections[check_integer("the detection of a track", number, 0, len(detections) - 1)]
     backwards = check_flag("reversed", is_reversed)
     return Track.from_dict(cast("Mapping[str, Any]", row), detection.reversed() if backwards else detection)
-
-
-def _line_of(row: object) -> Centerline:
-    """Return the centre line of an object that was dropped, of which only the ends are known."""
-    keys = "start", "end", "closed", "width_px", "confidence"
-    start, end, closed, width, confidence = values_of("a dropped object", row, *keys)
-    radius = 0.5 * check_number("width_px", width, 0.0, LARGEST)
-    # `Segment` and `Centerline` check what they are given: it comes from a file, and is of any type until then.
-    return Centerline((Segment([start, end], [radius, radius]),), (), closed, (), confidence)  # type: ignore[arg-type]
-
-
-def _dropped(line: Centerline) -> dict[str, Any]:
-    """Return a description of an object that was dropped; without a curve, the ``u`` of its joints says nothing."""
-    return {
-        "start": line.points[0].tolist(),
-        "end": line.points[-1].tolist(),
-        "closed": line.closed,
-        "width_px": line.width_px,
-        "confidence": line.confidence,
-    }

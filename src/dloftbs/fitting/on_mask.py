@@ -107,7 +107,9 @@ def _opened(line: Centerline, span: _Span) -> Centerline:
     at = int(np.searchsorted(line.u, 0.5 * (span[0] + span[1])))
     points, radius = frozen(np.roll(line.points, -at, axis=0)), frozen(np.roll(line.radius, -at))
     segment = Segment.cut(points, radius, 0, len(points))
-    return Centerline._unchecked((segment,), (), False, course_confidence=line.course_confidence)
+    return Centerline._unchecked(
+        (segment,), (), False, course_confidence=line.course_confidence, existence=line.existence
+    )
 
 
 def _seen(line: Centerline) -> list[_Span]:

@@ -93,6 +93,7 @@ def remade(line: Centerline, segments: tuple[Segment, ...], joints: list[Joint])
         width_px=line.width_px,
         near_joints=line.near_joints,
         course_confidence=line.course_confidence,
+        existence=line.existence,
     )
 
 

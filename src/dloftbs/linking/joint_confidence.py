@@ -16,7 +16,7 @@ _MAX_LOG_ODDS = 50.0
 Source: numerics; the exponential of more overflows, and beyond 37 the confidence is 1 to the last bit.
 """
 
-_EDGE_PX = 1.0
+EDGE_PX = 1.0
 """Addition to widths before they are compared, px.
 
 Source: geometry; each of the two edges is known to half a pixel.
@@ -92,7 +92,7 @@ def usual_width(matching: EndMatching, end: int) -> float:
 
 def taper_of(width: float, other: float) -> float:
     """Return how much two widths, px, differ: the absolute logarithm of their ratio, each a pixel wider."""
-    return abs(math.log((width + _EDGE_PX) / (other + _EDGE_PX)))
+    return abs(math.log((width + EDGE_PX) / (other + EDGE_PX)))
 
 
 def open_doubtful_gaps(matching: EndMatching, width: float, least: float) -> None:

@@ -4,32 +4,56 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dloftbs.config import ObjectsConfig
+from dloftbs.config import LinkingConfig, ObjectsConfig
 from dloftbs.data.centerline import Centerline
+from dloftbs.data.dropped import Dropped
+from dloftbs.data.prediction import Prediction
+from dloftbs.linking.existence import expectation_of, with_existence
 
 
-def choose(lines: Sequence[Centerline], config: ObjectsConfig) -> tuple[list[Centerline], tuple[Centerline, ...]]:
-    """Leave out objects that are too short, and keep the longest where the number of objects is known.
+def choose(
+    lines: Sequence[Centerline], config: ObjectsConfig, predicted: Sequence[Prediction] = ()
+) -> tuple[list[Centerline], tuple[Dropped, ...]]:
+    """Leave out objects that are too short or rather no cables; keep the longest where their number is known.
 
     Parameters
     ----------
     lines : sequence of Centerline
         Of either method.
     config : ObjectsConfig
+    predicted : sequence of Prediction, optional
+        Curves that are expected in the frame: what lies along one is a cable by itself, or the one that is expected.
 
     Returns
     -------
     kept : list of Centerline
         In the order given.
-    dropped : tuple of Centerline
-        Objects that are long enough, but exceed the number.
+    dropped : tuple of Dropped
+        Objects that are long enough, but are rather no cables, or exceed the number.
     """
-    lengths = [sum(map(len, line.segments)) for line in lines]  # points are about 1 px apart
-    enough = [
-        k
-        for k, line in enumerate(lines)
-        if lengths[k] >= max(config.min_length_px, config.min_length_widths * line.width_px)
-    ]
-    best = sorted(enough, key=lambda k: -lengths[k])[: config.objects]
-    kept = [lines[k] for k in sorted(best)]
-    return kept, tuple(lines[k] for k in enough if k not in best)
+    found = [line for line in lines if _length(line) >= _least(line, config)]
+    if isinstance(config, LinkingConfig):  # the published method believes in all
+        found = with_existence(found)
+    kept, why = list(range(len(found))), ""
+    if config.objects is not None:
+        kept = sorted(sorted(kept, key=lambda k: -_length(found[k]))[: config.objects])
+        why = f"it is one more than linking.objects = {config.objects}, and shorter"
+    elif isinstance(config, LinkingConfig):
+        kept = [k for k in kept if _is_cable(found[k], config.min_probability, predicted)]
+        why = f"it is less probably a cable than linking.min_probability = {config.min_probability:g}"
+    dropped = [Dropped(line, why, line.existence) for k, line in enumerate(found) if k not in kept]
+    return [found[k] for k in kept], tuple(dropped)
+
+
+def _is_cable(line: Centerline, least: float, predicted: Sequence[Prediction]) -> bool:
+    none = 1.0 - line.existence
+    return line.existence >= least or 1.0 - none * (1.0 - expectation_of(line, predicted)) >= least
+
+
+def _length(line: Centerline) -> int:
+    """Return the length, px: points are about 1 px apart."""
+    return sum(map(len, line.segments))
+
+
+def _least(line: Centerline, config: ObjectsConfig) -> float:
+    return max(config.min_length_px, config.min_length_widths * line.width_px)

@@ -21,7 +21,7 @@ _STEP_WIDTHS = 0.5
 
 Source: by hand; half of what a curve may lie aside.
 """
-_MAX_SAMPLES = 2000
+MAX_SAMPLES = 2000
 """Largest number of samples of a predicted curve.
 
 Source: bounds time.
@@ -87,7 +87,7 @@ class TemporalPrior:
             closed,
             *self.crop.image_transform,
             _STEP_WIDTHS * self.width_px,
-            _MAX_SAMPLES,
+            MAX_SAMPLES,
         )
         weight = np.array([one.confidence for one in self.predicted])
         samples = PriorSamples(points, first, steps, longest, closed, weight)

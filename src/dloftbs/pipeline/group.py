@@ -51,7 +51,7 @@ class PipelineGroup:
         stage_ms = {stage: sum(result.stage_ms.get(stage, 0.0) for result in results) for stage in stages}
         stage_ms["crossings"] = stage_ms.get("crossings", 0.0) + crossings_ms
         first = results[0]
-        dropped = tuple(line for result in results for line in result.dropped)
+        dropped = tuple(one for result in results for one in result.dropped)
         return FrameResult(
             detections,
             tracks,

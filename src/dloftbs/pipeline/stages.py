@@ -12,6 +12,7 @@ from dloftbs.config import Config, GreedyLinkingConfig, LinkingConfig
 from dloftbs.crossings import find_crossings
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.detection import Crossing, Detection
+from dloftbs.data.dropped import Dropped
 from dloftbs.data.frame import Frame
 from dloftbs.data.frame_region import Region
 from dloftbs.data.graph import Graph
@@ -44,7 +45,7 @@ class StageRun:
     graph: Graph | None = None
     detections: tuple[Detection, ...] = ()
     crossings: tuple[Crossing, ...] = ()
-    dropped: tuple[Centerline, ...] = ()
+    dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
 
 
@@ -124,7 +125,7 @@ def run_stages(
         linked = _link_as_published(crop, skeleton, config.linking, config.segments.max_segments, clock)
     else:
         linked = _link_by_bending(crop, skeleton, config, config.linking, clock, predicted, frame)
-    lines, dropped = choose(linked.lines, config.linking)
+    lines, dropped = choose(linked.lines, config.linking, predicted)
     clock.lap("linking")
     run = replace(
         run,

@@ -48,7 +48,7 @@ class WholeImage:
             found.stamp,
             found.name,
             tuple([self._crossing(one) for one in found.crossings]),
-            tuple([self._centerline(one) for one in found.dropped]),
+            tuple([replace(one, centerline=self._centerline(one.centerline)) for one in found.dropped]),
             None if found.frame is None else self.frame,
             self.region.roi,
         )

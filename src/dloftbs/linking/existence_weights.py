@@ -1,0 +1,12 @@
+"""The existence of objects; made by ``python -m benchmarks.fit_linking existence``.
+
+docs/linking-existence.md has what they were fitted to, and the results on each source left out.
+"""
+
+from __future__ import annotations
+
+AREA = (7.99, 2.58)
+"""Log-odds that an object is a cable: one as large as the largest, and per unit of the logarithm of its share.
+
+Source: fitted; see docs/linking-existence.md.
+"""
