@@ -45,8 +45,9 @@ def detect(
     Parameters
     ----------
     x : array_like, str, path or Frame
-        A mask (H, W), (H, W, 1) or (1, H, W) of bool or any integer type, in which any non-zero is cable; or a BGR
-        image (H, W, 3), uint8, with `hsv` or a configuration that has one. With these, uint8 (H, W) is a grey image,
+        A mask (H, W), (H, W, 1) or (1, H, W) of bool or any integer type, in which any non-zero is cable, or a
+        probability of 8 bits, cable from one half on (see `Frame`); or a BGR image (H, W, 3), uint8, with `hsv` or a
+        configuration that has one. With these, uint8 (H, W) is a grey image,
         and bool a mask. Also the file of one picture, which is read as `sources.open` reads it; or a whole frame.
         Arrays and tensors of any library are taken, and a picture of Pillow by its mode; an array that is RGB has to be
         turned: ``x[..., ::-1]``. Never changed.

@@ -37,7 +37,8 @@ class Frame:
     image : numpy.ndarray, shape (H, W, 3), uint8, optional
         Colour image in OpenCV's order, BGR.
     mask : numpy.ndarray, shape (H, W) or (H, W, 1), bool or any integer type, optional
-        Any non-zero is cable. Where it is given, no segmentation takes place.
+        Any non-zero is cable; but of 8 bits with many grey values, as networks give it, it is a probability, and cable
+        where that is at least one half. Where it is given, no segmentation takes place.
     depth : numpy.ndarray, shape (H, W) or (H, W, 1), floating point or integer, optional
         Registered to the image: metres where floating point, counts of `depth_unit_m` where integer. Depth that is not,
         `DepthRegistration` brings there.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dloftbs.config import Config, ObjectsConfig
 from dloftbs.data.frame import Frame
 from dloftbs.pipeline.plausibility import grey_hint
+from dloftbs.pipeline.soft_mask import is_probability
 from dloftbs.support.arrays import AnyArray
 
 
@@ -14,6 +15,8 @@ def why_nothing_is_left(mask: AnyArray, config: Config, frame: Frame) -> str:
         side = config.cleaning.open_px
         return f"nothing of the mask is left after the opening by {side} x {side} px"
     if frame.mask is not None:
+        if is_probability(frame.mask):
+            return "the mask is a probability that nowhere is one half or more: threshold it lower (mask > 31)"
         return "the mask is empty"
     if frame.image is None:
         return "the mask is empty: the segmentation finds no cable"

@@ -247,11 +247,18 @@ def make_tracker(config: TrackingConfig | NearestTrackingConfig) -> Tracker | Ne
 
 
 def _warned(run: StageRun, frame: Frame) -> bool:
-    """Warn, and return True, if so much of a mask is set that it is hardly one of cables."""
+    """Warn, and return True, if a mask is soft, or so much of it is set that it is hardly one of cables."""
     doubt = doubt_mask(run.share, frame.name)
     if doubt is not None:
         _log.warning("%s See `dloftbs tune --help`", doubt)
-    return doubt is not None
+    elif run.is_soft:
+        what = f" of {frame.name}" if frame.name else ""
+        _log.warning(
+            "the mask%s has many grey values: it is read as a probability, and cable where that is at least one half; "
+            "for another limit, threshold it (mask > 31)",
+            what,
+        )
+    return doubt is not None or run.is_soft
 
 
 def _result(frame: Frame, run: StageRun, tracks: tuple[Track, ...], kept: Frame | None = None) -> FrameResult:

@@ -22,12 +22,12 @@ _STRIP_SIDES = 4.0
 
 Source: geometry; the longest format of cameras is 32:9.
 """
-_GRID_PX = 8
+GRID_PX = 8
 """Distance of the pixels that are looked at, px.
 
 Source: by hand; 4,800 of 640 x 480 give the share to a percent.
 """
-_SMALL_PX = 1 << 16
+SMALL_PX = 1 << 16
 """Largest number of pixels of a mask that are all counted, px.
 
 Source: bounds time; more take longer than the grid, which has a thousand points from there on.
@@ -41,8 +41,8 @@ Source: numerics; a thousand points err by less than the tenth that it is below 
 
 def share_set(mask: AnyArray) -> float:
     """Return the share of a mask that is set: exactly, or roughly where it is small."""
-    if mask.size > _SMALL_PX:
-        some = mask[::_GRID_PX, ::_GRID_PX]
+    if mask.size > SMALL_PX:
+        some = mask[::GRID_PX, ::GRID_PX]
         share = np.count_nonzero(some) / some.size
         if share <= _CLEARLY:
             return share
@@ -75,7 +75,7 @@ def refuse_mask(mask: AnyArray, share: float, *, segmented: bool) -> str | None:
 
 def grey_hint(image: AnyArray, config: SegmentationConfig) -> str:
     """Return the end of a reason why no colour is found in an image (H, W, 3), if the image has none."""
-    if not all((part == part[..., :1]).all() for part in (image[::_GRID_PX, ::_GRID_PX], image)):
+    if not all((part == part[..., :1]).all() for part in (image[::GRID_PX, ::GRID_PX], image)):
         return ""
     if_mask = "if it is a mask, leave the colour out, or say --kind mask"
     if config.hsv and all(box.saturation[0] > 0 for box in config.hsv):
@@ -97,7 +97,7 @@ def unit_hint(depth: AnyArray, config: DepthConfig) -> str:
     """Return the end of a reason why depth says nothing, if most of it would say something in millimetres."""
     if depth.dtype.kind != "f":
         return ""
-    depth = depth[::_GRID_PX, ::_GRID_PX]
+    depth = depth[::GRID_PX, ::GRID_PX]
     values = depth[np.isfinite(depth) & (depth > 0.0)]
     if values.size == 0 or np.median(values) <= config.range_m[1]:
         return ""

@@ -25,6 +25,7 @@ from dloftbs.lifting import DepthEdges
 from dloftbs.linking import TemporalPrior, choose, link
 from dloftbs.pipeline.nothing_found import too_many, why_nothing_is_left, why_too_short
 from dloftbs.pipeline.plausibility import refuse_mask, share_set
+from dloftbs.pipeline.soft_mask import above_half, is_probability
 from dloftbs.pipeline.space_curves import with_curves_in_space
 from dloftbs.published import Walks, close, link_segments, make_segments, walk
 from dloftbs.segmentation import FrameSegmenter
@@ -34,7 +35,10 @@ from dloftbs.support.arrays import AnyArray
 
 @dataclass(frozen=True)
 class StageRun:
-    """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times."""
+    """Results of the stages on one frame, as far as they came, the share of the mask that is set, and the times.
+
+    A soft mask was given as a probability, and is cable where that is at least one half.
+    """
 
     mask: AnyArray
     share: float
@@ -47,6 +51,7 @@ class StageRun:
     crossings: tuple[Crossing, ...] = ()
     dropped: tuple[Dropped, ...] = ()
     reason: str | None = None
+    is_soft: bool = False
 
 
 class _Linked(NamedTuple):
@@ -107,9 +112,13 @@ def run_stages(
     """
     clock = _Clock()
     mask = _mask(frame, segmenter)
+    is_soft = is_probability(mask)
+    if is_soft:
+        mask = above_half(mask)
     if region is not None:
         mask = region.clear_outside(mask)
-    run = StageRun(mask, share_set(mask) / (1.0 if region is None else region.share), clock.stage_ms)
+    share = share_set(mask) / (1.0 if region is None else region.share)
+    run = StageRun(mask, share, clock.stage_ms, is_soft=is_soft)
     clock.lap("segmentation")
     if isinstance(config.linking, LinkingConfig):
         refusal = refuse_mask(mask, run.share, segmented=frame.mask is None)
