@@ -13,7 +13,7 @@ from linking_examples import draw
 
 from dloftbs import Config, Prediction, detect
 from dloftbs.config import LinkingConfig
-from dloftbs.linking.existence import existence_of, expectation_of, with_existence
+from dloftbs.linking.existence import existence_of, expectations_of, with_existence
 from dloftbs.linking.object_selection import choose
 
 CABLES = [(20, 60), (380, 70)], [(30, 180), (330, 190)]
@@ -97,7 +97,9 @@ class TestExpected:
         beside = self.CURVE.transformed(np.eye(2), (0.0, 20.0))
         across = self.CURVE.transformed([[0.0, -1.0], [1.0, 0.0]], (320.0, -85.0))
         beyond = self.CURVE.transformed(np.eye(2), (90.0, 33.0))
-        found = [expectation_of(line, [Prediction(one, 0.8)]) for one in (near, beside, across, beyond)]
-        assert found == [0.8, 0.0, 0.0, 0.0]
-        assert expectation_of(line, [Prediction(near, 0.3), Prediction(beside, 0.9), Prediction(near, 0.5)]) == 0.5
-        assert expectation_of(line, []) == 0.0
+        found = [expectations_of([line], [Prediction(one, 0.8)]) for one in (near, beside, across, beyond)]
+        assert found == [[0.8], [0.0], [0.0], [0.0]]
+        three = [Prediction(near, 0.3), Prediction(beside, 0.9), Prediction(near, 0.5)]
+        assert expectations_of([line, line], three) == [0.5, 0.5]
+        assert expectations_of([line], []) == [0.0]
+        assert expectations_of([], three) == []

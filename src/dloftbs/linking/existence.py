@@ -13,6 +13,7 @@ from dloftbs.data.prediction import Prediction
 from dloftbs.linking.existence_weights import AREA
 from dloftbs.linking.joint_confidence import EDGE_PX
 from dloftbs.linking.temporal_prior import MAX_SAMPLES
+from dloftbs.support.arrays import FloatArray
 
 _PLACES = 5
 """Number of places of an object that must lie on a predicted curve for it to be expected there.
@@ -48,18 +49,26 @@ def existence_of(share: float) -> float:
     return 1.0 / (1.0 + math.exp(-(none + per_log * math.log(share))))
 
 
-def expectation_of(line: Centerline, predicted: Iterable[Prediction]) -> float:
-    """Return the confidence of the surest predicted curve that an object lies along, within a width; 0 if along none.
+def expectations_of(lines: Sequence[Centerline], predicted: Iterable[Prediction]) -> list[float]:
+    """Return for each object the confidence of the surest predicted curve that it lies along; 0 if along none.
 
     What is left in sight of a hidden cable may be as small as debris.
     """
-    places = line.points[np.rint(np.linspace(0, len(line.points) - 1, _PLACES)).astype(np.int64)]
-    surest = 0.0
-    for one in predicted:
-        width = max(line.width_px if one.width_px is None else one.width_px, EDGE_PX)
+    surest = [0.0] * len(lines)
+    for one in predicted if lines else ():
+        width = max(one.width_px or 0.0, EDGE_PX)
         count = min(max(int(2.0 * one.curve.length / width), 2), MAX_SAMPLES)
         points, _ = sample_curve(one.curve, 0.0, 1.0, count)
-        distances = np.linalg.norm(places[:, None] - points, axis=2).min(axis=1)
-        if distances.max() <= width:
-            surest = max(surest, one.confidence)
+        for k, line in enumerate(lines):
+            if one.confidence > surest[k] and _lies_along(line, points, max(width, line.width_px)):
+                surest[k] = one.confidence
     return surest
+
+
+def _lies_along(line: Centerline, points: FloatArray, width: float) -> bool:
+    """Return whether places of an object all lie within a width of a curve, given points (m, 2) on it."""
+    own = line.points
+    if np.abs(points - own[len(own) // 2]).max(axis=1).min() > width:  # of most, the middle shows that they do not
+        return False
+    places = own[np.rint(np.linspace(0, len(own) - 1, _PLACES)).astype(np.int64)]
+    return bool(np.linalg.norm(places[:, None] - points, axis=2).min(axis=1).max() <= width)

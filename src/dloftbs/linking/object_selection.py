@@ -8,7 +8,7 @@ from dloftbs.config import LinkingConfig, ObjectsConfig
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.dropped import Dropped
 from dloftbs.data.prediction import Prediction
-from dloftbs.linking.existence import expectation_of, with_existence
+from dloftbs.linking.existence import expectations_of, with_existence
 
 
 def choose(
@@ -34,20 +34,23 @@ def choose(
     found = [line for line in lines if _length(line) >= _least(line, config)]
     if isinstance(config, LinkingConfig):  # the published method believes in all
         found = with_existence(found)
-    kept, why = list(range(len(found))), ""
+    kept, why = set(range(len(found))), ""
     if config.objects is not None:
-        kept = sorted(sorted(kept, key=lambda k: -_length(found[k]))[: config.objects])
+        kept = set(sorted(kept, key=lambda k: -_length(found[k]))[: config.objects])
         why = f"it is one more than linking.objects = {config.objects}, and shorter"
     elif isinstance(config, LinkingConfig):
-        kept = [k for k in kept if _is_cable(found[k], config.min_probability, predicted)]
+        kept -= _find_debris(found, config.min_probability, predicted)
         why = f"it is less probably a cable than linking.min_probability = {config.min_probability:g}"
     dropped = [Dropped(line, why, line.existence) for k, line in enumerate(found) if k not in kept]
-    return [found[k] for k in kept], tuple(dropped)
+    return [line for k, line in enumerate(found) if k in kept], tuple(dropped)
 
 
-def _is_cable(line: Centerline, least: float, predicted: Sequence[Prediction]) -> bool:
-    none = 1.0 - line.existence
-    return line.existence >= least or 1.0 - none * (1.0 - expectation_of(line, predicted)) >= least
+def _find_debris(lines: Sequence[Centerline], least: float, predicted: Sequence[Prediction]) -> set[int]:
+    """Return which objects are less probably than that a cable, be it by themselves or one that is expected."""
+    doubtful = [k for k, line in enumerate(lines) if line.existence < least]
+    expected = expectations_of([lines[k] for k in doubtful], predicted)
+    none = [(1.0 - lines[k].existence) * (1.0 - share) for k, share in zip(doubtful, expected, strict=True)]
+    return {k for k, probability in zip(doubtful, none, strict=True) if 1.0 - probability < least}
 
 
 def _length(line: Centerline) -> int:
