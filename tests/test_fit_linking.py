@@ -186,4 +186,4 @@ class TestExistence:
         np.testing.assert_allclose(fit_existence(objects), (6.0, 2.0), rtol=0.05)
 
     def test_what_is_written_is_what_is_in_use(self) -> None:
-        assert write_existence(np.array(existence_weights.AREA)) == Path(existence_weights.__file__).read_text()
+        assert write_existence(np.array(existence_weights.SIZE)) == Path(existence_weights.__file__).read_text()

@@ -100,10 +100,11 @@ For maintainers; [how linking decides](linking.md) says what it means. Made by `
 existence`.
 
 The existence of an object is the probability that it is a cable at all, and no debris or error of the segmentation. Its
-log-odds are {none:.2f} {per_log:+.2f} log s, where s is its area as a share of the largest object's; the largest is a
-cable. Sources count alike, and all networks together as one; masks alone. An object below `linking.min_probability`,
-{least:g}, is dropped: that is one below {limit:.1f} % of the largest area. Hardly any other source has objects that are
-no cables, so that one network is left out at a time: the last column has what a fit to all other sources drops.
+log-odds are {none:.2f} {per_log:+.2f} log s, where s is its size, the diagonal of its box times its width, as a share
+of the largest object's; the largest is a cable. Sources count alike, and all networks together as one; masks alone. An
+object below `linking.min_probability`, {least:g}, is dropped: that is one below {limit:.1f} % of the largest size.
+Hardly any other source has objects that are no cables, so that one network is left out at a time: the last column has
+what a fit to all other sources drops.
 
 | source | objects but the largest | cables | stated | no cables dropped | cables dropped | the same, left out |
 | --- | ---: | ---: | ---: | ---: | ---: | ---: |
@@ -309,7 +310,7 @@ def write_existence(line: Floats) -> str:
     what = "Log-odds that an object is a cable: one as large as the largest, and per unit of the logarithm of its share"
     numbers = ", ".join(f"{number:.2f}" for number in line)
     return _module("The existence of objects", "existence", "") + (
-        f"\nAREA = ({numbers})\n" + _docstring(what, "existence")
+        f"\nSIZE = ({numbers})\n" + _docstring(what, "existence")
     )
 
 

@@ -17,7 +17,7 @@ from benchmarks.fit_linking.confidence import fit_log_odds
 from benchmarks.fit_linking.readings import Floats
 from benchmarks.fit_linking.scenes import Points, Scene
 from dloftbs import Config, Detection, Frame
-from dloftbs.linking.existence import area_of
+from dloftbs.linking.existence import size_of
 from dloftbs.pipeline.stages import run_stages
 
 PIECES = "pieces"
@@ -36,7 +36,7 @@ _LEVELS = (32, 128)  # of a network's output, from which it is a mask
 
 @dataclass(frozen=True)
 class Found:
-    """An object that is not the largest, its share of the largest one's area, and whether it is a cable."""
+    """An object that is not the largest, its share of the largest one's size, and whether it is a cable."""
 
     source: str
     share: float
@@ -53,10 +53,10 @@ def list_objects(scenes: Iterable[Scene]) -> Iterator[Found]:
         if scene.frame.image is not None or scene.frame.depth is not None or scene.frame.mask is None:
             continue
         found = run_stages(scene.frame, _ALL, None).detections
-        areas = [area_of(one.centerline) for one in found]
-        for one, area in zip(found, areas, strict=True):
-            if area < max(areas):
-                yield Found(scene.source, area / max(areas), _is_cable(one, scene))
+        sizes = [size_of(one.centerline) for one in found]
+        for one, size in zip(found, sizes, strict=True):
+            if size < max(sizes):
+                yield Found(scene.source, size / max(sizes), _is_cable(one, scene))
 
 
 def _is_cable(found: Detection, scene: Scene) -> bool:
@@ -130,7 +130,7 @@ def _draw_bent(
 
 
 def fit_existence(objects: Sequence[Found]) -> Floats:
-    """Return the log-odds that an object as large as the largest is a cable, and what a unit of log area adds.
+    """Return the log-odds that an object as large as the largest is a cable, and what a unit of log size adds.
 
     Sources count alike, and all networks together as one.
     """

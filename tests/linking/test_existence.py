@@ -61,6 +61,15 @@ def test_the_scale_hardly_matters(scale: int) -> None:
     assert one == pytest.approx(other, abs=0.01)
 
 
+def test_a_short_cable_beside_a_long_one_in_a_coil_is_no_debris() -> None:
+    turns = np.linspace(0.0, 2.0 * np.pi * 12, 2000)
+    coil = np.column_stack((180.0 + (4.0 + turns * 2.3) * np.cos(turns), 190.0 + (4.0 + turns * 2.3) * np.sin(turns)))
+    piece = [(380, 40), (450, 50)]
+    result = detect(draw(coil, piece, width=6, size=(380, 480)))
+    assert sorted(len(one.centerline.points) > 1000 for one in result) == [False, True]
+    assert result.dropped == ()
+
+
 def test_without_objects_there_is_nothing_to_judge() -> None:
     assert with_existence([]) == []
 

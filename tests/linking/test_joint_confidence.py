@@ -110,7 +110,8 @@ def test_each_piece_has_the_other_as_its_near_joint():
     for one, other in (result, result[::-1]):
         (near,) = one.near_joints
         assert 0.0 < near.confidence < 0.5
-        assert one.confidence == pytest.approx((1.0 - near.confidence) * one.centerline.course_confidence)
+        known = one.existence * one.centerline.course_confidence
+        assert one.confidence == pytest.approx((1.0 - near.confidence) * known)
         here = one.curve.sample(2)[int(near.u)]
         there = min(other.curve.sample(2), key=lambda end: np.hypot(*(end - here)))
         assert np.hypot(*(there - near.point)) < 6.0

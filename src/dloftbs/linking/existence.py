@@ -10,7 +10,7 @@ import numpy as np
 from dloftbs.data.centerline import Centerline
 from dloftbs.data.curve_samples import sample_curve
 from dloftbs.data.prediction import Prediction
-from dloftbs.linking.existence_weights import AREA
+from dloftbs.linking.existence_weights import SIZE
 from dloftbs.linking.joint_confidence import EDGE_PX
 from dloftbs.linking.temporal_prior import MAX_SAMPLES
 from dloftbs.support.arrays import FloatArray
@@ -25,27 +25,31 @@ Source: by definition; both ends, the middle, and half-way between.
 def with_existence(lines: Sequence[Centerline]) -> list[Centerline]:
     """Return the centre lines of a frame, each with the probability that it is a cable.
 
-    Debris is small, and so are the errors of a segmentation. An object is judged by its area as a share of the largest
+    Debris is small, and so are the errors of a segmentation. An object is judged by its size as a share of the largest
     one's, which is a cable for sure as nothing in a mask speaks against it.
     """
-    areas = [area_of(line) for line in lines]
-    largest = max(areas, default=0.0)
+    sizes = [size_of(line) for line in lines]
+    largest = max(sizes, default=0.0)
     return [
-        line if area == largest else line._with_existence(existence_of(area / largest))
-        for line, area in zip(lines, areas, strict=True)
+        line if size == largest else line._with_existence(existence_of(size / largest))
+        for line, size in zip(lines, sizes, strict=True)
     ]
 
 
-def area_of(line: Centerline) -> float:
-    """Return the area of an object, px²: its pixels along the way, times its width up to the middle of its edges."""
-    return sum(map(len, line.segments)) * (line.width_px + EDGE_PX)
+def size_of(line: Centerline) -> float:
+    """Return the size of an object, px²: the diagonal of its box, times its width up to the middle of its edges.
+
+    A long cable that lies in a coil is no larger than the place that it takes: what lies beside it is no debris.
+    """
+    width, height = np.ptp(line.points, axis=0).tolist()
+    return (math.hypot(width, height) + EDGE_PX) * (line.width_px + EDGE_PX)
 
 
 def existence_of(share: float) -> float:
-    """Return the probability that an object with this share of the largest one's area is a cable."""
+    """Return the probability that an object with this share of the largest one's size is a cable."""
     if share <= 0.0:
         return 0.0
-    none, per_log = AREA
+    none, per_log = SIZE
     return 1.0 / (1.0 + math.exp(-(none + per_log * math.log(share))))
 
 
