@@ -103,7 +103,7 @@ class _Samples(NamedTuple):
 
 
 class _DepthView(NamedTuple):
-    """What `find_surface` knows of the depth image and its camera."""
+    """The depth image and its camera, as `find_surface` takes them."""
 
     unit_m: float
     low_m: float
